@@ -132,7 +132,7 @@ def open_streams() -> None:
 
 @contextmanager
 def heard() -> Iterator[None]:
-    """Make standard error drop text if its reader has gone, and standard output raise ReaderLeft."""
+    """Make standard error drop text, and standard output raise ReaderLeft, once their reader has closed the pipe."""
     out, err = sys.stdout, sys.stderr
     sys.stdout, sys.stderr = out and _Heard(out, True), err and _Heard(err, False)
     try:

@@ -211,7 +211,7 @@ def _size(folder: int, name: str) -> int:
 
 @cache
 def sources() -> bytes:
-    """Hash of all kernel sources, as of the first call."""
+    """Return the hash of all kernel sources, read at the first call."""
     return contents(Path(__file__).parent, ".py")
 
 
@@ -222,7 +222,7 @@ def contents(folder: Path, *endings: str) -> bytes:
 
 
 def remembered(name: str, kind: type[T], make: Callable[[], T]) -> T:
-    """Return the result of `make`, plain data of type `kind`, from the cache entry `name` if there is one."""
+    """Return the cached plain data of type `kind` under `name`, or compute them by `make` and cache them."""
     if data := read_cached(name):
         try:
             return msgspec.msgpack.decode(data, type=kind)

@@ -63,7 +63,7 @@ def refusal(where: str, reference: str = "") -> str:
 
 
 def foreign(function: object, reference: str = "") -> str:
-    """Return why a function of a trusted module must not be called, if it is defined elsewhere; "" if it may be
+    """Return why a function of a trusted module must not be called because it is defined elsewhere; "" if it may be
     called."""
     while isinstance(function, functools.partial):
         function = function.func
@@ -91,7 +91,7 @@ def demand(references: Iterable[str], by: str) -> None:
 
 
 def namer(reference: str) -> str | None:
-    """Return whose data named a function, "" if that is unknown; None if only this program did."""
+    """Return the origin of the data that named a function: "" if unknown; None if only this program named it."""
     return _named.get(reference)
 
 

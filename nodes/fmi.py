@@ -35,7 +35,7 @@ class Signals(Message):
 
 
 class Stepped(Atomic):
-    """An FMU stepped by `step` [ns]; subclasses declare the ports and send the outputs `said`."""
+    """An FMU stepped by `step` [ns]; subclasses declare the ports and send the outputs, which are in `said`."""
 
     def __init__(
         self,
@@ -65,7 +65,7 @@ class Stepped(Atomic):
         self.hold_in(0)
 
     def confluent(self, x: Bag) -> None:
-        """Apply inputs at the beginning of a step in that step."""
+        """Apply inputs that arrive at the beginning of a step already in that step."""
         self.external(0, x)
         self.internal()
 

@@ -33,7 +33,8 @@ UPRIGHT = 1e-9  # part of gravity that may be horizontal
 
 
 class FromMujoco(NamedTuple):
-    """A system, the points that the model calls sites, and a sentence for each thing that has no equal."""
+    """Result of an import: the system, the points that the MJCF model calls sites, and a sentence for each feature that
+    was not converted."""
 
     system: System
     sites: dict[str, Point]
@@ -41,10 +42,8 @@ class FromMujoco(NamedTuple):
 
 
 def from_mujoco(path: str | Path) -> FromMujoco:
-    """The system of an MJCF or URDF file, with its sites and what of it has no equal; in the pose `qpos0`.
-
-    Coordinates count from that pose.  Raises SceneError.
-    """
+    """Return the system of an MJCF or URDF file in the pose `qpos0`, its sites, and a sentence for each feature that
+    was not converted. Coordinates count from that pose. Raises SceneError."""
     library = extra("mujoco", SceneError("models of MuJoCo need its package; install heavylift[mujoco]"))
     file = Path(path)
     try:
@@ -54,10 +53,10 @@ def from_mujoco(path: str | Path) -> FromMujoco:
         model = library.MjModel.from_xml_path(str(file))
     except (OSError, ValueError, library.FatalError) as error:
         raise SceneError(f"{file}: {error_text(error)}") from None
-    return _Reading(library, model).found()
+    return _Importer(library, model).found()
 
 
-class _Reading:
+class _Importer:
     """A model that is being read."""
 
     def __init__(self, library: Any, model: Any) -> None:

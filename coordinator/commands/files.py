@@ -154,6 +154,7 @@ def _verdict(rec: Recording) -> RecordedVerdict | None:
 
 @app.command()
 def compare(
+    context: typer.Context,
     a: o.File,
     b: o.File,
     signals: Annotated[
@@ -163,7 +164,16 @@ def compare(
     force: o.Force = False,
     as_json: o.Json = False,
 ) -> None:
-    """Compare two runs: equal (exit code 0), or first difference (1).    heavylift compare a.mcap b.mcap"""
+    """Compare two runs: equal (exit code 0), or first difference (1).    heavylift compare a.mcap b.mcap
+
+    Of two yard files: their dates and waits side by side, and by how much the second is later.
+    """
+    if o.yard_file(context, str(a), {"output", "force"}):
+        from heavylift.coordinator.supervision.pool import Pool, cores
+
+        with Pool(cores()) as pool:
+            o.tell_study(o.study_of(str(a), [], 100, executor=pool).beside(str(b)), output, force, as_json)
+        return
     from heavylift.recordings import compare as side_by_side, overlay
 
     found = side_by_side(a, b)

@@ -83,7 +83,7 @@ def step(
 
     length = o.duration_s("--by", by)
     if length <= 0.0:
-        raise ProtocolError(f"--by {by}: a step is longer than zero")
+        raise ProtocolError(f"--by {by}: a step must be longer than zero")
     _order(run, "step", as_json, by_ns=None if event else max(1, min(seconds(length), NEVER)))
 
 

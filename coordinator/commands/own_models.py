@@ -92,13 +92,13 @@ def devs(
 
 def _replications(found: "Replications", as_json: bool) -> str:
     """Return estimates of replicated runs as JSON with all single results, or as a table."""
-    from heavylift.recordings.format.text import table
+    from heavylift.recordings.sheets.sheet import listed
 
     if as_json:
         return msgspec.json.encode({**msgspec.to_builtins(found), "estimates": found.estimates}).decode()
     rows = [[name, f"{x.mean:.6g}", f"+- {x.half:.2g}", f"{x.deviation:.3g}"] for name, x in found.estimates.items()]
     head = [f"{len(found.seeds)} runs", "mean", f"{100 * found.confidence:g} %", "deviation"]
-    return table(head, rows) or "no atomic has a number in its result()"
+    return listed(head, rows) or "no atomic has a number in its result()"
 
 
 @app.command()

@@ -167,13 +167,21 @@ Inputs = Annotated[
 
 
 @app.command()
-def sensitivities(scene: o.Scene, inputs: Inputs = None, sets: o.Sets = None, as_json: o.Json = False) -> None:
+def sensitivities(
+    context: typer.Context, scene: o.Scene, inputs: Inputs = None, sets: o.Sets = None, as_json: o.Json = False
+) -> None:
     """Find which uncertain input moves which peak most.    heavylift sensitivities lift --input 'block.mass +- 3 %'
 
     Uncertainties are those of the scene (mass: 480 t +- 3 %, 480 t sd 5 t, 460..500 t) and of --input. Each input takes
     two runs, four if its effect is not proportional. Uncertainties are given at a level of 95 %; the share of an input
-    is its part of the sum of squares.
+    is its part of the sum of squares. Of a yard file: what resources, spreads and weather cost in days.
     """
+    if o.yard_file(context, scene, ()):
+        from heavylift.coordinator.supervision.pool import Pool, cores
+
+        with Pool(cores()) as pool:
+            o.tell(o.study_of(scene, sets, 100, executor=pool).sensitivities(), as_json)
+        return
     from heavylift.coordinator.ladder.sensitivities import sensitivities as find
 
     found = find(o.scene_of(scene, sets), inputs or [], say=lambda x: typer.echo(f"  {x}", err=True))

@@ -68,7 +68,11 @@ def run(
     ] = 0,
     seed: Annotated[int, typer.Option("--seed", help="of the replications")] = 1,
     report: Annotated[
-        Path | None, typer.Option("--report", help="of a yard file: .html, .pdf, .xlsx, .json or .txt")
+        list[Path] | None,
+        typer.Option(
+            "--report",
+            help="of a yard file: .html, .pdf, .xlsx, .json, .txt; its schedule: .csv, .xml, .ics, .svg, .png",
+        ),
     ] = None,
     strict: o.Strict = False,
     fail_on: o.FailOn = "",
@@ -76,8 +80,8 @@ def run(
     as_json: o.Json = False,
 ) -> None:
     """Simulate a scene, or a yard file, and record it.    heavylift run turnover -o monday.mcap"""
-    own = {"output", "force", "sets", "in_process", "processes", "replications", "seed", "report"}
-    if o.yard_file(context, scene, own):
+    own, only = {"output", "force", "in_process", "processes"}, {"replications", "seed", "report"}
+    if o.yard_file(context, scene, own, only):
         runs = replications, seed, report
         _run_yard(scene, output, force, sets, in_process, processes, *runs, strict, fail_on, as_json)
         return
@@ -153,21 +157,27 @@ def run(
 
 def _run_yard(
     file: str, output: Path | None, force: bool, sets: list[str] | None, in_process: bool, processes: int,
-    replications: int, seed: int, report: Path | None, strict: bool, fail_on: str, as_json: bool,
+    replications: int, seed: int, report: list[Path] | None, strict: bool, fail_on: str, as_json: bool,
 ) -> None:  # fmt: skip
     """Run a yard file, print and write what is known then."""
-    from heavylift.coordinator.run.yards import run_yard
+    from heavylift.coordinator.yards.running import run_yard
+    from heavylift.nodes.yard.exchange import FORMATS
+    from heavylift.recordings.sheets.workbook import write
 
+    exports = [path for path in report or () if path.suffix.lower() in FORMATS]
+    if replications and exports:
+        raise typer.BadParameter("--replications have no single schedule; export it without them")
     if replications and (output or in_process):
         raise typer.BadParameter("--replications are not recorded, on all cores; leave out -o and --in-process")
     recording = None if replications else output or Path(f"{Path(file).stem}.mcap")
     count = 0 if processes == o.AUTO else processes
-    sheet, made = run_yard(file, sets or [], recording, in_process, count, force, replications, seed)
+    drawn = bool(report) and not replications
+    runs = replications, seed, exports, drawn
+    sheet, made = run_yard(file, sets or [], recording, in_process, count, force, *runs)
     o.tell(sheet, as_json)
-    if report:
-        from heavylift.recordings.sheets.workbook import write
-
-        typer.echo(f"wrote {write(sheet, report, 'a report', force)}", err=True)
+    for path in report or ():
+        done = path if path in exports else write(sheet, path, "a report", force)
+        typer.echo(f"wrote {done}", err=True)
     if made:
         typer.echo(f"wrote {made.recording}\ndigest {made.digest}", err=True)
     if o.fails(sheet.state, strict, fail_on):
@@ -192,10 +202,10 @@ def branch(
     The what-if run is refused if an event or sample before that time differs from the recorded one. The mechanics
     restart from the last checkpoint in the recording, or from the beginning if none fits the changed scene.
     """
-    from heavylift.coordinator.run.branch import Branch, branch as simulate
+    from heavylift.coordinator.run.branch import RunBranch, branch as simulate
     from heavylift.coordinator.run.progress import Progress, summary
 
-    what = Branch.of(file, at, sets or [], edited or None)
+    what = RunBranch.of(file, at, sets or [], edited or None)
     with Progress(what.scene.plan, as_json) as watch:
         result = simulate(what, output, watch, force)
     summary(what.scene.plan, result, as_json, verbose=verbose)

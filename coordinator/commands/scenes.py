@@ -26,9 +26,9 @@ def check(
     Exit code 1 where no run is possible, or something is red at rest, such as a contact that nothing orders. Of a yard
     file: its schedules with expected durations.
     """
-    if o.yard_file(context, scene, {"sets"}):
+    if o.yard_file(context, scene, ()):
+        from heavylift.coordinator.yards.model import load_yard
         from heavylift.nodes.yard.answers import examined
-        from heavylift.nodes.yard.reading import load as load_yard
 
         sheet = examined(load_yard(scene, sets or []))
         o.tell(sheet, as_json)
@@ -256,6 +256,25 @@ def gallery(
     for scene in loaded:
         typer.echo(f"wrote {draw(scene, output / 'pictures', force)}")
     typer.echo(f"wrote {written(page(loaded), output / 'GALLERY.md', 'a page', ('.md',), force)}")
+
+
+@app.command()
+def hull(
+    data: Annotated[Path, typer.Argument(help="netCDF file of Capytaine, or a mesh with the waterline at z = 0")],
+    output: Annotated[Path | None, o.written_to("file of the hull; default NAME.json")] = None,
+    force: o.Force = False,
+) -> None:
+    """Write what water does to a hull, for `hydrodynamics:` of vessels.    heavylift hull barge.nc -o barge.json"""
+    import msgspec
+    from heavylift.nodes.sea.coefficients import computed, hull_of
+    from heavylift.recordings.write.partfile import written
+
+    found = hull_of(data if data.suffix == ".nc" else computed(data))
+    error = found.radiation.error
+    text = msgspec.json.format(msgspec.json.encode(found), indent=0).decode() + "\n"
+    typer.echo(f"wrote {written(text, output or Path(f'{found.name}.json'), 'a hull', ('.json',), force)}")
+    typer.echo(f"radiation of {len(found.radiation.F)} states misses {error.added_mass:.1%} of added mass, "
+               f"{error.damping:.1%} of damping")  # fmt: skip
 
 
 @app.command()

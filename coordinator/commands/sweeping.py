@@ -13,17 +13,21 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from heavylift.coordinator.commands.common import options as o
 from heavylift.coordinator.commands.common.app import app
+from heavylift.kernel.description.findings import STATES
 from heavylift.kernel.errors import SceneError, Stopped
 
 if TYPE_CHECKING:
     from heavylift.coordinator.ladder.certificate import Certificate
     from heavylift.coordinator.sweeps.study import Study
 
+EFFORT = 0.1  # of the solver's own seconds in one of the wall, as it works alone
+REPLICATIONS = 100  # of a yard
 REPORT_s = 10.0  # between two lines where there is no terminal
 
 
 @app.command()
 def sweep(
+    context: typer.Context,
     scene: o.Scene,
     vary: Annotated[
         list[str] | None, typer.Option("--vary", help="'block.mass=200..400 t by 25 t', 'PATH={one, another}'")
@@ -50,7 +54,8 @@ def sweep(
 
     Each run adds a row to study/rows.parquet, with the command that repeats it; study/summary.html
     summarises the results. A path is one that --set takes; all combinations of values are run, or
-    --sample draws them. The same command continues a study that was stopped.
+    --sample draws them. The same command continues a study that was stopped. Of a yard file: --sample
+    replications of each combination.
     """
     from heavylift.coordinator.run.arguments import whole
     from heavylift.coordinator.sweeps.dask_workers import dask_workers
@@ -59,6 +64,16 @@ def sweep(
     from heavylift.coordinator.sweeps.sweeping import sweep as run_all, verified
     from heavylift.recordings.sheets.sheet import page_of
 
+    if o.yard_file(context, scene, {"vary", "sample", "seed", "output", "workers", "scheduler", "insecure", "keys"}):
+        from heavylift.coordinator.supervision.pool import Pool, cores
+
+        with dask_workers(scheduler, keys, insecure) if scheduler else Pool(workers or cores()) as executor:
+            sheet = o.study_of(scene, sets, sample or REPLICATIONS, seed, executor=executor).varied(vary or [])
+        output.mkdir(parents=True, exist_ok=True)
+        o.tell_study(sheet, output / "summary.html", True, as_json)
+        if o.fails(sheet.state, strict, fail_on):
+            raise typer.Exit(1)
+        return
     loaded, verify = o.scene_of(scene, sets), whole("--verify", verify)
     seconds = o.wall_s("--limit", limit)
     progress = _Progress()
@@ -140,6 +155,7 @@ class _Progress:
 
 @app.command()
 def limits(
+    context: typer.Context,
     scene: o.Scene,
     of: Annotated[list[str] | None, typer.Option("--of", help="'block.com.x', 'hoist accel', 'PATH=1..20 m'")] = None,
     every: Annotated[bool, typer.Option("--all", help="of all moves, usual and uncertain inputs")] = False,
@@ -148,6 +164,8 @@ def limits(
     limit: Annotated[str, typer.Option("--limit", help="wall time of a run")] = "60 s",
     sets: o.Sets = None,
     force: o.Force = False,
+    strict: o.Strict = False,
+    fail_on: o.FailOn = "",
     as_json: o.Json = False,
 ) -> None:
     """Find how far a number may go before the verdict is red.    heavylift limits lift --of 'block.mass=300..900 t'
@@ -155,7 +173,18 @@ def limits(
     Each value is checked by a run; the limit lies between the last green and the first red value. A number is one that
     --set takes, or 'hoist speed', 'trolley accel' and the like, which scale all such orders. Exit code 1 if the verdict
     is red at the start, never turns red, or is green again beyond the limit; with --all only if it is red at the start.
+    With --strict undecided counts as red, with --fail-on amber everything but green. Of a yard file:
+    'resources.welders=72..40' until a contract date is missed.
     """
+    if o.yard_file(context, scene, {"of", "output", "workers", "force"}):
+        from heavylift.coordinator.supervision.pool import Pool, cores
+
+        with Pool(workers or cores()) as pool:
+            sheet = o.study_of(scene, sets, REPLICATIONS, executor=pool).limit((of or [""])[0])
+        o.tell_study(sheet, output, force, as_json)
+        if sheet.state == "red":
+            raise typer.Exit(1)
+        return
     from heavylift.coordinator.sweeps.limiting import askable, limits_of_all
     from heavylift.coordinator.sweeps.page import limits_sheet, limits_table
     from heavylift.recordings.sheets.sheet import table_text
@@ -164,7 +193,9 @@ def limits(
     if bool(of) == every:
         raise SceneError("limits: say --of 'block.mass=300..900 t', or --all")
     loaded, seconds = o.scene_of(scene, sets), o.wall_s("--limit", limit)
-    found = limits_of_all(loaded, of or askable(loaded), seconds, workers, lambda text: typer.echo(text, err=True))
+    fails = max(("red", "undecided" if strict else "red", fail_on or "red"), key=STATES.index)
+    asked = of or askable(loaded)
+    found = limits_of_all(loaded, asked, seconds, workers, lambda text: typer.echo(text, err=True), fails)
     if as_json:
         typer.echo(json.dumps([one.data() for one in found]))
     elif every:
@@ -180,8 +211,9 @@ def limits(
 
 @app.command()
 def plan(
+    context: typer.Context,
     scene: o.Scene,
-    output: Annotated[Path | None, o.written_to("scene; default NAME-planned.yaml")] = None,
+    output: Annotated[Path | None, o.written_to("scene; default NAME-planned.yaml, of a yard .csv or .xml")] = None,
     force: o.Force = False,
     budget: Annotated[str, typer.Option("--budget", help="wall time of the search")] = "15 min",
     certify: Annotated[bool, typer.Option("--certify", help="estimate the errors of the new timing")] = False,
@@ -192,8 +224,16 @@ def plan(
 
     Tries higher speeds of orders, ramps without swing, and overlapping moves, first along the equilibrium path, then in
     runs; the last run is green. Waits, comments and layout of the scene are kept. Exit code 1 if the scene is red as it
-    is written, or nothing is gained.
+    is written, or nothing is gained. Of a yard file: a schedule by CP-SAT, how near it is to a bound, and how robust.
     """
+    if o.yard_file(context, scene, {"output", "force", "budget"}):
+        from heavylift.coordinator.supervision.pool import Pool, cores
+
+        effort = EFFORT * o.wall_s("--budget", budget)
+        with Pool(cores()) as pool:
+            study = o.study_of(scene, sets, REPLICATIONS, executor=pool)
+            o.tell(study.planned(str(output or f"{Path(scene).stem}-planned.csv"), effort, force), as_json)
+        return
     from heavylift.coordinator.sweeps.planning import planned
     from heavylift.recordings.write.outputs import output_path
     from heavylift.recordings.write.partfile import written

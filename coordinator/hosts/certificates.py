@@ -77,7 +77,7 @@ class CertificateLibrary:
         return str(names[0].value) if names else ""
 
     def signed(self, certificate: x509.Certificate, by: x509.Certificate) -> bool:
-        """Whether one certificate was signed with the key of another."""
+        """Return whether one certificate was signed with the key of another."""
         try:
             certificate.verify_directly_issued_by(by)
         except self.invalid:

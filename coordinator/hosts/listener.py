@@ -134,7 +134,7 @@ class JoinHandshake:
         return f"its certificate was not made for '{name}'"
 
     def refusal(self, asked: JoinRequest) -> str:
-        """Return why a process may not join; "" if the run expects it."""
+        """Return why a process may not join; "" if it may."""
         hub, name = self._hub, asked.process
         remote = hub.placement.remote
         if asked.version != __version__:
@@ -198,7 +198,7 @@ class RemoteListener:
 
     @property
     def seen_from_afar(self) -> str:
-        """The endpoint by which other hosts connect, with this host's name if it listens on all interfaces."""
+        """The endpoint to which other hosts connect: with this host's name if it listens on all interfaces."""
         host, _, port = self.endpoint.removeprefix("tls/").rpartition(":")
         return f"tls/{socket.gethostname() if host in ALL else host}:{port}"
 

@@ -92,7 +92,7 @@ def _answer(session: zenoh.Session, at: str, asked: JoinRequest, listener: Remot
                     raise ProtocolError(f"process {asked.process} may not join: {why}")
                 return answer
         time.sleep(0.05)  # it listens, but does not answer yet
-    raise ProtocolError(f"process {asked.process} cannot join: nobody at {listener.endpoint} answers for a run")
+    raise ProtocolError(f"process {asked.process} cannot join: nobody at {listener.endpoint}answers for a run")
 
 
 def _decoded(data: bytes, listener: RemoteListener) -> JoinReply:
@@ -100,7 +100,7 @@ def _decoded(data: bytes, listener: RemoteListener) -> JoinReply:
         return msgspec.msgpack.decode(data, type=JoinReply)
     except UNREADABLE:
         raise ProtocolError(
-            f"who answers at {listener.endpoint} speaks the words of another program, or of another heavylift than "
+            f"who answers at {listener.endpoint} uses the protocol of another program, or of a heavylift other than "
             f"{__version__}; install one version on both hosts"
         ) from None
 

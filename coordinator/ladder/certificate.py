@@ -50,7 +50,7 @@ class FigureErrors:
         return hypot(*(x for x in (self.numerical, self.model, self.inputs) if x is not None))
 
     def message(self, inputs: str) -> str:
-        """Return the figure with its errors as text for people; `inputs`: names of the uncertain inputs."""
+        """Return the figure with its errors as text; `inputs`: names of the uncertain inputs."""
         factor, unit = larger(self.unit)
         places = 1 - floor(log10(factor * self.whole)) if self.whole > 0.0 else 6
         halves = {"numerical": self.numerical, "model": self.model, f"inputs: {inputs}": self.inputs}
@@ -75,7 +75,7 @@ class Certificate:
 
     @property
     def message(self) -> list[str]:
-        """Text for people, one line per figure or note."""
+        """Return the certificate as text, one line per figure or note."""
         inputs = ", ".join(x.spread for x in self.inputs)
         most = max((bar for bar in self.bars if bar.quantity == "limits"), key=lambda bar: bar.value, default=None)
         lines = [bar.message(inputs) for bar in self.bars if bar.quantity != "limits" or bar is most]

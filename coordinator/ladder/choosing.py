@@ -37,12 +37,14 @@ Report = Callable[[str], None]
 
 
 def chosen(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
-    """Return the scene at the model level and steps that its accuracy requires; `say` reports the runs made for it."""
+    """Return the scene with the model level and steps that its accuracy requires; `say` reports the runs made to find
+    them."""
     from heavylift.coordinator.verdict.worst_corners import with_worst_clearances
 
     scene = with_worst_clearances(scene)
     if (question := scene.question) is None:
         return scene
+    # user models may depend on anything: they are not run again to measure
     if scene.plan.models:
         why = "a scene with models of its own is modelled as it is written, and nothing is measured for what it asks"
         return answered(scene, _unmeasured(scene.plan, why))
@@ -50,6 +52,7 @@ def chosen(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScen
     def make() -> Answer:
         return choose(Ladder(scene.plan, scene.facts.named), question, Measuring(question.ask, say=say))
 
+    # results of code outside the plan cannot be cached under the plan
     alone = scene.passing or bool(functions(scene.plan))  # whose code may change
     return answered(scene, make() if alone else remembered(_name(scene, question), Answer, make))
 
@@ -62,6 +65,7 @@ def decided(scene: LoadedScene, say: Report = lambda message: None) -> LoadedSce
         found = chosen(replace(scene, facts=facts), say)
         checks = play(found.plan, errors=found.errors).verdict.checks
         left = [check.sentence for check in checks if check.state == "undecided"]
+        # each accuracy is tried in turn: most lifts are decided by the first
         say(f"to {percent(accuracy)}: {len(left)} checks undecided")
         if not left:
             break
@@ -69,7 +73,7 @@ def decided(scene: LoadedScene, say: Report = lambda message: None) -> LoadedSce
 
 
 def known(scene: LoadedScene) -> Answer | None:
-    """Return the cached answer to the accuracy question of a scene, or None."""
+    """Return the cached choice of level and steps for a scene, or None."""
     if scene.question is None:
         return scene.answer
     try:
@@ -79,7 +83,7 @@ def known(scene: LoadedScene) -> Answer | None:
 
 
 def answered(scene: LoadedScene, answer: Answer) -> LoadedScene:
-    """Return the scene with the level and steps of an answer."""
+    """Return the scene with the level and steps of an `Answer`."""
     plan = at_level(scene.plan, answer.fidelity)
     hz = plan.samples_hz if "samples" in scene.facts.named else answer.samples_hz or plan.samples_hz
     plan = msgspec.structs.replace(plan, method=answer.method, tolerance=answer.tolerance, samples_hz=hz)
@@ -87,7 +91,8 @@ def answered(scene: LoadedScene, answer: Answer) -> LoadedScene:
 
 
 def measured(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
-    """Return the scene as it is modelled, with the measured errors of the quantities that it asks for."""
+    """Measure the errors of the requested quantities at the scene's own level and steps; return the scene with these
+    errors."""
     if not (ask := scene.facts.ask) or scene.plan.models:
         return scene
     measuring = Measuring(ask, say=say)
@@ -108,8 +113,8 @@ def level_of(scene: LoadedScene, say: Report = lambda message: None) -> LoadedSc
 
 @dataclass(frozen=True)
 class Look:
-    """A candidate with its measured errors: in all, of its steps, of its level; the pairs of candidates whose
-    difference is the error of the level; why it could not run; which errors are missing, and why."""
+    """Measured errors of a candidate: in all, of its steps, of its level; why it could not run; which errors are
+    missing, and why."""
 
     candidate: ModelLevel
     error: Errors = field(default_factory=lambda: {"": inf})
@@ -129,6 +134,7 @@ def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
         last = look if last is None or not look.why or last.why else last
         if largest(look.error) <= question.accuracy:
             return _answer(look, question, measuring)
+        # a finer level would inherit the error of the steps
         if not look.why and largest(look.model) <= largest(look.steps):
             break  # a finer level has the same trouble with its steps
     assert last is not None
@@ -141,6 +147,7 @@ def _climbed(
     """Return the loosest steps on a level whose errors are within the accuracy; if there are none, the tightest that
     were run: the error of the level is larger, or tighter steps give no improvement."""
     tolerances = [candidate.plan.tolerance for candidate in candidates]
+    # looser steps than LOOSEST times the accuracy cannot be within it
     at = next((i for i, x in enumerate(tolerances) if x <= LOOSEST * accuracy * (1.0 + 1e-9)), len(candidates) - 1)
     run, checked, before, stuck = [at], at, inf, 0
     while True:
@@ -149,6 +156,7 @@ def _climbed(
                 continue  # with denser samples
             pair = tuple(witnesses(ladder, candidates[checked], measuring)[:1])
             model = error_of_level(ladder, candidates[checked], measuring)
+            # the level alone is wrong by more than steps of this size can explain: go on to the next level
             if richer and largest(model) > accuracy / LOOSEST:  # by more than such steps can be
                 return Look(candidates[at], model, {}, model, pair)
             if len(run) == 1 and run[0] + 1 < len(candidates):
@@ -158,11 +166,13 @@ def _climbed(
         except HeavyliftError as error:
             if CUT in str(error):
                 raise
+            # a failed run may be one whose steps were too loose from the start
             if run == [at] and not measuring.spent and at + 2 < len(candidates):  # steps may be too loose to begin with
                 run, checked = [at + 2], at + 2
                 continue
             return Look(candidates[run[-1]], why=str(error).splitlines()[0])
         if kept := next((look for look in results if largest(look.error) <= accuracy), None):
+            # errors of the level were measured at looser steps than those of the candidate: part of them may be hidden
             hidden = times(HIDES, results[run.index(checked)].steps)
             seen = candidates.index(kept.candidate) <= checked or largest(added(kept.error, hidden)) <= accuracy
             if seen and (checked == run[-1] or not measuring.slack(candidates[checked])):
@@ -173,14 +183,17 @@ def _climbed(
         best = results[-1]
         steps, wrong = largest(best.steps), largest(best.model)
         if wrong > steps:
+            # the difference between levels may be an error of steps that differ between them
             if checked != run[-1] and largest(results[run.index(checked)].steps) > HIDES * wrong:
                 checked = run[run.index(checked) + 1]  # its steps may be all that is seen of its level
                 continue
             if richer or wrong > accuracy:
                 return best
+        # an improvement of less than half per decade counts as stuck
         before, stuck = steps, stuck + 1 if steps >= 0.5 * before else 0
         if run[-1] + 1 >= len(candidates) or stuck >= STUCK or steps == 0.0:
             return best
+        # aim at half of what the level has left of the accuracy
         run.append(_next(tolerances, run[-1], 0.5 * max(accuracy - wrong, 0.1 * accuracy) / steps))
 
 
@@ -202,15 +215,19 @@ def _candidates(
     found, (*others, last) = list[Look](), runs
     if not others:
         others, last = [last], last.tighter
+    # two runs give one difference; a third one gives its rate of convergence
     now, ratio = measuring.apart(others[-1], last), others[-1].plan.tolerance / last.plan.tolerance
     order = ORDERS[-1]
     if len(others) > 1:
         before, wider = measuring.apart(*others[-2:]), others[-2].plan.tolerance / others[-1].plan.tolerance
         rate = largest(before) / largest(now) if 0.0 < largest(now) < inf else inf
+        # the highest order that the observed rate supports (Roache's grid convergence)
         order = next((p for p in ORDERS if rate >= (wider**p - 1.0) / (1.0 - ratio**-p)), 0.0)
         now = {name: max(e, before.get(name, 0.0) / rate) for name, e in now.items()}
+    # remaining error of the tightest run by Richardson extrapolation with that order
     left = 1.0 / (ratio**order - 1.0) if order and ratio > 1.0 else 1.0
     for candidate in others:
+        # at least doubled: a difference between two runs is no bound by itself
         steps = times(max(WITNESSED, 1.0 + left), measuring.apart(candidate, last))
         found.append(_look(candidate, steps, model, (*pair, (candidate, last)), measuring))
     if last in runs:
@@ -230,8 +247,8 @@ def _look(
 
 def _of_limits(look: Look, measuring: Measuring) -> Errors:
     """Return errors of the utilisations of limits from the runs made so far; they do not influence the choice."""
-    own = measuring.limits.get(look.candidate.key, {})
-    known = [tuple(measuring.limits.get(x.key, {}) for x in pair) for pair in look.pairs]
+    own = measuring.limits(look.candidate)
+    known = [tuple(measuring.limits(x) for x in pair) for pair in look.pairs]
     return {
         name: (f.misread + WITNESSED * sum(abs(a[name].value - b[name].value) for a, b in known)) / f.scale
         for name, f in own.items()
@@ -240,10 +257,11 @@ def _of_limits(look: Look, measuring: Measuring) -> Errors:
 
 
 def witnesses(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> list[tuple[ModelLevel, ModelLevel]]:
-    """Pairs that tell the error of a candidate's level: with the cheapest level that puts back all that it leaves out;
-    where hook ropes slacken or something has no damping with all such levels, for waves that run along ropes are of
-    any length; of the finest with the one before it."""
+    """Return the pairs of candidates whose difference shows the error of a candidate's level: the candidate with the
+    cheapest level that models everything it leaves out. If hook ropes go slack or something has no damping, with all
+    such levels, since waves along ropes have any length; for the finest level, with the next coarser one."""
     levels, own = ladder.witnesses(candidate.plan.fidelity), ladder.in_own_steps(candidate)
+    # waves along ropes and undamped modes are seen by some levels only: compare with all that restore them
     if len(levels) > 1 and not undamped(system(candidate.plan)):
         levels = levels if any(measuring.slack(x, hooks=True) for x in (own, own.on(levels[0]))) else levels[:1]
     return [(own, own.on(level)) for level in levels or ([ladder.poorer] if ladder.poorer else [])]
@@ -252,19 +270,22 @@ def witnesses(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> li
 def error_of_level(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> Errors:
     """Return the largest difference of a candidate to its witnesses, doubled; not doubled for the finest level, which
     is better than the coarser one that it is compared with."""
+    # the finest level has no better one: its error is smaller than the difference to the coarser one
     factor = WITNESSED if ladder.witnesses(candidate.plan.fidelity) else 1.0
     return times(factor, most(*(measuring.apart(*pair) for pair in witnesses(ladder, candidate, measuring))))
 
 
 def tighter(candidate: ModelLevel) -> list[ModelLevel]:
-    """Return the candidate with tighter steps; with rigid ropes, whose impacts can bifurcate, two such."""
+    """Return the candidate with tighter steps; with rigid ropes, whose impacts can bifurcate, two increasingly tight
+    ones."""
+    # impacts of rigid ropes can bifurcate: one tighter run may agree by chance
     once = candidate.tighter
     return [once, once.tighter] if system(candidate.plan).rigid_ropes else [once]
 
 
 def as_it_is(plan: Plan, accuracy: float, measuring: Measuring) -> Look:
-    """Measure the errors of a plan as it is modelled: of its steps twice the difference to tighter ones, of its level
-    the difference to its witnesses. Raises HeavyliftError if the plan cannot run."""
+    """Measure the errors of a plan at its own level and steps: for the steps twice the difference to tighter ones, for
+    the level the difference to its witnesses. Raises HeavyliftError if the plan cannot run."""
     ladder, candidate = Ladder(plan), ModelLevel(plan)
     while not measuring.read_well(candidate, accuracy):
         pass

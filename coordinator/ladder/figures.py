@@ -19,7 +19,7 @@ from heavylift.nodes.plan.plan import Plan
 from heavylift.recordings.read.verdict import RecordedVerdict
 from numpy.typing import NDArray
 
-from .in_memory import Played
+from .in_memory import Judge, Played
 
 Floats = NDArray[np.float64]
 WHOLE = "the whole run"
@@ -55,7 +55,7 @@ class Span:
 
 
 @dataclass(frozen=True)
-class Shown:
+class RunSeries:
     """Results of a run from which figures are computed: stages; peak tensions [N]; times (n,) [s]; positions (n, 3) [m]
     of lifted bodies and coordinates (n, 1) by name, with units; support forces (n,) [N]."""
 
@@ -66,9 +66,10 @@ class Shown:
     supports: dict[str, Floats] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, run: Played) -> "Shown":
+    def of(cls, run: Played) -> "RunSeries":
         """Collect the results of a run."""
         plan, layout = run.plan, run.layout
+        # several rows at the instant of an event: the first one counts
         t, first = np.unique(run.t, return_index=True)
         forces = layout.find("support/force")
         channels = [(c.body, layout.find(f"pose/{c.body}")) for m in plan.machines for c in m.cargo]
@@ -80,13 +81,16 @@ class Shown:
                 for i, name in enumerate(joints.names)
             }
         borne = {name: run.rows[first, forces.start + i] for i, name in enumerate(forces.names)} if forces else {}
+        # pieces of a rope ("~") are not ropes of the scene
         peaks = {name: peak.tension for name, peak in run.peaks.items() if "~" not in name}
         return cls(spans(plan, run.conduct.stages, run.end_ns * 1e-9), peaks, t, places, borne)
 
-    def halved(self) -> "Shown":
+    def halved(self) -> "RunSeries":
         """Return the same results with every second sample only."""
         places = {name: (x[::2], unit) for name, (x, unit) in self.places.items()}
-        return Shown(self.spans, self.peaks, self.t[::2], places, {name: x[::2] for name, x in self.supports.items()})
+        return RunSeries(
+            self.spans, self.peaks, self.t[::2], places, {name: x[::2] for name, x in self.supports.items()}
+        )
 
     @property
     def stages(self) -> list[tuple[str, float]]:
@@ -97,6 +101,7 @@ class Shown:
 def spans(plan: Plan, stages: list[tuple[float, int, str]], last: float) -> list[Span]:
     """Return the time span of each action; of the whole run if it has no action list."""
     if not stages or plan.lists:
+        # lifts side by side have stages that overlap: figures are those of the whole run
         return [Span(WHOLE, 0.0, last, not plan.lists, False)]
     ends = [t for t, _, _ in stages[1:]] + [last]
     out = []
@@ -110,23 +115,33 @@ def spans(plan: Plan, stages: list[tuple[float, int, str]], last: float) -> list
 
 def figures(run: Played, ask: Sequence[Asked] = ASKABLE) -> list[AskedFigure]:
     """Figures of a run for these quantities; repeated names are numbered."""
-    shown = Shown.of(run)
+    shown = RunSeries.of(run)
     half = shown.halved()
     found = list[AskedFigure]()
     for quantity in ask:
         if quantity in READ:
-            read, again = READ[quantity](run.plan, shown), READ[quantity](run.plan, half)
+            found += _misread(READ[quantity](run.plan, shown), READ[quantity](run.plan, half))
         else:
-            read, again = _judged(quantity, *run.judged), _judged(quantity, *run.judged_coarsely)
-        coarse = {f.name: f.value for f in _numbered(again)}
-        found += [f._replace(misread=abs(f.value - coarse.get(f.name, inf)) / THIRD) for f in _numbered(read)]
+            found += judged(run.judge, [quantity])
     return found
 
 
-def _tensions(slings: bool) -> Callable[[Plan, Shown], Iterator[AskedFigure]]:
-    def tensions(plan: Plan, shown: Shown) -> Iterator[AskedFigure]:
+def judged(judge: Judge, ask: Sequence[Asked] = ("limits", "clearance")) -> list[AskedFigure]:
+    """Figures of the verdict of a run."""
+    return [f for quantity in ask for f in _misread(_judged(quantity, *judge.fine), _judged(quantity, *judge.coarse))]
+
+
+def _misread(read: Iterator[AskedFigure], again: Iterator[AskedFigure]) -> Iterator[AskedFigure]:
+    """Yield figures with their reading errors, from the same of every second sample."""
+    coarse = {f.name: f.value for f in _numbered(again)}
+    return (f._replace(misread=abs(f.value - coarse.get(f.name, inf)) / THIRD) for f in _numbered(read))
+
+
+def _tensions(slings: bool) -> Callable[[Plan, RunSeries], Iterator[AskedFigure]]:
+    def tensions(plan: Plan, shown: RunSeries) -> Iterator[AskedFigure]:
         ties = {tie.rope for machine in plan.machines for tie in machine.ties}
         own = {name: peak for name, peak in shown.peaks.items() if (name in ties) == slings}
+        # ropes that carry little are relative to the largest, or their relative error would decide
         least = PART * PART * max(own.values(), default=0.0)
         for name, peak in own.items():
             if peak > LOADED:
@@ -135,8 +150,8 @@ def _tensions(slings: bool) -> Callable[[Plan, Shown], Iterator[AskedFigure]]:
     return tensions
 
 
-def _durations(quantity: Asked) -> Callable[[Plan, Shown], Iterator[AskedFigure]]:
-    def durations(plan: Plan, shown: Shown) -> Iterator[AskedFigure]:
+def _durations(quantity: Asked) -> Callable[[Plan, RunSeries], Iterator[AskedFigure]]:
+    def durations(plan: Plan, shown: RunSeries) -> Iterator[AskedFigure]:
         for span in shown.spans:
             lasts = span.end - span.start
             if span.lifts and quantity == "lift-off time":
@@ -149,7 +164,7 @@ def _durations(quantity: Asked) -> Callable[[Plan, Shown], Iterator[AskedFigure]
     return durations
 
 
-def _swings(plan: Plan, shown: Shown) -> Iterator[AskedFigure]:
+def _swings(plan: Plan, shown: RunSeries) -> Iterator[AskedFigure]:
     hung = [dist(*hook.ends) for machine in plan.machines for hook in machine.hooks if hook.ends]
     small = SMALL * min(hung) if hung else SWUNG
     for name, (x, unit) in shown.places.items():
@@ -226,7 +241,7 @@ def _period(t: Floats, y: Floats) -> float:
     return 1.0 / f if f * lasts >= 2.0 and left(f) < 0.5 * float((y * y).sum()) else 0.0
 
 
-def _positions(plan: Plan, shown: Shown) -> Iterator[AskedFigure]:
+def _positions(plan: Plan, shown: RunSeries) -> Iterator[AskedFigure]:
     ends = [*(span.start for span in shown.spans[1:]), shown.spans[-1].end]
     names = [f"as '{span.name}' begins" for span in shown.spans[1:]] + ["at the end"]
     for name, (x, unit) in shown.places.items():
@@ -251,7 +266,7 @@ def _at(t: Floats, x: Floats, times: Sequence[float]) -> Floats:
     return np.array(out)
 
 
-def _supports(plan: Plan, shown: Shown) -> Iterator[AskedFigure]:
+def _supports(plan: Plan, shown: RunSeries) -> Iterator[AskedFigure]:
     tops = {name: _top(shown.t, force) for name, force in shown.supports.items()}
     least = PART * PART * max(tops.values(), default=0.0)
     for name, force in tops.items():
@@ -293,7 +308,7 @@ def _numbered(found: Iterator[AskedFigure]) -> list[AskedFigure]:
 
 
 QUANTITY: tuple[Asked, Asked] = ("rope tension", "sling tension")
-READ: dict[Asked, Callable[[Plan, Shown], Iterator[AskedFigure]]] = {
+READ: dict[Asked, Callable[[Plan, RunSeries], Iterator[AskedFigure]]] = {
     "rope tension": _tensions(slings=False),
     "sling tension": _tensions(slings=True),
     "swing": _swings,

@@ -16,7 +16,7 @@ from heavylift.coordinator.live.command_queue import TimedCommand, command
 from heavylift.coordinator.protocol.core import RunEnd
 from heavylift.coordinator.record.drawing import RopeLines
 from heavylift.coordinator.verdict.conduct import Conduct
-from heavylift.coordinator.verdict.history import Collector
+from heavylift.coordinator.verdict.history import Collector, Every
 from heavylift.kernel.description.mechanics import System
 from heavylift.nodes.devs import Event, Tag
 from heavylift.nodes.limits.checks import Errors
@@ -33,14 +33,16 @@ if TYPE_CHECKING:
 
 
 CUT = "cut after"
+Judged = tuple[RecordedVerdict, Sequence[Use]]  # a verdict, and the maximum utilisation of each limit
 
 
 @dataclass(frozen=True)
 class Played:
-    """A run of a plan and its mechanics: the columns of a sample, times (n,) [ns] and rows (n, width); events in
-    total order; the rope lines that hang from when on [ns]; `apart`: times and rows of one lift alone, by its name;
-    what the kernel has to say, and when [ns]; the ropes that went slack; its end [ns]; what the action list still
-    waited for; rows at instants between samples; GRANTs; seconds before it (of CPU time `start_s`) and in it."""
+    """A finished run of a plan in memory: layout, times (n,) [ns] and rows (n, width) of the samples; events in total
+    order; rope lines with the time [ns] from which they are valid; `apart`: samples of single lifts, by name; notes of
+    the kernel with times [ns]; ropes that went slack; end [ns]; what the action list still waited for; `dense`: rows at
+    the requested instants; number of GRANTs; wall and CPU time before and in the run [s].
+    """
 
     plan: Plan
     mechanics: System
@@ -106,39 +108,60 @@ class Played:
     @property
     def verdict(self) -> RecordedVerdict:
         """The verdict."""
-        return self.judged[0]
+        return self.judge.full[0]
 
     @property
     def uses(self) -> Sequence[Use]:
         """The maximum utilisation of each limit."""
-        return self.judged[1]
+        return self.judge.full[1]
 
     @cached_property
-    def judged(self) -> tuple[RecordedVerdict, Sequence[Use]]:
-        """The verdict, and the maximum utilisation of each limit."""
-        return self.judging()
+    def judge(self) -> "Judge":
+        """What judges the run, and needs its rows no more."""
+        return Judge(self.plan, self.mechanics, self.past, self.conduct, self.errors)
 
     @cached_property
-    def judged_coarsely(self) -> tuple[RecordedVerdict, Sequence[Use]]:
-        """Verdict and utilisations from every second sample only."""
-        return self.judging(2)
-
-    def judging(self, every: int = 1, smallest: int | None = None) -> tuple[RecordedVerdict, Sequence[Use]]:
-        """The same of every so many-th sample; `smallest`: clearances that are reported at least."""
-        from heavylift.coordinator.verdict.clearances import SMALLEST
-        from heavylift.coordinator.verdict.judging import verdict_with_uses
-
-        past, known = self.past(every), self.mechanics
-        least, whole = (SMALLEST, every == 1) if smallest is None else (smallest, False)
-        return verdict_with_uses(self.plan, past, self.conduct, self.errors, least, known, whole)
-
-    def past(self, every: int = 1) -> Collector:
-        """Return the columns of each `every`-th sample, with the rope lines."""
+    def past(self) -> Collector:
+        """The columns of all samples, with the rope lines."""
         past = Collector(self.layout)
-        past.samples(0, self.times[::every].tolist(), self.rows[::every])
+        past.samples(0, self.times.tolist(), self.rows)
         for t_ns, lines in self.rigs:
             past.ropes(t_ns, lines)
         return past
+
+
+@dataclass(frozen=True)
+class Judge:
+    """What the verdict of a run is made of: plan, its mechanics, history, course, errors of figures."""
+
+    plan: Plan
+    mechanics: System
+    past: Collector
+    conduct: Conduct
+    errors: Errors
+
+    def _judged(self, whole: bool, every: int = 1) -> Judged:
+        """Judge every so many-th sample; unless `whole`, without tables and with the smallest clearance alone."""
+        from heavylift.coordinator.verdict.clearances import SMALLEST
+        from heavylift.coordinator.verdict.judging import verdict_with_uses
+
+        past, smallest = Every(self.past, every) if every > 1 else self.past, SMALLEST if whole else 1
+        return verdict_with_uses(self.plan, past, self.conduct, self.errors, smallest, self.mechanics, whole)
+
+    @cached_property
+    def full(self) -> Judged:
+        """The verdict with all tables of a report, and the maximum utilisation of each limit."""
+        return self._judged(whole=True)
+
+    @cached_property
+    def fine(self) -> Judged:
+        """The same without tables and with the smallest clearance alone."""
+        return self._judged(whole=False)
+
+    @cached_property
+    def coarse(self) -> Judged:
+        """The same as `fine` from every second sample."""
+        return self._judged(whole=False, every=2)
 
 
 def play(

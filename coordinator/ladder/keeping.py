@@ -18,8 +18,8 @@ PIECE = 512  # rows that are read together: so few that they stay in the cache o
 
 
 class KeepingKernel(KernelNode):
-    """A kernel whose samples stay in this process and whose run can be ended by the clock; `cut`: what its sentence
-    begins with then."""
+    """A kernel whose samples stay in memory and whose run ends at a wall-clock limit; `cut`: first words of the error
+    message then."""
 
     def __init__(self, config: KernelConfig, instants: Sequence[int], allowed: float, cut: str) -> None:
         super().__init__(config, lambda batch: None)

@@ -11,8 +11,8 @@ import msgspec
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.plan.fidelity import Asked, Fidelity
 
-from .figures import AskedFigure, figures
-from .in_memory import CUT, play
+from .figures import AskedFigure, figures, judged
+from .in_memory import CUT, Judge, play
 from .model_levels import ModelLevel
 
 DENSER, MOST = 4.0, 60_000  # times the samples, where a figure may be misread; at most of them in a run
@@ -43,7 +43,7 @@ class Measuring:
         self._failed: dict[Key, HeavyliftError] = {}
         self._slack: dict[Key, frozenset[str]] = {}
         self._read: dict[Key, dict[str, AskedFigure]] = {}
-        self.limits: dict[Key, dict[str, AskedFigure]] = {}  # uses of limits, of each candidate that was run
+        self._judges: dict[Key, Judge] = {}
 
     @property
     def seen(self) -> dict[str, AskedFigure]:
@@ -59,21 +59,26 @@ class Measuring:
             try:
                 run = play(dense, self._limit())
             except HeavyliftError as error:
+                # a run cut by the clock says nothing about the candidate, and may be repeated
                 if CUT not in str(error):
                     self._failed[candidate.key] = error
                 raise
             self.spent[candidate.key] = Spent(run.start_s, run.cpu_s, run.prepared_s + run.wall_s)
             self._slack[candidate.key] = run.slack
             self._read[candidate.key] = {f.name: f for f in figures(run, self.ask)}
-            self.limits[candidate.key] = (
-                {f.name: f for f in figures(run, ["limits", "clearance"])} if candidate.plan.limits else {}
-            )
+            if candidate.plan.limits:
+                self._judges[candidate.key] = run.judge
             self._samples = len(run.t)
             self._report(f"{candidate.name}: {run.cpu_s:.2g} s")
         return self._read[candidate.key]
 
+    def limits(self, candidate: ModelLevel) -> dict[str, AskedFigure]:
+        """Uses of limits and smallest clearance of a candidate; none of one that was not run."""
+        judge = self._judges.get(candidate.key)
+        return {f.name: f for f in judged(judge)} if judge else {}
+
     def slack(self, candidate: ModelLevel, hooks: bool = False) -> bool:
-        """Whether a rope goes slack in the run of a candidate, or one of its hook ropes."""
+        """Return whether a rope goes slack in a candidate's run; with `hooks`, whether a hook rope does."""
         self.figures(candidate)
         found = self._slack[candidate.key]
         return any(hook.rope in found for m in candidate.plan.machines for hook in m.hooks) if hooks else bool(found)
@@ -85,6 +90,7 @@ class Measuring:
     def read_well(self, candidate: ModelLevel, accuracy: float) -> bool:
         """Return whether all reading errors are below a quarter of the accuracy, or denser samples cannot help; if not,
         discard all runs, to be repeated with denser samples."""
+        # a quarter: reading errors are added to the others
         if max(self.misread(candidate).values(), default=0.0) <= 0.25 * accuracy or DENSER * self._samples > MOST:
             return True
         self.factor *= DENSER
@@ -97,6 +103,7 @@ class Measuring:
         mine, others = self.figures(candidate), self.figures(other)
         return {
             name: abs(mine[name].value - others[name].value) / max(mine[name].scale, others[name].scale)
+            # a figure that only one of two runs shows, such as of a rope that carries in one only, is not comparable
             if name in mine and name in others else inf
             for name in {**mine, **others}
         }  # fmt: skip

@@ -51,7 +51,8 @@ def stiff(mechanics: System) -> bool:
 
 
 def undamped(mechanics: System) -> bool:
-    """Whether some elastic thing in it has no damping, so that what a stiff method damps would be all that there is."""
+    """Return whether some elastic element has no damping, so that the numerical damping of a stiff method would be all
+    it gets."""
     elastic = (*mechanics.laws, *(body.flexible for body in mechanics.bodies))
     return any(getattr(x, "damping", 1.0) == 0.0 for x in elastic)
 
@@ -151,7 +152,8 @@ class Ladder:
 
     @property
     def poorer(self) -> Fidelity | None:
-        """The level before the finest, against which the error of the finest is measured; None if there is only one."""
+        """The coarser level next to the finest, against which the error of the finest is measured; None if there is
+        only one."""
         return (self.whole if len(self.whole) > 1 else self.full)[-2] if len(self.full) > 1 else None
 
     @cached_property

@@ -22,7 +22,7 @@ LONGEST = 3600.0  # [s] of wall time that a run may take
 
 
 @dataclass(frozen=True)
-class Shown:
+class RunFigures:
     """Figures of a run, with the CPU time of this run and those that measure its errors [s]; relative errors of steps
     and level, if measured; which of these errors are missing, and why."""
 
@@ -33,7 +33,7 @@ class Shown:
     missing: dict[str, str] = field(default_factory=dict)
 
 
-Ran: TypeAlias = Shown | str
+Ran: TypeAlias = RunFigures | str
 """A run, or the sentence that says why there is none."""
 
 
@@ -75,12 +75,12 @@ def _ran(task: tuple[bytes, bool]) -> Ran:
         demand(functions(plan), "the scene")
         if not task[1]:
             run = play(plan, LONGEST)
-            return Shown(_at_the_end(figures(run)), run.cpu_s)
+            return RunFigures(_at_the_end(figures(run)), run.cpu_s)
         measuring = Measuring(ASKABLE, lambda: LONGEST)
         look = as_it_is(plan, USUAL, measuring)
         spent = sum(x.cpu_s for x in measuring.spent.values())
         found = _at_the_end(measuring.figures(look.candidate).values())
-        return Shown(found, spent, look.steps, look.model, look.missing)
+        return RunFigures(found, spent, look.steps, look.model, look.missing)
     except HeavyliftError as error:
         return " ".join(str(error).split())
 

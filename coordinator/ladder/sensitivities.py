@@ -17,8 +17,8 @@ from heavylift.coordinator.supervision.pool import cores
 from heavylift.kernel.errors import HeavyliftError, ModelError
 from heavylift.nodes.scene import LoadedScene, loaded
 from heavylift.nodes.scene.inputs import UncertainInput, uncertain_inputs, unstated, varied
-from heavylift.recordings.format.text import table
 from heavylift.recordings.render.curves import larger
+from heavylift.recordings.sheets.sheet import Table, columns, part_text
 
 from .choosing import chosen
 from .figures import AskedFigure
@@ -60,10 +60,8 @@ class Sensitivities:
         return hypot(*(effect.moves for effect in self.effects[figure]))
 
     def __str__(self) -> str:
-        parts = [self._table(figure) for figure in sorted(self.figures, key=self._relative, reverse=True)]
-        if self.unstated:
-            parts.append(of_unstated(self.unstated))
-        return "\n\n".join([*parts, *self.notes])
+        parts = [part_text(self._table(figure)) for figure in sorted(self.figures, key=self._relative, reverse=True)]
+        return "\n\n".join([*parts, *([of_unstated(self.unstated)] if self.unstated else []), *self.notes])
 
     def data(self) -> dict[str, object]:
         """Return the sensitivities as plain data in SI units; half-widths at 95 %."""
@@ -84,18 +82,22 @@ class Sensitivities:
     def _share(self, figure: str, effect: Effect) -> float:
         return effect.moves**2 / (self.bar(figure) ** 2 or 1.0)
 
-    def _table(self, figure: AskedFigure) -> str:
+    def _table(self, figure: AskedFigure) -> Table:
         factor, unit = larger(figure.unit)
         known = {each.name: str(each) for each in self.inputs}
         bar = factor * self.bar(figure.name)
         part = f" ({100.0 * self._relative(figure):.2g} %)" if figure.value == figure.scale else ""
-        rows = [
-            [f"  {known[e.input]}", f"{factor * e.moves:+.2g} {unit}", f"{100.0 * self._share(figure.name, e):.0f} %",
-             "switches" if e.switches else ""]
+        rows = (
+            (
+                known[e.input],
+                f"{factor * e.moves:+.2g} {unit}",
+                100.0 * self._share(figure.name, e),
+                "switches" * e.switches,
+            )
             for e in self.effects[figure.name]
-        ]  # fmt: skip
-        head = f"{figure.name}: {factor * figure.value:.5g} +- {bar:.2g} {unit}{part} by its inputs"
-        return "\n".join([head, table(["  input", "moves it by", "share", ""], rows)])
+        )
+        title = f"{figure.name}: {factor * figure.value:.5g} +- {bar:.2g} {unit}{part} by its inputs"
+        return Table(title, columns("input", "moves it by", "share [%] .0", ""), tuple(rows))
 
 
 @dataclass(frozen=True)
@@ -177,7 +179,7 @@ class _Seen:
             ended = run if isinstance(run, str) else result(run)
             if isinstance(ended, str):
                 value = self.input.rounded(self.input.value + step * self.input.sd, self.input.sd)[0]
-                self.failed = f"with {value} there is no run: {ended}"
+                self.failed = f"the run with {value} fails: {ended}"
             else:
                 self.cpu_s += ended.cpu_s
                 self.values[step] = {figure.name: figure.value for figure in ended.figures}

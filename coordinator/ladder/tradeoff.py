@@ -24,8 +24,8 @@ REFERENCE = 3  # steps of the finest model level: so many times a tenth of the l
 
 @dataclass(frozen=True)
 class Row:
-    """One row of the table: largest relative error of each quantity, or the `reason` why the candidate could not run;
-    CPU seconds for start and run; the command that reproduces it."""
+    """A row of the trade-off table: largest relative error of each quantity, or the `reason` why the candidate could
+    not run; CPU seconds for start and run; the command that reproduces it."""
 
     level: str
     how: str

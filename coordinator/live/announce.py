@@ -26,7 +26,7 @@ NAME = "run.json"
 
 
 class Notice(msgspec.Struct, frozen=True):
-    """Description that a run publishes of itself in `run.json`; `started`: system clock [s]."""
+    """What a run announces about itself in `run.json`; `started`: system clock [s]."""
 
     run: str
     scene: str
@@ -132,8 +132,8 @@ STEP_s = 86400.0  # the same for a step, which takes as long as it takes
 
 
 class RunOrder(msgspec.Struct, frozen=True, omit_defaults=True):
-    """Pause, continue, stop; step by `by_ns` [ns] or (None) to the next event; give a command; set the rate to
-    `factor`.
+    """An order to a run: pause, continue, stop; step by `by_ns` [ns] or (None) to the next event; give a command; set
+    the rate to `factor`.
 
     `wait`: while the run is paused a command waits for its answer; otherwise it is reported when it will take effect.
     """
@@ -169,7 +169,7 @@ def ask(
     hear: Callable[[str], None] | None = None,
 ) -> Reply:
     """Send an order to a run in progress and return its last reply; `hear` receives earlier replies. Raises
-    ProtocolError if the last reply takes longer than `patience` [s]; for a step this limit does not hold."""
+    ProtocolError if the last reply takes longer than `patience` [s]; a step has no such limit."""
     found = run if isinstance(run, AnnouncedRun) else find(str(run))
     timeout, text = STEP_s if what.do == "step" else patience, ""
     with guest_session(found.directory, OPERATOR) as session:
@@ -183,7 +183,7 @@ def ask(
             except UNREADABLE:
                 made = found.notice.version
                 raise ProtocolError(
-                    f"run {found.notice.run} is of heavylift {made} and answers in words that {__version__} does not "
+                    f"run {found.notice.run} is of heavylift {made} and uses a protocol that {__version__} does not "
                     f"know; {install(made)} to give it orders"
                 ) from None
             if answer.last:

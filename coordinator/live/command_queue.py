@@ -73,8 +73,8 @@ SHOWN = 200  # characters of what is wrong with an order
 STOP = "stop"  # in place of the words of a command: the end of the run
 
 
-class Asked(NamedTuple):
-    """An encoded RunOrder and the receiver of its replies."""
+class QueuedOrder(NamedTuple):
+    """A queued order: an encoded RunOrder and the receiver of its replies."""
 
     order: bytes
     reply: Callable[[Reply], None]
@@ -94,9 +94,9 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
         refused); `why` explains a refused command to people."""
         self._recording, self._tempo, self._read, self._why = recording, tempo, read, why
         self._journal: Journal | None = None
-        self._asked: deque[Asked] = deque()
-        self._unanswered: dict[int, Asked] = {}  # by the time of the command [ns]
-        self._steps: list[Asked] = []
+        self._asked: deque[QueuedOrder] = deque()
+        self._unanswered: dict[int, QueuedOrder] = {}  # by the time of the command [ns]
+        self._steps: list[QueuedOrder] = []
         self._taken: set[int] = set()  # times of commands [ns]
         self._closed = False
 
@@ -142,7 +142,7 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
             asked.reply(Reply(True, text, at))
         self._steps.clear()
 
-    def ask(self, asked: Asked) -> None:
+    def ask(self, asked: QueuedOrder) -> None:
         """Queue an order; may be called from any thread."""
         self._asked.append(asked)
         self._tempo.alarm.set()
@@ -165,9 +165,9 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
             if text.last:
                 query.drop()  # type: ignore[no-untyped-call]
 
-        self.ask(Asked(query.payload.to_bytes() if query.payload else b"", reply))
+        self.ask(QueuedOrder(query.payload.to_bytes() if query.payload else b"", reply))
 
-    def _execute(self, order: RunOrder, core: OpenCoordinator, asked: Asked) -> Reply | None:
+    def _execute(self, order: RunOrder, core: OpenCoordinator, asked: QueuedOrder) -> Reply | None:
         """Execute an order and return the reply; None if the reply comes later."""
         tempo = self._tempo
         match order.do:
@@ -202,7 +202,7 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
         """Return whether the run is paused before this time [ns]."""
         return self._tempo.limit is not None and Tag(t) >= self._tempo.limit
 
-    def _hold(self, t: int, asked: Asked) -> None:
+    def _hold(self, t: int, asked: QueuedOrder) -> None:
         """Reply that a command takes effect when the run continues, if it is paused before time `t` [ns]."""
         if self._paused(t):
             at = _seconds(Tag(t))
@@ -213,7 +213,8 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
         """Schedule a command as early as possible; returns its time [ns]. HeavyliftError if no model takes any."""
         if self._read is None:
             raise HeavyliftError(
-                f"{words}: no model of this run takes commands; pause, step and continue it, or Ctrl-C"
+                f"{words}: no model of this run takes commands; it can be paused, stepped, continued, or stopped "
+                "with Ctrl-C"
             )
         text = OperatorCommand(STOP) if words == STOP else self._read(words)
         t = core.safe_ns

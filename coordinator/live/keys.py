@@ -18,7 +18,7 @@ from typing import Self
 import msgspec
 
 from .announce import RunOrder
-from .command_queue import Asked, CommandQueue
+from .command_queue import CommandQueue, QueuedOrder
 
 
 class Keyboard:
@@ -85,7 +85,7 @@ class Keys:
     def _listen(self) -> None:
         while self._keyboard.there and not self._over.is_set():
             if order := self._order(self._keyboard.wait(POLL_s)):
-                self._queue.ask(Asked(msgspec.msgpack.encode(order), lambda reply: self._report(reply.said)))
+                self._queue.ask(QueuedOrder(msgspec.msgpack.encode(order), lambda reply: self._report(reply.said)))
 
     def _order(self, key: str) -> RunOrder | None:
         match key:

@@ -80,8 +80,8 @@ class EventPublisher(AbstractContextManager["EventPublisher"]):
 def shown(
     hub: Hub | LocalHub, name: str, recording: Path | None, turning: Iterable[str] = ()
 ) -> Iterator[EventPublisher | None]:
-    """Publish the events of run `name`; `turning`: actuators whose coordinate is an angle. Yields None for a run in one
-    process, which cannot be watched."""
+    """Publish the events of run `name` while the context is open; `turning`: actuators whose coordinate is an angle.
+    Yields None for a run in one process, which cannot be watched."""
     if isinstance(hub, LocalHub):
         yield None
         return
@@ -165,7 +165,7 @@ def observe(run: str | Path | AnnouncedRun = "") -> Observer:
 
 
 class Lines:
-    """Formats the events of one run as lines of text; must see all of them to know the current stage."""
+    """Formats the events of one run as lines of text; it must receive every event to know the current stage."""
 
     def __init__(self, notice: Notice) -> None:
         self._units, self._angles = notice.units, notice.angles

@@ -49,14 +49,14 @@ class Pace:
         return 0.0
 
     def rest(self, alarm: Alarm, seconds: float) -> None:
-        """Wait for this time [s], or until the alarm is set."""
+        """Wait for this time [s], or until another thread sets the alarm."""
         alarm.wait(seconds)
 
     def granted(self, first: Tag) -> None:
         """Record that the grant for `first` was sent."""
 
     def hold(self) -> None:
-        """Note that the run is paused; nothing to do without a clock."""
+        """Note that the run is paused; without a clock there is nothing to do."""
 
     def go_on(self, at: Tag) -> None:
         """Continue at tag `at` after a pause."""
@@ -155,7 +155,7 @@ class Tempo:
         self._horizon = self._first = Tag(0)
 
     def horizon(self, core: OpenCoordinator) -> Tag:
-        """Return the tag up to which decisions may be made; notes in `held` whether a pause has been reached."""
+        """Return the tag up to which decisions may be made; sets `held` once a pause has been reached."""
         self.held = False
         if self._free:
             return FOREVER
@@ -175,7 +175,7 @@ class Tempo:
         self.pace.granted(self._first)
 
     def rest(self, core: OpenCoordinator) -> float:
-        """Wait until something can be granted, if no node is working; returns how long to wait for an answer of a node
+        """If no node is working, wait until something can be granted; returns how long to wait for a node's answer
         [s]."""
         if self._free:
             return math.inf

@@ -185,7 +185,7 @@ def simulator(
                 run(replace(other, plan=plan), made, in_process=True, commands=begun.commands)
                 return curves_of(Recording(made), channels)
         except HeavyliftError as error:
-            raise RecordingError(f"with {given} there is no run: {error}") from None
+            raise RecordingError(f"the run with {given} fails: {error}") from None
 
     return simulate
 

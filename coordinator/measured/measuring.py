@@ -43,8 +43,8 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class MeasurementResult:
-    """Results of a comparison; `estimates`: value and half-width at 95 % by name; `not_identified`: reasons by name;
-    number of rows of the log outside the run; paths of the written recording and scene."""
+    """Results of the comparison of a log with a recording; `estimates`: value and half-width at 95 % by name;
+    `not_identified`: reasons by name; number of log rows outside the run; paths of the written recording and scene."""
 
     at: Alignment
     comparisons: list[ChannelComparison]
@@ -56,7 +56,7 @@ class MeasurementResult:
 
     @property
     def message(self) -> list[str]:
-        """Lines of text for people."""
+        """Return the results as lines of text for the user."""
         lines = [str(self.at), *map(str, self.comparisons)]
         lines += [f"{name}: {value} +- {half}" for name, (value, half) in self.estimates.items()]
         lines += [f"{name}: not fitted, {why}" for name, why in self.not_identified.items()]

@@ -206,7 +206,7 @@ def compared(
 
 
 def beside(log: LogSignals, at: Alignment, errors: list[Floats], rows: NDArray[np.bool_]) -> list[Signal]:
-    """Return the measured signals, and errors E of the compared ones, at times of the run."""
+    """Return measured signals, and the errors E of the compared ones, interpolated to times of the run."""
     t, found = log.t[rows] + at.offset, dict[str, list[tuple[str, str, Floats]]]()
     parts = [(MEASURED, channel, channel.values[rows]) for channel in log.channels]
     for kind, channel, values in [*parts, *((ERROR, c, e) for c, e in zip(log.compared, errors, strict=True))]:

@@ -36,7 +36,7 @@ class Wiring(NamedTuple):
 
 
 def wiring(plan: Plan) -> Wiring:
-    """Return how the models of a plan are coupled."""
+    """Return the couplings between the models of a plan."""
     wires = [Coupling(*wire) for wire in couplings(plan)]
     notices = tuple((COMMANDER, port) for port in ("answer", "skipped", "stage"))
     return Wiring(wires, [Coupling(OPERATOR, COMMAND, COMMANDER, COMMAND)], (COMMANDER, "finished"), notices)
@@ -65,7 +65,7 @@ def kernel_config(plan: Plan, models: Mapping[str, NodeModel], systems: Iterable
 
 
 def postponed(core: OpenCoordinator, plan: Plan) -> bool:
-    """Postpone the end of a run whose plan has no end time, if its bound is reached but a driving model is still
+    """Postpone the end of a run whose plan has no end time, if its time bound is reached while a driving model is still
     scheduled (a swinging load alone does not count); returns whether it was postponed."""
     if plan.end is not None or core.over is not RunEnd.BOUND or (due := core.scheduled(driving(plan))) >= FOREVER:
         return False

@@ -158,7 +158,8 @@ _Place = tuple[str, dict[str, object], str]  # full name; the variables of its m
 
 
 class Commons:
-    """Guard for global variables that several children use: their values must stay as before the first transition."""
+    """Guard for global variables that several children use: their values must remain as they were before the first
+    transition."""
 
     def __init__(self, root: Coupled) -> None:
         alike: dict[frozenset[type], list[str]] = {}
@@ -192,8 +193,8 @@ class Commons:
             message = image(around.get(name))
             if self._known.setdefault(full, message) != message:
                 raise ModelError(
-                    f"{self._by(full)} use {full}, which has changed, though each process has a copy of its own; keep "
-                    "it in attributes and send it to others by messages"
+                    f"{self._by(full)} use {full}, which has changed, but each process has its own copy; keep it "
+                    "in attributes of a model and send it to others by messages"
                 )
 
     def _by(self, full: str) -> str:

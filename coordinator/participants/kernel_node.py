@@ -113,7 +113,7 @@ class KernelNode:
         return self._last
 
     def results(self, end: Tag) -> dict[str, Message]:
-        """Return no results: those of the kernel are its samples."""
+        """Return no results: what the kernel computes is in its samples."""
         return {}
 
     @property
@@ -200,7 +200,8 @@ class KernelNode:
 
     @property
     def said(self) -> tuple[int, int, np.ndarray]:
-        """Numbers of samples and notes sent, and the largest absolute value in each column of the samples."""
+        """Return the numbers of samples and notes sent, and the largest absolute value in each column of the
+        samples."""
         return self._sent, self._noted, self._most
 
     def restore(self, snapshot: bytes) -> None:

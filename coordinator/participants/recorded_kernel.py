@@ -52,7 +52,7 @@ class RecordedKernel:
 
 
 class Recalled:
-    """The kernel with a recorded past, as a `Steppable` like `KernelNode`."""
+    """A kernel that first replays a recorded past, as a `Steppable` like `KernelNode`."""
 
     def __init__(self, config: KernelConfig, publish: Callable[[bytes], None], past: RecordedKernel) -> None:
         self._publish, self._past = publish, past

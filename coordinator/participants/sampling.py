@@ -31,7 +31,7 @@ class Sampling:
 
     @property
     def next_ns(self) -> int:
-        """Time of the next due sample [ns]."""
+        """Time of the next sample [ns]."""
         return min((period * n for period, n in self.done.items()), default=NEVER)
 
     def outputs(self, row: Callable[[int], np.ndarray]) -> list[Event]:

@@ -90,6 +90,7 @@ class Coordinator:
         node = self._node(name)
         if node.greeted:
             raise ProtocolError(f"{node.who} sent HELLO twice: two nodes have this name, or an old process came back")
+        # the lookahead of every port is needed before the first window can be computed
         node.greeted, node.lookahead = True, hello.lookahead
         check_hello(node, hello)
         self._take(node, hello)
@@ -106,6 +107,7 @@ class Coordinator:
         for node in nodes:
             own = [(model, port) for model, port in filter(None, outward) if model in node.models]
             node.inner = frozenset(node.lookahead) - {f"{model}.{port}" for model, port in own}
+            # an empty list: nothing of this node is heard by others, so that it never holds them back
             node.least = min((ahead.get(f"{model}.{port}", 0) for model, port in own), default=NEVER)
             self._note(node)
         D, R = distances([sorted(node.models) for node in nodes], self._couplings, ahead, self._finish, self._injected)
@@ -122,9 +124,11 @@ class Coordinator:
         """(5) Process the DONE of a node."""
         node = self._node(name)
         check_done(node, done, self._tags[node.rank])
+        # what the node has processed no longer counts as ahead of its sender
         for event in node.drop(done.reached):
             self._release(event)
         node.running, node.committed, node.until = False, False, done.reached
+        # decisions are numbered by DONEs, for the trace of who waited for whom
         self.running -= 1
         self._dones += 1
         self.last = max(self.last, done.last)
@@ -138,6 +142,7 @@ class Coordinator:
         node = self._node(name)
         if node.running:
             for tags, at in ((self._tags, 2 * self._n + node.rank), (self._floors, node.rank)):
+                # samples show how far a node has come within its grant, so that events below can be released early
                 tags[at] = max(tags[at], min(Tag(t_ns), node.until))
             self._leave()
 
@@ -146,15 +151,18 @@ class Coordinator:
         if not self._open:
             return []
         before, self._limit = self._limit, min(self.end, horizon)
+        # a longer horizon may free nodes that had reached the old one
         if self._limit > before:
             self._look = dict(enumerate(self._by_rank))
         able: dict[int, NodeState] = {}
+        # until nothing changes: a commit may allow another one at the same tag
         while self._look:  # (3)
             rank, node = self._look.popitem()
             if not node.running and node.first < self._limit:
                 able[rank] = node
                 if node.uncommitted and self._window(node, node.next):
                     self._commit(node)
+        # before time advances: a cycle without delay would commit for ever
         self._cycles.check()
         self._leave()
         able, self._ahead = self._ahead | able, {}
@@ -164,11 +172,13 @@ class Coordinator:
             node = able[rank]
             if node.first >= self._limit or node.uncommitted:
                 continue
+            # a node whose events nobody has consumed yet waits, so that memory stays bounded
             if node.ahead >= AHEAD and node.first > (least := least or self._least):
                 self._ahead[rank] = node
                 continue
             if window := self._window(node, succ(node.first)):
                 grants.append((node.name, self._grant(node, window)))
+        # cannot happen if lookaheads are kept (PROTOCOL.md); reported rather than waiting for ever
         if not grants and not self.running and self.first < self._limit:
             next_ = ", ".join(f"{node.who} {node.first}" for node in self._by_rank)
             raise ProtocolError(f"no node can advance to the end, {self.end}, although tags are pending: {next_}")
@@ -192,9 +202,11 @@ class Coordinator:
         return min((node.first for node in self._by_rank if not node.running), default=FOREVER)
 
     def failed(self, name: str, fail: Fail) -> ModelError:
-        """The error to raise for a FAIL: its sentence, or the cycle between nodes without time advance."""
+        """Return the error to raise for a FAIL: the node's sentence, or the cycle of nodes in which time does not
+        advance."""
         node = self._node(name)
         if self._open and node.running:
+            # a model may fail after it has sent: what it sent before belongs to the recording
             for event in fail.spoken:
                 if event.source in node.models and node.first <= event.tag <= fail.tag:
                     self._hold(event)
@@ -213,8 +225,7 @@ class Coordinator:
         return min(self._home[name].first for name in names)
 
     def held(self, name: str) -> list[tuple[int, str]]:
-        """Return the nodes that blocked this one since the last call, each with the number of the DONE since which it
-        did."""
+        """Return the nodes that blocked this one since the last call, each with the number of its DONE since then."""
         return self._node(name).blocked_by()
 
     def _node(self, name: str) -> NodeState:
@@ -225,6 +236,7 @@ class Coordinator:
     def _take(self, node: NodeState, text: Hello | Done) -> None:
         """Update next, offer and quiet of a node; with an empty offer it is silent at next, whatever `quiet` is."""
         node.next, node.offer = text.next, text.offer
+        # silent at `next`: its next output is at the next microstep at the earliest
         node.quiet = text.quiet if text.offer else max(text.quiet, succ(text.next))
         self._note(node)
 
@@ -233,8 +245,10 @@ class Coordinator:
         rank, n, tags = node.rank, self._n, self._tags
         tags[rank] = o = succ(node.next) if node.committed else node.quiet
         tags[n + rank] = hears = node.hears
+        # o: the earliest output, of itself or as reaction to its first input
         tags[2 * n + rank] = o = min(o, after(hears, node.least)) if hears[0] <= o[0] else o
         node.first = first = min(node.next, hears)
+        # a node with ports that only its own models hear may still send inner events at its first tag
         self._floors[rank] = first if node.inner else o
 
     def _window(self, node: NodeState, need: Tag) -> Tag | None:
@@ -271,12 +285,14 @@ class Coordinator:
         """Put an event into its receivers' bags and into the queue of events to be released."""
         at = event.source, event.port
         if at == self._finish:
+            # events at the finish time itself are still part of the run
             self.end, self._finished = min(self.end, Tag(event.t + 1)), True
             self._limit = min(self._limit, self.end)
         self._cycles.note(event)
         heappush(self._held, event)
         receivers = self._receivers.get(at, ())
         if (home := self._home.get(event.source)) is not None:
+            # one for the queue, one for each receiver that has to process it
             home.ahead += 1 + len(receivers)
         for node in receivers:
             if node.put(event):
@@ -285,6 +301,7 @@ class Coordinator:
 
     def _leave(self) -> None:
         """(6) Release committed events below the global floor."""
+        # never backwards, as released events are recorded
         self.floor = max(self.floor, min(min(self._floors), self._limit))
         held, floor = self._held, self.floor
         while held and (held[0].t, held[0].k) < floor:

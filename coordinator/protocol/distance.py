@@ -41,8 +41,10 @@ def plus(tag: Tag, delay: Delay | None) -> Tag:
     if delay is None:
         return FOREVER
     wait, steps = delay
+    # without delay only microsteps add up
     if wait == 0:
         return Tag(tag.t, tag.k + steps) if tag.t < NEVER else FOREVER
+    # any positive delay restarts the microsteps, as time advance does in superdense time
     return Tag(tag.t + wait, steps) if wait < NEVER - tag.t else FOREVER
 
 
@@ -63,8 +65,9 @@ def distances(
     finish: tuple[str, str] | None = None,
     heard: Iterable[str] = (),
 ) -> tuple[Matrix, Matrix]:
-    """Return the matrices D and R of the module's docstring for nodes by their models; `lookaheads` by "model.port";
-    `heard`: models with input from outside. The port `finish` reaches each node after 1 ns."""
+    """Return the matrices of least delays between nodes, D from an output and R from an input to an arrival at another
+    node. `nodes`: their models; `lookaheads` by "model.port"; `heard`: models with input from outside. The port
+    `finish` reaches each node after 1 ns."""
     home = [rank for rank, models in enumerate(nodes) for _ in models]
     place = {model: i for i, model in enumerate(model for models in nodes for model in models)}
     w: Matrix = [{} for _ in (*home, *nodes)]
@@ -77,6 +80,7 @@ def distances(
         a, lookahead = place[source], lookaheads.get(f"{source}.{port}", 0)
         if lookahead < NEVER:
             _shorten(w[a], b, chain(reaction(lookahead), delay))
+        # events between models of one node do not pass through the coordinator
         if b >= len(home) or home[a] != home[b]:
             if lookahead < NEVER:
                 _shorten(text[home[a]], b, delay)
@@ -87,12 +91,13 @@ def distances(
     home += range(len(nodes))
     reached = _reached(w, home)
     D, R = ([_nearest(row, reached) for row in rows] for rows in (text, hears))
+    # a node needs no bound from its own inputs: they are in its bag
     return D, [{i: delay for i, delay in row.items() if i != j} for j, row in enumerate(R)]
 
 
 def paths_to(i: int, D: Matrix, R: Matrix, least: Sequence[int]) -> list[tuple[int, int, int]]:
-    """Return all paths that reach node i, as (index of a tag, ns, microsteps); tags: says_j at j, hears_j at n + j, o_j
-    at 2n + j.
+    """Return all delay paths that reach node i, as (index of a tag, ns, microsteps); tags: says_j at j, hears_j at n +
+    j, o_j at 2n + j.
 
     o_j = min(says_j, hears_j + least lookahead of j) replaces both if a port of j with its least lookahead leads to i.
     """
@@ -100,6 +105,7 @@ def paths_to(i: int, D: Matrix, R: Matrix, least: Sequence[int]) -> list[tuple[i
     for j in range(n):
         if j != i and i in D[j]:
             heard = R[j].get(i)
+            # both paths merge where the least lookahead is that of the port that leads to i
             if heard == chain(reaction(least[j]), D[j][i]):
                 found.append((2 * n + j, *D[j][i]))
             else:
@@ -112,6 +118,7 @@ def _reached(edges: Matrix, home: Sequence[int]) -> dict[int, dict[int, Delay]]:
     results are reused for its neighbours."""
     found: dict[int, dict[int, Delay]] = {}
     for a in sorted(range(len(edges)), key=lambda a: -len(edges[a])):
+        # neighbours all known: combine their reach in place of another search
         if all(b in found for b in edges[a]):
             found[a] = {**_nearest(edges[a], found), home[a]: ZERO}
         else:
@@ -138,6 +145,7 @@ def _searched(a: int, edges: Matrix, home: Sequence[int]) -> dict[int, Delay]:
     while ahead:
         delay, a = heappop(ahead)
         if a not in done:
+            # a place is final when it is taken from the heap (Dijkstra); later entries are longer
             done.add(a)
             found.setdefault(home[a], delay)
             for b, more in edges[a].items():
@@ -168,7 +176,7 @@ NAMED = 4  # models of a node that are named in a sentence
 
 
 def together(models: Sequence[str]) -> str:
-    """Return the names of the models of a node, shortened, as text."""
+    """Return the names of a node's models as one short text."""
     more = f" and {len(models) - NAMED + 1} others" if len(models) > NAMED else ""
     return ", ".join(models[: NAMED - 1] if more else models) + more
 
@@ -227,8 +235,7 @@ class NodeState:
             other._held.append((dones, self.name))
 
     def blocked_by(self) -> list[tuple[int, str]]:
-        """Return the nodes that blocked this one since the last call, each with the number of the DONE since which it
-        did."""
+        """Return the nodes that blocked this one since the last call, each with the number of its DONE since then."""
         held, self._held = self._held, []
         return held
 

@@ -85,8 +85,8 @@ class Done(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="done"):
 
 
 class Checkpoint(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="checkpoint"):
-    """CHECKPOINT: canonical state of a node after GRANT `gseq`; without state a request for it, or `why` there is
-    none."""
+    """CHECKPOINT: canonical state of a node after GRANT `gseq`; without a state it is a request for one, or `why` there
+    is none."""
 
     gseq: Count
     state: bytes = b""
@@ -94,7 +94,7 @@ class Checkpoint(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="ch
 
 
 class Alive(msgspec.Struct, frozen=True, array_like=True, gc=False):
-    """ALIVE: progress counter of a process, and whether a debugger stops it."""
+    """ALIVE: progress counter of a process, and whether a debugger has stopped it."""
 
     steps: Count
     traced: bool = False
@@ -138,7 +138,7 @@ def encode(message: AnyMessage) -> bytes:
 
 
 def decode(data: bytes) -> AnyMessage:
-    """Decode a message; raises ProtocolError if it is none of the time protocol."""
+    """Decode a message; raises ProtocolError if it is not a message of the time protocol."""
     try:
         return _DECODER.decode(data)
     except UNREADABLE as error:

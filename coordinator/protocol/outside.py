@@ -20,20 +20,20 @@ class OpenCoordinator(Coordinator):
     """A coordinator with couplings `outside`, whose sources are not nodes; `inject` adds their events."""
 
     def extend(self, end: Tag) -> None:
-        """Move the time bound of the run to a later time, unless a model has ended it."""
+        """Move the time bound of the run to a later time, unless a model has already ended it."""
         if not self._finished:
             self.end = max(self.end, end)
 
     @property
     def safe(self) -> Tag:
-        """The earliest tag at which nothing is decided yet."""
+        """The earliest tag that is still open: events at it or later can be injected."""
         nodes = self._nodes.values()
         committed = (node.next for node in nodes if node.committed and not node.running)
         return max(self.floor, *(node.until for node in nodes), *committed)
 
     @property
     def safe_ns(self) -> int:
-        """The first whole nanosecond at which nothing is decided yet."""
+        """The earliest whole nanosecond that is still open: events at it or later can be injected."""
         safe = self.safe
         return safe.t + (safe.k > 0)
 

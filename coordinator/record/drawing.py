@@ -32,8 +32,8 @@ SLAB = 8.0  # edge of the part of a plane that is drawn, against what touches it
 
 
 def shapes_of(system: System, drawn: Sequence[OwnShape] = ()) -> list[DrawnBox]:
-    """Return the shapes of all bodies of a mechanism and of its contact shapes in the world; `drawn`: shapes of bodies
-    that need no others."""
+    """Return the shapes of all bodies of a mechanism, and of its contact shapes in the world; `drawn`: bodies that
+    already have shapes."""
     touching: dict[str, list[Shape]] = {}
     for shape in (s for c in system.contacts for s in (c.a, c.b)):
         if shape not in touching.setdefault(shape.body, []):
@@ -252,7 +252,7 @@ class RopeLines:
         self._lines[name] = tuple(Line(p, q) for p, q in pairwise([a, *at, b]))
 
     def resting(self, ties: Mapping[str, Point | None]) -> list[RopeLine]:
-        """The lines of all ropes, those of `ties` down to their lugs; None: not hooked."""
+        """Lines of all ropes before any event, those of `ties` down to their lugs; None: not hooked."""
         for rope, lug in ties.items():
             self._hooked[rope] = lug is not None
             if lug is not None:

@@ -13,8 +13,8 @@ from heavylift.coordinator.transport.placement import Placement
 from heavylift.nodes.limits.named import rated
 from heavylift.nodes.models.levels.listing import left_out
 from heavylift.nodes.plan.plan import Plan
-from heavylift.nodes.plan.spellings import BEAMS
 from heavylift.recordings import SampleLayout
+from heavylift.recordings.format.spellings import BEAMS
 
 if TYPE_CHECKING:
     from heavylift.nodes.scene import LoadedScene
@@ -60,8 +60,8 @@ def hanging(plan: Plan) -> dict[str, str]:
 
 
 class EnergyAudit:
-    """Energy balance of a run: largest imbalance [J] and energy turned over [J], that is work of drives and winches,
-    heat, and changes of kinetic energy."""
+    """Energy balance of a run: largest imbalance [J], and energy turned over [J]: work of drives and winches, heat, and
+    changes of kinetic energy."""
 
     def __init__(self, layout: SampleLayout) -> None:
         self._energy, self._accounts = layout.find("energy"), layout.find("account")

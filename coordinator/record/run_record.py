@@ -125,7 +125,7 @@ class RunRecorder(ClockedWork):
         """Record the failure of a node."""
 
     def note(self, t_ns: int, sentence: str) -> None:
-        """Record a failure at this simulation time [ns] that the run has survived; not part of the digest."""
+        """Record a failure at this simulation time [ns] from which the run has recovered; not part of the digest."""
 
     def close(self, facts: Mapping[str, object]) -> None:
         """Finish the record of a run that ended in order."""
@@ -193,7 +193,7 @@ class FileRecorder(RunRecorder):
         self.recorder.log(message.tag.t, "error", message.path, f"{message.sentence}\n{message.traceback}")
 
     def note(self, t_ns: int, sentence: str) -> None:
-        """Log a failure that the run has survived."""
+        """Log a failure from which the run has recovered."""
         self.recorder.log(t_ns, "warning", "coordinator", sentence)
 
     @clocked

@@ -158,8 +158,8 @@ class Record(FileRecorder):
         return found.times[-1]
 
     def settle(self, t_ns: int) -> None:
-        """Write the data before this simulation time [ns]. If the kernel is silent for long in a rest, the samples that
-        it announced for this time are written as well, so that a crash loses at most about a second of them."""
+        """Write the data before this simulation time [ns]. During a long rest the kernel is silent: the samples that it
+        has announced up to this time are written as well, so that a crash loses at most about a second."""
         if self._foretold is not None and time.monotonic() - self._seen_at > SILENT_s:
             known, period = self._foretold, self._foretold.period
             new = range(self._seen - known.first, bisect_left(known.times, t_ns))
@@ -247,7 +247,7 @@ StaticTensions = tuple[NDArray[np.float64], NDArray[np.float64]]  # (n,) times [
 
 
 def at_rest(rec: Recording) -> dict[str, StaticTensions]:
-    """Return the static tension of each rope along the action list; empty for a recording without a plan.
+    """Return the tension of each rope along the statically computed action list; empty for a recording without a plan.
 
     The equilibrium path has the times of actions without inertia, the run the actual times: the path's time is
     stretched between the beginnings of actions.

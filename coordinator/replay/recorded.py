@@ -36,8 +36,8 @@ from heavylift.nodes.devs import (
 from heavylift.nodes.devs.execution.rules import LIMIT
 from heavylift.nodes.models import COMMANDER, KERNEL, build, build_one
 from heavylift.nodes.plan.plan import Mechanism, Plan, decode, functions
-from heavylift.nodes.plan.spellings import BEAM
 from heavylift.recordings import RecordedEvent, Recording
+from heavylift.recordings.format.spellings import BEAM
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class RecordedModels:
 
     @property
     def nodes(self) -> list[str]:
-        """All nodes."""
+        """Names of all recorded nodes."""
         return list(self.models.values())
 
     def node(self, name: str) -> str:

@@ -3,7 +3,6 @@
 scene               `run`, the run of a scene; models: `run_models`; resume: from a recording that was cut off
 verify              a recorded run once more, compared with its recording in all that a run determines
 branch              a recorded run, otherwise from some time on and equal before
-yards               a yard file: one run, or replications
 replications        a model for many seeds, and what its results estimate
 unit                a scene as a unit of FMI that another program steps
 control             a controller in Python, called at a fixed period

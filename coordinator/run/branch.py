@@ -60,7 +60,7 @@ class _Point(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Branch:
+class RunBranch:
     """A branch: recording, new scene, recorded beginning, and the tag at which it leaves the recording."""
 
     path: Path
@@ -70,7 +70,9 @@ class Branch:
     run: RecordedRun
 
     @classmethod
-    def of(cls, path: str | Path, at: str, settings: Sequence[str] = (), scene: str | Path | None = None) -> "Branch":
+    def of(
+        cls, path: str | Path, at: str, settings: Sequence[str] = (), scene: str | Path | None = None
+    ) -> "RunBranch":
         """Make a branch of the recording `path`, `at` "stage NAME", "end of stage NAME", "120 s" or "2:00"; `scene`: an
         edited file in place of the recorded scene. Raises RecordingError or SceneError."""
         path = file_path(path)
@@ -89,7 +91,7 @@ class Branch:
 
 
 def branch(
-    what: Branch, output: str | Path | None = None, watch: RunObserver | None = None, force: bool = False
+    what: RunBranch, output: str | Path | None = None, watch: RunObserver | None = None, force: bool = False
 ) -> RunResult:
     """Run a branch in this process into `output` (default: NAME-branch.mcap); the old recording is not changed."""
     target = file_path(output) if output else beside(what.path, "-branch.mcap")
@@ -117,7 +119,7 @@ def branch(
 class _Watch(Checked):
     """Compares events before the branch, and reports where the mechanics continue."""
 
-    def __init__(self, what: Branch, past: RecordedKernel, watch: RunObserver) -> None:
+    def __init__(self, what: RunBranch, past: RecordedKernel, watch: RunObserver) -> None:
         self._events = [event for event in what.begun.events if event.tag < what.at.tag]
         super().__init__(self._events, self._refuse, watch, what.at.tag)
         self._what, self._past, self._at, self._message = what, past, what.at, False
@@ -151,7 +153,7 @@ class _Watch(Checked):
         past.over = past.over or tag >= self._at.tag
 
 
-def _refused(what: Branch, found: Deviation) -> RecordingError:
+def _refused(what: RunBranch, found: Deviation) -> RecordingError:
     changed = different(what.begun.scene.plan, what.scene.plan)
     message = f"; changed in the scene: {', '.join(changed)}" if changed else ""
     return RecordingError(
@@ -218,7 +220,7 @@ def _new(begun: Beginning, rec: Recording, settings: Sequence[str], scene: str |
     return measured(found) if old.answer else found
 
 
-def _past(what: Branch) -> RecordedKernel:
+def _past(what: RunBranch) -> RecordedKernel:
     """Return the recorded history before the branch."""
     rec, tag = what.run.recording, what.at.tag
     before = [Tag(*at) for at in rec.checkpoints if Tag(*at) <= tag]

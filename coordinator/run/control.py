@@ -22,11 +22,11 @@ Control = Callable[[float, dict[str, float]], Mapping[str, float]]  # orders by 
 def steering(
     control: Control | None, period: float | None, end_ns: int
 ) -> list[tuple[int, Callable[[CommandTarget], object]]]:
-    """Times [ns] at which a control is called, and the calls; raises KernelError."""
+    """Return the times [ns] at which the user's control function is called, and the calls; raises KernelError."""
     if control is None and period is None:
         return []
     if control is None or period is None:
-        raise KernelError("a control is called every `period` [s]: give both, or none")
+        raise KernelError("`control` is called every `period` [s]: give both, or neither")
     each, f = seconds(time_s("period", period, PERIOD)), control
     return [(t, lambda s: _steer(s, f, each)) for t in range(0, end_ns, each)]
 

@@ -244,7 +244,7 @@ def _preload(reference: str) -> list[str]:
 
 
 def referred(build: str | Callable[..., Coupled]) -> str:
-    """Return the reference `module:function` by which other processes import a function; a text is returned
+    """Return the reference `module:function` by which other processes import a function; a reference is returned
     unchanged."""
     if isinstance(build, str):
         return build

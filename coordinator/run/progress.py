@@ -111,10 +111,10 @@ class Certified(Protocol):
 
     @property
     def message(self) -> list[str]:
-        """Lines of text for people."""
+        """Return the error estimates as lines of text."""
 
     def data(self) -> dict[str, object]:
-        """Return plain data for JSON."""
+        """Return the error estimates as plain data for JSON."""
 
 
 def summary(

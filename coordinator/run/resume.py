@@ -86,8 +86,8 @@ class Beginning:
 
 
 def rebuilt(rec: Recording, plan: Plan, text: str, merged: str, name: str) -> tuple[LoadedScene, Plan | HeavyliftError]:
-    """Return the scene of a simulated plan with its measured errors, and the plan that its text yields now, or the
-    error why it yields none (missing files)."""
+    """Return the scene of a simulated plan with its measured errors, and the plan that its text gives today, or the
+    error if that fails (missing files)."""
     found = {key: x for key, x in rec.fact("answer", {}).items() if key != "told"}
     answer = msgspec.convert(found, Answer) if found else None
     scene = replace(restored(plan, text, merged, name), answer=answer)
@@ -101,7 +101,7 @@ def rebuilt(rec: Recording, plan: Plan, text: str, merged: str, name: str) -> tu
 
 
 class Checked(Relay):
-    """Compares events with those of the beginning, and passes all of them on to an observer."""
+    """Observer that compares the events of a repeated run with the recorded beginning, and forwards them."""
 
     def __init__(
         self, events: list[Event], parted: Callable[[Deviation], RecordingError], watch: RunObserver, end: Tag = _START

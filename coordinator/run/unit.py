@@ -70,8 +70,8 @@ class _UnitScene(msgspec.Struct):
 
 
 class SteppableRun:
-    """A run of a scene in this process that is stepped, now at time `now` [ns]; `refused`: why the last command was
-    refused."""
+    """A run of a scene in this process, advanced step by step; `now`: present time [ns]; `refused`: why the last
+    command was refused."""
 
     def __init__(self, plan: Plan, words: Callable[[str], bytes]) -> None:
         """`words` parses a command into the encoded action of an OperatorCommand."""

@@ -32,7 +32,8 @@ def start_again() -> None:
 
 
 def loose(model: "Model") -> list[str]:
-    """Return the paths of the atomics whose code creates sets or whose attributes contain them."""
+    """Return the paths of atomics whose code creates sets or whose attributes contain them, as their order depends on
+    the hash seed."""
     from heavylift.nodes.devs import Atomic  # for which the command line need not wait
     from heavylift.nodes.devs.execution.flatten import tree
 

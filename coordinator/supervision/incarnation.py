@@ -105,7 +105,7 @@ class Life:
         self.ready, self.repeated, self.asked, self.batch = False, False, b"", self.kept_batch
 
     def outdated(self, answer: bytes) -> bool:
-        """Return whether this DONE repeats an earlier answer, since the node received a message twice."""
+        """Return whether this DONE repeats an earlier answer, because the node received a message twice."""
         if not self.repeated:
             return False
         done, grant = m.decode(answer), m.decode(self.asked) if self.asked else None
@@ -119,8 +119,8 @@ class Life:
 
 
 def nondeterminism(models: Sequence[str], before: bytes, now: bytes, last: Tag) -> ModelError:
-    """Return the error for models of a node that answered a message differently in the replay; `before`, `now`: both
-    answers; `last`: the last tag."""
+    """Return the error for models that answered a message differently when their node was replayed; `before`, `now`:
+    both answers; `last`: the last tag."""
     old, new = m.decode(before), m.decode(now)
     if isinstance(new, m.Fail):
         what = f"it failed where the lost process had continued ({new.sentence})"

@@ -100,8 +100,8 @@ class _Debt:
 
 
 class StallDetector:
-    """Checks processes that owe an answer; `ask` queries the progress of a process, `tell` receives notices for the
-    user."""
+    """Detects hung processes among those that owe an answer; `ask` queries the progress of a process, `tell` receives
+    notices for the user."""
 
     def __init__(
         self, deadline: float, crew: Crew, ask: Callable[[str], Alive | None], tell: Callable[[str], None]

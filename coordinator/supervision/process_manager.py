@@ -39,7 +39,8 @@ REMOVE_s = 1.0  # in which a directory that somebody still writes to can be dele
 
 
 def keep(preload: Sequence[str], fresh: bool, life_line: int, directory: str) -> None:
-    """Execute the coordinator's orders until they end; `fresh`: start a new interpreter for each node."""
+    """Execute the coordinator's orders to start and kill processes until there are no more; `fresh`: start a new
+    interpreter for each node."""
     wake_as_an_orphan()
     reports = os.dup(1)
     os.dup2(2, 1)  # for what modules print while they are imported
@@ -122,12 +123,12 @@ class _Keeper:
             os.waitpid(pid, 0)
 
     def report(self, what: dict[str, object]) -> None:
-        """Report to the coordinator; if it is gone, this is noticed at the end of its orders."""
+        """Report to the coordinator; that it is gone is noticed where its orders end."""
         with contextlib.suppress(BrokenPipeError):
             os.write(self.reports, json.dumps(what).encode() + b"\n")
 
     def become(self, order: dict[str, Any]) -> NoReturn:
-        """Turn the forked child into the node, with its own output and its ticket as standard input."""
+        """Turn the forked child into the node: own output files, and its ticket as standard input."""
         try:
             wake_as_an_orphan()
             signal.set_wakeup_fd(-1)

@@ -25,7 +25,7 @@ HARMLESS = {("builtins", "bytes")}  # what dask says of the type of a row
 
 
 class Unpickled(AttributeError):
-    """Refused unpickling of code; a subclass of AttributeError, so that dask handles it like its own errors."""
+    """Error for refused pickled code; a subclass of AttributeError, which dask handles like its own errors."""
 
 
 class _Guard:
@@ -45,7 +45,7 @@ class _Guard:
 
     def _hear(self, event: str, details: tuple[Any, ...]) -> None:
         if self.entered and event == "pickle.find_class" and tuple(details) not in HARMLESS:
-            raise Unpickled(f"{details} is not unpickled: rows of workers are data")
+            raise Unpickled(f"{details} is not unpickled: workers may return data only")
 
 
 no_code = _Guard()

@@ -16,7 +16,7 @@ from math import hypot, inf, isfinite, nan
 from heavylift.coordinator.ladder.choosing import as_it_is, level_of
 from heavylift.coordinator.ladder.measuring import Measuring
 from heavylift.coordinator.supervision.pool import Pool, cores
-from heavylift.kernel.description.findings import clock
+from heavylift.kernel.description.findings import STATES, State, clock
 from heavylift.kernel.errors import HeavyliftError, SceneError
 from heavylift.nodes.plan.fidelity import USUAL
 from heavylift.nodes.scene import LoadedScene
@@ -38,8 +38,8 @@ FAR = 10.0  # times as fast, or so many scales away, where no range is given
 
 @dataclass(frozen=True)
 class FoundLimit:
-    """Result of a search: path and unit, all values with their rows, last green and first red value, error of the
-    search ("" if none).
+    """Result of a search: path and unit, all values with their rows, last green and first red value, or one of another
+    state `fails`; error of the search ("" if none).
 
     `bar`: error estimate of the utilisation at the last green value, by tighter steps and the next finer model level,
     at 95 %; None if the verdict turns red by something other than a utilisation, or without a limit.
@@ -52,10 +52,11 @@ class FoundLimit:
     red: float | None = None
     wrong: str = ""
     bar: float | None = None
+    fails: State = "red"
 
     @property
     def most(self) -> Row:
-        """The row of the last green value."""
+        """The row of the last value whose verdict is green."""
         return {} if self.green is None else self.runs.get(self.green, {})
 
     @property
@@ -97,7 +98,8 @@ class FoundLimit:
             t = most["limit at [s]"]  # none of a design load
             when = f"in stage '{most['limit stage']}'{'' if t is None else f' at {clock(t, 1)}'}"
             message = f", governed by {most['limit']} ({self.used}) {when}"
-        return f"{self.path}: green up to {self.limit}{message}; red at {self.shown(self.red)}: {self.why}"
+        passes = "green" if self.fails == "red" else f"better than {self.fails}"
+        return f"{self.path}: {passes} up to {self.limit}{message}; {self.fails} at {self.shown(self.red)}: {self.why}"
 
     def data(self) -> dict[str, object]:
         """Return the result as plain data; numbers in the unit of the search."""
@@ -137,8 +139,10 @@ def limits_of_all(
     limit_s: float = 60.0,
     workers: int = 0,
     say: Callable[[str], None] = LOG.info,
+    fails: State = "red",
 ) -> list[FoundLimit]:
-    """Find the limits of several numbers separately, in parallel processes; `say` reports the runs."""
+    """Find the limits of several numbers separately, in parallel processes; `say` reports the runs, `fails` is the best
+    state that ends the search."""
 
     def message(name: str, value: str, row: Row) -> None:
         status = "green" if row["status"] == "done" else f"{row['status']}: {reason(row)}"
@@ -146,22 +150,26 @@ def limits_of_all(
 
     scene = level_of(scene, say)
     if len(asked) == 1:
-        return [limits_of(scene, asked[0], limit_s, partial(message, asked[0]))]
+        return [limits_of(scene, asked[0], limit_s, partial(message, asked[0]), fails)]
     found = []
     with Pool(min(workers or cores(), len(asked))) as pool:
         task = Task.of(scene, limit_s, "none", True)
-        for name, future in [(name, pool.submit(_apart, task, name)) for name in asked]:
+        for name, future in [(name, pool.submit(_apart, task, name, fails)) for name in asked]:
             found.append(future.result())
             say(f"  {name.partition('=')[0]}: {len(found[-1].runs)} runs")
     return found
 
 
-def _apart(task: Task, asked: str) -> FoundLimit:
-    return limits_of(parse(task.text, task.name, task.settings), asked, task.limit_s)
+def _apart(task: Task, asked: str, fails: State) -> FoundLimit:
+    return limits_of(parse(task.text, task.name, task.settings), asked, task.limit_s, fails=fails)
 
 
 def limits_of(
-    scene: LoadedScene, asked: str, limit_s: float = 60.0, watch: Callable[[str, Row], None] = lambda value, row: None
+    scene: LoadedScene,
+    asked: str,
+    limit_s: float = 60.0,
+    watch: Callable[[str, Row], None] = lambda value, row: None,
+    fails: State = "red",
 ) -> FoundLimit:
     """Find the limit of `PATH`, or `PATH=FROM..TO UNIT` in that direction; SceneError if PATH is not a number."""
     axis, start, end = _range(scene, asked)
@@ -176,18 +184,18 @@ def limits_of(
             watch(found.shown(x), runs[x])
         if runs[x]["status"] in ("cut", "lost"):
             raise SceneError(f"--of '{asked}': at {x:g} {axis.unit}: {runs[x]['sentence']}")
-        return bool(runs[x]["status"] == "done")
+        return runs[x]["status"] == "done" and STATES.index(runs[x]["state"]) > STATES.index(fails)
 
-    found = FoundLimit(axis.path, axis.unit, runs)
+    found = FoundLimit(axis.path, axis.unit, runs, fails=fails)
     if not green(start):
         red = replace(found, red=start)
-        return replace(red, wrong=f"red at the start, {found.shown(start)}: {red.why}")
+        return replace(red, wrong=f"{fails} at the start, {found.shown(start)}: {red.why}")
     distance = end - start
     low, high, step = 0.0, 0.0, 1.0 / 2**STEPS  # parts of the way
     while high < 1.0 and green(start + high * distance):
         low, high, step = high, min(1.0, high + step), 2.0 * step
     if green(start + high * distance):
-        message = f"no value up to {found.shown(end)} is red; give a larger range"
+        message = f"no value up to {found.shown(end)} is {fails}; give a larger range"
         return replace(found, green=end, wrong=message)
     near = NEAR * high
     for turn in count():
@@ -198,7 +206,9 @@ def limits_of(
     at, red_at = start + low * distance, start + high * distance
     beyond = [start + (high + (1.0 - high) * (i + 1) / BEYOND) * distance for i in range(BEYOND)] if high < 1.0 else []
     again = next((x for x in beyond if green(x)), None)
-    message = "" if again is None else f"red at {found.shown(red_at)}, but green again at {again:.5g}: no single limit"
+    message = (
+        "" if again is None else f"{fails} at {found.shown(red_at)}, but green again at {again:.5g}: no single limit"
+    )
     return replace(found, green=at, red=red_at, wrong=message, bar=_bar(task, settings(at), runs[at], runs[red_at]))
 
 

@@ -21,7 +21,7 @@ from heavylift.nodes.scene.keys.validate import override
 from heavylift.nodes.scene.loading import parse
 from heavylift.nodes.scene.text.source import Data, Path, Source, read
 
-from .timing import FoundTiming, Parts, Step, done, last_wait, overlaps, ramps, rewritten, speeds
+from .timing import FoundTiming, Parts, TimingStep, done, last_wait, overlaps, ramps, rewritten, speeds
 from .variant import first_sentence
 
 LOG = logging.getLogger("heavylift.sweeps")
@@ -67,7 +67,7 @@ class _Search:
     def __init__(self, scene: LoadedScene, until: float, say: Callable[[str], None]) -> None:
         self.scene, self.until, self.say = scene, until, say
         self.text = _own_text(scene)
-        self.parts, self.why = Parts(), dict[Step, str]()
+        self.parts, self.why = Parts(), dict[TimingStep, str]()
         self.bad: tuple[str, ...] = ("red", "undecided")  # states of a verdict that end a step
 
     @property
@@ -77,7 +77,8 @@ class _Search:
     # ---- along the path at rest -----------------------------------------------------------------------------
 
     def at_rest(self) -> str:
-        """Take each step as far as checks and static limits allow; returns why the scene itself is refused, or ""."""
+        """Take each step as far as checks and static limits allow; returns why the unchanged scene is refused, or
+        ""."""
         self.best = self.outlook(self.parts)
         if self.best.why:
             return self.best.why
@@ -90,7 +91,7 @@ class _Search:
             self._take([step for step in overlaps(self.scene, lasts) if step.action == i])
         return ""
 
-    def _take(self, alternatives: Sequence[Step], best: bool = False) -> None:
+    def _take(self, alternatives: Sequence[TimingStep], best: bool = False) -> None:
         """Take the first of an action's alternative steps that saves time, also in part; with `best` the quickest."""
         others = {x: part for x, part in self.parts.items() if x not in alternatives}
         for step in alternatives:
@@ -106,7 +107,7 @@ class _Search:
             elif not part and not best:
                 self.why[step] = why
 
-    def _taken(self, step: Step, others: Parts) -> tuple[float, _Outlook, str]:
+    def _taken(self, step: TimingStep, others: Parts) -> tuple[float, _Outlook, str]:
         """Return how far a step can be taken together with others, the static check of it, and what limits it."""
         found = self.outlook({**others, step: 1.0})
         if not found.why:
@@ -121,7 +122,7 @@ class _Search:
                 low, green = middle, found
         return low, green, why
 
-    def outlook(self, parts: Mapping[Step, float]) -> _Outlook:
+    def outlook(self, parts: Mapping[TimingStep, float]) -> _Outlook:
         """Check a variant along its equilibrium path."""
         try:
             scene = self.variant(parts)
@@ -134,12 +135,12 @@ class _Search:
         last = last_wait(scene.plan.actions)
         return _Outlook(scene, begins, begins[last] if last < len(begins) else scene.statics.states[-1].t)
 
-    def variant(self, parts: Mapping[Step, float]) -> LoadedScene:
+    def variant(self, parts: Mapping[TimingStep, float]) -> LoadedScene:
         """Return the scene with these fractions of steps, at the same model level."""
         found, answer = parse(self.written(parts), str(self.scene.path), passing=True), self.scene.answer
         return answered(found, answer) if answer else found
 
-    def written(self, parts: Mapping[Step, float]) -> str:
+    def written(self, parts: Mapping[TimingStep, float]) -> str:
         """Return the text of the scene with these fractions of steps."""
         source, texts = read(self.text, str(self.scene.path)), dict[Path, str]()
         for step, part in parts.items():
@@ -159,8 +160,8 @@ class _Search:
         return found
 
     def in_runs(self, first: Played) -> tuple[LoadedScene, Played] | None:
-        """Return the quickest green variant, searched back from the static result, with its run; None if there is
-        none."""
+        """Return the quickest variant with a green verdict and its run, searching back from the static result; None if
+        there is none."""
         lost = Parts()
         while self.parts and not self.spent:
             found = self._green(lost)
@@ -184,7 +185,7 @@ class _Search:
         if run.verdict.state not in self.bad:
             return scene, run
         stages = {name: number for _, number, name in run.conduct.stages}
-        guilty = dict[Step, str]()
+        guilty = dict[TimingStep, str]()
         for f in (check for check in run.verdict.checks if check.state in self.bad):
             here = stages.get(f.stage, len(self.scene.plan.actions))
             near = max((step.action for step in self.parts if step.action <= here), default=None)
@@ -192,7 +193,7 @@ class _Search:
         self._back(guilty, lost)
         return None
 
-    def _back(self, guilty: Mapping[Step, str], lost: Parts) -> None:
+    def _back(self, guilty: Mapping[TimingStep, str], lost: Parts) -> None:
         for step, message in guilty.items():
             lost[step] = part = self.parts.pop(step)
             self.why[step] = message
@@ -236,11 +237,11 @@ def _changed(source: Source, data: Data, path: Path) -> Iterator[tuple[Path, str
         yield path, str(data)
 
 
-def _latest(parts: Parts) -> list[Step]:
+def _latest(parts: Parts) -> list[TimingStep]:
     """Return the steps that may have caused an error: the overlaps, or else all steps."""
     return [step for step in parts if step.kind == "overlap"] or list(parts)
 
 
-def _named(scene: LoadedScene, step: Step) -> str:
+def _named(scene: LoadedScene, step: TimingStep) -> str:
     action = scene.plan.actions[step.action]
     return f"{step.kind} of '{action.stage or f'action {step.action + 1}'}'"

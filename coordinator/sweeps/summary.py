@@ -104,7 +104,7 @@ LEVEL = 0.95
 @dataclass(frozen=True)
 class Chance:
     """Statistics of a limit in a study: number of checked variants, mean and maximum utilisation, number and fraction
-    beyond the limit, and the 95 % interval of this fraction for independent draws."""
+    of variants beyond the limit, and the 95 % interval of this fraction for independent draws."""
 
     limit: str
     judged: int
@@ -157,8 +157,8 @@ def summary(study: Study) -> Summary:
 
 
 def measured_error(study: Study) -> str:
-    """Return a sentence on the error of the study's model level, on the variants on which it was measured; "" without
-    any."""
+    """Return a sentence on the error of the study's model level, as measured on some variants; "" if it was not
+    measured."""
     known = {n: float(row["error"]) for n, row in sorted(study.rows.items()) if row.get("error") is not None}
     if not known:
         return ""

@@ -35,7 +35,7 @@ BEHIND_SPEED = re.compile(r"(?=\s(?:by|to|until)\s)")
 
 
 @dataclass(frozen=True)
-class Step:
+class TimingStep:
     """A possible acceleration of an action (number from 0), at paths of the scene, from `now` to `most`.
 
     Speeds of an action are scaled by a common factor; a ramp is written as `words`; for an overlap `now` and `most` are
@@ -69,7 +69,7 @@ class Step:
         return SPEED.sub(lambda m: f"{m[1]}{float(m[2]) * x:.4g}", before, count=1)
 
 
-def speeds(scene: LoadedScene) -> Iterator[Step]:
+def speeds(scene: LoadedScene) -> Iterator[TimingStep]:
     """Yield steps that raise orders' speeds to those of their drives, the boldest first; a turn's by a multiple."""
     actuators = {a.name: a for machine in scene.plan.machines for a in machine.actuators}
     for i, action in enumerate(scene.scene.actions):
@@ -77,7 +77,7 @@ def speeds(scene: LoadedScene) -> Iterator[Step]:
         moves = [o for o in moves if VERBS[o.verb].units == "sliding"]
         paths = tuple(("actions", i, target) for target, phrase in action.orders.items() if phrase.speed > 0.0)
         if any(isinstance(o, Turn) for o in scene.plan.actions[i].orders):
-            yield Step("speed", i, paths, 1.0, TURNS)
+            yield TimingStep("speed", i, paths, 1.0, TURNS)
         elif len(moves) == len(scene.plan.actions[i].orders):
             creeps = _creeps(scene, i, moves)
             for loaded in (True,) if creeps else (False, True):
@@ -90,7 +90,7 @@ def speeds(scene: LoadedScene) -> Iterator[Step]:
                 load = " at lift-off and landing, assumed" if creeps else load
                 if factor > 1.0:
                     message = f"{driven(first.actuator)} can {limits[first] * 60.0:g} m/min{load}"
-                    yield Step("speed", i, paths, 1.0, factor, why=message)
+                    yield TimingStep("speed", i, paths, 1.0, factor, why=message)
 
 
 def _creeps(scene: LoadedScene, number: int, moves: Sequence[Move]) -> bool:
@@ -104,7 +104,7 @@ def _creeps(scene: LoadedScene, number: int, moves: Sequence[Move]) -> bool:
     return carries and any(VERBS[m.verb].sign for m in moves)
 
 
-def ramps(scene: LoadedScene) -> Iterator[Step]:
+def ramps(scene: LoadedScene) -> Iterator[TimingStep]:
     """Yield swing-free ramps for travel and traverse: two pulses of the crane's acceleration, or one period."""
     for i, action in enumerate(scene.scene.actions):
         along = [(t, p) for t, p in action.orders.items() if VERBS[p.verb].along]
@@ -114,10 +114,10 @@ def ramps(scene: LoadedScene) -> Iterator[Step]:
             a.accel for machine in scene.plan.machines for a in machine.actuators for m in moves if a.name == m.actuator
         ]
         for words in (f"{min(own):g} m/s2 in two pulses", "one swing") if own else ():
-            yield Step("ramp", i, paths, 0.0, 1.0, words, "the swing of what hangs there")
+            yield TimingStep("ramp", i, paths, 0.0, 1.0, words, "the swing of what hangs there")
 
 
-def overlaps(scene: LoadedScene, lasts: Sequence[float]) -> Iterator[Step]:
+def overlaps(scene: LoadedScene, lasts: Sequence[float]) -> Iterator[TimingStep]:
     """Yield moves that may begin during those of the previous action and end after them, away from ground and load;
     `lasts`: duration of each action [s]."""
     listed = scene.plan.actions
@@ -128,11 +128,11 @@ def overlaps(scene: LoadedScene, lasts: Sequence[float]) -> Iterator[Step]:
         soonest = max(SPARE_s, lasts[i - 1] - lasts[i] + SPARE_s)
         if alone and here and before and not listed[i].when and lasts[i - 1] - soonest > LEAST_s:
             message = f"'{listed[i - 1].stage or f'action {i}'}' has to begin and to end first"
-            yield Step("overlap", i, (("actions", i, "when"),), lasts[i - 1], soonest, why=message)
+            yield TimingStep("overlap", i, (("actions", i, "when"),), lasts[i - 1], soonest, why=message)
 
 
 def rewritten(text: str, name: str, changes: Mapping[Path, str]) -> str:
-    """Return the text with new values at paths; a new key becomes the first of its mapping.
+    """Return the text with new values at paths; a key that is missing is added as the first of its mapping.
 
     A comment after a value keeps its column as long as there is room. Raises SceneError if a value cannot be replaced
     alone: one of several lines, an alias, or one in another file.
@@ -180,7 +180,7 @@ def _replaced(text: str, old: str, new: str) -> str:
 
 
 HEADS = columns("stage", "before [h:min:s] .0", "after [h:min:s] .0", "what limits it")
-Parts = dict[Step, float]  # how far each step is taken, of 1
+Parts = dict[TimingStep, float]  # how far each step is taken, of 1
 
 
 @dataclass(frozen=True)
@@ -192,7 +192,7 @@ class FoundTiming:
     after: LoadedScene | None = None
     run_after: Played | None = None
     parts: Parts = field(default_factory=dict)
-    why: Mapping[Step, str] = field(default_factory=dict)
+    why: Mapping[TimingStep, str] = field(default_factory=dict)
     wrong: str = ""
 
     @property

@@ -162,7 +162,7 @@ def _numbers(run: Played, judged: bool) -> Row:
     row |= {f"stage/{name} [s]": end - t for (name, t), end in zip(stages, ends, strict=False)}
     row["off-lead [deg]"] = _off_lead(run)
     if judged:
-        verdict, found = run.judging(smallest=1)
+        verdict, found = run.judge.fine
         row |= {"verdict": verdict.line, "state": verdict.state, "status": "red" if verdict.red else "done"}
         row |= {"clearance [m]": min((x.distance for x in verdict.clearances), default=np.nan)}
         uses = governing_uses(found)
@@ -182,7 +182,7 @@ def governing_uses(uses: Sequence[Use]) -> dict[str, Use]:
 
 def _off_lead(run: Played) -> float:
     """Return the largest angle between a hook rope and the vertical [deg]; NaN without such ropes."""
-    signals = signals_of_run(run.plan, run.t, {}, run.past().part(0, len(run.t)).poses, ())
+    signals = signals_of_run(run.plan, run.t, {}, run.past.part(0, len(run.t)).poses, ())
     hooks = (hook for machine in run.plan.machines for hook in machine.hooks)
     leads = (evaluated(run.plan, ScalarSignal("off-lead", ropes=(x.rope,), point=x.eye), signals) for x in hooks)
     angles = [np.degrees(np.minimum(angle, np.pi - angle).max()) for angle in leads if angle is not None]

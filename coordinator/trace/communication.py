@@ -89,7 +89,7 @@ def distributed(scene: LoadedScene) -> list[Distributed]:
 
 @dataclass(frozen=True)
 class CoupledPair:
-    """Two bodies (masses [kg]) connected by a rope (stiffness [N/m])."""
+    """Two bodies (masses [kg]) connected by a rope (stiffness [N/m]), as a test case of co-simulation."""
 
     name: str
     upper: float
@@ -103,7 +103,8 @@ class CoupledPair:
 
 
 def held(pair: CoupledPair, h: float, lasts: float) -> Held:
-    """Measure a pair with forces held over `h` [s]; `lasts`: duration of the scene's run [s]."""
+    """Measure the stability of a pair that exchanges forces held over `h` [s]; `lasts`: duration of the scene's run
+    [s]."""
     omega = pair.omega
     first, second = (
         _alone("upper", pair.upper, STRETCH * _part(pair)),

@@ -10,7 +10,8 @@ from bisect import bisect_right
 from collections import Counter
 from typing import Any
 
-from heavylift.recordings.format.text import GENERATOR, table
+from heavylift.recordings.format.text import GENERATOR
+from heavylift.recordings.sheets.sheet import listed
 
 from .timeline import COORDINATOR, Lane, Timeline, chains
 
@@ -73,7 +74,7 @@ def text(timeline: Timeline) -> str:
         f"{found['wall_s']:.3f} s from the first GRANT to the last DONE, {found['grants']} grants; for {alone:.3f} s "
         f"({100 * alone / wall:.0f} %) no node was granted: the coordinator decided or recorded",
         "",
-        table(head, rows),
+        listed(head, rows),
         "",
         "works: the node's own work; granted: from GRANT to DONE, with both messages' way; held: it had something to",
         "do, but another node's next event might have come before; idle: it had nothing to do",
@@ -81,7 +82,7 @@ def text(timeline: Timeline) -> str:
     longest = found["chains"][:SHOWN]
     if longest:
         distances = [(f"{c['s']:.3f}", f"{100 * c['s'] / wall:.0f} %", _described(c["nodes"])) for c in longest]
-        lines += ["", "longest waits, each with whom it was for:", table(("s", "of all", "who"), distances)]
+        lines += ["", "longest waits, each with whom it was for:", listed(("s", "of all", "who"), distances)]
     longer = [x for x in found["lookahead"] if x["observed_ns"] > x["declared_ns"]]
     if found["lookahead"]:
         ports = [
@@ -89,7 +90,7 @@ def text(timeline: Timeline) -> str:
         ]
         message = f"{len(longer)} of {len(found['lookahead'])} ports would have kept a longer lookahead in this run"
         lines += ["", f"{message}{':' if longer else ''}"]
-        lines += [table(("port", "declared ms", "possible ms", "outputs"), ports)] if longer else []
+        lines += [listed(("port", "declared ms", "possible ms", "outputs"), ports)] if longer else []
     return "\n".join(lines)
 
 

@@ -162,8 +162,8 @@ class Chain(NamedTuple):
 
 
 def chains(timeline: Timeline) -> list[Chain]:
-    """Return all chains of the run, longest first; a node's waiting time counts in the chain that it heads. A chain
-    ends at a node that is granted, or with the coordinator, which has received the DONE that all wait for."""
+    """Return all chains of waiting nodes, longest first; a node's waiting time counts in the chain that it heads. A
+    chain ends at a node with a GRANT, or at the coordinator if it already has the DONE that all wait for."""
     total: Counter[tuple[str, ...]] = Counter()
     cuts = sorted({cut for lane in timeline.lanes.values() for span in lane.grants for cut in span[:2]})
     for node, lane in timeline.lanes.items():

@@ -238,7 +238,7 @@ class Hub(Exchange):
         self._liveness.notice()
 
     def excuse(self, process: str) -> None:
-        """Allow a process to leave."""
+        """Let a process leave without counting it as lost."""
         self._liveness.excuse(process)
 
     def dismiss(self, payload: bytes) -> None:

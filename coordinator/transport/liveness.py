@@ -90,7 +90,7 @@ class LivenessMonitor:
             self.notice()
 
     def excuse(self, *processes: str) -> None:
-        """Allow processes to leave."""
+        """Let processes leave without counting them as lost."""
         self._excused.update(processes)
 
     def lost(self, process: str) -> bool:
@@ -101,7 +101,7 @@ class LivenessMonitor:
         """Make the next incarnation of a process the present one."""
         if self.epochs[process] == LAST_EPOCH:
             raise ProtocolError(
-                f"process {process} was replaced {LAST_EPOCH} times, the machine is not fit for this run"
+                f"process {process} was replaced {LAST_EPOCH} times, this machine cannot keep it running"
             )
         self.epochs[process] += 1
         self.joined.discard(process)

@@ -26,7 +26,7 @@ __getattr__ = on_demand(__name__)
 
 
 def prepare() -> None:
-    """Import the modules of a verdict in advance, to save time at the end of a run."""
+    """Import the modules that the verdict needs in advance, to save time at the end of a run."""
     from . import judging  # noqa: F401
 
 

@@ -5,7 +5,7 @@ or must only not penetrate (`nodes.plan.shapes`); a contact that the scene order
 at other times must only not be touched.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -28,6 +28,7 @@ from .rotating import matrices, turned
 Floats = NDArray[np.float64]
 SMALLEST = 10  # clearances that are reported
 LIMIT = 0.5  # clearance of a scene that says nothing [m]
+Kept = Callable[..., float]
 ORDER: tuple[Kind, ...] = ("rope", "sling", "hanging", "block", "mechanism", "machine", "stools")
 MISSED = ": the corners that their contact takes missed it, write 'meets: boxes'"
 THINNEST = 1e-3  # time between samples that are looked at, at least [s]
@@ -36,7 +37,6 @@ THINNEST = 1e-3  # time between samples that are looked at, at least [s]
 def clearances(
     plan: Plan,
     history: RunHistory,
-    limit: float = LIMIT,
     landing: Spans = (),
     smallest: int = SMALLEST,
     mechanics: System | None = None,
@@ -47,9 +47,9 @@ def clearances(
     `landing`: intervals [s] of orders to land; `mechanics`: those of the plan, if they are known; `meant`: allowed
     contacts with their times.
     """
-    known, nearest = NearestSoFar(smallest, limit), dict[int, Clearance]()
-    known_shapes = Shapes(plan)
-    things, ground = _Things(known_shapes, limit, meant), GroundSurvey(known_shapes, limit)
+    keep, known_shapes = limit_between(plan), Shapes(plan)
+    known, nearest = NearestSoFar(smallest, keep()), dict[int, Clearance]()
+    things, ground = _Things(known_shapes, keep, meant), GroundSurvey(known_shapes, keep)
     lowest: dict[tuple[str, bool], Clearance] = {}
     joints = (mechanics or system(plan)).joints if known_shapes.lifts else ()
     for part, between in thinned(history):
@@ -77,6 +77,25 @@ def clearances(
     kept = [c for (thing, sunk), c in lowest.items() if sunk or (thing, True) not in lowest]
     kept = sorted([*kept, *nearest.values()], key=lambda c: (c.distance, c.a, c.b))
     return [c for i, c in enumerate(kept) if i < smallest or _red(c)]
+
+
+def lift_of(plan: Plan, thing: str) -> str:
+    """Return the name of the lift that a thing belongs to, of several; else ""."""
+    name = thing.rpartition(" ")[2]
+    return max((x.name for x in plan.lists if name.startswith(f"{x.name}-")), key=len, default="")
+
+
+def limit_between(plan: Plan) -> Kept:
+    """Return the function that gives the clearance [m] to be kept between things: that of their lift, between lifts the
+    largest; without names the largest of all."""
+    limits = {x.subject: x.value for x in reversed(plan.limits) if x.quantity == "clearance" and x.value is not None}
+    own = {x.name: limits[x.name] for x in plan.lists if x.name in limits}
+    most = max(own.values(), default=next(reversed(limits.values()), LIMIT))
+
+    def keep(*things: str) -> float:
+        return max((own.get(lift_of(plan, x), 0.0) for x in things), default=most) or most
+
+    return keep if own else lambda *_: most
 
 
 def findings(found: Sequence[Clearance], plan: Plan | None = None) -> list[Check]:
@@ -142,8 +161,8 @@ class _Things:
     """Numbered pairs of things, with the clearance limit [m] of each; `fastened`: a sling and its attachment, which
     deviate together between samples; `rigid`: kept apart by a contact."""
 
-    def __init__(self, shapes: Shapes, limit: float, meant: Meant) -> None:
-        self._shapes, self._limit, self._meant = shapes, limit, meant
+    def __init__(self, shapes: Shapes, keep: Kept, meant: Meant) -> None:
+        self._shapes, self._keep, self._meant = shapes, keep, meant
         self._numbers: dict[tuple[tuple[str, str], bool], int] = {}
         self._kinds: dict[object, int] = {}
         self._known: dict[tuple[int, int, frozenset[int]], int | None] = {}  # of shapes that are alike
@@ -185,7 +204,8 @@ class _Things:
         rigid, begins = self._shapes.meeting(a.shape, b.shape)
         means = "through" if begins or pairs & now else means
         found = self._numbers.setdefault((self.names(a, b), begins or bool(pairs & now)), len(self._numbers))
-        limit = 0.0 - self._shapes.overlap(a.shape, b.shape) if means == "through" else TOUCH if pairs else self._limit
+        keep = TOUCH if pairs else self._keep(a.shape.thing, b.shape.thing)
+        limit = 0.0 - self._shapes.overlap(a.shape, b.shape) if means == "through" else keep
         self.limits[found : found + 1] = [limit]
         strands, bodies = ([s.shape for s in (a, b) if isinstance(s.shape, kind)] for kind in (Strand, Solid))
         fastened = any(isinstance(x, Strand) and getattr(y, "body", "") in x.ends for x in strands for y in bodies)
@@ -194,7 +214,7 @@ class _Things:
         return found
 
     def names(self, a: Moving, b: Moving) -> tuple[str, str]:
-        """Return the names of both things, the more mobile one first."""
+        """Return the names of both things of a pair, the more mobile one first."""
         one, two = sorted((a, b), key=self._order)
         return one.shape.thing, two.shape.thing
 

@@ -60,6 +60,10 @@ class Conduct:
             case OperatorCommand.__name__:
                 self.words.append((t, str(value["text"]), not value["action"]))
 
+    def stage_at(self, t: float) -> str:
+        """Return the name of the stage at a time [s]."""
+        return next((name for start, _, name in reversed(self.stages) if name and start <= t), "")
+
     def event(self, e: Event) -> None:
         """Add an event during the run."""
         if e.type in RECORDED:

@@ -5,7 +5,7 @@ it stands, and while it is ordered to land, it must only not penetrate the groun
 limit, either.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -46,8 +46,8 @@ class GroundClearance:
 class GroundSurvey:
     """Ground clearances of a run: call `survey` for all parts, `settle`, then `look` for each part."""
 
-    def __init__(self, shapes: Shapes, limit: float) -> None:
-        self._shapes, self._limit = shapes, limit
+    def __init__(self, shapes: Shapes, keep: Callable[[str], float]) -> None:
+        self._shapes, self._keep = shapes, keep
         self._looks = shapes.lifts and not shapes.afloat  # the ground of what floats is elsewhere
         self._columns: dict[str, list[tuple[NDArray[Any], ...]]] = {}  # block -> t, near, stands, block, trolleys
         self._meant: dict[str, Flags] = {}
@@ -69,7 +69,7 @@ class GroundSurvey:
                 np.minimum(at[:-1], after, out=at[:-1])
                 np.minimum(gap, at, out=gap)
             stands, _ = _stands(self._shapes, name, part)
-            columns = part.t, gap < self._limit + SHAKES, stands, pose[:, :2], _trolleys(self._shapes, part)
+            columns = part.t, gap < self._keep(name) + SHAKES, stands, pose[:, :2], _trolleys(self._shapes, part)
             self._columns.setdefault(name, []).append(tuple(x[inside].copy() for x in columns))
 
     def settle(self, landing: Spans, meant: Meant = ()) -> None:
@@ -85,8 +85,8 @@ class GroundSurvey:
     def look(
         self, shapes: Sequence[Moving], coarse: Coarse, part: History, bar: float
     ) -> Iterator[tuple[GroundClearance, bool]]:
-        """Yield clearances smaller than before and than the bound `bar` [m], each with whether it is checked for
-        penetration only."""
+        """Yield ground clearances below `bar` [m] that are smaller than those found so far, each with whether only
+        penetration is checked."""
         first, last = int(coarse.starts[0]), int(coarse.ends[-1])
         if not self._looks:
             return
@@ -108,7 +108,7 @@ class GroundSurvey:
             for name in (shape.body,) if isinstance(shape, Solid) else shape.ends:
                 free = free & ~meant[name] if name in meant else free
             yields = sinks.get(shape.body) if isinstance(shape, Solid) else None
-            for through, when, limit, most in ((True, always, 0.0, -TOUCH), (False, free, self._limit, bar)):
+            for through, when, limit, most in ((True, always, 0.0, -TOUCH), (False, free, self._keep(thing), bar)):
                 known = min(most, self._least.get((thing, through), np.inf))
                 x = _least(some, coarse, when, limit, known, yields if through else None)
                 if x is not None:
@@ -118,7 +118,7 @@ class GroundSurvey:
     def _begins_high(self, s: Moving) -> bool:
         """Return whether a part of a machine begins above the ground."""
         if s.shape not in self._high:
-            self._high[s.shape] = bool(_gaps(s, np.arange(1))[0][0] >= self._limit)
+            self._high[s.shape] = bool(_gaps(s, np.arange(1))[0][0] >= self._keep(s.shape.thing))
         return self._high[s.shape]
 
 
@@ -207,7 +207,8 @@ def _stands(shapes: Shapes, block: str, history: History) -> tuple[Flags, Floats
 
 
 def _meant(landing: Spans, t: Floats, near: Flags, stands: Flags, block: Floats, trolleys: Floats) -> Flags:
-    """Return when ground contact is intended (n,): on supports, or near the ground around a landing."""
+    """Return when ground contact is intended (n,): on supports, or near the ground around a landing, and above it until
+    the block is carried aside."""
     anchors = stands.copy()
     for first, last in landing:
         anchors |= near & (t >= first) & (t <= last)
@@ -220,9 +221,18 @@ def _meant(landing: Spans, t: Floats, near: Flags, stands: Flags, block: Floats,
             k = np.arange(first, last)
             i = np.searchsorted(at, k)
             for other in (at[np.minimum(i, len(at) - 1)], at[np.maximum(i - 1, 0)]):
-                carried = [np.hypot(*(x[k] - x[other]).T) > ASIDE for x in (block, trolleys)]
-                found[k] |= ~(carried[0] & carried[1])
+                found[k] |= _above(block, trolleys, k, other)
+            before, after = (np.flatnonzero(~_above(block, trolleys, slice(None), i)) for i in (at[0], at[-1]))
+            found[(before[before < at[0]] + 1).max(initial=0) : at[0]] = True
+            found[at[-1] : after[after > at[-1]].min(initial=len(t))] = True
     return found
+
+
+def _above(block: Floats, trolleys: Floats, k: Indices | slice, there: Indices) -> Flags:
+    """Return whether a block or its trolleys are near where they were at other samples (n,)."""
+    aside: Flags = np.hypot(*(block[k] - block[there]).T) > ASIDE
+    away: Flags = np.hypot(*(trolleys[k] - trolleys[there]).T) > ASIDE
+    return ~(aside & away)
 
 
 def _trolleys(shapes: Shapes, history: History) -> Floats:

@@ -133,6 +133,24 @@ class Collector:
         return History(t, poses, tensions | _most(parts) | pads, _whole(lengths), self.rigs, *more)
 
 
+@dataclass(frozen=True)
+class Every:
+    """The history of a run at each `every`-th sample."""
+
+    past: RunHistory
+    every: int
+
+    @property
+    def t(self) -> Floats:
+        """Sample times (n,) [s], in order."""
+        return self.past.t[:: self.every]
+
+    def part(self, first: int, end: int) -> History:
+        """Return the samples from `first` to before `end`."""
+        whole = self.past.part(first * self.every, end * self.every)
+        return whole.of(np.arange(0, len(whole.t), self.every))
+
+
 def history_of(rec: Recording) -> Collector:
     """Read the history of a run from its recording."""
     names = [name for name in rec.signals() if name.startswith(POSE) or name in NUMBERS]
@@ -148,8 +166,8 @@ def history_of(rec: Recording) -> Collector:
 
 
 def rests(plan: Plan, states: Sequence[StaticState]) -> Iterator[tuple[History, Sequence[StaticState]]]:
-    """Yield the history of the equilibrium path with its states, one per action list; ropes end at their hooked
-    lugs."""
+    """Yield the history of the equilibrium path with its states, one per action list; ropes end at the lugs to which
+    they are hooked."""
     known, ends = plan.machines, [i for i, (a, b) in enumerate(pairwise(states), 1) if b.t < a.t]
     lugs, lines = lug_places(known), {r.name: r.lines for m in known for r in m.system.ropes}
     for first, end in pairwise([0, *ends, len(states)]):

@@ -151,7 +151,7 @@ def whole(coarse: Coarse, pairs: Sequence[tuple[int, int]], groups: Sequence[int
 
 
 def in_pieces(now: Stretches, look: Callable[[Stretches], Some]) -> Some:
-    """Apply `look` to parts of the intervals, to limit memory."""
+    """Apply `look` to one part of the intervals after another, to limit memory."""
     found = [look(now.of(np.arange(i, min(i + PIECE, len(now.a))))) for i in range(0, max(1, len(now.a)), PIECE)]
     return found[0] if len(found) == 1 else joined(found)
 
@@ -252,7 +252,7 @@ def steps_of(all_: ShapeBatch, now: Stretches, n: int) -> Steps:
 
 
 def between(a: Moving, b: Moving, k: int, turning: float, stray: float, bar: float) -> Minimum:
-    """Return the minimum between samples k and k + 1, exact if it is below `bar` [m], by bisection in time with a lower
+    """Return the minimum between samples k and k + 1, exact if it is below `bar` [m]: bisection in time with a lower
     bound along the direction of the nearest points."""
     if k + 1 >= len(a.t):
         return seen([(a, b, k)])[0]
@@ -271,8 +271,8 @@ def between(a: Moving, b: Moving, k: int, turning: float, stray: float, bar: flo
 
 
 def seen(pairs: Sequence[tuple[Moving, Moving, int]], s: float = 0.0, stray: float = 0.0) -> list[Minimum]:
-    """Return the distances of pairs of shapes, each at the fraction `s` from its sample to the next, lowered by `stray`
-    [m]."""
+    """Return the distances of pairs of shapes at fractions `s` from a sample to the next, lowered by the interpolation
+    error `stray` [m]."""
     x, y = _posed([(a, k) for a, _, k in pairs], s), _posed([(b, k) for _, b, k in pairs], s)
     near = exactly(x, y)
     n = near.normal

@@ -1,14 +1,14 @@
 """All checks of a run in one table, and the line of the verdict."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import msgspec
 import numpy as np
 from heavylift.kernel.description.findings import Check, finding, findings
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE
-from heavylift.nodes.limits.checks import HEAD, Errors, checks_of, line_of, rows, state_of
+from heavylift.nodes.limits.checks import Errors, checks_of, line_of, state_of, table_of
 from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.ground import dynamics_required, hoisting_factors, shared
 from heavylift.nodes.limits.judging import uses_of
@@ -25,12 +25,13 @@ from heavylift.recordings.format.viewer_messages import RopeLine
 from heavylift.recordings.read.verdict import Clearance, RecordedVerdict, recorded_verdict
 from heavylift.recordings.sheets.sheet import Table
 
-from .clearances import LIMIT, SMALLEST, clearances, findings as too_near
+from .clearances import SMALLEST, clearances, findings as too_near, lift_of, limit_between
 from .conduct import Conduct, conduct_findings, conduct_of, landing, touching
 from .history import History, RunHistory, blocks, history_of, rests
 from .limits import impacts, signals_of_run
 
 NO_ERRORS: Errors = {}  # nobody has measured any
+EVERY = "all"  # things of a scene
 RESOLVED = "resolved.json"  # the plan in a recording
 
 
@@ -87,24 +88,28 @@ def _limits(context: CheckContext) -> None:
 
 def _clearances(context: CheckContext) -> None:
     """Check clearances."""
-    limit = next((x.value for x in context.plan.limits if x.quantity == "clearance" and x.value is not None), LIMIT)
     lands = landing(context.plan, context.conduct)
     meant = touching(context.plan, context.conduct)
-    context.clearances += clearances(
-        context.plan, context.history, limit, lands, context.smallest, context.mechanics, meant
-    )
+    context.clearances += clearances(context.plan, context.history, lands, context.smallest, context.mechanics, meant)
     context.findings += too_near(context.clearances, context.plan)
     context.not_looked_at += Shapes(context.plan).untouched
     context.shapeless = Shapes(context.plan).shapeless
 
 
-def near_at_rest(plan: Plan, statics: Followed) -> tuple[Check, ...]:
-    """Return clearances below their limits on the equilibrium path, as findings."""
-    return findings(_placed(x, each.conduct) for each in at_rest(plan, statics) for x in each.findings)
+def near_at_rest(plan: Plan, statics: Followed) -> tuple[Check | Use, ...]:
+    """Return clearances below their limits on the equilibrium path, as findings; without any the smallest ones."""
+    each = [*at_rest(plan, statics)]
+    if found := findings(_placed(x, one.conduct) for one in each for x in one.findings):
+        return found
+    least: dict[str, Use] = {}
+    for subject, use in (x for one in each for x in _smallest(one).items()):
+        known = least.get(subject, use)
+        least[subject] = min(known, use, key=lambda x: x.value or 0.0)
+    return tuple({x.limit.subject: x for x in least.values()}.values())
 
 
 def at_rest(plan: Plan, statics: Followed, smallest: int = SMALLEST) -> Iterator[CheckContext]:
-    """The clearances of each list of actions on the path at rest."""
+    """Return the clearances of each action list along its equilibrium path."""
     for past, points in rests(plan, statics.states) if statics.states else ():
         begun = {x.action: x.t for x in reversed(points) if x.action}
         stages = [(t, n - 1, plan.actions[n - 1].stage) for n, t in sorted(begun.items())]
@@ -166,23 +171,21 @@ def verdict_with_uses(
     mechanics: System | None = None,
     whole: bool = False,
 ) -> tuple[RecordedVerdict, Sequence[Use]]:
-    """The verdict of a run, and the worst of each limit; `smallest`: clearances that are reported though nothing is too
-    near; `mechanics`: those of the plan, if they are known; `whole`: with all tables of a report."""
+    """Return the verdict of a run, and the highest utilisation of each limit. `smallest`: number of clearances to
+    report even if none is below its limit; `mechanics`: those of the plan, if known; `whole`: with all tables of a
+    report."""
     context = CheckContext(plan, history, conduct, smallest=smallest, mechanics=mechanics, whole=whole)
     for one in JUDGES:
         one(context)
     others = [_placed(x, conduct) for x in context.findings]
     tables = hooks(plan), charts_used(context.reach), *rigging(plan, context.uses), *context.tables
-    checks = checks_of(plan, [*context.uses, *_smallest(context)], others, errors, context.shapeless)
+    checks = checks_of(plan, [*context.uses, *_apart(context)], others, errors, context.shapeless)
     verdict = RecordedVerdict(
         red=state_of(checks) == "red",
         state=state_of(checks),
         line=line_of(checks),
-        head=HEAD,
-        rows=tuple(rows(checks)),
-        message=(*hoisting_factors(plan), *shared(plan)),
         dynamic=dynamics_required(plan),
-        tables=tuple(x for x in tables if x.rows),
+        tables=(table_of(checks, *hoisting_factors(plan), *shared(plan)), *(x for x in tables if x.rows)),
         clearances=tuple(context.clearances),
         not_looked_at=tuple(context.not_looked_at),
         checks=tuple(checks),
@@ -190,19 +193,26 @@ def verdict_with_uses(
     return verdict, context.uses
 
 
-def _smallest(context: CheckContext) -> list[Use]:
-    """The smallest clearance, if none is below its limit; those that are smaller at the worst of uncertain inputs."""
-    limits = [x for x in context.plan.limits if x.quantity == "clearance"]
-    if not limits:
-        return []
-    limit, *worst = limits
+def _apart(context: CheckContext) -> list[Use]:
+    """The smallest clearances, if none is below its limit; those that are smaller at the worst of uncertain inputs."""
     known = {f"{c.a} and {c.b}": c for c in reversed(context.clearances)}
+    worst = [x for x in context.plan.limits if x.quantity == "clearance" and x.inputs]
     found = [x.met(c.distance, c.t) if (c := known.get(x.subject)) else x.met() for x in worst]
-    apart = [c for c in context.clearances if c.limit == limit.value]
-    if apart and not any(x.quantity == "clearance" for x in context.findings):
-        least = min(apart, key=lambda c: c.distance)
-        pair = msgspec.structs.replace(limit, subject=f"{least.a} and {least.b}")
-        found += [] if pair.subject in {x.subject for x in worst} else [pair.met(least.distance, least.t)]
+    if any(x.quantity == "clearance" for x in context.findings):
+        return found
+    return [*{x.limit.subject: x for x in (*_smallest(context).values(), *found)}.values()]
+
+
+def _smallest(context: CheckContext) -> dict[str, Use]:
+    """The smallest clearance by the subject of the limit that applies to it."""
+    plan, keep, found = context.plan, limit_between(context.plan), dict[str, Use]()
+    for limit in (x for x in plan.limits if x.quantity == "clearance" and not x.inputs):
+        lifts = {c: (EVERY, lift_of(plan, c.a), lift_of(plan, c.b)) for c in context.clearances}
+        apart = [c for c, of in lifts.items() if limit.subject in of and c.limit == keep(c.a, c.b)]
+        if apart:
+            c = min(apart, key=lambda c: c.distance)
+            pair = msgspec.structs.replace(limit, subject=f"{c.a} and {c.b}", value=c.limit)
+            found[limit.subject] = replace(pair.met(c.distance, c.t), stage=context.conduct.stage_at(c.t))
     return found
 
 
@@ -224,5 +234,4 @@ def _placed(f: Check, conduct: Conduct) -> Check:
     """Return the finding with its stage."""
     if f.stage or f.t is None:
         return f
-    stage = next((name for t, _, name in reversed(conduct.stages) if name and t <= f.t), "")
-    return msgspec.structs.replace(f, stage=stage)
+    return msgspec.structs.replace(f, stage=conduct.stage_at(f.t))

@@ -41,7 +41,7 @@ class NearestSoFar:
         return int(np.isfinite(self._least).sum())
 
     def take(self) -> list[Minimum | None]:
-        """Return the results since the last call; known distances stay."""
+        """Return the distances found since the last call; the bounds that they set remain."""
         found, self.found = self.found, [None] * len(self.found)
         return found
 

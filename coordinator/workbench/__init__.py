@@ -7,7 +7,8 @@ open_scene         the open scene: its files watched, what pages are shown
 preview            from the text of a scene to start pose, path at rest and checks, as messages
 picture            states of the path at rest as the page draws them, in 3D and as drawings
 handles            what of a scene can be moved by hand, and where its place is written
-runs               runs of the open scene; what is recorded in its folder
+runs               runs, studies and orders of the open scene, each a process
+results            what is recorded in the folder: verdicts, what the page plays of them, documents to keep
 editing            changes of a scene file: version checked, comments and order kept, written whole
 """
 

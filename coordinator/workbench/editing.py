@@ -26,12 +26,13 @@ Keys: TypeAlias = tuple[str | int, ...]
 
 
 def version_of(text: str) -> str:
-    """The version of a text, a hash."""
+    """Return the version of a text: a hash of it."""
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def edited(text: str, path: Sequence[str | int], value: str | None) -> str:
-    """The text with a value (YAML in one line) at a path, or without it; SceneError if that cannot be done."""
+    """Return the text with a value (YAML in one line) at a path, or without that path; raises SceneError if that is
+    impossible."""
     keys = tuple(path)
     if not keys:
         raise SceneError("name the key that is to be changed")
@@ -48,7 +49,7 @@ def edited(text: str, path: Sequence[str | int], value: str | None) -> str:
 
 
 def reordered(text: str, path: Sequence[str | int], to: int) -> str:
-    """The text with an item of a list in block style, with its comments, as number `to` of that list."""
+    """Return the text with an item of a block-style list, and its comments, moved to number `to` of that list."""
     *above, at = keys = tuple(path)
     nodes, known = _found(text, keys)
     if known < len(keys) or not isinstance(nodes[-2], SequenceNode) or not isinstance(at, int):
@@ -73,7 +74,7 @@ def reordered(text: str, path: Sequence[str | int], to: int) -> str:
 
 
 def write(path: Path, text: str, version: str) -> None:
-    """Replace a file whose present text has this version, at once or not at all; SceneError if it has another."""
+    """Replace a file atomically if its present text has this version; raises SceneError if it has another."""
     if version_of(present(path)) != version:
         raise SceneError(f"{path.name} was changed elsewhere meanwhile")
     descriptor, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
@@ -90,7 +91,7 @@ def write(path: Path, text: str, version: str) -> None:
 
 
 def present(path: Path) -> str:
-    """The text of a scene file with its line ends; SceneError if it cannot be read."""
+    """Return the text of a scene file with its line ends; raises SceneError if it cannot be read."""
     try:
         return content(path).decode("utf-8")
     except (OSError, ValueError) as error:
@@ -101,7 +102,7 @@ def present(path: Path) -> str:
 def _data(text: str) -> Data:
     source = read(text, "scene.yaml")
     if source.faults:
-        raise SceneError(f"line {source.faults[0].mark.line if source.faults[0].mark else 1}: mend the text first")
+        raise SceneError(f"line {source.faults[0].mark.line if source.faults[0].mark else 1}: correct the text first")
     return source.data
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from heavylift.nodes.plan.plan import Plan
@@ -13,11 +13,11 @@ TROLLEY = " trolley"
 
 
 def handles(text: str, plan: Plan) -> dict[str, list[dict[str, Any]]]:
-    """Places that stand in the text as lengths: `moving` with path, bodies, coordinates [m] and free axes; lugs with
-    their points on bodies; hooks, to which lugs snap."""
+    """Places that stand in the text as lengths: `moving` with path, bodies, coordinates [m] and free axes; lugs and
+    supports as points `p` of a body; hooks, to which lugs snap."""
     data = read(text, "scene.yaml").data
     hooks = [{"name": x.rope, "body": x.eye.body, "p": x.eye.p} for machine in plan.machines for x in machine.hooks]
-    return {"moving": [*_cranes(data, plan), *_blocks(data, plan)], "hooks": hooks}
+    return {"moving": [*_cranes(data, plan), *_blocks(data, plan), *_obstacles(data)], "hooks": hooks}
 
 
 def _cranes(data: dict[str, Data], plan: Plan) -> Iterator[dict[str, Any]]:
@@ -43,11 +43,28 @@ def _blocks(data: dict[str, Data], plan: Plan) -> Iterator[dict[str, Any]]:
             yield _handle([*path, "at"], [body], at, "xy")
         for name, written in _mapping(block.get("lugs")).items():
             if p := _lengths(written):
-                yield _handle([*path, "lugs", name], [], p, "xyz") | {"lug": name, "body": body}
+                yield _point([*path, "lugs", name], p, "xyz", body, p, name)
+        under = {x.name: x.point.p for machine in plan.machines for x in machine.system.supports}
+        places = _mapping(block.get("supports")).get("at")
+        for i, written in enumerate(places if isinstance(places, list) else ()):
+            p, name = _lengths(written), f"{body}.lower-{i + 1}"
+            if p and name in under:
+                yield _point([*path, "supports", "at", i], p, "xy", body, list(under[name]), f"support {i + 1}")
 
 
-def _handle(path: list[str], bodies: list[str], at: list[float], free: str) -> dict[str, Any]:
-    return {"path": path, "bodies": bodies, "at": at, "free": free, "listed": len(at) > 1}
+def _obstacles(data: dict[str, Data]) -> Iterator[dict[str, Any]]:
+    for name, keys in _mapping(data.get("obstacles")).items():
+        obstacle = _mapping(keys)
+        if (at := _lengths(obstacle.get("at"))) and obstacle.get("on", "world") == "world":
+            yield _handle(["obstacles", name, "at"], [name], at, "xyz")
+
+
+def _point(path: list[str | int], at: list[float], free: str, body: str, p: list[float], name: str) -> dict[str, Any]:
+    return _handle(path, [], at, free) | {"point": name, "body": body, "p": p}
+
+
+def _handle(path: Sequence[str | int], bodies: list[str], at: list[float], free: str) -> dict[str, Any]:
+    return {"path": list(path), "bodies": bodies, "at": at, "free": free, "listed": len(at) > 1}
 
 
 def _mapping(data: Data) -> dict[str, Data]:

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import msgspec
 from heavylift.kernel.errors import HeavyliftError, SceneError
+from heavylift.nodes.scene import new_scene
 from heavylift.nodes.scene.text.files import within
 from heavylift.nodes.scenes import bundled
 from watchfiles import Change, watch
@@ -24,11 +25,12 @@ from .runs import SceneRun
 SCENES = (".yaml", ".yml")
 WATCHED = (*SCENES, ".csv", ".xlsx", ".stl", ".glb", ".gltf", ".json", ".mtx", ".py")
 STEP_ms, QUIET_ms = 10, 50  # between looks at the system's list of changes; after a change, for its last one
+AGAIN_ms = 2000  # until folders are looked for again
 MOST_FOLDERS = 200  # that are watched
 
 
-class Message(NamedTuple):
-    """A message for pages: its number in the order of all, its kind, its content as JSON."""
+class PageMessage(NamedTuple):
+    """A message to the pages: serial number, kind, content as JSON."""
 
     number: int
     kind: str
@@ -44,7 +46,7 @@ class OpenScene:
         """The states that pages show, with their number."""
         self.run = SceneRun(self.say)
         self._lock = threading.RLock()
-        self._messages: dict[str, Message] = {}
+        self._messages: dict[str, PageMessage] = {}
         self._number = 0
         self._listeners: set[Callable[[], None]] = set()
         self._changed, self._closing = threading.Event(), threading.Event()
@@ -66,23 +68,23 @@ class OpenScene:
 
     @property
     def closing(self) -> bool:
-        """Whether pages are to be let go."""
+        """Whether the server is closing and pages should disconnect."""
         return self._closing.is_set()
 
     # ---- pages -------------------------------------------------------------------------------------------
 
     def listen(self, ring: Callable[[], None]) -> None:
-        """Call this whenever there are new messages."""
+        """Register a function that is called whenever there are new messages."""
         with self._lock:
             self._listeners.add(ring)
 
     def forget(self, ring: Callable[[], None]) -> None:
-        """No longer."""
+        """Remove a function registered by `listen`."""
         with self._lock:
             self._listeners.discard(ring)
 
-    def since(self, number: int) -> list[Message]:
-        """The last message of each kind, those after a number in order."""
+    def since(self, number: int) -> list[PageMessage]:
+        """Return the last message of each kind that is newer than a serial number, in order."""
         with self._lock:
             return sorted(x for x in self._messages.values() if x.number > number)
 
@@ -92,7 +94,7 @@ class OpenScene:
             self._number += 1
             if picture is not None:
                 self.picture = self._number, picture
-            self._messages[kind] = Message(self._number, kind, msgspec.json.encode(data | {"number": self._number}))
+            self._messages[kind] = PageMessage(self._number, kind, msgspec.json.encode(data | {"number": self._number}))
         self._ring()
 
     def _ring(self) -> None:
@@ -102,7 +104,7 @@ class OpenScene:
             ring()
 
     def drawings(self, number: int, k: int) -> list[dict[str, str]] | None:
-        """Drawings of a state of the picture of this number; None if it is no longer shown."""
+        """Return the drawings of a state of the picture with this number; None if that picture is no longer shown."""
         with self._lock:
             found = self.picture
         if found is None or found[0] != number or not 0 <= k < len(found[1].states):
@@ -113,11 +115,11 @@ class OpenScene:
 
     @property
     def own(self) -> bool:
-        """Whether the scene is in the folder, so that it may be changed."""
+        """Whether the scene file is in the folder and may be changed."""
         return self.scene is not None and self.scene.resolve().is_relative_to(self.folder)
 
     def open(self, name: str) -> None:
-        """Put another scene of the folder, or a bundled one, in place of this; SceneError if there is none."""
+        """Open another scene of the folder, or a bundled one; raises SceneError if there is none."""
         try:
             path = within(self.folder, self.folder / name)
         except ValueError as error:
@@ -166,31 +168,48 @@ class OpenScene:
 
     def copy(self, name: str) -> None:
         """Write the open scene under another name into the folder, and open that."""
-        if self.scene is None or not name or set(name) & set("/\\\0") or name.startswith("."):
-            raise SceneError("give the copy a name, such as my-lift")
-        path = self.folder / f"{name.removesuffix('.yaml')}.yaml"
+        scene = self.scene
+        if scene is None:
+            raise SceneError("choose a scene first")
+        self._begin(name, lambda _: present(scene))
+
+    def new(self, name: str, like: str) -> None:
+        """Write a new scene, like one that comes with heavylift, into the folder, and open it."""
+        if like not in bundled():
+            raise SceneError(f"there is no scene '{like}' to begin with")
+        self._begin(name, lambda stem: new_scene(stem, like))
+
+    def _begin(self, name: str, text: Callable[[str], str]) -> None:
+        stem = name.removesuffix(".yaml")
+        if not stem or set(stem) & set("/\\\0") or stem.startswith("."):
+            raise SceneError("give it a name, such as my-lift")
+        path = self.folder / f"{stem}.yaml"
         try:
             with path.open("x", encoding="utf-8", newline="") as file:
-                file.write(present(self.scene))
+                file.write(text(stem))
         except FileExistsError:
             raise SceneError(f"{path.name} is there already; choose another name") from None
         self.open(path.name)
 
     def ask(self, do: str, text: str) -> str:
-        """`run` the open scene, `live` with a page of its own, `plan` it within a wall time, or order what goes on."""
+        """Run the open scene (see `SceneRun.start`), or order what goes on."""
         if self.scene is None:
             raise SceneError("choose a scene first")
-        if do in ("run", "live"):
-            self.run.start(self.scene, self.folder, do == "live")
-        elif do == "plan":
-            self.run.plan(self._writable(), self.folder, text)
-        else:
+        if do not in ("run", "sweep", "limits", "plan"):
             return self.run.order(do, text)
+        self.run.start(self._writable() if do == "plan" else self.scene, self.folder, do, text)
         return ""
 
     def _folders(self) -> list[Path]:
-        below = (x for x in self.folder.iterdir() if x.is_dir() and not x.is_symlink() and x.name[0] not in "._")
-        return [self.folder, *sorted(x for x in below if x.name != "node_modules")][:MOST_FOLDERS]
+        """The folder and what is below it, without hidden ones, nearest first."""
+        found, next_ = [self.folder], [self.folder]
+        while next_ and len(found) < MOST_FOLDERS:
+            inner = (
+                x for above in next_ for x in above.iterdir() if x.name[0] not in "._" and x.name != "node_modules"
+            )
+            next_ = sorted(x for x in inner if x.is_dir() and not x.is_symlink())
+            found += next_
+        return found[:MOST_FOLDERS]
 
     def _tell_scene(self) -> None:
         """Send text and version of the scene, and the names of all."""
@@ -205,14 +224,20 @@ class OpenScene:
     # ---- threads -----------------------------------------------------------------------------------------
 
     def _look(self) -> None:
-        """Notice changes of files."""
-        folders = [*self._folders(), *([self.scene.resolve().parent] if self.scene and not self.own else [])]
-        changes = watch(
-            *folders, watch_filter=_watched, step=STEP_ms, debounce=QUIET_ms, stop_event=self._closing, recursive=False,
-            raise_interrupt=False,
-        )  # fmt: skip
-        for _ in changes:
-            self._changed.set()
+        """Notice changes of files, also in folders that are made meanwhile."""
+        while not self.closing:
+            folders = self._folders()
+            apart = [self.scene.resolve().parent] if self.scene and not self.own else []
+            changes = watch(
+                *folders, *apart, watch_filter=_watched, step=STEP_ms, debounce=QUIET_ms, stop_event=self._closing,
+                recursive=False, raise_interrupt=False, ignore_permission_denied=True, rust_timeout=AGAIN_ms,
+                yield_on_timeout=True,
+            )  # fmt: skip
+            for found in changes:
+                if found:
+                    self._changed.set()
+                if folders != self._folders():
+                    break
 
     def _work(self) -> None:
         """Preview what was saved last, and leave off when something newer is there."""
@@ -255,7 +280,7 @@ class OpenScene:
 
 
 def _watched(_: Change, path: str) -> bool:
-    return path.endswith(WATCHED) and not Path(path).name.startswith(".")
+    return not Path(path).name.startswith(".") and (path.endswith(WATCHED) or Path(path).is_dir())
 
 
 def _is_scene(path: Path) -> bool:

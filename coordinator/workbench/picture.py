@@ -30,7 +30,7 @@ ROOM = 100.0, 58.0  # [mm] of a drawing: letters of 2.2 mm are legible in a quar
 
 
 class Picture:
-    """States of a plan, numbered from 0."""
+    """Drawn states of a plan, numbered from 0."""
 
     def __init__(self, plan: Plan, states: Sequence[StaticState]) -> None:
         self.plan, self.states = plan, states
@@ -61,7 +61,7 @@ class Picture:
         return RopeLines(self._systems, bent=False).resting(ends)
 
     def content(self) -> dict[str, object]:
-        """All states as the content of a page, the number of a state in place of its time."""
+        """Return all states as content of the 3D page, with the number of a state in place of its time."""
         channels, rows, end = list[SampleChannel](), list[Floats](), 0
         for topic, names, unit, values in self._columns():
             channels.append(SampleChannel(topic, names, unit, end, end := end + len(names)))
@@ -105,7 +105,7 @@ class Picture:
         return found
 
     def drawings(self, k: int) -> list[dict[str, str]]:
-        """Plan and two elevations of a state, each with its title; none where nothing hangs on hooks."""
+        """Return plan and two elevations of a state, each with its title; none if nothing hangs on hooks."""
         state = self.states[k]
         if not any(machine.hooks for machine in self.plan.machines):
             return []

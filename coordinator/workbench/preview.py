@@ -12,9 +12,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import msgspec
 from heavylift.coordinator.participants.mechanics_at import check_steps
 from heavylift.coordinator.verdict.judging import near_at_rest
+from heavylift.coordinator.verdict.worst_corners import with_worst_clearances
 from heavylift.kernel.description.findings import clock
 from heavylift.kernel.errors import HeavyliftError, PlacedFault, SceneError
 from heavylift.kernel.model.program import Program
@@ -28,12 +28,13 @@ from heavylift.recordings.sheets.sheet import table_html
 
 from .handles import handles
 from .picture import Picture
+from .results import of_checks
 
 Data = dict[str, Any]
 
 
 class Step(NamedTuple):
-    """A message for pages after a step of a preview, and the states that it shows, if it has new ones."""
+    """A step of a preview: the message for pages, and the states to draw, if they are new."""
 
     kind: str  # "picture", "faults", "checks"
     data: Data
@@ -41,7 +42,8 @@ class Step(NamedTuple):
 
 
 def previewed(path: Path, text: str) -> Iterator[Step]:
-    """All steps of the preview of a scene's text; each fault is a message, none is raised."""
+    """Yield the steps of the preview of a scene's text: parsed, drawn, path at rest, checks; faults become messages and
+    are not raised."""
     try:
         first = build(path, path.name, text, (), followed=False)
         grips = handles(text, first.plan)
@@ -92,12 +94,11 @@ def _path(plan: Plan, states: Sequence[StaticState], grips: Data) -> Iterator[St
 
 def _checked(scene: LoadedScene) -> Step:
     """Verdict, checks, findings and tables of the path at rest."""
+    scene = with_worst_clearances(scene)
     report = examine(scene, near_at_rest(scene.plan, scene.statics))
-    checks = [msgspec.to_builtins(check) | {"word": check.word} for check in report.checks]
     notes = [f"{clock(t, 1)}: {sentence}" for t, sentence in scene.statics.notes]
-    tables = [table_html(table) for table in report.tables]
-    found = {"state": report.state, "line": report.line, "checks": checks, "notes": notes, "tables": tables}
-    return Step("checks", found | {"ends": scene.statics.why})
+    found = of_checks(report.state, report.line, report.checks, map(table_html, report.tables[1:]))
+    return Step("checks", found | {"notes": notes, "ends": scene.statics.why})
 
 
 def _faulty(error: Exception, path: Path) -> Step:

@@ -1,4 +1,4 @@
-"""Runs of the open scene, each a process `heavylift run`, and what has been recorded in its folder."""
+"""Runs of the open scene, each a process of `heavylift`: one lift, studies, and the search for a shorter timing."""
 
 from __future__ import annotations
 
@@ -7,27 +7,19 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from itertools import count
 from pathlib import Path
 from typing import Any
 
 from heavylift.coordinator.live import RunOrder, find, order
-from heavylift.coordinator.verdict.judging import verdict_of
-from heavylift.kernel.errors import HeavyliftError, SceneError
-from heavylift.nodes.scene.text.files import within
-from heavylift.recordings import Recording
-from heavylift.recordings.documents.document import alternatives, report_sheet
-from heavylift.recordings.documents.facts import facts
-from heavylift.recordings.read.verdict import RecordedVerdict
-from heavylift.recordings.render.view import content, page
-from heavylift.recordings.sheets.sheet import page_of
+from heavylift.kernel.errors import SceneError
 
 from .editing import present
+from .results import ENDING, LIMITS
 
 COMMAND = [sys.executable, "-c", "from heavylift.coordinator.cli import main; main()"]
 ADDRESS = re.compile(r"watch it at (http://127\.0\.0\.1:\d+/[\w-]+/)")
-ENDING = ".mcap"
-MOST = 100  # recordings that are listed
 LINES = 200  # of what a run prints
 PATIENCE_s = 10.0  # for a run to finish its recording
 
@@ -35,46 +27,57 @@ Say = Callable[[str, dict[str, Any]], None]
 
 
 class SceneRun:
-    """At most one run at a time; `say` sends its progress to pages."""
+    """Runs one simulation at a time; `say` sends its progress to pages."""
 
     def __init__(self, say: Say) -> None:
         self._say = say
         self._process: subprocess.Popen[str] | None = None
         self._lock = threading.Lock()
         self._file = Path()
+        self.live = ""
+        """The address of what a run that goes on sends to pages; empty before it does, and for other runs."""
 
     @property
     def goes_on(self) -> bool:
-        """Whether a run has not ended."""
+        """Whether a run is in progress."""
         return self._process is not None and self._process.poll() is None
 
-    def start(self, scene: Path, folder: Path, live: bool = False) -> None:
-        """Run a scene into the folder, `live`: with a page of its own; SceneError if a run goes on."""
-        file = folder / f"{scene.stem}{ENDING}"
-        self._begin(folder, file, "run", str(scene), "-o", str(file), "--force", *(["--view"] if live else []))
-
-    def plan(self, scene: Path, folder: Path, budget: str) -> None:
-        """Seek the shortest timing of a scene within a wall time; it is written beside it as NAME-planned.yaml."""
-        file = folder / f"{scene.stem}-planned.yaml"
-        self._begin(folder, file, "plan", str(scene), "-o", str(file), "--force", "--budget", budget)
-
-    def _begin(self, folder: Path, file: Path, *words: str) -> None:
+    def start(self, scene: Path, folder: Path, do: str, text: str) -> None:
+        """Run a scene into the folder: `run` it; `sweep` it over the ranges or find the `limits` of the numbers that
+        stand in the lines of a text; `plan` its shortest timing within a wall time. SceneError if a run goes on."""
+        lines = [line for line in map(str.strip, text.splitlines()) if line]
+        if do in ("sweep", "limits") and not lines:
+            raise SceneError("name what is to be varied, such as block.mass=200..400 t by 50 t")
+        match do:
+            case "sweep":
+                number = next(n for n in count(1) if not (folder / f"{scene.stem}-study-{n}").exists())
+                file = folder / f"{scene.stem}-study-{number}"
+                words = [f"--vary={line}" for line in lines]
+            case "limits":
+                file = folder / f"{scene.stem}{LIMITS}"
+                words = ["--force", *(f"--of={line}" for line in lines)]
+            case "plan":
+                file = folder / f"{scene.stem}-planned.yaml"
+                words = ["--force", f"--budget={text}"]
+            case _:
+                file = folder / f"{scene.stem}{ENDING}"
+                words = ["--force", "--view"]
         with self._lock:
             if self.goes_on:
                 raise SceneError("a run goes on; wait for its end, or stop it")
-            self._file = file
+            self._file, self.live = file, ""
             self._process = subprocess.Popen(
-                [*COMMAND, *words],
+                [*COMMAND, do, str(scene), "-o", str(file), *words],
                 cwd=folder,
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
                 text=True,
             )
-        threading.Thread(target=self._hear, args=(self._process,), daemon=True, name="run of a scene").start()
+        threading.Thread(target=self._hear, args=(self._process, do), daemon=True, name="run of a scene").start()
 
     def order(self, do: str, text: str = "") -> str:
-        """Give an order to the run: pause, continue, command or stop; returns its answer."""
+        """Give an order to the run: pause, continue, command or stop; returns its reply."""
         if not self.goes_on:
             raise SceneError("no run goes on")
         assert self._process is not None
@@ -86,7 +89,7 @@ class SceneRun:
         return order(find(str(self._file)), RunOrder(do, text=text))  # type: ignore[arg-type]
 
     def end(self) -> None:
-        """Stop what goes on."""
+        """Stop the run or search in progress."""
         if self.goes_on:
             assert self._process is not None
             self._process.send_signal(signal.SIGINT)
@@ -95,58 +98,19 @@ class SceneRun:
             except subprocess.TimeoutExpired:
                 self._process.kill()
 
-    def _hear(self, process: subprocess.Popen[str]) -> None:
+    def _hear(self, process: subprocess.Popen[str], do: str) -> None:
         lines, file = list[str](), self._file
-        known = {"file": file.name, "live": ""}
+        known: dict[str, Any] = {"do": do, "file": file.name, "live": False}
         self._say("run", {"running": True, "lines": [], **known})
         assert process.stdout is not None
         for line in process.stdout:
             if found := ADDRESS.search(line):
-                known["live"] = found[1]
+                self.live, known["live"] = found[1], True
             else:
                 lines = [*lines, line.rstrip("\n")][-LINES:]
             self._say("run", {"running": True, "lines": lines, **known})
         code = process.wait()
-        self._say("run", {"running": False, "lines": lines, **known, "code": code})
-        if file.suffix == ".yaml" and file.exists():
+        self.live = ""
+        self._say("run", {"running": False, "lines": lines, **known, "live": False, "code": code})
+        if do == "plan" and file.exists():
             self._say("proposal", {"file": file.name, "text": present(file)})
-
-
-def recordings(folder: Path) -> Iterator[dict[str, str]]:
-    """Recordings of a folder, newest first, with their verdicts."""
-    found = sorted(folder.glob(f"*{ENDING}"), key=lambda path: -path.stat().st_mtime_ns)
-    for path in found[:MOST]:
-        try:
-            verdict = verdict_of(Recording(path))
-            yield {
-                "name": path.name,
-                "state": verdict.state if verdict else "none",
-                "line": verdict.line if verdict else "",
-            }
-        except (HeavyliftError, OSError) as error:
-            yield {"name": path.name, "state": "none", "line": str(error)}
-
-
-def result(folder: Path, kind: str, name: str) -> str:
-    """The page of a recording in the folder, `view` in 3D or `report`; raises HeavyliftError if there is none."""
-    rec, verdict = _recorded(folder, name)
-    if kind not in ("view", "report"):
-        raise SceneError(f"'{kind}' is no page of a recording")
-    return page(content(rec, verdict)) if kind == "view" else page_of(report_sheet(rec, verdict, pictures=True))
-
-
-def compared(folder: Path, a: str, b: str) -> str:
-    """The page of two recordings in the folder beside each other; raises HeavyliftError if there are none."""
-    one, other = (facts(*_recorded(folder, name)) for name in (a, b))
-    return page_of(alternatives(one, other, pictures=True))
-
-
-def _recorded(folder: Path, name: str) -> tuple[Recording, RecordedVerdict | None]:
-    try:
-        path = within(folder, folder / name)
-    except ValueError as error:
-        raise SceneError(f"'{name}': {error}") from None
-    if path.suffix != ENDING:
-        raise SceneError(f"'{name}' is no recording")
-    rec = Recording(path)
-    return rec, verdict_of(rec)

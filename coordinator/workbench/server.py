@@ -1,7 +1,8 @@
 """The workbench's server on 127.0.0.1: requests need the word in the address, and come from this machine's own page.
 
 GET of the word's folder is the page, of `events` in it the messages of the open scene as Server-Sent Events, of
-`drawings/NUMBER/STATE` the drawings of a state, of `schema` the JSON Schema of scenes; POST takes JSON.
+`live` those of the run that goes on; of `drawings/NUMBER/STATE` the drawings of a state, of `recording/NAME` what is
+played; `folder` lists what there is, `kept/NAME` is a document of the folder. POST takes JSON.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 import msgspec
 import uvicorn
@@ -35,9 +37,10 @@ from starlette.routing import Route
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from .open_scene import OpenScene
-from .runs import compared, recordings, result
+from .results import compared, keep, kept, played, recordings, result, studies
 
 LARGEST = 1 << 20  # of a request [bytes]
+SANDBOX = "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src data:"  # of documents: no script of theirs
 
 
 @cache
@@ -52,7 +55,8 @@ def _schema() -> bytes:
 
 
 class Guard:
-    """Lets requests through that name this host, come from no other site and know the word."""
+    """Middleware that admits requests to this host only, from the workbench's own page, with the secret word in the
+    address."""
 
     def __init__(self, app: ASGIApp, word: str, port: int) -> None:
         self._app, self._word, self._port = app, word, port
@@ -77,41 +81,55 @@ class Guard:
 
 
 class Save(msgspec.Struct):
-    """A whole text, and the version that it replaces."""
+    """Request to save a whole text in place of this version."""
 
     text: str
     version: str
 
 
 class Edit(msgspec.Struct):
-    """A value (YAML in one line; None: removed) at a path, or the new number of the item there."""
+    """Request to change one path: a value (YAML in one line; None: remove it), or the new number of a list item."""
 
     path: list[str | int]
     value: str | int | None
 
 
 class Edits(msgspec.Struct):
-    """Several edits, and the version that they change."""
+    """Request for several changes of this version, made together or not at all."""
 
     edits: list[Edit]
     version: str
 
 
 class Asked(msgspec.Struct):
-    """What is to be done: see `OpenScene.ask`."""
+    """Request for a run, a search or an order: see `OpenScene.ask`."""
 
     do: str
     text: str = ""
 
 
-class Named(msgspec.Struct):
-    """A scene."""
+class SceneName(msgspec.Struct):
+    """Request that names a scene."""
 
     name: str
 
 
+class New(msgspec.Struct):
+    """A scene to begin with, as another one that comes with heavylift."""
+
+    name: str
+    like: str
+
+
+@cache
+def _bundled() -> dict[str, str]:
+    """What each scene that comes with heavylift is, by name."""
+    first = {name: path.read_text(encoding="utf-8").partition("\n")[0] for name, path in sorted(bundled().items())}
+    return {name: line.lstrip("# ") for name, line in first.items()}
+
+
 def application(opened: OpenScene, word: str, port: int) -> ASGIApp:
-    """The routes of an open scene behind the guard."""
+    """Return the web application of an open scene, behind the guard."""
 
     async def page(_: Request) -> Response:
         return HTMLResponse(page_of("workbench", {}, "; img-src data: blob:; connect-src 'self'"))
@@ -133,29 +151,43 @@ def application(opened: OpenScene, word: str, port: int) -> ASGIApp:
 
         return Route(f"/{name}", answer, methods=["POST"])
 
-    async def listed(_: Request) -> Response:
-        return _json(await run_in_threadpool(lambda: [*recordings(opened.folder)]))
+    def told(tell: Callable[..., object]) -> Callable[[Request], Any]:
+        async def answer(request: Request) -> Response:
+            return await _answered(tell, **request.path_params, **request.query_params)
 
-    async def shown(request: Request) -> Response:
-        given = request.path_params
-        words = [given[key] for key in (("kind", "name") if "kind" in given else ("a", "b"))]
-        try:
-            return HTMLResponse(await run_in_threadpool(result if "kind" in given else compared, opened.folder, *words))
-        except HeavyliftError as error:
-            return PlainTextResponse(f"{error}\n", 404)
+        return answer
+
+    async def live(request: Request) -> Response:
+        if not (address := opened.run.live):
+            return _refused("no run is shown", 404)
+        last = request.headers.get("Last-Event-ID", "")
+        return StreamingResponse(_relayed(address, last), media_type="text/event-stream")
+
+    def listed() -> dict[str, Any]:
+        folder = opened.folder
+        return {"recordings": [*recordings(folder)], "studies": studies(folder), "bundled": _bundled()}
+
+    def document(name: str) -> Response:
+        data, kind = kept(opened.folder, name)
+        return Response(data, media_type=kind, headers={"Content-Security-Policy": SANDBOX})
 
     routes = [
         Route("/", page),
         Route("/schema", schema),
         Route("/events", events),
         Route("/drawings/{number:int}/{k:int}", drawings),
-        Route("/recordings", listed),
-        Route("/result/{kind}/{name}", shown),
-        Route("/compare/{a}/{b}", shown),
+        Route("/live", live),
+        Route("/folder", told(listed)),
+        Route("/recording/{name}", told(lambda name, beside="": played(opened.folder, name, beside))),
+        Route("/result/{kind}/{name}", told(lambda kind, name: HTMLResponse(result(opened.folder, kind, name)))),
+        Route("/compare/{a}/{b}", told(lambda a, b: HTMLResponse(compared(opened.folder, a, b)))),
+        Route("/kept/{name:path}", told(document)),
         posted("save", Save, lambda x: opened.save(x.text, x.version)),
         posted("edit", Edits, lambda x: opened.edit([(each.path, each.value) for each in x.edits], x.version)),
-        posted("open", Named, lambda x: opened.open(x.name)),
-        posted("copy", Named, lambda x: opened.copy(x.name)),
+        posted("open", SceneName, lambda x: opened.open(x.name)),
+        posted("copy", SceneName, lambda x: opened.copy(x.name)),
+        posted("new", New, lambda x: opened.new(x.name, x.like)),
+        posted("keep", SceneName, lambda x: keep(opened.folder, x.name)),
         posted("run", Asked, lambda x: opened.ask(x.do, x.text)),
     ]
     return Guard(Starlette(routes=routes), word, port)
@@ -174,8 +206,14 @@ async def _changed(request: Request, type_: type[Any], change: Callable[[Any], o
         asked = msgspec.json.decode(bytes(body), type=type_)
     except msgspec.MsgspecError as error:
         return _refused(f"this request cannot be read: {error}", 400)
+    return await _answered(lambda: {"answer": change(asked)})
+
+
+async def _answered(tell: Callable[..., object], **given: Any) -> Response:
+    """What a function returns, as JSON or as it is; a sentence with 409 where it cannot be done."""
     try:
-        return _json({"answer": await run_in_threadpool(change, asked)})
+        found = await run_in_threadpool(tell, **given)
+        return found if isinstance(found, Response) else _json(found)
     except HeavyliftError as error:
         return _refused(str(error), 409)
     except OSError as error:
@@ -212,7 +250,21 @@ async def _stream(opened: OpenScene) -> AsyncIterator[bytes]:
         opened.forget(ring)
 
 
-class _Server(uvicorn.Server):
+async def _relayed(address: str, last: str) -> AsyncIterator[bytes]:
+    """What a run sends to its page, from the message after `last` on."""
+    at = urlsplit(address)
+    reader, writer = await asyncio.open_connection(at.hostname, at.port)
+    try:
+        since = f"Last-Event-ID: {last}\r\n" if last.isdecimal() else ""
+        writer.write(f"GET {at.path}events HTTP/1.1\r\nHost: {at.netloc}\r\n{since}\r\n".encode())
+        await reader.readuntil(b"\r\n\r\n")
+        while piece := await reader.read(1 << 16):
+            yield piece
+    finally:
+        writer.close()
+
+
+class _WorkbenchServer(uvicorn.Server):
     """Lets pages go when it is asked to end."""
 
     def __init__(self, config: uvicorn.Config, opened: OpenScene) -> None:
@@ -220,14 +272,15 @@ class _Server(uvicorn.Server):
         self._opened = opened
 
     def handle_exit(self, sig: int, frame: Any) -> None:
-        """End."""
+        """End the event streams, then the server."""
         self._opened.__exit__()
         super().handle_exit(sig, frame)
 
 
 @contextmanager
 def served(folder: Path, scene: Path | None) -> Iterator[tuple[str, Callable[[], None], uvicorn.Server]]:
-    """The address of a workbench, what serves it until it is asked to exit, and the server."""
+    """Start a server for an open scene; return its address, a function that serves until it is asked to exit, and the
+    server."""
     word = secrets.token_urlsafe(24)
     with socket.create_server((HOST, 0)) as listening, OpenScene(folder, scene) as opened:
         port = listening.getsockname()[1]
@@ -235,13 +288,13 @@ def served(folder: Path, scene: Path | None) -> Iterator[tuple[str, Callable[[],
             application(opened, word, port), log_level="critical", access_log=False, lifespan="off", ws="none",
             server_header=False, timeout_graceful_shutdown=1,
         )  # fmt: skip
-        server = _Server(settings, opened)
+        server = _WorkbenchServer(settings, opened)
         yield f"http://{HOST}:{port}/{word}/", lambda: server.run(sockets=[listening]), server
 
 
 def workbench(place: str, ready: Callable[[str], object]) -> None:
-    """Serve a folder, a scene file in its folder, or a bundled scene beside the working folder, until a signal ends it;
-    `ready` gets the address."""
+    """Serve the workbench for a folder, a scene file, or a bundled scene until a signal ends it; `ready` receives the
+    address."""
     folder, scene = Path(place), None
     if not folder.is_dir():
         scene = scene_file(place).resolve()

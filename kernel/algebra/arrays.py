@@ -68,7 +68,7 @@ class LuFactors:
         return X
 
     def half(self) -> np.ndarray:
-        """(n, n) X with X^T A X = 1, for a symmetric matrix."""
+        """Return X (n, n) with X^T A X = 1 for a symmetric positive definite matrix A."""
         X = np.eye(len(self.LU))
         for k in reversed(range(len(X))):
             X[:k] -= self.LU[k, :k, None] * X[k]
@@ -76,10 +76,8 @@ class LuFactors:
 
 
 def factored(A: np.ndarray, least: float = 0.0) -> LuFactors:
-    """L U factors without pivoting, for positive definite matrices and spline interpolation.
-
-    Raises ZeroDivisionError where a pivot is not larger than `least` of the diagonal element that it comes from.
-    """
+    """Return the L U factors without pivoting, for positive definite matrices and spline interpolation. Raises
+    ZeroDivisionError where a pivot is not larger than `least` of the diagonal element that it comes from."""
     LU = np.array(A, float)
     for k in range(len(LU)):
         if not LU[k, k] > least * abs(float(A[k, k])):

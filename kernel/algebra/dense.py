@@ -134,7 +134,7 @@ def combinations(A: Matrix, least: float) -> list[dict[int, float]]:
 
 
 def least_norm(A: Matrix, b: Row, least: float = 0.0) -> list[float]:
-    """The minimum-norm least-squares solution x of A x = b; singular values up to `least` count as zero."""
+    """Return the minimum-norm least-squares solution x of A x = b; singular values up to `least` count as zero."""
     n = len(A[0]) if A else 0
     x = [0.0] * n
     for size, direction in decomposed(A, n)[0]:

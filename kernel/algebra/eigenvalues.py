@@ -134,7 +134,8 @@ def orthonormal(X: np.ndarray, AX: np.ndarray, least: float = NOTHING) -> tuple[
 
 
 def spline(x: np.ndarray, values: np.ndarray, degree: int, at: np.ndarray) -> np.ndarray:
-    """Evaluate at `at` (k,) the spline of an odd degree through values (n, m) at ascending x (n,); returns (k, m)."""
+    """Evaluate an interpolating spline of odd degree through values (n, m) at ascending x (n,), at the places `at`
+    (k,); returns (k, m)."""
     ends = (degree + 1) // 2
     knots = np.concatenate([x[:1].repeat(degree + 1), x[ends:-ends], x[-1:].repeat(degree + 1)])
     weights = factored(_splines(knots, degree, x)).solve(values)

@@ -222,7 +222,7 @@ def _traced_power() -> "Function":
 
 
 def power(x: Scalar, p: Scalar) -> Any:
-    """x^p for x > 0; x is limited to 2^-1022 .. 2^1022."""
+    """Return x^p for x > 0; x is limited to 2^-1022 .. 2^1022."""
     if printing(x) or printing(p):
         return node("power", x, p)
     return _traced_power()(x=[x], p=[p]).y[0] if is_sym(x) or is_sym(p) else _power([x], [p])["y"][0]

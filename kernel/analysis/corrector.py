@@ -69,6 +69,7 @@ class Corrector:
         """
         poses, P = self.poses, self._simulation.P
         q, P1 = self.place(q0), P.copy()
+        # the tangent is taken over a small part of the step, where stiff one-sided laws are still linear
         P[:] = P0 + PART * (P1 - P0)
         tangent = poses.solve(poses.accelerations(q0 + PART * (q - q0))) / PART
         P[:] = P1
@@ -77,8 +78,10 @@ class Corrector:
         distance = tangent
         if self._slope is not None:
             slope, before = self._slope
+            # curvature from the last two tangents (Adams-Bashforth of second order)
             distance = tangent + (0.5 * dt / before) * (tangent - dt * slope)
         q = poses.moved(q, distance)
+        # one corrector step with the old stiffness measures how far the prediction was off
         step = poses.solve(poses.accelerations(q))  # stiff ropes have their lengths again, then stiffness is looked at
         bend = float(np.abs(step).max(initial=0.0))
         if not bend <= 2.0 * BEND:
@@ -87,6 +90,7 @@ class Corrector:
         self._stiffen(q)
         found = self.corrected(q)
         if found is None:
+            # back to the old stiffness, from which a shorter step starts
             self._factorise(q0, last)
         else:
             self._slope = tangent / dt, dt
@@ -101,6 +105,7 @@ class Corrector:
             size = float(np.abs(a).max(initial=0.0))
             if not np.isfinite(size):
                 return None
+            # accelerations that stopped falling are rounding of stiff laws
             stalled = stalled + 1 if size > 0.5 * before and size < ROUNDING else 0
             if size <= STILL or last <= CLOSE or stalled >= 3:
                 return q
@@ -108,6 +113,7 @@ class Corrector:
             distance = float(np.abs(step).max(initial=0.0))
             if not distance <= WIDEST:
                 return None
+            # slow contraction: the stiffness has changed too much, compute a new one
             if distance > SLOW * last or (last == inf and fresh == 0 and distance > BEND):
                 if fresh >= 3 and distance > last:
                     return None
@@ -118,13 +124,17 @@ class Corrector:
                 if not distance <= WIDEST:
                     return None
             q = poses.moved(q, step)
+            # quadratic convergence: the next correction would be smaller than CLOSE
             if last < inf and distance * min(1.0, distance / last) <= CLOSE:  # the next one would be no step any more
                 return q
             last, before = distance, size
         return None
 
     def stiffness(self, q: np.ndarray) -> float:
-        """Smallest eigenvalue of the tangent stiffness over the inertia at a pose [1/s2]."""
+        """Return the smallest eigenvalue of the tangent stiffness relative to the inertia at a pose [1/s2]: positive if
+        the equilibrium is stable."""
         K, B = self.poses.stiffness(q, SECOND), self.poses.basis(q)
+        # with closed loops, only motions that they allow count
         K = K if B is None else B.T @ K @ B
+        # the smallest eigenvalue decides stability
         return float(np.linalg.eigvals(-K).real.min(initial=inf))

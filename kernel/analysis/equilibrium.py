@@ -45,9 +45,11 @@ def switch(poses: Poses, q: np.ndarray, thresholds: bool = False) -> list[StateC
     for _ in range(SETTLED):
         poses.accelerations(q)
         fallen = [int(i) for i in np.flatnonzero(poses.guards() < 0.0)]
+        # bending is a check of validity and thresholds are signals: neither changes the forces
         fallen = [i for i in fallen if guards[i][0] != "bending" and (thresholds or guards[i][0] != "threshold")]
         if not fallen:
             break
+        # friction switches by its spring's direction, not by velocities, which statics does not have
         others = [i for i in fallen if guards[i][0] not in RUBS]
         happened += [_rub(simulation, *guards[i]) for i in fallen if guards[i][0] in RUBS]
         happened += simulation.events.switch(others, simulation.epoch) if others else []
@@ -80,6 +82,7 @@ def release(simulation: Simulation) -> float:
         if kind == "rub" and p[SupportAt.CLOSED] > 0.0 and p[SupportAt.STICK] <= 0.0 and p[SupportAt.KT] > 0.0:
             place, limit = shown[1:3], p[SupportAt.MU] * shown[0]
             distance = place - p[SupportAt.ANCHOR]
+            # the anchor follows until the spring carries the limit (radial return)
             anchor = place - limit / p[SupportAt.KT] / max(_length(distance), 1e-300) * distance
             slid = max(slid, _length(anchor - p[SupportAt.ANCHOR]))
             p[SupportAt.ANCHOR] = anchor
@@ -90,12 +93,13 @@ def release(simulation: Simulation) -> float:
 
 
 def net(events: list[StateChange]) -> list[StateChange]:
-    """Return the net events: the last state of each law, if the law has changed."""
+    """Return for each law that changed its last state only."""
     last: dict[tuple[str, str], StateChange] = {}
     odd: dict[tuple[str, str], bool] = {}
     pairs = {two: one for one, two in OPPOSITE.items()}
     for e in events:
         key = e.name, pairs.get(e.what, e.what)
+        # a law that switched there and back has not changed
         last[key] = e
         odd[key] = not odd.get(key, False) or e.what not in {*OPPOSITE, *pairs}
     return [e for key, e in last.items() if odd[key]]
@@ -150,14 +154,17 @@ def relaxed(poses: Poses, q: np.ndarray) -> tuple[np.ndarray, int, list[StateCha
         size = float(np.abs(a).max(initial=0.0))
         if not np.isfinite(size):
             break
+        # accelerations that no longer fall although small: rounding
         stalled = stalled + 1 if size > 0.5 * before and size < ROUNDING else 0
         if not switched and (size <= STILL or last <= NEAR or stalled >= 3):
             check_bending(poses.simulation.native)
             return q, steps, events
+        # switched evolution relaxation: the pseudo time step grows as the residual falls
         h = min(LONG, max(SHORT, h * min(10.0, max(0.2, before / size if size else 10.0))))
         before = size
         step, h = _step(poses, poses.basis(q), poses.stiffness(q, SECOND), a, h)
         last = float(np.abs(step).max(initial=0.0)) if h > RELAXED else np.inf
+        # full steps may alternate between two poses: late ones go half as far
         part = 1.0 if steps < MOST else 0.5
         q = poses.moved(q, step * min(part, LONGEST / float(np.abs(step).max(initial=LONGEST))))
         poses.count_turns(q)
@@ -177,6 +184,7 @@ def _step(poses: Poses, basis: np.ndarray | None, K: np.ndarray, a: np.ndarray, 
     while True:
         poses.factorise(K, h, basis)
         step = poses.solve(a)
+        # against the acceleration means an unstable direction: shorten towards a gradient step
         if np.cumsum(step * a)[-1] >= 0.0 or h <= SHORT:
             return step, h
         h = max(SHORT, 0.25 * h)

@@ -16,7 +16,7 @@ from heavylift.kernel.algebra.spatial import skew
 from heavylift.kernel.compiler.derivative import derivatives
 from heavylift.kernel.compiler.function import Function, Outputs
 from heavylift.kernel.compiler.symbol import Array
-from heavylift.kernel.description.forces import Wind
+from heavylift.kernel.description.forces import Radiation, Wind
 from heavylift.kernel.description.mechanics import JOINTS, RigidRope
 from heavylift.kernel.errors import KernelError, closest
 from heavylift.kernel.model.evaluation import evaluate
@@ -44,8 +44,8 @@ class LinearColumn:
 
 @dataclass(frozen=True, eq=False)
 class LinearModel:
-    """x' = A x + B u, y = C x + D u of deviations; A (n, n), B (n, m), C (p, n), D (p, m) in SI units, and what each
-    row and column is. Unpacked it is A, B, C, D."""
+    """Linearised model x' = A x + B u, y = C x + D u in deviations; A (n, n), B (n, m), C (p, n), D (p, m) in SI units,
+    with the name of each row and column. It unpacks as A, B, C, D."""
 
     A: np.ndarray
     B: np.ndarray
@@ -96,6 +96,8 @@ class _Linearised:
         return found
 
     def _check(self) -> None:
+        for force in (x for x in self.program.system.forces if isinstance(x, Radiation)):
+            raise KernelError(f"linearise: radiation '{force.name}' has states of its own, which have no columns")
         names = self.program.constraints.names
         held = [i for i, on in enumerate(self.found["on"][0]) if on > 0.0]
         for i in held:
@@ -109,7 +111,7 @@ class _Linearised:
             )
 
     def model(self) -> LinearModel:
-        """The matrices in independent states."""
+        """Return the matrices A, B, C, D in independent states."""
         p = self.program
         dy, moves = self.found["dy"][1], self.found["dy"][1][: p.nq, p.nq : self.raw]
         fixed = {tree.v.start + k for tree, _ in p.instances for k in tree.prescribed_dofs}

@@ -112,7 +112,7 @@ CARRIED = 1e-6  # part of the largest force that counts as none
 
 
 def modes_text(found: Modes) -> str:
-    """Return a table of oscillations, followed by the motions that do not oscillate."""
+    """Return a table of the oscillations, then the motions that do not oscillate."""
     rows = [("", "frequency", "period", "damping", "moves most (share of kinetic energy)")]
     for n, m in enumerate(found.oscillations, 1):
         damping = 0.0 if abs(m.damping) < 1e-7 else m.damping

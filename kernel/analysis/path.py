@@ -55,7 +55,7 @@ class PathPoint:
 
 
 class EquilibriumPath:
-    """Follows the equilibrium of a simulation, which it owns; events of the laws `heard` stop `run`. `points`: all
+    """Follows the equilibrium of a simulation, which it owns; an event of a law in `heard` ends `run`. `points`: all
     equilibria so far; `notes`: messages for the user."""
 
     def __init__(self, simulation: Simulation, heard: frozenset[str] = frozenset()) -> None:
@@ -101,6 +101,7 @@ class EquilibriumPath:
         """
         while self.epoch < until_ns:
             rest = self.command.references.rest(self.epoch)
+            # nothing moves any more: go to the end in one step
             if rest <= 0.0:
                 self._lead(until_ns)
                 return []
@@ -135,11 +136,14 @@ class EquilibriumPath:
             if t1 - t0 <= SHORTEST_NS:
                 self._q = q0
                 return self._beyond(end_ns)
+            # bisect the step until the corrector finds an equilibrium
             self._dt = max(SHORTEST_NS, (t1 - t0) // 2)
         if t1 - t0 >= self._dt or bend > BEND:
+            # curvature error falls with the cube of the step
             grown = (t1 - t0) * min(5.0, max(0.3, 0.9 * power(BEND / max(bend, 1e-12), 1.0 / 3.0)))
             self._dt = min(LONGEST_NS, max(SHORTEST_NS, int(grown)))
         kinds = [kind for kind, _ in self.command.program.guards]
+        # friction and bending are looked at where a step ends: locating them would need many short steps
         G0[[kind in UNLOCATED for kind in kinds]] = nan
         if ((self._near.guards(q) < 0.0) & (G0 >= 0.0)).any():
             t1, q = self._located(t0, q0, G0, t1, q)
@@ -156,10 +160,13 @@ class EquilibriumPath:
         """Find the equilibrium to which the scene falls where the path ends; return the events. Commanded motions
         continue meanwhile, since they may lead to the next equilibrium: time advances until one is found."""
         t0, later = self.epoch, SHORTEST_NS
+        # falls in quick succession are stick-slip: the commands are led on further before the next equilibrium is
+        # sought
         if t0 < self._fallen + SOON * self._later:  # falls in a row, as of stick and slip
             later = min(LONGEST_FALL_NS, SOON * self._later)
         while True:
             self._lead(min(end_ns, t0 + later))
+            # the next equilibrium may only exist after the commands have moved on
             self._fallen, self._later = self.epoch, later
             try:
                 return self._fall("the equilibrium ends", since_ns=t0)
@@ -170,6 +177,7 @@ class EquilibriumPath:
 
     def _settled(self, happened: list[StateChange]) -> list[StateChange]:
         """Find the equilibrium after laws have switched; return the net events."""
+        # too many events at one instant: the laws are settled together by a fall
         for _ in range(CHATTER if self._instant < CHATTER else 0):
             self._near.renew(self._q)
             q = self._near.corrected(self._q)
@@ -219,12 +227,14 @@ class EquilibriumPath:
         while t1 - t0 > LOCATED_NS:
             width = t1 - t0
             fell = np.flatnonzero((G1 < 0.0) & (G0 >= 0.0))
+            # the line through earlier points needs two of them
             kind = MIDDLE if kind == LINE and earlier[0] == t0 else kind
             t, q, G = earlier if kind == LINE else (t1, q1, G1)
             part = 0.9 if kind == NEAR else 0.5
             if kind in (CHORD, LINE):
                 drop = (G0[fell] - G[fell]) / (t - t0)  # in each nanosecond
                 part = float((G0[fell][drop > 0.0] / drop[drop > 0.0]).min(initial=width)) / width
+            # slightly to the far side, so that the bracket shrinks from both ends
             slope, lateral = (q - q0) / (t - t0), LOCATED_NS // 2 if part < 0.5 else -LOCATED_NS // 2
             t = min(t1 - 1, max(t0 + 1, t0 + round(part * width) + lateral))
             self._lead(t)
@@ -263,6 +273,7 @@ class EquilibriumPath:
         self._driven: list[tuple[int, ReferenceProfile]] = []
         for name, a in s.references.actuators.items():
             place = at["reference", name]
+            # a profile at rest whose value `_lead` sets: no speeds or accelerations in the path
             s.P[place] = [0.0, s.references.own(name, self.epoch)[0], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
             if a.move is not REST:
                 self._driven.append((range(len(s.P))[place][1], a))
@@ -274,6 +285,7 @@ class EquilibriumPath:
         check_bending(self.command.native)
         slid = release(self.command)
         if slid > SLID:
+            # friction follows secants of its path: shorter steps where pads slide far
             self._dt = max(SHORTEST_NS, int((self.epoch - self._kept_ns) * SLID / slid))
         self._kept_ns = self.epoch
         self.points.append(PathPoint(self.epoch, self._q.copy(), self.command.row(), tuple(events)))
@@ -281,7 +293,7 @@ class EquilibriumPath:
     # ---- stability ----------------------------------------------------------------------------------------
 
     def stiffness(self) -> float:
-        """Return the smallest eigenvalue of the tangent stiffness over the inertia at the present equilibrium
+        """Return the smallest eigenvalue of the tangent stiffness relative to the inertia at the present equilibrium
         [1/s2]."""
         return self._near.stiffness(self._q)
 
@@ -291,6 +303,7 @@ class EquilibriumPath:
 
     def _check_stability(self) -> None:
         """Note an unstable equilibrium: an eigenvalue of the tangent stiffness has passed zero (Sylvester)."""
+        # the determinant changes sign with one eigenvalue; eigenvalues are computed only then
         if self._near.poses.sign() < 0.0 and self.unstable_since is None and self.stiffness() < -GROWTH:
             self.unstable_since = self.epoch
             self.notes.append(Note(self.epoch, "the rest is unstable: the smallest push makes the scene leave it"))

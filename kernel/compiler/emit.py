@@ -187,7 +187,7 @@ class Library:
         self.bound(name, *blocks)()
 
     def bound(self, name: str, *blocks: np.ndarray) -> Callable[[], None]:
-        """A native function ready for repeated calls; the caller keeps the blocks alive."""
+        """Return a native function ready for repeated calls; the caller keeps the blocks alive."""
         for b in blocks:
             assert b.dtype == _FLOAT, f"{name}: block of {b.dtype}"
         call = self._calls.get((name, len(blocks)))

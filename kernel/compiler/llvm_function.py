@@ -21,8 +21,8 @@ def blocks_of(f: Function) -> list[str]:
 
 
 def named_code(f: Function, lanes: int, shared: frozenset[str] = frozenset()) -> str:
-    """Return the name of the machine code for `lanes` calls side by side (0: a single call) that share the blocks
-    `shared`."""
+    """Return the name of the machine code for `lanes` calls at once in SIMD lanes (0: a single call) that share the
+    blocks `shared`."""
     return ".".join([f"{f.name}.x{lanes}", *sorted(shared)]) if lanes else f.name
 
 
@@ -44,7 +44,7 @@ def _in_pieces(lines: list[str]) -> Iterator[str]:
 
 
 class StraightLineCode:
-    """Straight-line code of one recorded function, or of `lanes` calls of it side by side.
+    """Straight-line code of one recorded function, or of `lanes` calls of it in SIMD lanes.
 
     With `lanes`, each scalar is a vector, and in the blocks the lanes of a number lie next to each other. `fused`:
     products may be added without being rounded, so that the bits depend on the processor. `shared`: input blocks that
@@ -98,7 +98,7 @@ class StraightLineCode:
         return "\n".join(lines)
 
     def read_before_written(self) -> None:
-        """Load the numbers that outputs take from blocks, before the first output is written."""
+        """Load the numbers that outputs take from blocks, before the first output is written over them."""
         for row in self.f.rows.values():
             self.value(row)
         for name, values in self.f.outputs.items():

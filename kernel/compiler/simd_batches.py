@@ -23,8 +23,8 @@ CROWDED = 4  # so many times fewer calls side by side than each of them has insi
 
 @dataclass(frozen=True)
 class SimdBatch:
-    """Calls of one function, one per lane; with fewer calls than `width`, the last call fills the other lanes.
-    `shared`: input blocks that are the same in all calls that could be batched."""
+    """Calls of one function, one per SIMD lane; with fewer calls than `width`, the last call fills the other lanes.
+    `shared`: input blocks that all calls have in common."""
 
     calls: tuple[Sym, ...]
     width: int

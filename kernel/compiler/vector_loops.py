@@ -23,7 +23,7 @@ def is_long(x: Any) -> bool:
 
 
 class VectorEmitter(Protocol):
-    """Part of the code under construction that this module uses: `head` and `body` are its lines of LLVM IR."""
+    """The code under construction, as far as this module uses it: `head` and `body` are its lines of LLVM IR."""
 
     head: list[str]
     body: list[str]
@@ -32,7 +32,7 @@ class VectorEmitter(Protocol):
 
 
 class Wide:
-    """Long values of one function: which are computed in the same loop, which are kept in memory, and the loops."""
+    """Long vectors of one function: which are computed in the same loop, which are kept in memory, and the loops."""
 
     def __init__(self, code: VectorEmitter, f: Function, order: Sequence[Sym | SimdBatch]) -> None:
         self._code = code

@@ -117,7 +117,7 @@ class Blockwise(Proximal):
 
 class Unsymmetric(Proximal):
     """Functions `factorise` (A, size, soft -> C, mu, pivot) and `multipliers` (C, mu, b, prior -> x) for a sparsity
-    pattern with rows whose exerted wrenches differ from what they sense.
+    pattern with unsymmetric rows, whose exerted wrenches differ from the transposed Jacobian.
 
     `couples`: pairs (r, s), r > s, of rows that share a degree of freedom; entries stand for (r, s) and (s, r).
     """

@@ -39,18 +39,23 @@ def round_of(s: SimpleNamespace, A: Array, b: Array, lo: Array, hi: Array, small
     low, high = less(s.side, 0.0), less(0.0, s.side)
     free = select(low, 0.0, select(high, 0.0, 1.0)) * np.ones(n)
     held = select(low, lo, select(high, hi, 0.0))
+    # rows at a bound move to the right-hand side
     s.x = held + eliminate(A, -product(A, held, b), free)
     s.w = product(A, s.x, b)
+    # rows between bounds must stay inside them, rows at a bound must not be pulled off
     between = less(0.0, free)
     down = select(between, select(less(s.x, lo - small_x), 1.0, 0.0), 0.0)
     up = select(between, select(less(hi + small_x, s.x), 1.0, 0.0), 0.0)
     back = select(low, select(less(s.w, -small_w), 1.0, 0.0), select(high, select(less(small_w, s.w), 1.0, 0.0), 0.0))
+    # signs: leave the lower bound if w < 0 there, the upper one if w > 0
     wrong = down + up + back
     number = _sum(wrong)
     fewer = number < s.fewest
+    # block changes as long as they reduce the number of violations, with some patience
     block = any_of([fewer, s.patience > 0.0])
     s.patience = select(fewer, PATIENCE, s.patience - 1.0)
     s.fewest = select(fewer, number, s.fewest)
+    # else only the last violated row changes (Murty): slower, but cannot cycle for P matrices
     change = select(block, wrong, _last(wrong))
     s.side = select(less(0.0, change), up - down, s.side)
     s.budget = s.budget - 1.0
@@ -84,8 +89,10 @@ def _last(wrong: Array) -> Array:
 def eliminate(A: Array, r: Array, free: Array) -> Array:
     """Solve A x = r over the free rows and columns, x = 0 elsewhere; pivots in row order."""
     n = len(r)
+    # rows and columns that are not free become those of the identity, so that the size stays fixed in machine code
     M = np.concatenate([A * free[:, None] * free + np.eye(n) * (1.0 - free), (r * free)[:, None]], axis=1)
     for k in range(n):
+        # Gauss-Jordan without pivoting: free blocks of a P matrix have positive pivots
         row, others = M[k] * (1.0 / M[k][k]), M[:, k] * (1.0 - np.eye(n)[k])
         M = M - others[:, None] * row
         M[k] = row
@@ -109,6 +116,7 @@ def pivot(
         return
     layout, code = _loop(size)
     X = np.zeros(layout.size)
+    # padding with free rows of the identity at zero adds exact zeros, so that the bits do not depend on the size
     wide = np.eye(size)
     wide[:n, :n] = A
     given = {"A": wide.ravel(), "small_x": small[0], "small_w": small[1], **vars(s), "number": 0.0}
@@ -170,15 +178,19 @@ def solve(
     n = len(b)
     if not n:
         return Solution(np.zeros(0), np.zeros(0), np.zeros(0), True)
+    # in proportion to the mean diagonal, as units of the rows differ
     soft = SOFTNESS * sum(np.abs(np.diag(A)).tolist()) / n
     regular = A + soft * np.eye(n)
     x = np.zeros(n) if prior is None else prior
+    # rows that can only push begin at zero, all others free
     s = start_of(n, np.where(lo == 0.0, -1.0, np.where(hi == 0.0, 1.0, 0.0)) if side is None else side)
     with np.errstate(all="ignore"):
         for _ in range(PASSES):
+            # patience and budget are renewed, the set found so far is kept
             s = start_of(n, s.side)
             size = float(np.abs(b).max())
             small = SMALL * size / float(np.diag(regular).max()), SMALL * size
+            # the proximal term: each pass solves (A + soft) x' = soft x - b
             pivot(s, regular, b - soft * x, lo, hi, small)
             if s.number > 0.0 or not np.isfinite(s.x).all():
                 return Solution(s.x, s.w, s.side, False)
@@ -200,6 +212,7 @@ def fill_in(n: int, couples: Sequence[tuple[int, int]]) -> list[list[int]]:
     for s in range(n):
         later[s].sort()
         for i, r in enumerate(later[s]):
+            # eliminating s couples all rows that come after it: the usual symbolic factorisation
             later[r] = sorted({*later[r], *later[s][i + 1 :]})
     return later
 
@@ -214,5 +227,6 @@ class Proximal:
         first = b if prior is None else [e + m * y for e, m, y in zip(b, mu, prior, strict=True)]
         x = self._substitute(C=C, b=first).x
         for _ in range(PROXIMAL_PASSES - 1):
+            # proximal iterations: the regularisation is compensated by the previous multipliers
             x = self._substitute(C=C, b=[e + m * y for e, m, y in zip(b, mu, x, strict=True)]).x
         return {"x": x}

@@ -52,6 +52,7 @@ class Condition:
 
 def _slide(i: int) -> Callable[[JointClosure], Condition]:
     def condition(p: JointClosure) -> Condition:
+        # displacement along an axis of the parent: moment about the point on B is zero, the parent's arm is in `wa`
         return Condition(p.a[i] @ p.d, p.a[i], np.zeros(3), p.da[i], np.zeros(3))
 
     return condition
@@ -60,6 +61,7 @@ def _slide(i: int) -> Callable[[JointClosure], Condition]:
 def _turn(i: int, j: int) -> Callable[[JointClosure], Condition]:
     def condition(p: JointClosure) -> Condition:
         a, b, da, db = p.a[i], p.b[j], p.da[i], p.db[j]
+        # two directions stay perpendicular: the gradient of a . b by rotations is b x a
         return Condition(a @ b, np.zeros(3), cross(b, a), np.zeros(3), cross(db, a) + cross(b, da))
 
     return condition
@@ -67,6 +69,7 @@ def _turn(i: int, j: int) -> Callable[[JointClosure], Condition]:
 
 def _twist(p: JointClosure) -> Condition:
     """Return the condition of no rotation about the sum of both shafts: second and third directions are mirrored."""
+    # equal rotation of both shafts about the bisector, without a singularity at zero bend
     x, y = _turn(SECOND, THIRD)(p), _turn(THIRD, SECOND)(p)
     return Condition(x.g - y.g, np.zeros(3), x.n - y.n, np.zeros(3), x.dn - y.dn)
 
@@ -75,6 +78,7 @@ def _thread(p: JointClosure) -> Condition:
     """Return the condition of a thread: pitch * angle - a . d, periodic, so that any number of turns is the same."""
     c, s = p.a[SECOND] @ p.b[SECOND], p.a[THIRD] @ p.b[SECOND]
     phase = (p.a[AXIS] @ p.d) / p.pitch
+    # sin of the difference between angle and phase: the same for any number of turns of the thread
     g = p.pitch * (s * cos(phase) - c * sin(phase))
     return Condition(g, -p.a[AXIS], p.pitch * p.a[AXIS], -p.da[AXIS], p.pitch * p.da[AXIS])
 
@@ -121,11 +125,13 @@ def closed_coordinates(joint: Joint, A: Array, B: Array) -> list[float]:
     if joint.kind == "spherical":
         basis = _basis(joint).astype(float)
         return [float(x) for x in quaternions((basis.T @ M @ basis)[None])[0]]
+    # half angles: a constant-velocity joint is symmetric about the plane that bisects its shafts
     if joint.kind == "constant-velocity":  # M = turn(second, x) turn(third, 2 y) turn(second, x)
         x = 0.5 * atan2(M[AXIS, THIRD] - M[THIRD, AXIS], M[AXIS, AXIS] + M[THIRD, THIRD])
         bent = cos(x) * (M[SECOND, AXIS] - M[AXIS, SECOND]) + sin(x) * (M[SECOND, THIRD] + M[THIRD, SECOND])
         y = 0.5 * atan2(0.5 * bent, M[SECOND, SECOND])
         return min(
+            # the same rotation is described by two pairs of angles: take that nearer to the start value
             ([near(z, q) for z, q in zip(p, asked, strict=True)] for p in ((x, y), (x + pi, -y))),
             key=lambda p: sum(abs(z - q) for z, q in zip(p, asked, strict=True)),
         )
@@ -144,6 +150,7 @@ def closed_rates(joint: Joint, A: Array, B: Array) -> list[float]:
     """Velocities (n_v,) of a loop joint for sides A and B with their twists; for messages only."""
     R_A, R_B = (np.reshape(exact(e[:9]), (3, 3)) for e in (A, B))
     _, (x_a, _), (V_A, V_B), v = _pair(exact(closure_numbers(joint)), exact(A), exact(B))
+    # velocity of the point on B relative to A at the same place, free of the common motion
     twist = join(V_B[:3] - V_A[:3], v - V_A[3:] - cross(V_A[:3], x_a))
     q = exact(closed_coordinates(joint, A, B))
     frames = R_A @ exact(joint.R_PJ), R_B @ exact(joint.R_CJ)
@@ -155,6 +162,7 @@ def closed_rates(joint: Joint, A: Array, B: Array) -> list[float]:
 
 def near(x: float, y: float) -> float:
     """The angle x [rad] plus the multiple of 2 pi nearest to y."""
+    # wrapped into half a turn around y
     return float(y + (x - y + pi) % (2.0 * pi) - pi)
 
 
@@ -167,6 +175,7 @@ def _basis(joint: Joint) -> Array:
 
 def _perpendicular(axis: np.ndarray) -> np.ndarray:
     e = exact(np.zeros(3))
+    # the coordinate axis most nearly perpendicular to the given one: no division by a small number
     e[int(np.argmin(abs(axis.astype(float))))] = 1.0
     e = e - (e @ axis) * axis
     unit: np.ndarray = e / norm(e.tolist())
@@ -179,10 +188,12 @@ def closure_function(kind: str) -> Function:
     def body(p: Array, A: Array, B: Array) -> Outputs:
         pair, (x_a, x_b), (V_A, V_B), v = _pair(p, A, B)
         rows = [condition(pair) for condition in CLOSURES[kind]]
+        # f at x on the body about the tree's point: moment x x f plus the free moment
         wa = [join(cross(x_a, c.f) + c.n, c.f) for c in rows]
         wb = [join(cross(x_b, c.f) + c.n, c.f) for c in rows]
 
         def bias(x: Array, c: Condition) -> Array:
+            # derivative of the wrench times the twist: the part of g'' besides w . (A_B - A_A)
             return join(cross(v, c.f) + cross(x, c.df) + c.dn, c.df)
 
         return {

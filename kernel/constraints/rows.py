@@ -49,6 +49,7 @@ class ConstraintRows:
         else:
             self._entries = [self._masked(r, s, self._entry(r, s)) for r, s in d.entries]
         soft = {"soft": [row.soft for row in self.rows]} if self.slots else {}
+        # rows of contacts carry a softness of their own, as their forces may be indeterminate
         self._factors = self.constraints.delassus.factorise(A=self._entries, size=self._sizes, **soft)
         self.multipliers: Any = None
         self.free: list[Scalar] = []  # second derivatives without multipliers
@@ -60,7 +61,7 @@ class ConstraintRows:
 
     @property
     def movable(self) -> np.ndarray:
-        """Return whether (n,) each row moves anything beyond round-off; on floats."""
+        """Return which rows (n,) move anything beyond round-off; on floats only."""
         each = enumerate(self._sizes)
         return np.array([float(self._entry(r, r)) > ROUNDED * float(size) for r, size in each], dtype=bool)
 
@@ -73,11 +74,12 @@ class ConstraintRows:
         return self._instances[i][0].free_dofs
 
     def held(self, values: list[Scalar]) -> list[Scalar]:
-        """Return the values of active rows, 0 for the others."""
+        """Return the values of active rows, with 0 for the others."""
         return [select(row.on > 0.0, x, 0.0) for row, x in zip(self.rows, values, strict=True)]
 
     def _masked(self, r: int, s: int, a: Scalar) -> Any:
         """Return a matrix entry with inactive rows removed: 1 on their diagonal, 0 elsewhere."""
+        # inactive rows become rows of the identity: the structure, and so the machine code, stays the same
         both = select(self.rows[r].on > 0.0, self.rows[s].on, 0.0) if r != s else self.rows[r].on
         return select(both > 0.0, a, 1.0 if r == s else 0.0)
 
@@ -93,7 +95,7 @@ class ConstraintRows:
         return [self._masked(r, s, a) for (r, s), a in zip(pairs, A, strict=True)]
 
     def matrix(self) -> Array:
-        """G H^-1 G^T (n, n) of all rows, active or not; on floats."""
+        """Return G H^-1 G^T (n, n) of all rows, active or not; on floats only."""
         n = len(self.rows)
         return np.array([[float(self._entry(r, s)) for s in range(n)] for r in range(n)])
 
@@ -113,8 +115,10 @@ class ConstraintRows:
         self._pull: list[_Parts] = []
         self._sizes: list[Scalar] = []
         for row in self.rows:
+            # G H^-1 G^T = Y^T D^-1 Y with Y = L^-T G^T: half of a solution per row suffices
             Y, pull, size = self._half(row.wrenches)
             X, pull, _ = self._half(row.push) if row.push else (Y, pull, size)
+            # sliding friction pushes along other directions than the row senses: the matrix becomes unsymmetric
             self._Y.append(Y)
             self._X.append(X)
             self._sizes.append(size)
@@ -135,6 +139,7 @@ class ConstraintRows:
                 opened = self._opened(i)
                 x = opened.half[b](F=self._trees[i].F, S=getattr(self._trees[i], f"S{b}"), w=w)
                 for k, y in zip(opened.paths[b], x.y, strict=True):
+                    # each body alone, so that the size does not vanish where several bodies cancel
                     size = size + y * y * self._inverse(i, k)
                     Y[i, k] = Y[i, k] + y if (i, k) in Y else y
                 for k, f in zip(opened.given[b], x.f, strict=True):
@@ -161,6 +166,7 @@ class ConstraintRows:
         for row, Z in zip(self.rows, self._Z, strict=True):
             a = row.bias
             for body, w in row.wrenches:
+                # of prescribed joints and of velocities, as spatial accelerations at the bodies
                 if body >= 0:
                     i, b = self.constraints.instance[body]
                     a = a + np.array(w, dtype=object) @ getattr(self._trees[i], f"A{b}")
@@ -199,6 +205,7 @@ class ConstraintRows:
         out = {}
         for r, row in zip(self.constraints.ropes, self._rope_rows, strict=True):
             hooked = self._numbers("rigid", r.name)[RigidAt.HOOKED]
+            # an unhooked rope never becomes an event; a slack one fires when its slack is used up
             out[r.name] = select(hooked > 0.0, select(row.on > 0.0, self.tensions[r.name], row.gap + SLACK), 1.0)
         return out
 

@@ -26,7 +26,7 @@ UNITS = (1, 10, 100, 1000)  # in a second, by the digits behind it
 
 class Check(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     """A row of the list of checks: quantity, subject, worst value and limit [unit], error of the value [unit] (None:
-    unknown), state; `why`: the kind of amber, or of what was found besides limits.
+    unknown), state; `why`: the reason for amber, or what was found besides limits.
 
     `shown`, `allowed`: value and limit as people write them; `basis`: where the limit comes from; `sentence`: what was
     found, or what must be written or known for the row to turn green.
@@ -55,8 +55,13 @@ class Check(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
         return self.why or self.state
 
     @property
+    def between(self) -> bool:
+        """Whether its value must be between two limits, which it does not use up."""
+        return " to " in self.allowed
+
+    @property
     def found(self) -> bool:
-        """Whether it reports something that was found: beyond a limit, a warning, or a note."""
+        """Whether the check reports something found: a limit exceeded, a warning, or a note."""
         return self.state == "red" or self.why in (WARNED, NOTED)
 
     @property
@@ -68,13 +73,13 @@ class Check(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
 
 
 def finding(state: State, quantity: str, subject: str, sentence: str, **more: Any) -> Check:
-    """The check of what was found besides limits: red, else amber with a warning, or without a colour a note."""
+    """Return a check for something found besides limits: red, amber with a warning, or a note without colour."""
     why = {"amber": WARNED, "none": NOTED}.get(state, "")
     return Check(quantity=quantity, subject=subject, state=state, sentence=sentence, **{"why": why} | more)
 
 
 def findings(checks: Iterable[Check]) -> tuple[Check, ...]:
-    """Of checks what was found: red ones, warnings, notes, each in the order of time to 0.01 s."""
+    """Return the checks that report something found: red ones, warnings, notes, each in order of time (to 0.01 s)."""
     order = ("", WARNED, NOTED)
     return tuple(
         sorted(

@@ -16,7 +16,7 @@ from .units import IDENTITY, Line, Matrix, Point, Vector
 
 __all__ = [
     "Ball", "Box", "Bushing", "Characteristic", "Contact", "Force", "InputSignal", "Load", "Matrix6", "Plane",
-    "Reeving", "Shape", "Sheave", "Spring", "Torsion", "UserLaw", "Wave", "Wind",
+    "Radiation", "Reeving", "Shape", "Sheave", "Spring", "Torsion", "UserLaw", "Wave", "WaveSum", "Wind",
 ]  # fmt: skip
 
 Row6 = tuple[u.Number, u.Number, u.Number, u.Number, u.Number, u.Number]
@@ -33,11 +33,26 @@ class Wave(Struct, frozen=True):
     phase: float = 0.0  # [rad]
 
 
+class WaveSum(Struct, frozen=True):
+    """Irregular: r sum_k cosines_k cos(w_k t) + sines_k sin(w_k t) of the run's time t, with r as of a `Wave`; zero in
+    equilibria.
+
+    Cubic Hermite pieces of `piece` seconds represent it: harmonic k to (w_k piece)^4 / 384 of its amplitude.
+    """
+
+    frequencies: tuple[float, ...]  # w_k [rad/s]
+    cosines: tuple[float, ...]
+    sines: tuple[float, ...]
+    ramp: float  # [s]
+    piece: float  # [s]
+
+
 class InputSignal(Struct, frozen=True):
     """A number that changes with time: `value`, or piecewise linear through (times [s], values), or driven.
 
     Before the first and after the last time the end value holds; two equal times are a jump.  `driven`: it starts at
-    `value` and follows a Profile or a Master that is commanded at run time, as a winch does.  A `wave` is added to it.
+    `value` and follows a Profile or a Master that is commanded at run time, as a winch does.  A `wave` is added to it,
+    and so are irregular `waves`.
     """
 
     value: float = 1.0
@@ -45,6 +60,17 @@ class InputSignal(Struct, frozen=True):
     values: tuple[float, ...] = ()
     driven: bool = False
     wave: Wave | None = None
+    waves: WaveSum | None = None
+
+
+def wrong_wave(regular: Wave | None, sea: WaveSum | None) -> str:
+    """Return what is wrong with the waves of a signal or drive; empty if nothing is."""
+    for wave in (regular, sea):
+        if wave and wave.ramp <= 0.0:
+            return f"has a wave with a ramp of {wave.ramp:g} s; it must be positive"
+    if sea and not (len(sea.frequencies) == len(sea.cosines) == len(sea.sines) and sea.piece > 0.0):
+        return "has irregular waves that need one cosine and one sine for each frequency, and pieces longer than 0 s"
+    return ""
 
 
 class Element(Struct, frozen=True):
@@ -75,9 +101,9 @@ class Load(Element, frozen=True, tag=True):
 
 
 class Wind(Element, frozen=True, tag=True):
-    """Drag of a wind on an area: F = 1/2 density C A |w - v| (w - v) at a point that moves with v.
+    """Drag of a wind w on an area A: F = 1/2 density C A |w - v| (w - v), at a point that moves with velocity v.
 
-    w = signal [m/s] along `direction` (a unit vector in world axes); a gust is the signal's history.  To A is added the
+    w = signal [m/s] along `direction` (a unit vector in world axes); a gust is the signal's history. To A is added the
     shadow of a box, the sum of its `sides` times |n_i (w - v)| / |w - v|, n_i: the body's axes in the world.
     """
 
@@ -139,6 +165,21 @@ class Bushing(Element, frozen=True, tag=True):
     D: Matrix6  # [N s/m, N s, N m s/rad]
     R_a: Matrix = IDENTITY
     R_b: Matrix = IDENTITY
+
+
+class Radiation(Element, frozen=True, tag=True):
+    """Radiation force of a floating body on still water, f(t) = -int K(t - s) v(s) ds (Cummins 1962).
+
+    v: twist of a point of the body (linear, angular) in the axes R of the world. The memory K(t) = G^T exp(F t) G has
+    states of the water, x' = F x + G v and f = -G^T x; passive, as F + F^T is not positive. Added mass at infinite
+    frequency is the body's own.
+    """
+
+    name: str
+    at: Point
+    F: tuple[tuple[float, ...], ...]  # (n, n) [1/s]
+    G: tuple[Row6, ...]  # (n, 6) [kg^1/2/s, m kg^1/2/s]
+    R: Matrix = IDENTITY
 
 
 class Characteristic(Element, frozen=True, tag=True):
@@ -218,7 +259,7 @@ class Reeving(Element, frozen=True, tag=True):
 
     @property
     def apart(self) -> bool:
-        """Whether the edges of the rope are on several bodies."""
+        """Whether the edges that the rope may touch are on several bodies."""
         return len({s.at.body for s in self.edges}) > 1
 
     @property
@@ -237,7 +278,7 @@ class Reeving(Element, frozen=True, tag=True):
         return self.signal.value
 
 
-Force = Load | Wind | Spring | Torsion | Bushing | Characteristic | UserLaw | Reeving
+Force = Load | Wind | Spring | Torsion | Bushing | Radiation | Characteristic | UserLaw | Reeving
 
 
 class Ball(Struct, frozen=True, tag=True):

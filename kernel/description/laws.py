@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from . import units as u
-from .forces import Force, Wave
+from .forces import Force, Wave, WaveSum
 from .units import Line, Point
 
 __all__ = ["Brake", "Drive", "JointSpring", "Law", "Lock", "RigidRope", "Rope", "Stop", "Support"]
@@ -83,7 +83,7 @@ class Drive(AlongJoint):
     """An actuator of a joint coordinate; its reference is commanded at run time, see `references`.
 
     prescribed: q is the reference itself (rheonomic). servo: force = kp (ref - q) + kv (ref' - v). speed: force = kv
-    (ref' - v). A `wave` is added to the reference of a prescribed drive.
+    (ref' - v). A `wave`, or an irregular one (`waves`), is added to the reference of a prescribed drive.
     """
 
     name: str
@@ -93,6 +93,7 @@ class Drive(AlongJoint):
     kv: u.AnyDamping = 0.0
     coordinate: str = ""  # of a joint that has several
     wave: Wave | None = None
+    waves: WaveSum | None = None
 
 
 class Straight:

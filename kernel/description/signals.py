@@ -53,7 +53,7 @@ class ScalarSignal:
 
 @dataclass(frozen=True)
 class Named:
-    """Base of items with a name."""
+    """Base of all described items that have a name."""
 
     name: str
 

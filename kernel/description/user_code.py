@@ -33,13 +33,20 @@ ANY = "*"  # in place of a name that only running the text tells
 INSTALLED = {"site-packages", "dist-packages"}  # beside those of this interpreter
 
 
-@cache
 def _own(file: str) -> bool:
-    return own_file(file) and INSTALLED.isdisjoint(Path(file).parts)
+    """Return whether a file of a module is a user's: as its folder, unless it is a link."""
+    if os.path.islink(file):
+        return own_file(file) and INSTALLED.isdisjoint(Path(file).parts)
+    return _own_folder(os.path.dirname(file))
+
+
+@cache
+def _own_folder(folder: str) -> bool:
+    return own_file(folder) and INSTALLED.isdisjoint(Path(folder).parts)
 
 
 class Taken(Exception):
-    """Raised if another module already has the name that a file would get."""
+    """Error for a file whose module name is already taken by another module."""
 
 
 def imported(where: str, name: str = "") -> ModuleType:

@@ -60,7 +60,7 @@ def transposed(a: Formula) -> Formula:
 
 
 def joined(terms: list[tuple[str, Formula]]) -> Formula:
-    """Return a sum of signed terms; 0 if there is none."""
+    """Return a sum of signed terms as a formula; 0 without terms."""
     out: Formula | None = None
     for sign, term in terms:
         lead = ("-" if sign == "-" else "") if out is None else f" {sign} "

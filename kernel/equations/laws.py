@@ -48,7 +48,7 @@ class Acting:
                 self.couples.append((point.body, name))
 
     def on(self, body: str, n: int, gravity: float) -> tuple[Formula, Formula]:
-        """Return F and M of body n: the sums of the forces and moments on it."""
+        """Return F and M on body n: the sums of the applied forces and moments."""
         weight = [("+", Formula(f"m{n} g", rf"m_{{{n}}}\,\mathbf{{g}}"))] if gravity else []
         here = [(name, sign) for point, name, sign in self.points if point.body == body]
         forces = weight + [(sign, law("f", name, bold=True)) for name, sign in here]

@@ -39,7 +39,7 @@ class SampledQuantity(NamedTuple):
 
 @dataclass(frozen=True)
 class Setting:
-    """Properties of a scene that a law may depend on. `clamped`: the part of a step behind an event, which is
+    """Properties of a scene on which a force law may depend. `clamped`: the part of a step behind an event, which is
     discarded, uses the one-sided law; `at_rest`: only equilibria are sought; `calm`: names of ropes without events."""
 
     graph: Graph
@@ -125,7 +125,7 @@ class ForceLaw(ABC, Generic[F]):
         return []
 
     def demand(self, f: F, field_: str, good: bool, message: str) -> None:
-        """Raise KernelError about a field unless `good`."""
+        """Raise KernelError about a field of the description unless `good`."""
         if not good:
             raise KernelError(f"{item_word(f)} '{f.name}': {field_} {message}")
 

@@ -44,6 +44,7 @@ def pushes(depth: Scalar, rate: Scalar, k: Scalar, d: Scalar, closed: Scalar, cl
     on = closed > 0.0
     return FrictionForce(
         select(on, one_sided(trial, clamped), 0.0),
+        # closed: the force itself is the guard; open: both depth and force must be positive before it closes
         select(on, trial, -minimum(depth, trial)),
         select(on, d * rate * rate, 0.0),
         select(on, 0.5 * k * depth * depth, 0.0),
@@ -61,12 +62,15 @@ def friction(
     relaxes.
     """
     held = k * s + d * v
+    # 1e-300 keeps the root differentiable at rest; it vanishes beside any real force
     size = sqrt(held @ held + 1e-300)
+    # at small speeds the direction of slip is that in which it began, so that friction does not flip by round-off
     u = held if at_rest else v + SLIP_BLEND * direction
     u = u * (1.0 / sqrt(u @ u + 1e-300))
     on = stick > 0.0
     return FrictionForce(
         np.array([-select(on, h, limit * w) for h, w in zip(held, u, strict=True)]),
+        # ROUND_OFF: places far from the origin are rounded, which a stiff spring would read as a force
         select(on, limit + k * ROUND_OFF - size, size - RELAXED * limit if at_rest else direction @ v),
         select(on, d * (v @ v), limit * (u @ v)),
         select(on, 0.5 * k * (s @ s), 0.0),
@@ -104,6 +108,7 @@ class SupportLaw(ForceLaw[Support]):
         height, k, d, mu, kt, dt, closed, stick = p[3:11]
         x, p_X, v_X = attachment(ends[0], p[:3], "a")
         if f.on:
+            # pad on a body: position and velocity in the axes of that body
             R, at = np.reshape(ends[1][:9], (3, 3)), p_X - ends[1][9:12]
             p_X = named("pX", R.T @ (at - ends[1][12:15]))
             v_X = named("vX", R.T @ (v_X - ends[1][18:21] - cross(ends[1][15:18], at)))
@@ -129,19 +134,24 @@ class SupportLaw(ForceLaw[Support]):
         at, normal, place, velocity = SupportAt, float(shown[0]), shown[1:3], shown[3:5]
         if guard == "support":
             p[at.CLOSED] = 1.0 - p[at.CLOSED]
+            # a pad that closes or opens begins to stick where it is
             p[at.STICK], p[at.ANCHOR], p[at.DIRECTION] = 1.0, place, 0.0
             return "closed" if p[at.CLOSED] else "open", normal
         if p[at.STICK] > 0.0:
+            # the force at the limit, including the damper: its direction is that of the slip
             held = p[at.KT] * (place - p[at.ANCHOR]) + p[at.DT] * velocity
             size = max(norm(held.tolist()), 1e-300)
+            # slipping against the spring would be no slip: only a falling limit has been reached
             if dot(held.tolist(), velocity.tolist()) > SLOWEST * size or p[at.KT] == 0.0:
                 p[at.STICK], p[at.DIRECTION] = 0.0, held / size
             else:  # the limit has fallen faster than the spring relaxes: it gives way and holds on
                 part = GIVEN_WAY if size > FAINT * p[at.KT] else 0.0
                 p[at.ANCHOR] = place - deflection(part * held, velocity, p[at.KT], p[at.DT])
             return "slip", normal
+        # the step to the event may pass the reversal by a little: correct the direction by that
         late = dot(velocity.tolist(), p[at.DIRECTION].tolist()) + 0.5 * SLIP_BLEND  # by what steps may miss
         direction = velocity + (SLIP_BLEND - 2.0 * min(0.0, late)) * p[at.DIRECTION]
+        # just below the limit, or the next evaluation would slip again
         force = JUST_BELOW * p[at.MU] * normal * direction / max(norm(direction.tolist()), 1e-300)
         p[at.STICK], p[at.ANCHOR] = 1.0, place - deflection(force, velocity, p[at.KT], p[at.DT])
         return "stick", normal
@@ -253,6 +263,7 @@ class BrakeLaw(ForceLaw[Brake]):
         at, (q, v) = BrakeAt, map(float, shown)
         if p[at.STICK] > 0.0:
             held = p[at.K] * (q - p[at.ANCHOR]) + p[at.D] * v
+            # a joint has two directions only
             p[at.STICK], p[at.DIRECTION] = 0.0, np.sign(held)
             return "slip", v
         force = JUST_BELOW * p[at.MOMENT] * p[at.DIRECTION]

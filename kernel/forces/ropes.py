@@ -42,6 +42,7 @@ def with_rope_masses(system: System) -> System:
 
 def not_weighed(weight: Scalar) -> Scalar:
     """Return the part of a rope's weight that is not covered by the masses added to an end body [N]."""
+    # of half the weight, a third of the mass has been added to the end body, which gravity pulls already
     return (WEIGHS - MOVES) * weight
 
 
@@ -61,6 +62,7 @@ def _ends(rope: Rope | RigidRope) -> Iterator[tuple[float, Point]]:
     for line in rope.lines if rope.mass else ():
         for end in (line.a, line.b):
             if end.body != WORLD:
+                # the world cannot be made heavier
                 yield MOVES * line.share * rope.mass, end
 
 
@@ -69,6 +71,7 @@ def _with(body: Body, borne: list[tuple[float, Point]]) -> Body:
     if not borne:
         return body
     parts = [(body.mass, np.array(body.com)), *((m, np.array(p.p)) for m, p in borne)]
+    # point masses keep their parallel-axis inertia, so that the rope's end also resists rotation
     mass, com, inertia = gathered(np.array(body.inertia), parts)
     px, py, pz = com.tolist()
     a, b, c = ((u, v, w) for u, v, w in inertia.tolist())
@@ -130,9 +133,11 @@ class RopeLaw(ForceLaw[Rope]):
         if self.calm:
             strain = maximum(strain, 0.0)
             held = EA * strain
+            # damping never exceeds the elastic part: the tension starts from zero and stays positive without an event
             damped = minimum(maximum(c * de, -held), held)
         else:
             held, damped = EA * strain, c * de
+        # a viscous damper in parallel with the elastic rope (Kelvin-Voigt)
         trial = held + damped
         on = select(taut > 0.0, hooked, 0.0)
         tension = named("T", select(on > 0.0, one_sided(trial, self.clamped), 0.0))
@@ -144,6 +149,7 @@ class RopeLaw(ForceLaw[Rope]):
                 weight = share * p[-1]
                 both = both[0] + pulls_down(weight, x_a), both[1] + pulls_down(weight, x_b)
             wrenches += both
+        # strain energy per unit of unstretched length
         wound = select(on > 0.0, 0.5 * EA * strain * strain, 0.0)
         stored, at_end = wound * L0, tension
         if f.mass:
@@ -151,8 +157,10 @@ class RopeLaw(ForceLaw[Rope]):
         return LawOutput(
             wrenches,
             heat=select(on > 0.0, damped * de, 0.0),
+            # winding moves tension, and takes strain energy onto the drum with the rope
             work=-(tension + wound) * dL0,
             stored=stored,
+            # slack -> taut needs elongation and force: a rope that shortens fast stays slack at e = 0
             guards=[1.0 if self.calm else select(hooked > 0.0, select(taut > 0.0, trial, -minimum(e, trial)), 1.0)],
             shown=[at_end, e],
         )

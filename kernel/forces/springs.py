@@ -31,12 +31,14 @@ def _rotation(body: Array) -> Array:
 
 def _half_turn(R: Array) -> tuple[Any, Any]:
     """Return w and v (3,) proportional to the quaternion of a rotation matrix."""
+    # 4 w times the quaternion (w, v): no root and no division, but zero at half a turn
     return 1.0 + R[0, 0] + R[1, 1] + R[2, 2], np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
 
 
 def _twist(R: Array, axis: Array, lean: Scalar) -> Any:
     """Return the angle of a rotation about an axis (swing-twist), within half a turn; `lean`: axis . R axis."""
     _, v = _half_turn(R)
+    # 2 sin and 2 cos of the angle if R turns about the axis only
     return atan2(v @ axis, R[0, 0] + R[1, 1] + R[2, 2] - lean)
 
 
@@ -44,9 +46,11 @@ def _rotation_vector(R: Array) -> tuple[Any, Any]:
     """Return the rotation vector theta (3,) of a rotation below half a turn, and J of `BushingLaw`."""
     w, v = _half_turn(R)
     n = sqrt(v @ v + TINY)
+    # half the angle by atan2, accurate for small and large angles alike
     half = atan2(n, w)
     theta = (2.0 * half * (1.0 / n)) * v
     T = skew(theta)
+    # tends to 1/12 at zero, where TINY keeps 0/0 away
     bend = (1.0 - half * w * (1.0 / n)) * (1.0 / (theta @ theta + TINY))
     return theta, np.eye(3) - 0.5 * T + bend * (T @ T)
 
@@ -113,6 +117,7 @@ class TorsionLaw(ForceLaw[Torsion]):
         swung = R @ axis
         lean = axis @ swung
         angle = on_turn(_twist(R, axis, lean), counted[0])
+        # the rate of the twist depends on the tilt of the axis: this gradient keeps energy and moment consistent
         J = R_a @ (axis + swung) * (1.0 / (1.0 + lean))  # angle' = J . w_ab
         rate = J @ (ends[1][15:18] - ends[0][15:18])
         moment = k * (rest - angle) - d * rate
@@ -205,16 +210,18 @@ class BushingLaw(ForceLaw[Bushing]):
         (x_a, p_a, v_a), (x_b, p_b, v_b) = attachment(A, p[:3], "a"), attachment(B, p[3:6], "b")
         R_a, R_b = (_rotation(X) @ np.reshape(q, (3, 3)) for X, q in ((A, p[6:15]), (B, p[15:24])))
         given = iter(p[24:] if self._axis is None else p[27:])
-        K, D = (_filled(pattern, given) for pattern in self._patterns(f))
+        K, D = (filled(pattern, given, (6, 6)) for pattern in self._patterns(f))
         s = p_b - p_a
         R = R_a.T @ R_b
         if self._axis is None:
             theta, J = _rotation_vector(R)
+            # trace of R at FARTHEST: fires before the rotation vector becomes singular at half a turn
             guards, turned, turning = [R[0, 0] + R[1, 1] + R[2, 2] - (1.0 + 2.0 * FARTHEST)], [], []
         else:
             axis = p[24:27]
             angle = on_turn(_twist(R, axis, 1.0), counted[0])
             theta, J, guards, turned = angle * axis, np.eye(3), [], [angle]
+            # about a fixed axis the relative angular velocity is the rate of the angle
             turning = [axis @ (R_a.T @ (B[15:18] - A[15:18]))]
         x = join(R_a.T @ s, theta)
         dx = join(R_a.T @ (v_b - v_a - cross(A[15:18], s)), J @ (R_a.T @ (B[15:18] - A[15:18])))
@@ -222,6 +229,7 @@ class BushingLaw(ForceLaw[Bushing]):
         f_b = -(elastic + damped)
         force, moment = R_a @ f_b[:3], R_a @ (J.T @ f_b[3:])
         return LawOutput(
+            # the force on a acts at the point of b: otherwise the pair would have a moment without energy
             [-wrench(x_a + s, force, moment), wrench(x_b, force, moment)],
             heat=damped @ dx,
             stored=0.5 * (elastic @ x),
@@ -239,8 +247,8 @@ class BushingLaw(ForceLaw[Bushing]):
         return place + [SampledQuantity("bushing/force", x.name, "N or N m") for x in place]
 
 
-def _filled(pattern: list[int], given: Iterator[Scalar]) -> Any:
-    """Return a (6, 6) matrix with the next given numbers at the places of `pattern`, zeros elsewhere."""
+def filled(pattern: list[int], given: Iterator[Scalar], shape: tuple[int, int]) -> Any:
+    """Return a matrix with the next given numbers at the flat places of `pattern`, zeros elsewhere."""
     places = set(pattern)
-    flat = [next(given) if i in places else 0.0 for i in range(36)]
-    return np.array([*flat, None], dtype=object)[:-1].reshape(6, 6)
+    flat = [next(given) if i in places else 0.0 for i in range(shape[0] * shape[1])]
+    return np.array([*flat, None], dtype=object)[:-1].reshape(shape)

@@ -11,13 +11,14 @@ from typing import Any
 from heavylift.kernel.compiler.function import Function, Outputs
 from heavylift.kernel.compiler.symbol import Array, Scalars
 from heavylift.kernel.description import forces as kinds
-from heavylift.kernel.description.forces import Force, InputSignal
+from heavylift.kernel.description.forces import Force, InputSignal, wrong_wave
 from heavylift.kernel.description.mechanics import Brake, JointSpring, Law, Rope, Stop, Support, System
 from heavylift.kernel.description.units import wrong_sign
 
 from .force_law import BODY, ForceLaw, LawOutput, SampledQuantity, Setting
 from .joint_laws import BrakeLaw, JointSpringLaw, StopLaw, SupportLaw
 from .loads import CharacteristicLaw, LoadLaw, WindLaw
+from .radiation import RadiationLaw
 from .reeving import ReevingLaw
 from .ropes import RopeLaw
 from .springs import BushingLaw, SpringLaw, TorsionLaw
@@ -36,6 +37,7 @@ FORCES: dict[type, ForceLaw[Any]] = {
     kinds.Spring: SpringLaw(),
     kinds.Torsion: TorsionLaw(),
     kinds.Bushing: BushingLaw(),
+    kinds.Radiation: RadiationLaw(),
     kinds.Characteristic: CharacteristicLaw(),
     kinds.UserLaw: UserLawEntry(),
     kinds.Reeving: ReevingLaw(),
@@ -70,9 +72,9 @@ class SharedForce:
 
     @property
     def structure(self) -> tuple[object, ...]:
-        """Key that is equal for forces served by the same machine code in the same place of a scene."""
+        """Key that is equal for forces served by the same machine code at the same place of a scene."""
         s = self.signal
-        return self.key, self.ends, self.along, s and (s.driven, bool(s.times), s.wave is not None)
+        return self.key, self.ends, self.along, s and (s.driven, bool(s.times), s.wave is not None, s.waves is not None)
 
 
 def shared(laws: tuple[Law, ...], setting: Setting) -> tuple[SharedForce, ...]:
@@ -105,7 +107,7 @@ def shared(laws: tuple[Law, ...], setting: Setting) -> tuple[SharedForce, ...]:
 
 
 def steered(system: System) -> list[str]:
-    """Names of driven signals of forces, which may jump; the lengths of ropes may not."""
+    """Names of commanded signals of forces, which may jump; the lengths of ropes may not."""
     ropes = {r.name for r in system.reevings}
     return [name for name, signal in signals(system.forces).items() if signal.driven and name not in ropes]
 
@@ -122,8 +124,9 @@ def check_force(f: Law) -> None:
     law.demand(f, field, not field, message)
     law.check(f)
     s = law.signal(f)
-    if s and s.wave:
-        law.demand(f, "signal", s.wave.ramp > 0.0, f"has a wave with a ramp of {s.wave.ramp:g} s; it must be positive")
+    if s:
+        fault = wrong_wave(s.wave, s.waves)
+        law.demand(f, "signal", not fault, fault)
     if s and (s.times or s.values):
         n, m = len(s.times), len(s.values)
         law.demand(f, "signal", n == m, f"has {n} times and {m} values; give one value for each time")

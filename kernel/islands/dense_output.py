@@ -70,7 +70,7 @@ def instants_of(times: object, start: float, end: float, before: bool) -> NDArra
 
 
 def trail_of(rows: Sequence[tuple[int, NDArray[np.float64]]]) -> str:
-    """Return the digest of a run's samples, equal for equal runs."""
+    """Return the digest of the samples of a run, equal for equal runs."""
     return sha256(b"".join(row.tobytes() for _, row in rows)).hexdigest()
 
 

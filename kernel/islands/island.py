@@ -24,7 +24,7 @@ PRICE = 2e5  # attempted steps that take as long as compiling their code: 3 oper
 
 
 class RecompileBudget:
-    """Ski-rental rule: split an island once the wasted work equals the cost of compiling.
+    """Decides when splitting an island pays, by the ski-rental rule: once the wasted work equals the cost of compiling.
 
     The cost is never more than twice that of an optimal decision (Karlin et al., Algorithmica 3, 1988). Steps are
     counted, not seconds, so that all runs of a scene decide alike.
@@ -58,7 +58,8 @@ class RecompileBudget:
 
 
 class Island(Simulation):
-    """The simulation of an island; rows of events are kept apart, as part of rows of the whole scene."""
+    """The simulation of an island; the rows of its events are stored separately, as parts of rows of the whole
+    scene."""
 
     struck: np.ndarray  # row of the last event or command
 
@@ -70,7 +71,8 @@ class Island(Simulation):
         self.stand()
 
     def settle(self) -> None:
-        """Settle as a simulation, but store the row of the event in `struck`; its peaks count for the next sample."""
+        """Settle as `Simulation.settle`, but store the row of the event in `struck`; its peaks count for the next
+        sample."""
         before = len(self.rows)
         super().settle()
         ((_, self.struck),) = self.rows[before:]
@@ -80,7 +82,7 @@ class Island(Simulation):
         native.part("peak_time")[:] = self.struck[at["peak_time"]] - self.epoch * 1e-9
 
     def stand(self) -> None:
-        """Commit the present state: nothing before it can be requested again."""
+        """Commit the present state: no time before it can be requested again."""
         self.marks: list[tuple[int, Snapshot]] = []  # to which it can go back, with their times [ns]
         self.span = 1  # periods of samples that it runs ahead of what is known of the others
         self.refused = False  # it cannot run ahead
@@ -132,7 +134,7 @@ class Island(Simulation):
 
     @property
     def history(self) -> int:
-        """The latest time [ns] up to which the history is final, unless an earlier command arrives."""
+        """The latest time [ns] up to which the state is final, unless a command for an earlier time arrives."""
         return FOREVER_NS if self.still and not self.marks else self.earliest - 1
 
     def shown_at(self, t_ns: int) -> np.ndarray:
@@ -162,12 +164,12 @@ class Island(Simulation):
         """Do nothing: rows of rest are published together with those of other islands."""
 
     def tells(self, subscribed: frozenset[str]) -> bool:
-        """Return whether the next event has a subscriber."""
+        """Return whether a subscriber exists for the next event."""
         return not subscribed.isdisjoint(self.events.names)
 
     def may_be_cut(self) -> frozenset[str]:
-        """Return unhooked ropes whose removal would make a resting part an island, if a split is worth its cost; else
-        none."""
+        """Return the unhooked ropes whose removal would make a part at rest a separate island, if the split is worth
+        its cost; else none."""
         loose = self._unhooked()
         if self.events.fallen or not (share := self._resting_share(loose)):
             return frozenset()

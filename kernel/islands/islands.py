@@ -64,7 +64,7 @@ class Islands(RunningAhead):
 
     @property
     def alone(self) -> list[LiftRows]:
-        """The lifts whose events are recorded as separate rows; none if the scene has only one lift."""
+        """Lifts whose events are recorded as separate rows; none if the scene has only one lift."""
         return self.lifts
 
     def _method_of(self, system: System) -> Stepping:
@@ -142,14 +142,14 @@ class Islands(RunningAhead):
                 return
 
     def foretold(self) -> tuple[int, np.ndarray] | None:
-        """See `Simulation.foretold`."""
+        """Return the next sample of a scene at rest: see `Simulation.foretold`."""
         parts = [found[1] for p in self.parts if (found := p.foretold())]
         if len(parts) < len(self.parts) or any(p.rows for p in self.parts) or self.samples.struck:
             return None
         return self.samples.next_ns, self.samples.whole(parts)
 
     def shown(self, t_ns: int) -> np.ndarray:
-        """See `Simulation.shown`."""
+        """Return the row at a time without changing the state: see `Simulation.shown`."""
         row = self.samples.whole([p.shown_at(t_ns) for p in self.parts])
         self._soonest = None
         return row

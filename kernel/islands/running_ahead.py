@@ -27,7 +27,7 @@ Task = Callable[[Callable[[], None]], None]  # is given its own `pause`
 
 
 class GivenUp(BaseException):
-    """Raised in threads whose results are no longer needed."""
+    """Raised in worker threads whose results are no longer needed."""
 
 
 class SideBySide:
@@ -66,8 +66,9 @@ SPAN = 64  # periods of samples that islands run ahead of each other at most
 
 
 class RunningAhead(CommandTarget):
-    """Common part of the simulation of several islands. `parts`: islands; `reached`: global time [ns]; `epoch`: last
-    event or command; `_stopped`: islands stopped there; `samples`, `rows`, `log`, `notes`: of the whole scene."""
+    """Common part of the simulation of several islands that run ahead of each other. `parts`: islands; `reached`:
+    global time [ns]; `epoch`: last event or command; `_stopped`: islands stopped there; `samples`, `rows`, `log`,
+    `notes`: of the whole scene."""
 
     samples: Joining
 

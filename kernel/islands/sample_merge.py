@@ -58,7 +58,7 @@ class Merge:
         self._places: list[np.ndarray] = []
 
     def cut(self, parts: Sequence[Island], loose: frozenset[str]) -> None:
-        """Set the islands and the ropes that couple nothing."""
+        """Set the present islands, and the ropes that couple nothing."""
         self._places = [np.array([self._place[x] for x in labels(p.program)], dtype=int) for p in parts]
         at, s, number = self._at, self._program.system, self._program.graph.number
         self._loose: list[_Loose] = []
@@ -97,7 +97,7 @@ class LiftRows(Merge):
         self.parts: list[Island] = []
 
     def cut(self, parts: Sequence[Island], loose: frozenset[str]) -> None:
-        """Select the islands of the lift."""
+        """Set the islands of the lift."""
         self.parts = [p for p in parts if p.given.bodies[0].name in self.bodies]
         super().cut(self.parts, frozenset(r.name for r in self._program.system.straight_ropes if r.name in loose))
 
@@ -107,7 +107,7 @@ class LiftRows(Merge):
 
 
 def untied(system: System, lifts: Mapping[str, Collection[str]]) -> dict[str, System]:
-    """Return the independent systems of lifts (name -> bodies); coupled lifts become one system, `a+b`."""
+    """Group the bodies of lifts (by name) into independent systems; coupled lifts become one system, `a+b`."""
     of = {body: name for name, bodies in lifts.items() for body in bodies}
     found = dict[str, System]()
     pieces = islands_of(system) if lifts else []
@@ -123,7 +123,8 @@ def untied(system: System, lifts: Mapping[str, Collection[str]]) -> dict[str, Sy
 
 
 class Joining(Merge):
-    """Merges rows of the whole scene; `period`: that of samples [ns]."""
+    """Merges the rows of islands into rows of the whole scene as these become complete; `period`: that of samples
+    [ns]."""
 
     def __init__(self, program: Program, period: int) -> None:
         super().__init__(program)

@@ -35,6 +35,7 @@ ULPS = 16.0 * 2.0**-52  # relative displacement that shows what rounding does to
 def scale_of(before: Value, v: Value) -> Value:
     """Return the scale of the tolerance for velocities v (nv,), given the previous scale."""
     for u in v:
+        # the largest speed so far: a scene that comes to rest keeps the scale of its motion
         before = maximum(before, abs(u) * (1.0 / SWIFT))
     return minimum(before, 1.0)
 
@@ -45,19 +46,20 @@ def allowed(s: StepState, size: Value) -> Value:
 
 
 def still_below(scale: Value, faint: Value) -> Value:
-    """Return the threshold of |v|^2 and |dv/dt|^2 [SI] for rest; lower if the scene has only crept."""
+    """Return the threshold of |v|^2 and |dv/dt|^2 [SI] below which the scene is at rest; lower if it has only crept."""
     part = maximum(scale, faint)
     return STILL * STILL * (part * part)
 
 
 def rounded(acceleration: Callable[[np.ndarray], np.ndarray], q: np.ndarray, tol: float) -> dict[str, float]:
     """Return the effect of rounding at coordinates q (nq,): `grain`, a tolerance scale of at most 1, and `faint`, the
-    part of STILL that remains at rest.
+    part of the rest threshold STILL that remains.
 
     `acceleration`: accelerations (nv,) at coordinates. A law that makes a displacement d an acceleration a oscillates
     at sqrt(a / d), so that a displacement by rounding becomes a speed of sqrt(a d).
     """
     here, d = acceleration(q), ULPS * (1.0 + np.abs(q))
+    # two patterns of displacements, since equal signs can cancel in a stiff law between two coordinates
     alternating = d.copy()
     alternating[1::2] *= -1.0
     with np.errstate(invalid="ignore"):  # what is not finite is reported where it acts
@@ -65,7 +67,9 @@ def rounded(acceleration: Callable[[np.ndarray], np.ndarray], q: np.ndarray, tol
     most = max(math.sqrt(float((x * x).sum())) for x in moved)
     if not math.isfinite(most):
         return {"grain": 1.0, "faint": 1.0}
+    # a displacement d of rounding under stiffness a/d oscillates with speed sqrt(a d)
     speed = math.sqrt(most * float(d.max(initial=0.0)))
+    # below this speed the tolerance would resolve round-off, below this acceleration nothing ever comes to rest
     return {"grain": min(1.0, speed / tol), "faint": min(1.0, max(FAINT, most / STILL))}
 
 
@@ -93,17 +97,24 @@ class ErrorControl:
     def judge(self, s: StepState, a: Attempt, h: Value, last: Value) -> StepDecision:
         x = self._exponents
         error = self._weighed(a.error, 1.0 / allowed(s, maximum(abs(s.y), abs(a.y))))
+        # drift of the rows is in metres or radians, so it is compared with the bare tolerance
         if hasattr(a.r, "drift"):
             error = maximum(a.r.drift[0] * (1.0 / s.tol), error)
         if a.sound is not None:
+            # Newton iterations that did not converge are an error without size: halve the step (UNSOLVED^down = 1/2 for
+            # order 3)
             error = select(a.sound, error, UNSOLVED)
         good = error <= 1.0
         ok = good | (s.forced > 0.0)
+        # the factors 0.2, 0.9 and 5 are those of DOPRI5 and RADAU5
         down = select(error > 1.0, maximum(0.2, 0.9 * power(maximum(error, 1.0), x.down)), 0.1)  # 0.1: not a number
         up = minimum(5.0, maximum(0.2, 0.9 * power(maximum(error, 1e-10), x.up) * power(s.error, x.memory)))
+        # an implicit method saves a factorisation if the step stays as long
         if x.held > 1.0:
             up = select((up >= 1.0) & (up < x.held), 1.0, up)
+        # a step shortened by a boundary says nothing about the next one: at least as long as proposed before
         following = minimum(s.h_max, select(good, select(last, maximum(s.h, h * up), h * up), h * down))
+        # errors below 1e-4 are remembered as 1e-4, or the PI controller would overreact to one very good step
         return StepDecision(ok, following, select(good, maximum(error, 1e-4), s.error), following < s.h_min)
 
     def _weighed(self, error: Value, weight: Value) -> Value:
@@ -113,6 +124,7 @@ class ErrorControl:
             return sqrt(e @ e * (1.0 / self._n))
         high, low = (e * weight for e in error)
         square = high @ high
+        # the estimate of order 3 corrects that of order 5 where the latter happens to vanish
         return square / sqrt((square + 0.01 * (low @ low) + TINY) * self._n)
 
 
@@ -122,6 +134,7 @@ class FixedStep:
     def judge(self, s: StepState, a: Attempt, h: Value, last: Value) -> StepDecision:
         finite = a.y @ a.y < FINITE
         if a.sound is not None:
+            # a state beyond FINITE squared overflows soon; NaN fails the comparison, too
             finite = finite & a.sound
         ok = finite | (s.forced > 0.0)
         again = 0.0 if a.fresh is None else select(a.fresh, 0.0, 1.0)  # once more with a new Jacobian

@@ -23,6 +23,7 @@ class RungeKutta(Method):
     def attempt(self, s: StepState, rate: Rate, h: Value, among: Value) -> Attempt:
         k, seen = [s.f], list[tuple[float, Value]]()
         stages = [*zip(self.tableau.c[1:], self.tableau.A[1:], strict=True)]
+        # without the FSAL property (first same as last) the derivative at the end costs one more evaluation
         if not self._first_same_as_last:
             stages.append((1.0, self.tableau.b))
         for c, weights in stages:
@@ -41,6 +42,8 @@ class RungeKutta(Method):
         return self.tableau.A[-1] == self.tableau.b[:-1] and self.tableau.c[-1] == 1
 
     def amplification(self, J: np.ndarray, h: float, nq: int) -> np.ndarray:
+        # y' = J y: stages are matrices applied to the initial value, so that their combination is the stability
+        # function R(hJ)
         one = np.eye(len(J))
         k: list[np.ndarray] = []
         for a in self.tableau.A:
@@ -58,6 +61,7 @@ class Kutta4(RungeKutta):
     vectors = ("d1", "d2", "d3")
 
     def keep(self, s: StepState, h: Value, a: Attempt) -> None:
+        # cubic Hermite in the form of Hairer, Norsett, Wanner I, (II.6.15): two values, two slopes
         s.d1 = a.y - s.y
         s.d2 = h * s.f - s.d1
         s.d3 = s.d1 - h * a.f - s.d2
@@ -83,6 +87,7 @@ class DormandPrince5(RungeKutta):
 
     def keep(self, s: StepState, h: Value, a: Attempt) -> None:
         s.d1 = a.y - s.y
+        # terms of CONTD5 in their program dopri5.f
         s.d2 = h * s.f - s.d1
         s.d3, s.d4 = s.d1 - h * a.f - s.d2, h * combine([*self.dense], a.k)
 
@@ -110,17 +115,20 @@ class DormandPrince8(RungeKutta):
         s.d1 = a.y - s.y
         s.d2 = h * s.f - s.d1
         s.d3 = s.d1 - h * a.f - s.d2
+        # the extra stages of the dense output need all stages, but only steps with samples or events pay for them
         for name, k in zip(self.stages, a.k, strict=True):
             setattr(s, name, k)
 
     def complete(self, s: StepState, rate: Rate) -> None:
         k = [getattr(s, name) for name in self.stages]
         for c, a in zip(EXTRA_C, EXTRA_A, strict=True):
+            # the middle of the step selects the piece of the profile, since a stage may lie on the boundary of two
             k.append(rate(s.t0 + c * s.h0, s.t0 + 0.5 * s.h0, s.d0 + s.h0 * combine(a, k)).dy)
         for name, weights in zip(self.terms[3:], DENSE, strict=True):
             setattr(s, name, s.h0 * combine(weights, k))
 
     def interpolate(self, s: StepState, x: Value) -> Value:
+        # Horner's scheme with alternating factors x and 1 - x, as CONTD8
         y = s.d7
         for i in range(6, -1, -1):
             y = getattr(s, f"d{i}") + (x if i % 2 == 0 else 1.0 - x) * y
@@ -145,6 +153,7 @@ class SemiImplicitEuler(Method):
 
         def drift(y: Value, f: Value) -> dict[str, Value]:
             """Return N(q) dv/dt: change of dq/dt per second by velocity changes."""
+            # dq/dt = N(q) v for quaternions: the change of v acts through the same N(q), not directly
             dv = f[nq : nq + nv]
             turned = [join(rates(k.joint.kind, y[k.q], dv[k.v]), dv[k.v_modes]) for k in links]
             return {"x": join(*turned, np.zeros(ny - nq))}
@@ -152,6 +161,7 @@ class SemiImplicitEuler(Method):
         self._drift = Function("drift", drift, {"y": ny, "f": ny}, vectors=["x"])
 
     def attempt(self, s: StepState, rate: Rate, h: Value, among: Value) -> Attempt:
+        # coordinates move with the new velocities: h dq/dt + h^2 N(q) dv/dt
         gain = (h * h) * self._drift(y=s.y, f=s.f).x
         y = s.y + (h * s.f + gain)
         r = rate(s.t + h, among, y)
@@ -161,9 +171,11 @@ class SemiImplicitEuler(Method):
         s.d1, s.d2 = h * s.f, a.k[0]
 
     def interpolate(self, s: StepState, x: Value) -> Value:
+        # the same step to x h, so the second-order gain grows with x^2: events lie on the numerical solution itself
         return s.d0 + x * (s.d1 + x * s.d2)
 
     def amplification(self, J: np.ndarray, h: float, nq: int) -> np.ndarray:
+        # velocities first, then coordinates with them: the product of two triangular maps, hence symplectic
         kick, move = np.eye(len(J)), np.eye(len(J))
         kick[nq:] += h * J[nq:]
         move[:nq] += h * J[:nq]

@@ -120,6 +120,7 @@ class Method(ABC):
 
     name: str
     order: int
+    # [s] bounds what a guard can do unseen in motion so slow that the error estimate allows any step
     longest = LONGEST  # [s] step
     evaluations: int
     vectors: tuple[str, ...]
@@ -177,21 +178,24 @@ class Method(ABC):
 
 def combine(c: list[float], k: list[Value]) -> Value:
     """Return the sum of c_i k_i without zero terms."""
+    # zeros are skipped, or traced code would multiply by them
     return sum(a * x for a, x in zip(c, k, strict=False) if a)
 
 
 def fallen_in(r: Evaluated) -> Value:
-    """Return whether a guard is negative in an evaluation."""
+    """Return whether any guard is negative in an evaluation."""
     return any_of(g < 0.0 for g in r.G)
 
 
 def inside(s: StepState) -> Value:
     """Return a time inside the profile piece that begins at t; no step crosses t_stop, where the next piece begins."""
+    # at most half a second inside: t_stop may be for ever, and a time so late would lose its digits
     return s.t + 0.5 * minimum(1.0, s.t_stop - s.t)
 
 
 def length(s: StepState) -> tuple[Value, Value]:
     """Return the length of the step from t, and whether it ends at the boundary."""
+    # a step that would leave less than LEFT before the boundary ends on it, or the rest would be lost in round-off
     last = s.t + s.h >= s.t_stop - LEFT
     return select(last, s.t_stop - s.t, s.h), last
 

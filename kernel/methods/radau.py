@@ -83,6 +83,7 @@ class Radau5(VelocitySpace):
         self._moved = len(program.constraints) > 0  # by closing what rows have opened
         self.evaluations = 3 if self._moved else 2  # beside the iterations
         n, ny = program.nv, program.ny
+        # coordinates are eliminated: systems of nv rows in place of nq + nv
         self._complex = FactorLayout(n, 2, self.matrices)
         self.matrices = self._complex.stop
         self._solve_complex = solver("solve_complex", self._complex, n)
@@ -112,6 +113,7 @@ class Radau5(VelocitySpace):
 
     def _solved(self, s: StepState, b: Value) -> Value:
         """Return (1/e - J)^-1 b of the real system."""
+        # (1/e - J) x = b with J = [[0, N], [K, D]] and q eliminated: (1 - e D - e^2 K N) v = e (e K b_q + b_v)
         g = s.e * (s.e * self._times_J_q(M=s.M, b=self._speeds(y=s.y, b=b).x).x + self._velocities(y=b).x)
         x = self._carried(y=s.y, b=b, v=self._solve(M=s.M, b_re=g, tail=[0.0]).re)
         return s.e * x.x + x.v_
@@ -141,9 +143,11 @@ class Radau5(VelocitySpace):
 
     def _begin(self, s: StepState, rate: Rate) -> None:
         h, _ = length(s)
+        # gamma, alpha, beta over h are the diagonal blocks of (h A)^-1 in the eigenbasis
         s.real, s.alpha, s.beta = GAMMA / h, ALPHA / h, BETA / h
         square = 1.0 / (s.alpha * s.alpha + s.beta * s.beta)
         s.e, s.e_re, s.e_im = 1.0 / s.real, s.alpha * square, s.beta * square
+        # stale 1: displacement part only; 2: also the velocity part, which changes more slowly
         s.columns = select(s.stale > 0.0, select(s.stale > 1.5, 2.0, 1.0) * float(self.program.nv), 0.0)
         s.factor = select(s.stale > 0.0, 1.0, select(abs(s.of - h) > 0.0, 1.0, 0.0))
         s.of, s.fresh, s.stale = h, s.stale, 0.0
@@ -151,6 +155,7 @@ class Radau5(VelocitySpace):
         if self._moved:  # differences against the derivative of another place would be no Jacobian
             s.f = rate(s.t, inside(s), s.y).dy
         s.z, s.here, s.now, s.within = s.y, s.f, s.t, inside(s)
+        # starting values: the collocation polynomial of the last step, extrapolated; zero after a jump
         before = 1.0 / select(s.warm > 0.0, s.h0, 1.0)
         z = []
         for c in C:
@@ -163,23 +168,30 @@ class Radau5(VelocitySpace):
     def _iterate(self, s: StepState, rate: Rate) -> None:
         """Do one simplified Newton iteration, (IV.8.13)."""
         h, among = s.of, inside(s)
+        # the three stages, at which guards are watched as well
         runs = [rate(s.t + c * h, among, s.y + z) for c, z in zip(C, (s.z0, s.z1, s.z2), strict=True)]
         s.fell0, s.fell1 = (select(fallen_in(r), 1.0, 0.0) if len(r.G) else 0.0 for r in runs[:2])
         F = [combine(row, [r.dy for r in runs]) for row in T_INVERSE.tolist()]
+        # (gamma/h - J) dw0 = F0 - gamma/h w0, and the complex pair likewise: (IV.8.13)
         d0 = self._solved(s, F[0] - s.real * s.w0)
         d1, d2 = self._solved_complex(
             s, (F[1] - (s.alpha * s.w1 + s.beta * s.w2), F[2] - (s.alpha * s.w2 - s.beta * s.w1))
         )
+        # heat and work are quadratures: they follow from the stages and must not govern convergence
         weight = s.moving / allowed(s, abs(s.y))  # accounts follow one iteration later
         steps = [d0 * weight, d1 * weight, d2 * weight]
         size = sqrt(sum(e @ e for e in steps) * (1.0 / (3.0 * self.n)))
         first = s.turn < 0.5
+        # no rate is known in the first iteration; half of LOST lets it go on
         ratio = select(first, LOST * 0.5, size * (1.0 / maximum(s.size, 1e-300)))
         w = [s.w0 + d0, s.w1 + d1, s.w2 + d2]
         s.w0, s.w1, s.w2 = w
         s.z0, s.z1, s.z2 = (combine(row, w) for row in T.tolist())
+        # kappa of RADAU5: the iteration error stays a small part of the tolerance, but above round-off
         enough = maximum(ROUND_OFF * (1.0 / s.tol), minimum(0.03, sqrt(s.tol)))
+        # theta / (1 - theta) times the last change bounds the remaining error of a geometric series, (IV.8.11)
         near = select(first, 10.0, ratio * (1.0 / maximum(1.0 - ratio, 1e-3))) * size < enough
+        # or the changes no longer shrink because they are round-off
         near = near | (size < 1e-3 * enough) | ((size < FLOOR) & (ratio > 0.5) & (s.turn > 0.5))
         s.turn, s.size, s.iterations = s.turn + 1.0, size, s.iterations + 1.0
         s.rate = select(first, 0.0, ratio)  # one iteration that suffices says nothing against its Jacobian
@@ -193,8 +205,11 @@ class Radau5(VelocitySpace):
         z = [s.z0, s.z1, s.z2]
         y = s.y + s.z2
         r = rate(s.t + h, among, y)
+        # the error estimate of order 3 of (IV.8.19), from the stages and the slope at the start
         slope = combine(ERROR, z) * (1.0 / h)
+        # filtered by (gamma/h - J)^-1, so that stiff components do not reject steps
         first = self._solved(s, s.f + slope)
+        # evaluated once more at the filtered value, as (IV.8.20) does for the first and for rejected steps
         again = rate(s.t, among, s.y + first).dy
         error = self._solved(s, again + slope)
         seen = [(C[0], s.fell0 > 0.0), (C[1], s.fell1 > 0.0), (C[2], fallen_in(r))] if len(r.G) else [(1.0, False)]
@@ -203,6 +218,7 @@ class Radau5(VelocitySpace):
     def keep(self, s: StepState, h: Value, a: Attempt) -> None:
         s.d1, s.d2, s.d3 = (combine([*weights], a.k) for weights in zip(*DENSE, strict=True))
         s.warm = s.sound
+        # if a fresh displacement part did not help, the velocity part is renewed as well
         renewed = select(s.fresh > 0.5, 2.0, 1.0)  # by velocities, too, where displacements did not help
         s.stale = select(s.sound > 0.0, select(s.rate > SLOW, renewed, 0.0), renewed)
 

@@ -27,6 +27,7 @@ def jacobian(rate: Callable[[np.ndarray], np.ndarray], y: np.ndarray, n: int) ->
     """Return the derivative (n, n) of the first n components of `rate` at y (ny,)."""
     J = np.zeros((n, n))
     for j in range(n):
+        # relative to 1 + |y|, as the tolerance is: coordinates near zero are metres or radians
         d = DIFFERENCE * (1.0 + abs(y[j]))
         there, back = y.copy(), y.copy()
         there[j], back[j] = y[j] + d, y[j] - d
@@ -40,29 +41,33 @@ def check_step(method: Method, J: np.ndarray, step: float, nq: int, t: float, me
     if not np.isfinite(J).all():
         return  # the run itself says what is not finite
     modes = np.linalg.eigvals(J)
+    # an unstable motion of the scene itself, such as a falling rod, may grow as fast as it does
     growth = max(0.0, float(modes.real.max()))
 
     def stable(h: float) -> bool:
         G = method.amplification(J, h, nq)
         if not np.isfinite(G).all():
             return False
+        # MARGIN, since differences can turn an undamped mode into a slightly growing one
         return bool(np.abs(np.linalg.eigvals(G)).max() <= np.exp(growth * h) + MARGIN)
 
     if stable(step):
         return
+    # bisection assumes one stable interval from zero, which holds for all methods offered here
     low, high = 0.0, step
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if stable(middle) else (low, middle)
     raise KernelError(
         f"step {step:g} s at {t:.3f} s: too long for method '{method.name}', since {message()}; "
+        # 0.9 leaves room for stiffness that grows in the course of the run
         f"choose at most {0.9 * low:.2g} s, or method radau5"
     )
 
 
 def unresolved(method: Method, J: np.ndarray, step: float) -> tuple[float, float]:
-    """Return the lowest frequency [Hz] of the oscillations that a stable fixed step distorts, 0 if none; and the number
-    of periods until the worst is a tenth of a period out of phase or half damped."""
+    """Return the lowest frequency [Hz] of the oscillations that a stable fixed step distorts, 0 if none; and after how
+    many periods the worst one is a tenth of a period out of phase or half damped."""
     if not np.isfinite(J).all():
         return 0.0, np.inf
     bends = [(abs(s), missed(method, s, step)) for s in np.linalg.eigvals(J) if bent(method, s, step)]
@@ -76,9 +81,11 @@ def bent(method: Method, s: complex, step: float) -> bool:
 
 def missed(method: Method, s: complex, step: float) -> float:
     """Return the error of one step for an oscillation of eigenvalue s, per radian."""
+    # one oscillator y'' = 2 Re(s) y' - |s|^2 y with this eigenvalue stands for the mode
     J = np.array([[0.0, 1.0], [-(abs(s) ** 2), 2.0 * s.real]])
     got = np.linalg.eigvals(method.amplification(J, step, 1))
     want = np.exp(s * step)
+    # per radian, so that the limit is a phase error accumulated over a fixed angle and not over a time
     return float(np.abs(got - want).min()) / (abs(s) * step)
 
 
@@ -110,11 +117,12 @@ class Balance:
         """Close the period before an event or command, with the present kinetic and other energies (parts,) [J]."""
         before, start = self._start
         changes = parts - start
+        # energy that vanished before a switch stays in the sum, or many small losses would pass
         self._carried += kinetic - before + float(changes.sum())
         self._turned = max(self._turned, kinetic + float(np.abs(changes).sum()))
 
     def strayed(self, held: float) -> float:
-        """Return the share of turned-over energy that was lost or gained at a loose tolerance, once, when it first
+        """Return the fraction of turned-over energy that was lost or gained at a loose tolerance, once, when it first
         becomes large, else 0; `held`: largest energy of a rope so far [J]."""
         self._turned = max(self._turned, held)
         if self.loose or not self._tolerance or abs(self._carried) <= STRAYED * self._turned or not held:
@@ -128,6 +136,7 @@ class Balance:
         changes = parts - start
         turned = np.fmax(kinetic + np.abs(changes).sum(axis=1), held)
         made = self._carried + (kinetic - before + changes.sum(axis=1))
+        # a maximum over time, since energy at rest is zero and any error would be infinite relative to it
         return made, np.fmax.accumulate(np.fmax(turned, self._turned))
 
     def see(self, kinetic: np.ndarray, parts: np.ndarray) -> None:
@@ -135,7 +144,7 @@ class Balance:
         self._turned = float(self._read(kinetic, parts)[1][-1])
 
     def fine(self, kinetic: np.ndarray, parts: np.ndarray, slip: np.ndarray, held: np.ndarray) -> bool:
-        """Return whether n readings give `check` nothing to report; if so, they count as read."""
+        """Return whether `check` would report nothing for n readings; if so, they count as read."""
         made, turned, allowed = self._allowed(kinetic, parts, slip, held)
         known = (made < 0.0) & (not self.strict and self.lost > 0.0)
         if not (np.isfinite(allowed) & ((np.abs(made) <= allowed) | known)).all():
@@ -148,6 +157,8 @@ class Balance:
         self, kinetic: np.ndarray, parts: np.ndarray, slip: np.ndarray, held: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         made, turned = self._read(kinetic, parts, held)
+        # errors of size one tolerance in every step explain `slip`; round-off grows with the energies, not with their
+        # changes
         noise = ROUND_OFF * (kinetic + np.abs(parts).sum(axis=1)) + self._tolerance * slip
         return made, turned, self._share * turned + noise
 
@@ -168,6 +179,7 @@ class Balance:
         self._turned = float(turned)
         if abs(made) <= allowed:
             return
+        # numerical damping of stiff modes is the purpose of implicit methods; it is reported, not refused
         if made < 0.0 and not self.strict:
             self.lost = max(self.lost, -float(made))
             return

@@ -9,6 +9,7 @@ evaluation           laws, constraint rows, accelerations; the list of stages, w
 quantities           formulas of what thresholds guard and samples hold
 switching            discrete states of laws, and what changes when a guard has fallen
 references           what actuators follow: profiles, masters, time histories of signals
+wave_pieces          irregular waves as cubic pieces
 tangent_stiffness    derivatives of the accelerations along all coordinates
 reactions            constraint Jacobian at a pose, mobility, joint reactions
 """

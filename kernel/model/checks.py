@@ -17,7 +17,7 @@ from heavylift.kernel.algebra.elementary import atan2
 from heavylift.kernel.constraints.contact.pairs import check_contact
 from heavylift.kernel.description.field_types import check_names, choice, field_names, item_word, plain
 from heavylift.kernel.description.flexible import check_flexible
-from heavylift.kernel.description.forces import Contact
+from heavylift.kernel.description.forces import Contact, wrong_wave
 from heavylift.kernel.description.mechanics import JOINTS, WORLD, Body, Drive, Joint, RigidRope, Rope, Stop, System
 from heavylift.kernel.description.units import wrong_sign
 from heavylift.kernel.errors import KernelError
@@ -120,10 +120,10 @@ def _check_kind(x: Any) -> None:
                 message = "it has a mass, which its lines share; let their shares add up to 1"
                 raise KernelError(f"rope '{x.name}': {message}")
         case Drive():
-            if x.wave and not (x.kind == "prescribed" and x.wave.ramp > 0.0):
-                raise KernelError(
-                    f"drive '{x.name}': only a prescribed one follows a wave, with a ramp longer than 0 s"
-                )
+            if (x.wave or x.waves) and x.kind != "prescribed":
+                raise KernelError(f"drive '{x.name}': only a prescribed one follows a wave")
+            if fault := wrong_wave(x.wave, x.waves):
+                raise KernelError(f"drive '{x.name}': it {fault}")
         case Stop():
             if x.lower > x.upper:
                 raise KernelError(f"stop '{x.name}': its lower limit {x.lower:g} lies above the upper one, {x.upper:g}")
@@ -138,7 +138,7 @@ def _encoded(system: object) -> bytes:
 
 
 def accepted(part: System) -> System:
-    """Mark a part of a checked description as checked, and return it."""
+    """Mark a part of a description as checked, and return it."""
     _checked[id(part)] = part
     return part
 
@@ -233,7 +233,7 @@ def check_joint(j: Joint) -> None:
     if joint.axes > 1 and abs(aligned) > UNIT:
         angle = degrees(atan2(sqrt(max(0.0, 1.0 - aligned * aligned)), aligned))
         raise KernelError(
-            f"joint '{j.name}': its axes stand at {angle:.4g} deg; the second axis of a {j.kind} joint is "
+            f"joint '{j.name}': the angle between its axes is {angle:.4g} deg; the second axis of a {j.kind} joint is "
             "perpendicular to the first"
         )
     if joint.pitched and j.pitch == 0.0:

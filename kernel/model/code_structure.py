@@ -18,7 +18,7 @@ def structure(program: Program, *method: object) -> str:
     ropes, forces = [r.name for r in s.all_ropes], [f.name for f in s.forces]
 
     def of(x: Measured | Threshold) -> object:
-        """Return the measured object: the number of a body, or the indices of a joint coordinate."""
+        """Return the code of a measured object: the number of a body, or the indices of a joint coordinate."""
         if x.of and (kind := x.kind if isinstance(x, Measured) else x.quantity) in ("angle", "joint", "speed"):
             return number(x.of) if kind == "angle" else along(x.name, x.of, x.coordinate)
         return None
@@ -37,7 +37,7 @@ def structure(program: Program, *method: object) -> str:
             [(t.kind, x.ends, x.held) for t, x in p.instances],
             [(j.kind, number(j.parent), number(j.child)) for j in p.graph.loops],
             p.contacts.structure,
-            [(d.kind, p.driven(d), d.wave is not None) for d in s.drives],
+            [(d.kind, p.driven(d), d.wave is not None, d.waves is not None) for d in s.drives],
             [p.graph.joint(x.joint).v.start for x in s.locks],
             len(s.masters),
             [(r.winch, r.mass > 0.0, [number(p.body) for p in r.points]) for r in s.rigid_ropes],

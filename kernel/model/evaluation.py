@@ -126,8 +126,8 @@ def read_signals(x: Evaluation) -> None:
             else:
                 start, value, slope = x.numbers("signal", law.name)
                 x.signals[law.name] = [value + slope * (x.t - start), slope] if s.times else [value, 0.0]
-            if s.wave:
-                wave, rate, _ = x.wave(law.name)
+            if s.wave or s.waves:
+                wave, rate, _ = x.wave(law.name, s)
                 x.signals[law.name] = [x.signals[law.name][0] + wave, x.signals[law.name][1] + rate]
 
 

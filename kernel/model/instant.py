@@ -12,12 +12,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from operator import add
 from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 from heavylift.kernel.algebra.elementary import atan2, cos, sin
 from heavylift.kernel.algebra.spatial import cross
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, maximum, minimum, named, sqrt
 from heavylift.kernel.constraints.rows import ConstraintRows
+from heavylift.kernel.description.forces import InputSignal
 from heavylift.kernel.description.mechanics import Drive, RigidRope
 from heavylift.kernel.forces.force_law import Poses
 from heavylift.kernel.multibody.continuous_angles import Label as AngleLabel, on_turn
@@ -117,10 +119,21 @@ class Evaluation:
             ddref = ddref + slope * dds - (kc * cosine + ks * sine) * ds * ds
         return named(f"s({name})", ref), named(f"ds({name})", dref), named(f"dds({name})", ddref)
 
-    def wave(self, name: str) -> Reference:
-        """Return the wave of a drive or signal; zero for equilibria."""
+    def wave(self, name: str, given: Drive | InputSignal) -> Reference:
+        """Return the waves of a drive or signal, regular and irregular; zero for equilibria."""
+        found: Reference = (0.0, 0.0, 0.0)
         if self.program.at_rest:
-            return 0.0, 0.0, 0.0
+            return found
+        if given.wave:
+            found = self._regular(name)
+        if given.waves:
+            start, a, b, c, d = self.numbers("waves", name)
+            u = self.t - start
+            piece = a + u * (b + u * (c + u * d)), b + u * (2.0 * c + 3.0 * u * d), 2.0 * c + 6.0 * u * d
+            found = cast(Reference, tuple(map(add, found, piece)))
+        return found
+
+    def _regular(self, name: str) -> Reference:
         amplitude, frequency, phase, rate = self.numbers("wave", name)
         t = self.numbers("clock", "")[0] + self.t
         u = minimum(t * rate, 1.0)
@@ -172,7 +185,7 @@ class Evaluation:
 
     @property
     def drift(self) -> Scalar:
-        """The largest gap of active rows [m or rad], beyond round-off of the coordinates."""
+        """The largest gap of active rows [m or rad], less the round-off of the coordinates."""
         widest: Scalar = 0.0
         for gap in self.rows.held([abs(row.gap) for row in self.rows.rows]) if self.rows else ():
             widest = maximum(widest, gap)
@@ -222,8 +235,8 @@ def prescribe_joints(x: Evaluation) -> None:
     for d in x.program.system.drives:
         if d.kind == "prescribed":
             x.references[d.name] = x.reference(d.name)
-            if d.wave:
-                x.references[d.name] = tuple(map(add, x.references[d.name], x.wave(d.name)))
+            if d.wave or d.waves:
+                x.references[d.name] = tuple(map(add, x.references[d.name], x.wave(d.name, d)))
             i, k = x.program.driven(d)
             x.q[i], x.v[k], _ = x.references[d.name]
 

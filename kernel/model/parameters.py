@@ -10,12 +10,14 @@ import numpy as np
 from heavylift.kernel.constraints.contact.contact_points import contact_numbers
 from heavylift.kernel.constraints.loop_closures import closure_numbers
 from heavylift.kernel.constraints.row_structure import rigid_numbers
+from heavylift.kernel.description.forces import WaveSum
 from heavylift.kernel.description.mechanics import System
-from heavylift.kernel.forces.table import SharedForce
+from heavylift.kernel.forces.table import SharedForce, signals
 from heavylift.kernel.multibody.graph import Graph
 from heavylift.kernel.multibody.trees import Tree
 
 from .quantities import numbers as quantity_numbers, points
+from .wave_pieces import COEFFICIENTS
 
 PROFILE = 8  # start, x0, v0, a1, d1, cruise, a2, d2
 
@@ -64,6 +66,8 @@ class ParameterLayout:
         waves |= {x.name: x.signal.wave for x in laws if x.signal and x.signal.wave}
         for name, wave in waves.items():
             put("wave", name, [wave.amplitude, wave.frequency, wave.phase, 1.0 / wave.ramp])
+        for name in irregular_waves(system):
+            put("waves", name, [0.0] * COEFFICIENTS)
         if waves or any(x.law.timed for x in laws):
             put("clock", "", [0.0])  # time of the run at the epoch
         for rigid in system.rigid_ropes:
@@ -80,6 +84,12 @@ class ParameterLayout:
             places = [x for point in points(h, system) for x in point.p]
             put("threshold", h.name, [0.0, 1.0, *places, *quantity_numbers(h, system)])
         return _side_by_side(at, np.array(values))
+
+
+def irregular_waves(system: System) -> dict[str, WaveSum]:
+    """Return the irregular waves by the drives and forces that follow them."""
+    given = [(d.name, d.waves) for d in system.drives] + [(n, s.waves) for n, s in signals(system.forces).items()]
+    return {name: waves for name, waves in given if waves}
 
 
 def _side_by_side(at: dict[tuple[str, str], slice], initial: np.ndarray) -> ParameterLayout:

@@ -40,8 +40,8 @@ MOST = 16
 
 
 def program_of(system: System, *how: Any) -> "Program":
-    """The program of a description with these arguments; the last ones are kept, but for those of a user's own code,
-    which may change."""
+    """Return the compiled program of a description with these arguments; recent ones are cached, except those with a
+    user's own code, which may change."""
     system = check_description(system)
     if system.functions:
         return Program(system, *how)
@@ -212,7 +212,7 @@ class Program:
 
     @cached_property
     def compressible(self) -> list[tuple[Link, list[Link], slice]]:
-        """Each flexible body with the bodies attached to it and the places of its vectors in `Evaluation.axial`."""
+        """Each flexible body with the bodies attached to it, and the places of its vectors in `Evaluation.axial`."""
         found, first = list[tuple[Link, list[Link], slice]](), 0
         for i, link in enumerate(self.graph.links):
             if link.n_modes:

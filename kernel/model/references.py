@@ -19,7 +19,8 @@ from heavylift.kernel.description.profile import REST, Trapezoid, trapezoid
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.table import signals
 
-from .parameters import ParameterLayout
+from .parameters import ParameterLayout, irregular_waves
+from .wave_pieces import WavePieces
 
 AT_REST = 1e-12  # [m/s] a speed left over by round-off
 SAME = 1e-9  # relative difference of two values that is round-off
@@ -54,6 +55,7 @@ class References:
         self._follows = np.concatenate([*follows, places[:0]])
         given = signals(system.forces)
         self.histories = Histories(given, parameters, P)
+        self.waves = WavePieces(irregular_waves(system), parameters.at, P)
         waves = [*(d.wave for d in system.drives), *(s.wave for s in given.values())]
         self._ramps = {round(wave.ramp * 1e9) for wave in waves if wave}
         self.admit: Callable[[str], None] = lambda command: None
@@ -81,7 +83,7 @@ class References:
         return a.x0 + a.move.displacement(t), 0.0 if abs(speed) < AT_REST else speed
 
     def stand(self, epoch_ns: int) -> None:
-        """Set the present time [ns], at which following commands are given."""
+        """Set the present time [ns], from which the next commands act."""
         self._epoch_ns = epoch_ns
 
     def value(self, name: str, t_ns: int) -> float:
@@ -127,7 +129,7 @@ class References:
         return v != 0.0 or speed != 0.0 or abs(later - x) > SAME * (1.0 + abs(x))
 
     def moves(self, name: str, t_ns: int) -> bool:
-        """Return whether an actuator moves, or follows a master that does."""
+        """Return whether an actuator moves, or follows a master that moves."""
         a = self._actuator(name)
         masters = [self._masters[m] for m in a.follows]
         return self.own(name, t_ns)[1] != 0.0 or any(m in self.actuators and self.moves(m, t_ns) for m in masters)
@@ -180,12 +182,13 @@ class References:
             for i, k in a.follows.items():
                 self._P[self._at["follow", name]][3 * i : 3 * i + 3] = k
         self.histories.write(epoch_ns)
+        self.waves.write(epoch_ns)
         if ("clock", "") in self._at:
             self._P[self._at["clock", ""]] = epoch_ns * 1e-9
 
     def breaks(self, epoch_ns: int, after: float = 0.0) -> list[float]:
         """Return the sorted times since the epoch [s] later than `after` at which accelerations or slopes change."""
-        out = set(self.histories.breaks(epoch_ns, after))
+        out = {*self.histories.breaks(epoch_ns, after), *self.waves.breaks(epoch_ns, after)}
         out |= {t for end in self._ramps if (t := (end - epoch_ns) * 1e-9) > after}
         for a in self.actuators.values():
             if a.move is REST and a.start_ns <= epoch_ns:
@@ -199,7 +202,7 @@ class References:
 
     def rest(self, epoch_ns: int) -> float:
         """Return the time since the epoch [s] when drives end; inf during an endless move or with a clock."""
-        if ("clock", "") in self._at:
+        if ("clock", "") in self._at or self.waves:
             return inf
         moving = (a for a in self.actuators.values() if a.move.v0 or a.move.d1 or a.move.d2)
         ends = [

@@ -29,11 +29,13 @@ Poses = Callable[[str], tuple[Array, Array]]
 
 def on_turn(wrapped: Scalar, counted: Scalar) -> Scalar:
     """Return the angle [rad] equal to `wrapped` modulo 2 pi, nearest to its integral."""
+    # whole turns that bring the exact, wrapped angle nearest to its integral
     return wrapped + TURN * nearest((counted - wrapped) * (1.0 / TURN))
 
 
 def starting(wrapped: float, turned: float) -> float:
     """Return the angle [rad] equal to `wrapped` modulo 2 pi, nearest to the joints' rotation `turned`."""
+    # EVEN: half a turn counts upwards even where rounding makes it a little less
     return wrapped + TURN * floor((turned - wrapped) / TURN + 0.5 + EVEN)
 
 
@@ -50,14 +52,17 @@ def between(graph: "Graph", poses: Poses, a: str, b: str) -> Iterator[tuple[np.n
     up, down = path(a), path(b)
     for side, sign in ((up, -1.0), (down, 1.0)):
         for i in side:
+            # joints above the common ancestor turn both bodies alike
             if i in up and i in down:
                 continue
             k = graph.links[i]
             on = graph.links[k.parent] if k.parent >= 0 else None
+            # modes of a flexible body tilt its children about no fixed axis
             if on and on.n_modes:
                 yield None, 0.0
             kind = JOINTS[k.joint.kind]
             turns = [m for m in kind.motions if m.turns]
+            # spherical or universal joints have no axis about which whole turns could be counted
             if kind.quaternion is not None or len(turns) > 1:
                 yield None, 0.0
             elif turns:

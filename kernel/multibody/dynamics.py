@@ -60,10 +60,12 @@ def ltdl(tree: Tree, H: dict[tuple[int, int], Scalar]) -> LtdlFactors:
     """Factorise H in place (Featherstone 2008, sections 6.5 and 8.6)."""
     dofs, paths = tree.free_dofs, tree.free_paths
     D_inverse: dict[int, Scalar] = {}
+    # from the tips to the root: eliminating degree of freedom k touches its path only, so that no fill-in arises
     for k in reversed(dofs):
         D_inverse[k] = 1.0 / H[k, k]
         for n, i in enumerate(paths[k]):
             a = H[k, i] * D_inverse[k]
+            # only pairs on the path of k: all other products are structurally zero
             for j in paths[k][n:]:
                 H[i, j] = H[i, j] - a * H[k, j]
             H[k, i] = a
@@ -91,7 +93,9 @@ class Equations:
         """Return the accelerations without further forces, and the forces of prescribed joints."""
         a = self.accelerations(self.factors.solve([self.rhs[k] for k in self.tree.free_dofs]), a_ref)
         reaction = [
-            -self.rhs[k] + sum((h * a[l] for l, h in self.given(k).items()), 0.0) for k in self.tree.prescribed_dofs
+            # row k of H a - rhs: the effort that holds a prescribed degree of freedom on its given acceleration
+            -self.rhs[k] + sum((h * a[l] for l, h in self.given(k).items()), 0.0)
+            for k in self.tree.prescribed_dofs
         ]
         return dict(enumerate(a)), np.array(reaction)
 
@@ -108,6 +112,7 @@ def equations_of_motion(
     K = kinematics(tree, q, v, g, a_ref)
     I, F = composites(tree, K, W)
     H = joint_space_inertia(tree, K, I)
+    # without accelerations of the free joints, F contains all inertia and gravity forces: rhs = tau - S^T F
     rhs = [t - f for t, f in zip(tau, joint_forces(tree, K, F), strict=False)]  # (e)
     return Equations(tree, K, H, rhs, ltdl(tree, dict(H)))
 
@@ -129,6 +134,7 @@ def composites(tree: Tree, K: Kinematics, W: list[Array]) -> tuple[list[Array], 
         if b.elastic is not None:
             own = elastic(tree, K, i)
             I[i], F[i] = I[i] + own.I, F[i] + own.wrench
+    # children come after their parents, so that one backward sweep adds all subtrees
     for i in reversed(range(len(tree.bodies))):
         p = tree.bodies[i].parent
         if p >= 0:
@@ -144,6 +150,7 @@ def joint_forces(tree: Tree, K: Kinematics, F: list[Array]) -> Iterator[Any]:
     """
     for i, b in enumerate(tree.bodies):
         for S in K.S[i][: b.v.stop - b.v.start]:
+            # joints in the order of their columns, then the modes of the same body
             yield S @ F[i]
         if b.n_modes:
             on = [j for j, child in enumerate(tree.bodies) if child.parent == i]
@@ -158,11 +165,13 @@ def joint_space_inertia(tree: Tree, K: Kinematics, I: list[Array]) -> dict[tuple
         mode = k - tree.bodies[i].v_modes.start
         if mode >= 0:
             _mode_inertia(tree, K, I, H, k, mode)
+            # a mode's inertia couples its own body and what that carries: see `_mode_inertia`
             continue
         f = I[i] @ seen_from(tree, K, k, i)
         for l in (k, *path):
             H[k, l] = named(f"H({k},{l})", seen_from(tree, K, l, i) @ f)
     for k in tree.free_dofs:
+        # only a number can be tested while tracing; a parameter may still become zero, which a run reports
         if not is_sym(H[k, k]) and H[k, k] == 0.0:
             name = tree.bodies[tree.body_of_dof[k]].name
             raise KernelError(
@@ -196,6 +205,7 @@ def energies(tree: Tree, K: Kinematics, g: Scalar) -> tuple[Scalar, Scalar]:
         c = K.r[i] + K.R[i] @ b.com
         v_C = K.V[i][3:] + skew(K.V[i][:3]) @ c
         w = K.R[i].T @ K.V[i][:3]
+        # rotational energy in body axes, where the inertia is constant
         kinetic = kinetic + 0.5 * (b.mass * (v_C @ v_C) + w @ (b.inertia @ w))
         potential = potential + b.mass * g * (K.o[2] + c[2])
         if b.added is not None:
@@ -203,6 +213,7 @@ def energies(tree: Tree, K: Kinematics, g: Scalar) -> tuple[Scalar, Scalar]:
         if b.elastic is not None:
             own = elastic(tree, K, i)
             kinetic = kinetic + own.kinetic
+            # J0[3, 3] is the mass: potential of the frame's origin plus the first moment of mass
             potential = potential + g * (tree.bodies[i].elastic.J0[3, 3] * K.o[2] + own.moment[2])
     return kinetic, potential
 
@@ -219,6 +230,7 @@ def accelerated(tree: Tree, q: Array, v: Array, dv: Array, g: Scalar) -> Kinemat
             K.modes[i] = (*K.modes[i][:2], dv[b.v_modes])
         own = sum((s * x for s, x in zip(columns, a, strict=True)), np.zeros(6))
         X.append(own if b.parent < 0 else X[b.parent] + own)
+    # the bias A already contains gravity and the centripetal terms: joint accelerations add to it linearly
     K.A = [A + x for A, x in zip(K.A, X, strict=True)]
     return K
 
@@ -232,6 +244,7 @@ def axial_loads(tree: Tree, q: Array, v: Array, dv: Array, W: list[Array], g: Sc
     for i, b in enumerate(tree.bodies):
         if b.n_modes:
             r, w, A, R = K.r[i], K.V[i][:3], K.A[i], K.R[i]
+            # acceleration of the frame's origin: spatial acceleration plus the centripetal terms of its twist
             a = A[3:] + cross(A[:3], r) + cross(w, K.V[i][3:] + cross(w, r))
             out += [-(R.T @ F[j][3:]) for j, child in enumerate(tree.bodies) if child.parent == i]
             out += [R.T @ a, R.T @ w]

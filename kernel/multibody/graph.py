@@ -97,7 +97,7 @@ class Graph:
 
     def in_frame(self, where: str, body: str, p: Vector) -> Vector:
         """Return a point of a body in the frame of its station, if the body is one (see `flexible.tracks`). Raises
-        KernelError if the point belongs to another station: stations are part of the compiled scene."""
+        KernelError if the point belongs to another station, as stations are part of the compiled scene."""
         link = self.links[self.number(body)] if body != WORLD else None
         on = self.links[link.parent] if link and link.parent >= 0 else None
         if not link or not on or not on.modes or not body.startswith(f"{on.body.name}@"):

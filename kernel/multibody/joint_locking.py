@@ -51,6 +51,7 @@ def check_locks(system: System, graph: Graph) -> None:
             raise KernelError(f"{where} is moved by the prescribed drive '{placed[joint.name]}'; stop that instead")
         if joint.name in taken:
             raise KernelError(f"{where} already has the lock '{taken[joint.name]}'")
+        # a joint cannot be locked and moving at once
         if lock.engaged and any(joint.v0):
             raise KernelError(f"{where} starts locked; its initial velocity must be zero")
         taken[joint.name] = lock.name
@@ -70,8 +71,10 @@ def halt_function(k: int, tree: Tree) -> Function:
             pairs = {j: (max(i, j), min(i, j)) for j in jump}
             return sum((H[pair] * jump[j] for j, pair in pairs.items() if pair in H), 0.0)
 
+        # locked degrees of freedom stop; prescribed drives keep their speed (jump 0)
         jump = {i: -v[i] for i in t.locked_dofs}
         free = t.free_dofs
+        # free ones respond by H_ff dv_f = -H_fl dv_l: no impulse acts along them
         jump |= dict(zip(free, ltdl(t, dict(H)).solve([-row(i, jump) for i in free]), strict=True))
         after = [v[i] + jump.get(i, 0.0) for i in range(nv)]
         return {"after": after, "impulse": [row(i, jump) for i in t.prescribed_dofs]}
@@ -84,6 +87,7 @@ def merged(tree: Tree) -> Tree:
     bodies = list(tree.bodies)
     for i in reversed(range(len(bodies))):
         b = bodies[i]
+        # only what changes nothing else may be merged: rigid, without added mass, with something to add
         if (
             b.kind == "fixed"
             and b.parent >= 0
@@ -103,6 +107,7 @@ def _with(parent: TreeBody, child: TreeBody) -> TreeBody:
     com = exact(child.p_PJ) - R_PB @ exact(child.p_CJ) + R_PB @ exact(child.com)
     inertia = exact(parent.inertia) + R_PB @ exact(child.inertia) @ R_PB.T
     mass, middle, inertia = gathered(inertia, [(parent.mass, parent.com), (child.mass, com)])
+    # rounding must not make an inertia unsymmetric
     symmetric = (inertia + inertia.T) / 2.0
     return replace(parent, mass=mass, com=np.asarray(middle, float), inertia=symmetric.astype(float))
 
@@ -111,6 +116,7 @@ def gathered(inertia: Array, parts: Sequence[tuple[Any, Array]]) -> tuple[float,
     """Return mass, centre and inertia about it of `parts` (mass, centre); `inertia` (3, 3): sum of their own."""
     mass = sum(m for m, _ in parts)
     com = sum((m * x for m, x in parts), np.zeros(3)) / mass if mass else np.zeros(3)
+    # Steiner's theorem about the common centre of mass
     for m, x in parts:
         d = exact(x - com)
         inertia = inertia + m * ((d @ d) * np.eye(3) - np.outer(d, d))

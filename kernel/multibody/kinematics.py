@@ -50,6 +50,7 @@ Base = tuple[Array, Array, Array, Array]  # R, r, V, A of what a root stands on
 def kinematics(tree: Tree, q: Array, v: Array, g: Scalar, a_ref: Scalars = (), base: Base | None = None) -> Kinematics:
     """Evaluate Fig. 6 (a), (b) with zero accelerations except those of the prescribed joints, a_ref (n_prescribed,).
     `base`: the body that carries the root, if that is not the ground; r then counts from the point of its tree."""
+    # gravity as upward acceleration of the ground, so that no weight has to be applied to any body (Featherstone, 5.3)
     ground = (exact(np.eye(3)), np.zeros(3), np.zeros(6), join(np.zeros(3), [0.0, 0.0, g]))
     K = Kinematics(o=np.zeros(3), g=g)
     prescribed = iter(a_ref)
@@ -58,6 +59,7 @@ def kinematics(tree: Tree, q: Array, v: Array, g: Scalar, a_ref: Scalars = (), b
         root, p = b.parent < 0, b.parent
         R_WP, r_P, V_P, A_P = (base or ground) if root else (K.R[p], K.r[p], K.V[p], K.A[p])
         if b.place is not None:
+            # a child of a flexible body stands on the deformed station, which moves with the modes
             flexible = (*K.modes[b.parent][:2], R_WP, r_P, V_P, A_P)
             slides = b.kind == "slider"
             on = carry_along(b.place, x[0], u[0], *flexible) if slides else carry(b.place, *flexible)
@@ -67,20 +69,24 @@ def kinematics(tree: Tree, q: Array, v: Array, g: Scalar, a_ref: Scalars = (), b
         p_PB = R_WP @ b.p_PJ + R_WJ @ p_JB
         R = named(f"R({b.name})", R_WJ @ R_JB)
         if root and base is None:
+            # the tree's point follows the root body: positions stay small and digits are kept far from the origin
             K.o, r = p_PB, np.zeros(3)
         else:
             r = named(f"r({b.name})", r_P + p_PB)
         S, bias = columns(b, x, u, R_WJ, R, r)
         if b.shifted:
+            # the joint's frame on the child is not the child's own: shift back to the body's frame
             R = named(f"R({b.name})", R @ b.R_CJ.T)
             r = named(f"r({b.name})", r - R @ b.p_CJ)
         V_J = sum((s * w for s, w in zip(S, u, strict=True)), np.zeros(6))
+        # V_P x V_J: the velocity-product term of the acceleration, V_P being the twist of the parent
         A = A_P + motion_cross(V_P) @ V_J
         if bias is not None:
             A = A + bias
         if b.kind == "slider":
             S = [on.along]  # already in V_P and A_P
         for n in b.prescribed:
+            # prescribed accelerations are known, so that they belong to the bias
             A = A + S[n] * next(prescribed)
         K.R.append(R)
         K.r.append(r)
@@ -90,6 +96,7 @@ def kinematics(tree: Tree, q: Array, v: Array, g: Scalar, a_ref: Scalars = (), b
         K.dq.append(rates(b.kind, x, u))
         if b.elastic is not None:
             K.modes[i] = q[b.q_modes], v[b.v_modes], np.zeros(b.n_modes)
+            # a mode does not move the floating frame; its effect on children is in `carried`
             K.S[i] = [*S, *np.zeros((b.n_modes, 6))]
             K.dq[i] = join(K.dq[i], v[b.v_modes])
     return K
@@ -101,6 +108,7 @@ def seen_from(tree: Tree, K: Kinematics, k: int, i: int) -> Any:
     b = tree.bodies[on]
     mode = k - b.v_modes.start
     if mode < 0 or on == i:
+        # below a flexible body, a mode acts through the child that leads to body i
         return K.S[on][k - b.v.start]
     while tree.bodies[i].parent != on:
         i = tree.bodies[i].parent
@@ -114,6 +122,7 @@ def elastic(tree: Tree, K: Kinematics, i: int) -> FlexibleInertia:
 
 def added_inertia(A: Array, r: Array, R: Array) -> Any:
     """Return the added mass (6, 6) in world axes about the tree's point, r from it to the body's origin."""
+    # motion transform from the tree's point in world axes to the body's origin in body axes
     T = np.block([[R.T, np.zeros((3, 3))], [-(R.T @ skew(r)), R.T]])
     return mirror(T.T @ A @ T)
 
@@ -131,6 +140,7 @@ def newton_euler(tree: Tree, K: Kinematics, W: list[Array]) -> tuple[list[Array]
     M, p = [], []
     for i, b in enumerate(tree.bodies):
         J = body_inertia(tree, K, i)
+        # Newton-Euler in spatial form: I a + v x* I v, less what is applied
         f = J @ K.A[i] + force_cross(K.V[i]) @ (J @ K.V[i]) - W[i]
         if b.added is not None:
             f = f - K.g * added_inertia(b.added.A, K.r[i], K.R[i])[:, 5]  # K.A has gravity, which does not act on water

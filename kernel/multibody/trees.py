@@ -233,7 +233,7 @@ def in_order(tree: Tree, every: Sequence[Scalar]) -> list[Any]:
 
 
 def with_numbers(tree: Tree, values: Any) -> Tree:
-    """Return the tree with other parameters, symbols in traced code."""
+    """Return the tree with other parameters (symbols in traced code)."""
     given = iter([x for _, x in sorted(zip(tree.places, values, strict=True), key=lambda pair: pair[0])])
 
     def replaced(x: Any) -> Any:

@@ -17,7 +17,7 @@ NEW, SETTLED, GOING, PAUSED, FIRED, STOPPED = "new", "settled", "going on", "pau
 
 
 class CallProtocol:
-    """The state of the call sequence; `phase`: one of those above."""
+    """Checks the order of calls of a simulation; `phase`: one of those above."""
 
     def __init__(self) -> None:
         self.phase = NEW
@@ -42,8 +42,8 @@ class CallProtocol:
             )
 
     def stands_at(self, t_ns: int, epoch_ns: int) -> bool:
-        """Return whether an interrupt has nothing to do; raises KernelError for a call out of order or an invalid
-        time."""
+        """Return whether an interrupt at this time has nothing to do; raises KernelError for a call out of order or an
+        invalid time."""
         self.check_begun()
         check_time(t_ns)
         if self.phase in (PAUSED, FIRED, STOPPED) and t_ns == epoch_ns:
@@ -52,7 +52,7 @@ class CallProtocol:
         return False
 
     def check_standing(self, what: str, epoch_ns: int) -> None:
-        """Raise KernelError unless commands may be given."""
+        """Raise KernelError unless commands may be given now."""
         self.check_begun()
         if self.phase == GOING:
             raise KernelError(

@@ -50,6 +50,7 @@ class Events:
     def present_ns(self) -> int:
         """The earliest time [ns] at which commands are possible."""
         native = self._native
+        # a command may come at any time from the start of the tentative step on, as that step can still be discarded
         X = native.X if self.before is None else self.before
         return native.reached_ns(float(X[native.at["t0" if X[native.at["tentative"]] > 0.0 else "t"]]))
 
@@ -59,6 +60,7 @@ class Events:
         row, switched = None, list[object]()
         for i in self._below():
             found = native.program.of_guard.get(native.program.guards[i])
+            # only guards that set the states of the initial pose; the others become events
             if found and found.law.initial:
                 if row is None or any(found is x for x in switched):  # what a law shows depends on its own states alone
                     row, switched = native.row(), []
@@ -66,7 +68,7 @@ class Events:
                 switched.append(found)
 
     def look(self) -> None:
-        """Make guards that are negative after a jump immediate events."""
+        """Turn guards that are negative after a jump into immediate events."""
         self.fallen = self._below()
         self.t_ns = self._native.epoch if self.fallen else FOREVER_NS
 
@@ -76,12 +78,15 @@ class Events:
     def locate(self) -> None:
         """Locate a guard that became negative in the tentative step: find the nanosecond and negative guards there."""
         native = self._native
+        # the first nanosecond at which the guard is negative: half-open interval (t0, t1], so that an event fires once
         t_ns = native.epoch + max(0, ceil((native["t0"] + native["hi"] * native["h0"]) * 1e9))
         self.before = native.X.copy()
+        # repeated as a forced step: its end is a mesh point and not a value of the dense output
         self._integrator.take_back()
         solved = self._integrator.forced(native.local(t_ns))
         if solved and (fallen := self._below()):
             self.fallen, self.t_ns = fallen, t_ns
+        # the step to the nanosecond is another one than the tentative step, and may differ by its error
         else:  # the true solution crosses a moment later, or is approached in shorter steps
             self.before = None
 
@@ -90,7 +95,7 @@ class Events:
         self.before, self.fallen, self.t_ns = None, [], FOREVER_NS
 
     def take_back(self) -> None:
-        """Return to the start of the tentative step."""
+        """Undo the tentative step: return to its start."""
         if self.before is not None:
             self._native.X[:] = self.before
             self.forget()
@@ -117,12 +122,15 @@ class Events:
     def switch(self, fallen: list[int], t_ns: int) -> list[StateChange]:
         """Switch the laws of negative guards in fixed order, then all rigid ropes and contacts together."""
         native, guards = self._native, self._native.program.guards
+        # one row for all laws, so that no law sees the switched state of another
         row = native.row()
         limits = [guards[i][1] for i in fallen if guards[i][0] == "bending"]
         bending = [pass_limit(native, name, t_ns) for name in limits]
         parting = {guards[i][1] for i in fallen if guards[i][0] == "support"}
+        # a pad that opens has no friction left to slip
         gone = {("bending", name) for name in limits} | {("rub", name) for name in parting}  # what opens does not slip
         fallen = [i for i in fallen if guards[i] not in gone]
+        # contacts and rigid ropes exchange impulses and can be solved together only
         together = [i for i in fallen if guards[i][0] in ("rigid", *KINDS)]
         try:
             events = [self._switches.fire(i, row) for i in fallen if i not in together]
@@ -134,6 +142,7 @@ class Events:
         return bending + events
 
     def heat(self, before: SimpleNamespace) -> None:
+        # a switch keeps coordinates and velocities; elastic energy that a law forgets becomes its heat
         """Book the energy that switched laws released as their heat; energy gained is taken from it."""
         native = self._native
         first = native.program.nq + native.program.nv
@@ -141,7 +150,8 @@ class Events:
         native.state[first : first + len(before.stored)] += before.stored - native.raw()[stored]
 
     def hear(self, events: list[StateChange], t_ns: int) -> None:
-        """Log events; note a beam at its first limit, and calm a rope that switches too often."""
+        """Log events; add a note for a beam at its first limit, and make a rope that switches too often calm (without
+        events)."""
         native = self._native
         self.log += [(t_ns, e) for e in events]
         for e in events:
@@ -152,6 +162,7 @@ class Events:
 
     def _calm(self, rope: str, t_ns: int, hertz: float) -> None:
         """Continue a rope without events, with critical damping."""
+        # critical damping for the mass that the rope moves: the rattle dies out within one period
         native, p, i = self._native, self._switches.rope_numbers(rope), self._elastic.index(rope)
         nq = native.program.nq
         mass = moved_mass(p, i, slice(nq, nq + native.program.nv), native.state.copy(), native.rate)

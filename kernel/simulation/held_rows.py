@@ -16,7 +16,7 @@ TOO_SHORT = 1e-6  # [m] by which a rigid rope may be too short by rounding
 
 
 class HeldRows:
-    """Loops, rigid ropes and contacts of a run; all but the decisions at events is native code."""
+    """Loops, rigid ropes and contacts of a run; all except the decisions at events is native code."""
 
     def __init__(self, native: NativeState, references: References) -> None:
         self._native, self._references = native, references
@@ -58,7 +58,7 @@ class HeldRows:
             raise error
 
     def locked(self, t: float) -> KernelError | None:
-        """Return the error if constraint rows are the reason that no step was found, else None."""
+        """Return the error if constraint rows are the reason that no step could be taken, else None."""
         native = self._native
         if not len(native.program.constraints):
             return None
@@ -67,7 +67,7 @@ class HeldRows:
         return locked(native.program, self._pivots, pivot, t, self._moving() if apart else [])
 
     def torn(self, rope: str) -> str:
-        """Describe why the states of a rigid rope switch endlessly, as part of a sentence; "" if no drive is the
+        """Describe, as part of a sentence, why the states of a rigid rope switch endlessly; "" if no drive is the
         cause."""
         native, system = self._native, self._native.program.system
         row = len(native.program.constraints.of) + [r.name for r in system.rigid_ropes].index(rope)

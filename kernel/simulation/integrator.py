@@ -20,7 +20,7 @@ SHORTEST = 1e-9  # [s] of those that lead to an event in more than one
 
 
 class Integrator:
-    """Takes the steps of a run; `held`: its constraint rows, for error messages."""
+    """Takes the integration steps of a run; `held`: its constraint rows, for error messages."""
 
     def __init__(
         self, native: NativeState, recorder: SampleRecorder, references: References, held: HeldRows, fixed: bool
@@ -47,6 +47,7 @@ class Integrator:
 
     def led(self, t: float) -> None:
         """Advance to local time t in forced steps: one, or halves if the method fails."""
+        # each half ends in a committed state, from which the rest is tried again
         ends = [t]
         while ends:
             if self._solved(ends[-1]):
@@ -76,7 +77,10 @@ class Integrator:
         h, error, t_stop = native["h"], native["error"], native["t_stop"]
         if t <= native["t"]:
             return True
+        # the first attempt may have used an old Jacobian; the method marks it stale when it fails
         for _ in range(2):  # the second time with a new Jacobian, if there is one
+            # an infinite proposal is cut at t_stop: the step ends exactly there, and step control keeps its own
+            # proposal
             native.set(h=NEVER, forced=1.0, t_stop=t)
             native.call("step")
             native.set(h=h, forced=0.0, error=error, t_stop=t_stop, locate=0.0)
@@ -93,7 +97,7 @@ class Integrator:
         return "sound" not in self.native.at or self.native["sound"] > 0.0
 
     def take_back(self) -> None:
-        """Return to the start of the tentative step."""
+        """Undo the tentative step: return to its start."""
         native = self.native
         for name, old in (("t", "t0"), ("y", "d0"), ("f", "f0")):
             native.X[native.at[name]] = native.X[native.at[old]]
@@ -102,6 +106,7 @@ class Integrator:
     def new_stretch(self, t_ns: int) -> None:
         """Restart local time at t_ns."""
         native = self.native
+        # peak times count from the epoch, which moves
         native.X[native.at["peak_time"]] -= (t_ns - native.epoch) * 1e-9
         native.epoch = t_ns
         native.set(t=0.0, tentative=0.0)
@@ -113,6 +118,7 @@ class Integrator:
         native = self.native
         self.commit()
         self._references.histories.write(native.epoch, native["t"])
+        self._references.waves.write(native.epoch, native["t"])
         native.set(t_stop=next(iter(self._references.breaks(native.epoch, native["t"])), NEVER))
         native.call("refresh")
 
@@ -126,7 +132,7 @@ class Integrator:
             np.maximum(native.part("top"), T, out=native.part("top"))
 
     def check_pace(self, patience: StepBudget) -> None:
-        """Raise KernelError if the run stops making progress."""
+        """Raise KernelError if the run stops making progress, with too many steps per simulated second."""
         native = self.native
         if patience.ends(native.attempts, native.now):
             raise too_slow(self._name, native.now, native["h0"], fastest_mode_text(native))
@@ -138,6 +144,7 @@ class Integrator:
         if self._fixed:
             if not self._sound:
                 return unsolved(self._name, t)
+            # the failed step is forced, to name what is not finite in it
             native.set(forced=1.0)  # what the step would have led to
             native.call("step")
         if error := undefined(p, t, native.row(), native.velocities) or self._held.locked(t):

@@ -16,7 +16,8 @@ NAMED = 6
 
 
 def note_shared_loads(native: NativeState, looked: set[frozenset[str]]) -> None:
-    """Add the note, once for each set of taut ropes; `looked`: the sets checked so far."""
+    """Add the note about statically indeterminate load sharing, once for each set of taut ropes; `looked`: the sets
+    checked so far."""
     p = native.program
     c = p.constraints
     n, at = len(c.of) + len(c.ropes), p.parameters.at

@@ -100,12 +100,14 @@ class Simulation(CommandTarget):
         self.order.check_new(native.epoch)
         self.references.write(0)
         self.held.assemble()
+        # turns of angles before the start follow from the joints; a single pose would give them modulo 2 pi
         joints = [native.program.turned_at_start(label) for label in native.program.angles]
         native.angles[:] = [starting(float(x), y) for x, y in zip(self.row().turned, joints, strict=True)]
         native.set(peak_time=0.0)
         native.call("refresh")
         self.events.start()
         self.held.check_start()
+        # contacts and rigid ropes may be closed at the start: their forces decide which of them carry
         if native.program.contacts.sites or native.program.system.rigid_ropes:
             self.held.resolve([], 0)
         self.integrator.new_stretch(0)
@@ -133,7 +135,7 @@ class Simulation(CommandTarget):
 
     @property
     def now(self) -> float:
-        """The time reached by steps [s]."""
+        """The time reached by committed steps [s]."""
         return self.native.now
 
     def run(self, until_ns: int, pause: Callable[[], None] = lambda: None) -> None:
@@ -152,6 +154,7 @@ class Simulation(CommandTarget):
                 self.order.phase = GOING
                 continue
             horizon = native.local(until_ns)
+            # the last step already passes `until`: it stays tentative, so that grants do not influence steps
             if native["t"] > horizon and native["tentative"] > 0.0:
                 return
             if native["t"] >= native["t_stop"]:
@@ -161,6 +164,7 @@ class Simulation(CommandTarget):
 
     def _advance(self, horizon: float) -> None:
         """Take steps up to local time `horizon` in one native call, and handle the reason why it ended."""
+        # spells end at fixed numbers of attempts, so that checks come at the same steps in any run
         native, done = self.native, self.native.attempts % SPELL
         if not done:
             self.integrator.check_pace(self.events.patience)
@@ -172,11 +176,13 @@ class Simulation(CommandTarget):
         status = native["status"]
         if status == FAILED or not np.isfinite(native["t"]):
             raise self.integrator.failure()
+        # beyond an event the tentative state is not part of the run
         if status != EVENT and len(self.rows) > rows and self.recorder.energy.balance.strict:
             self.recorder.energy.check(native.raw(), native.now)
         if status == EVENT:
             self.events.locate()
         elif status == STILL:
+            # the attempted step is undone: the scene rests in the state committed last
             self.events.take_back()
             self.still = True
 
@@ -203,9 +209,11 @@ class Simulation(CommandTarget):
         if self.order.stands_at(t_ns, self.epoch):
             return
         check_present(t_ns, self.present_ns)
+        # earlier ends of steps and unsubscribed events come first, or they would act on the state after the command
         self.run(t_ns, pause)  # what ends or happens unheard by then comes first
         if self.event and self.events.t_ns < t_ns:
             raise passed_by(t_ns, self.events.t_ns, self.events.names)
+        # the step across t is discarded: the command changes its second part
         self.events.take_back()
         if self.still:
             self._rest(t_ns, pause)
@@ -237,6 +245,7 @@ class Simulation(CommandTarget):
         self.integrator.new_stretch(t_ns)
 
     def foretold(self) -> tuple[int, np.ndarray] | None:
+        # a flexible body near buckling counts time, so that its samples are not all alike
         """Return the time [ns] of the next sample and its row, which is also that of all following ones, while nothing
         moves and no command comes; None if something moves. Does not change the state."""
         native = self.native
@@ -265,17 +274,21 @@ class Simulation(CommandTarget):
             t_rest=self.references.rest(self.epoch),
         )
         if native["scale"] < 1.0:
+            # a jump in speed, such as by an impact, raises the scale at once
             native.set(scale=float(scale_of(native["scale"], [float(np.abs(native.velocities).max(initial=0.0))])))
         native.call("refresh")
         if native["scale"] < 1.0:
+            # stiff laws may have changed, and with them what rounding does to accelerations
             native.set(**rounded(self._accelerations, self.state[: program.nq].copy(), native["tol"]))
         self.integrator.note_peaks()  # of a rope that a jump has tightened, and where no step lies between two samples
         row = native.raw().copy()
+        # angles are integrated only to count their turns; within a turn the pose is exact
         native.angles[:] = row[self.method.row_layout.at["turned"]]  # without the error of their integrals
         self.recorder.energy.begin(row)
         if self.recorder.steps:
             self.recorder.steps.check(self.epoch, row)
         self.recorder.keep(self.epoch, row)
+        # peaks count from here; those before the jump are in the row just kept
         native.set(peak=0.0)
         note_shared_loads(native, self._sets_of_ropes)
         self.events.look()

@@ -42,7 +42,7 @@ def _part(run: object, path: str) -> object:
 
 
 def read(run: object, table: Table) -> Snapshot:
-    """Return the state of the parts of a run, without copies."""
+    """Return the state of all parts of a run, without copies."""
     parts = {path: _part(run, path) for path in table}
     return {
         path: {name: getattr(x, name) for name in table[path] or vars(x)} for path, x in parts.items() if x is not None
@@ -50,7 +50,7 @@ def read(run: object, table: Table) -> Snapshot:
 
 
 def write(run: object, state: Snapshot) -> None:
-    """Restore the parts of a run."""
+    """Restore the state of all parts of a run."""
     for path, values in state.items():
         part = _part(run, path)
         for name, x in values.items():
@@ -86,7 +86,7 @@ def go_on(run: object, native: NativeState, snapshot: Snapshot) -> None:
 
 
 def mark(run: object) -> Snapshot:
-    """Return the state that a run changes between events, for `back`; cheaper than a snapshot."""
+    """Return the state that a run changes between events, to be restored by `back`; cheaper than a snapshot."""
     return {path: {k: copy(x) for k, x in values.items()} for path, values in read(run, CHANGED).items()}
 
 

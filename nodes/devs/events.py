@@ -160,8 +160,8 @@ class Steppable(Protocol):
 
     @property
     def quiet(self) -> Tag:
-        """The earliest tag at which the node can send an event without input: next_time, or later if its output is
-        empty."""
+        """The earliest tag at which the node can send an event if no input arrives: next_time, or later if its output
+        is empty."""
 
     def start(self) -> None:
         """Set the initial state at (0, 0)."""

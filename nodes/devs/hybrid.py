@@ -80,7 +80,7 @@ class Hybrid(Atomic):
             self.passivate()
 
     def at(self, e: int) -> State:
-        """Return the state e [ns] after the last transition, up to the next one."""
+        """Return the continuous state e [ns] after the last transition, up to the next one."""
         if e <= 0 or not any(self.flow(self.state)):
             return self.state
         for step in _steps(self.flow, self.state, self.tolerance, self.longest):

@@ -26,7 +26,8 @@ M = TypeVar("M", bound=Message)
 
 
 def travelling(value: M, port: object) -> M:
-    """Return the message as its receiver gets it; raises ModelError that names port and field if it would change."""
+    """Return the message as its receiver gets it; raises ModelError that names port and field if coding and decoding
+    would change it."""
     cls = type(value)
     read = decoder(cls)
     if value.__plain__():
@@ -76,7 +77,7 @@ Bound = TypeVar("Bound")
 
 
 class Said(Protocol):
-    """Part of `models.Present` that a port uses: messages sent at the present tag."""
+    """The part of `models.Present` that ports use: the messages sent at the present tag."""
 
     sources: "list[Port[Message]]"
     values: list[Message]
@@ -86,7 +87,7 @@ class Said(Protocol):
 
 
 class Owner(Protocol):
-    """Part of `models.Model` that a port uses."""
+    """The part of `models.Model` that ports use."""
 
     name: str
 

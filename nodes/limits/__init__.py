@@ -9,7 +9,7 @@ Check     a row of the list of checks, with its place, time, value and limit
     uses_of(plan, [signals])    -> the same in a run
     checks_of(plan, uses, ...)  -> rows with a state: red, undecided, amber, green
     line_of(checks)             -> how many have which, and the worst
-    rows(checks)                -> cells of the table that people read
+    table_of(checks)            -> the table that people read
 
 judging, reading, signals    the table judged; how each quantity is read; of which columns
 named                        the signal that a limit names
@@ -32,13 +32,13 @@ from heavylift.kernel.on_demand import face, on_demand
 from heavylift.nodes.plan.limit import RatedLimit, Use
 
 if TYPE_CHECKING:
-    from .checks import checks_of, line_of, rows
+    from .checks import checks_of, line_of, table_of
     from .judging import uses_of, uses_on_path
     from .run_tables import RunTables
     from .signals import SignalColumns, signals_of
 
 __all__ = [
-    "Check", "RatedLimit", "RunTables", "SignalColumns", "Use", "checks_of", "line_of", "rows", "signals_of",
+    "Check", "RatedLimit", "RunTables", "SignalColumns", "Use", "checks_of", "line_of", "signals_of", "table_of",
     "uses_of", "uses_on_path",
 ]  # fmt: skip
 __getattr__ = on_demand(__name__)

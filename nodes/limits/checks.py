@@ -13,8 +13,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from math import isfinite
 
 from heavylift.kernel.description.findings import ASSUMED, NOT_CHECKED, STATES, UNKNOWN, WARNED, Check, State, clock
+from heavylift.kernel.description.mechanics import System
 from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.plan import Plan
+from heavylift.recordings.sheets.sheet import Cell, Marked, Table, words
 from msgspec.structs import replace
 
 from .messages import NOISE, allowed, bound, name_of, percent, sentence, shown
@@ -52,7 +54,15 @@ def checks_of(
     if any(m.hooks for m in plan.machines) and any(m.cargo for m in plan.machines) and not _factored(plan):
         message = "practice: none; write 'practice: 0027/ND', or 'factors: {...}'"
         found.append(Check(quantity="factor sheet", subject="all", state="amber", why=NOT_CHECKED, sentence=message))
+    if any(_irregular(m.system) for m in plan.machines):
+        message = "an irregular sea: one seed is no quantile of its extremes; 'sweep --vary seed=1..30' draws others"
+        found.append(Check(quantity="sea state", subject="all", state="amber", why=NOT_CHECKED, sentence=message))
     return sorted(found, key=lambda check: STATES.index(check.state))
+
+
+def _irregular(of: System) -> bool:
+    signals = (getattr(force, "signal", None) for force in of.forces)
+    return any(x.waves for x in of.drives) or any(x.waves for x in signals if x)
 
 
 def _factored(plan: Plan) -> bool:
@@ -103,8 +113,8 @@ def _state_of(use: Use, error: float | None, accepted: bool, *, at_rest: bool) -
 
 
 def error_of(use: Use, errors: Errors) -> float | None:
-    """Return the error of a value [its unit]; None if it is not known. The measured error of the utilisation counts;
-    for a load carried by ropes, otherwise the errors of their tensions."""
+    """Return the error of a value [its unit]; None if it is not known. A measured error of the utilisation takes
+    precedence; for a load carried by ropes, otherwise the errors of their tensions."""
     limit, value = use.limit, abs(use.value or 0.0)
     if limit.quantity == "clearance" and "smallest clearance" in errors:
         return errors["smallest clearance"] * max(NEAR, value)
@@ -137,18 +147,19 @@ def line_of(checks: Sequence[Check]) -> str:
     return f"{state_of(checks).upper()}: {', '.join(counts)}{message}"
 
 
-def rows(checks: Sequence[Check], *, every: bool = False) -> list[tuple[str, ...]]:
-    """Return the rows below `HEAD`, worst first: by quantity and state the most used subject; `every`: all."""
+def table_of(checks: Sequence[Check], *notes: str, title: str = "Checks", every: bool = False) -> Table:
+    """Return the table of checks, worst first: for each quantity and state the subject with the highest utilisation;
+    `every`: all subjects."""
     groups: dict[object, list[Check]] = {}
     for number, check in enumerate(checks):
         alone = every or check.quantity == "factor"
         alike = (check.state, check.why, check.quantity, check.allowed if check.why else "")
         key: tuple[object, ...] = (number,) if alone else alike
         groups.setdefault(key, []).append(check)
-    return [_row(group) for group in groups.values()]
+    return words(title, HEAD, map(_row, groups.values()), *notes)
 
 
-def _row(group: list[Check]) -> tuple[str, ...]:
+def _row(group: list[Check]) -> tuple[Cell, ...]:
     sizes = [_size(check) for check in group]
     most = max(sizes)
     least = most - SAME * abs(most) if isfinite(most) else most  # beyond a chart nothing may hang: infinite
@@ -156,8 +167,8 @@ def _row(group: list[Check]) -> tuple[str, ...]:
     many = len({check.subject for check in group})
     subject = worst.subject if many == 1 else f"{worst.subject} (of {many})"
     at = ", ".join(part for part in (clock(worst.t, 1) if worst.t else "", worst.stage) if part)
-    state = worst.why if worst.state == "none" else worst.word
-    used = "" if worst.use is None or " to " in worst.allowed else percent(worst.use)
+    state: Cell = worst.why if worst.state == "none" else Marked(worst.word, worst.state)
+    used = "" if worst.use is None or worst.between else percent(worst.use)
     basis = worst.sentence.partition(": ")[2] if worst.state == "none" else worst.basis or worst.sentence
     return state, worst.quantity, subject, worst.shown, at, worst.allowed, used, basis
 
@@ -171,10 +182,10 @@ def _size(check: Check) -> float:
 
 
 def governing(checks: Sequence[Check]) -> list[str]:
-    """Return the checks with the highest utilisation, one per quantity, as lines of text."""
+    """Return the check with the highest utilisation of each quantity, as lines of text."""
     found: dict[str, Check] = {}
     for check in sorted(checks, key=lambda c: -(c.use or 0.0)):
-        if check.use and " to " not in check.allowed:
+        if check.use and not check.between:
             found.setdefault(check.quantity, check)
     lines = []
     for check in [*found.values()][:GOVERNING]:

@@ -211,7 +211,8 @@ def tilted(
     plan: Plan, hooks: Sequence[str], limit: RatedLimit, states: Sequence[StaticState], sine: float, rise: float
 ) -> float | None:
     """Return the increase of a part's load on two hooks when the load tilts, at the state of its largest static load.
-    `sine`: of the tilt angle; `rise` [m]: one hook higher, if that gives more (0027/ND, B.1.2, plumb ropes)."""
+    `sine`: of the tilt angle; `rise` [m]: hoisting one hook by this much, if that gives more (0027/ND, B.1.2, plumb
+    ropes)."""
     most: tuple[float, float] | None = None
     for state in (x for x in states if not x.grounded):
         ends = [_end(plan, state, hook) for hook in hooks]

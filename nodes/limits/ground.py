@@ -8,6 +8,9 @@ on it are not included. That force V [N] at x, y [m] from the middle of the base
     four corners  V/4 (1 +- 2x/l +- 2y/w), as of a rigid base on equal springs; if one corner would be pulled, by the
                   other three, whose loads do not depend on stiffness
 
+The moment of a drive about the axis of its joint is that of the weights and rope pulls on all that the joint carries,
+and to start also what the ramp of its moves asks of the inertia of the machine; wind is not included.
+
 Statically indeterminate load sharing, and the factors in standards for it.
 
 A block on more than three hooks or slings shares its weight by their stiffness: a millimetre of length matters. The
@@ -17,12 +20,13 @@ printed shares are those of the given lengths.
 from collections.abc import Iterator
 
 import numpy as np
+from heavylift.kernel.algebra.dense import product
 from heavylift.kernel.algebra.elementary import cos, sin
-from heavylift.kernel.description.mechanics import WORLD, Line, Point
+from heavylift.kernel.description.mechanics import WORLD, Joint, Line, Point, Vector
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.plan.actions import Action, LandedCondition, LiftedCondition, Move
 from heavylift.nodes.plan.limit import RatedLimit
-from heavylift.nodes.plan.mechanism import Footing, Mechanism, ties_on
+from heavylift.nodes.plan.mechanism import Footing, Mechanism, beneath, ties_on
 from heavylift.nodes.plan.plan import Plan
 
 from .signals import Column, SignalColumns, place
@@ -68,7 +72,7 @@ def distance_to_tipping(x: Column, y: Column, base: tuple[float, float], *, lift
 
 
 def stood(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column | None:
-    """Return pressure [Pa], wheel load [kg] or fraction of the distance to tipping of a machine's footing (n,)."""
+    """Return the pressure [Pa], wheel load [kg] or fraction of the distance to tipping of a machine's footing (n,)."""
     machine = next((m for m in plan.machines if m.name in limit.elements), None)
     footing = machine.footing if machine else None
     if machine is None or footing is None:
@@ -115,7 +119,7 @@ def resultant(plan: Plan, machine: Mechanism, signals: SignalColumns) -> tuple[C
     footing = machine.footing
     assert footing is not None
     middle = place(signals, Point(footing.body, footing.at))
-    forces = list(_forces(plan, machine, signals))
+    forces = list(_forces(plan, machine, signals, standing(machine)))
     if middle is None or not forces or any(p is None or F is None for p, F in forces):
         return None
     V, Mx, My = np.zeros(len(signals.t)), np.zeros(len(signals.t)), np.zeros(len(signals.t))
@@ -131,9 +135,11 @@ def resultant(plan: Plan, machine: Mechanism, signals: SignalColumns) -> tuple[C
     return V, x, y
 
 
-def _forces(plan: Plan, machine: Mechanism, signals: SignalColumns) -> Iterator[tuple[Column | None, Column | None]]:
-    """Yield points (n, 3) [m] and forces (n, 3) [N] of the machine's weights, and of ropes to other bodies."""
-    own, n = standing(machine), len(signals.t)
+def _forces(
+    plan: Plan, machine: Mechanism, signals: SignalColumns, own: set[str]
+) -> Iterator[tuple[Column | None, Column | None]]:
+    """Yield points (n, 3) [m] and forces (n, 3) [N] of weights of a machine's `own` bodies, and of ropes to others."""
+    n = len(signals.t)
     for body in (body for body in machine.system.bodies if body.name in own):
         weight = np.zeros((n, 3))
         weight[:, 2] = -body.mass * plan.gravity
@@ -156,7 +162,7 @@ def _pull(signals: SignalColumns, line: Line, rope: str) -> tuple[Column | None,
 
 
 def standing(machine: Mechanism) -> set[str]:
-    """Return the bodies that joints connect with the base of a machine."""
+    """Return the names of the bodies that joints connect with the base of a machine."""
     footing = machine.footing
     pairs = [
         (j.parent, j.child) for j in machine.system.joints if j.kind != "free" and WORLD not in (j.parent, j.child)
@@ -166,6 +172,44 @@ def standing(machine: Mechanism) -> set[str]:
         before = len(found)
         found |= {body for pair in pairs if {*pair} & found for body in pair}
     return found
+
+
+def drive_moment(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column | None:
+    """Return the moment (n,) [N m] with which the drive or brake of a turning joint holds what it carries; over
+    "start" with what its ramp adds."""
+    (child,) = limit.elements
+    machine, joint = next((m, j) for m in plan.machines for j in m.system.joints if j.child == child)
+    carried = {child} | {b.name for b in machine.system.bodies if any(j is joint for j in beneath(machine, b.name))}
+    middle, tip = (place(signals, Point(joint.parent, p)) for p in (joint.p_PJ, _tip(joint)))
+    forces = list(_forces(plan, machine, signals, carried))
+    if middle is None or tip is None or any(p is None or F is None for p, F in forces):
+        return None
+    axis = tip - middle
+    found = np.zeros(len(signals.t))
+    for p, F in forces:
+        assert p is not None  # asked above
+        assert F is not None
+        found = found + np.sum(np.cross(p - middle, F) * axis, axis=1)
+    if limit.over != "start":
+        return np.abs(found)
+    drive = next(drive.name for drive in machine.system.drives if drive.joint == joint.name)
+    moves = (x for action in plan.actions for x in action.orders if isinstance(x, Move) and x.actuator == drive)
+    ramp = max((x.accel for x in moves), default=next(a.accel for a in machine.actuators if a.name == drive))
+    inertia = np.zeros(len(signals.t))
+    for body in (body for body in machine.system.bodies if body.name in carried and body.name in signals.poses):
+        centre = place(signals, Point(body.name, body.com))
+        assert centre is not None  # its pose is among the signals
+        d, own = np.cross(centre - middle, axis), signals.poses[body.name][1]
+        e = np.sum(own * axis[:, :, None], axis=1)  # the axis in the body
+        turned = np.sum(e[:, :, None] * np.array(body.inertia), axis=1)
+        inertia = inertia + body.mass * np.sum(d * d, axis=1) + np.sum(e * turned, axis=1)
+    return np.asarray(np.abs(found) + ramp * inertia)
+
+
+def _tip(joint: Joint) -> Vector:
+    """Return the point of the parent that is one metre along the axis of a joint."""
+    x, y, z = (p + a for p, a in zip(joint.p_PJ, product(joint.R_PJ, joint.axis), strict=True))
+    return x, y, z
 
 
 DETERMINATE = 3  # hangers of a rigid body whose shares follow from equilibrium alone
@@ -200,7 +244,8 @@ def dynamics_required(plan: Plan) -> tuple[float, str] | None:
 
 
 def touching(plan: Plan, kind: type[LiftedCondition] | type[LandedCondition]) -> list[tuple[Action, float]]:
-    """Return the actions that hoist until a block is lifted, or lower until it has landed, with their speeds [m/s]."""
+    """Return the actions that hoist until a block is lifted, or lower it until it has landed, with their speeds
+    [m/s]."""
     moves = ((action, x) for action in plan.actions for x in action.orders if isinstance(x, Move))
     winding = ((action, x) for action, x in moves if x.verb in ("hoist", "lower"))
     return [(action, abs(x.speed)) for action, x in winding if any(isinstance(y, kind) for y in terms(x.until))]

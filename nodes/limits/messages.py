@@ -6,6 +6,7 @@ from heavylift.nodes.plan.limit import TOUCHING, Quantity, RatedLimit, Use
 
 NOISE = {
     "N": 1.0,
+    "N m": 10.0,
     "Pa": 1.0,
     "kg": 0.1,
     "rad": 1e-6,
@@ -34,9 +35,9 @@ def shown(limit: RatedLimit, value: float | None) -> str:
     match limit.unit:
         case "kg":
             return f"{value / 1e3:.1f} t"
-        case "N":
+        case "N" | "N m":
             value = value if abs(value) >= NOISE[limit.unit] else 0.0
-            return f"{value / 1e3:.4g} kN" if abs(value) < 1e6 else f"{value / 1e3:.0f} kN"
+            return f"{value / 1e3:.4g} k{limit.unit}" if abs(value) < 1e6 else f"{value / 1e3:.0f} k{limit.unit}"
         case "Pa":
             return f"{value / 1e3:.0f} kPa"
         case "rad":
@@ -51,7 +52,7 @@ def shown(limit: RatedLimit, value: float | None) -> str:
 
 
 def bound(use: Use) -> float:
-    """Return the limit of a use; of two limits the one on the side of the value."""
+    """Return the limit of a use; where there is a lower and an upper limit, the one on the side of the value."""
     limit = use.limit
     if limit.between is not None and use.value is not None:
         low, high = limit.between
@@ -60,7 +61,7 @@ def bound(use: Use) -> float:
 
 
 def allowed(use: Use) -> str:
-    """What is allowed there, for people."""
+    """Return the allowed value or range of a limit as text."""
     limit = use.limit
     if not limit.known:
         return "not known"
@@ -70,7 +71,8 @@ def allowed(use: Use) -> str:
 
 
 def sentence(use: Use, ran: bool) -> str:
-    """What a limit is used, or would be where nothing `ran`: its value, what is allowed, and by which source."""
+    """Return the sentence about the use of a limit: its value, the allowed value and its source; in the conditional
+    where nothing `ran`."""
     limit, load = use.limit, use.limit.unit in ("N", "kg")
     used = f", {percent(use.use or 0.0)}" if load and bound(use) else ""
     most = allowed(use) if bound(use) or not load else f"nothing at that {limit.over or 'place'}"
@@ -89,6 +91,6 @@ def sentence(use: Use, ran: bool) -> str:
 
 
 def name_of(limit: RatedLimit) -> str:
-    """What a limit is of, in words."""
+    """Return the subject of a limit in words."""
     noun = NOUNS.get(limit.quantity, limit.quantity)
     return limit.subject if noun == "signal" else noun if limit.subject == "all" else f"{noun} of {limit.subject}"

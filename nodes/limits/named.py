@@ -11,7 +11,7 @@ from heavylift.kernel.description.signals import ScalarSignal
 from heavylift.nodes.plan.limit import Quantity, RatedLimit
 from heavylift.nodes.plan.mechanism import Hoist, Mechanism
 from heavylift.nodes.plan.plan import Plan
-from heavylift.nodes.plan.spellings import BEAM_LOAD
+from heavylift.recordings.format.spellings import BEAM_LOAD
 
 from .reeving import drum_end_factor, lead_factor
 

@@ -24,7 +24,7 @@ from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.statics.state import StaticState
 
 from .factors import BASES, product
-from .ground import stood, touch_speed
+from .ground import drive_moment, stood, touch_speed
 from .named import KINDS, LOADS, OF_TENSIONS, hooks_of, origin, signal_of
 from .signals import EMPTY, Column, SignalColumns, carries, place, signals_of, tie_of
 
@@ -206,7 +206,7 @@ def _bridle(plan: Plan, limit: RatedLimit, signals: SignalColumns, name: str = "
 
 
 def _column(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
-    """Return quantities computed in other modules: ground pressure, speed at lift-off and landing."""
+    """Return quantities computed in other modules: ground pressure, drive moment, speed at lift-off and landing."""
     values = COLUMNS[limit.quantity](plan, limit, signals)
     return None if values is None else Reading(values)
 
@@ -248,6 +248,7 @@ def _strongest(winds: list[forces.InputSignal], t: Column) -> Column:
 COLUMNS: dict[str, Callable[[Plan, RatedLimit, SignalColumns], Column | None]] = {
     **dict.fromkeys(STANDING, stood),
     **dict.fromkeys(TOUCHING, touch_speed),
+    "drive moment": drive_moment,
 }
 READERS: dict[str, Callable[[Plan, RatedLimit, SignalColumns], Reading | None]] = {
     "assembly load": _assembly,
@@ -262,7 +263,7 @@ WHEN = ("begins", "most", "ends")
 
 
 class HookReach:
-    """Reached radii of hooks with a radius chart, over successive parts of a path or run."""
+    """Radii of the hooks that have a radius chart, over successive parts of a path or run."""
 
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
@@ -299,7 +300,8 @@ class HookReach:
 
     @property
     def found(self) -> tuple[Reach, ...]:
-        """The three radii of each hook and stage, in order of time."""
+        """Return three radii of each hook and stage, in order of time: at its begin, at its end, and at the highest
+        utilisation."""
         each = sorted(self._found.values(), key=lambda three: three[0].t)
         return tuple(
             msgspec.structs.replace(x, when=when) for three in each for when, x in zip(WHEN, three, strict=True)

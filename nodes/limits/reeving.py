@@ -16,8 +16,9 @@ def drum_ends(falls: int, given: int | None = None) -> int:
 
 
 def lead_factor(falls: int, ends: int, efficiency: float) -> float:
-    """Return the tension of the lead part over the mean: n (1 - eta) / (1 - eta^n), n = falls / ends parts per drum
-    end. This is the lead part when hoisting, and the dead end (or the equaliser's part) when lowering."""
+    """Return the tension of the lead part of the rope over the mean of all falls: n (1 - eta) / (1 - eta^n), with n =
+    falls / drum ends. It is the lead part when hoisting; when lowering, the dead end (or the equaliser's part) has this
+    tension."""
     n = falls // ends
     if efficiency == 1.0:
         return 1.0
@@ -25,8 +26,8 @@ def lead_factor(falls: int, ends: int, efficiency: float) -> float:
 
 
 def drum_end_factor(falls: int, ends: int, efficiency: float, *, hoisting: bool) -> float:
-    """Return the tension of the part at the drum over the mean: the most loaded part when hoisting, the least loaded
-    one when lowering."""
+    """Return the tension of the part at the drum over the mean of all falls: the most loaded part when hoisting, the
+    least loaded one when lowering."""
     lead = lead_factor(falls, ends, efficiency)
     return lead if hoisting else lead * _power(efficiency, falls // ends - 1)
 

@@ -30,7 +30,7 @@ Cells = tuple[Cell, ...]
 
 
 class RunTables:
-    """What the samples of a run show, part by part; `stages`: (begin [s], name)."""
+    """Collects tables from the samples of a run, part by part; `stages`: (begin [s], name)."""
 
     def __init__(self, plan: Plan, stages: Sequence[tuple[float, str]], end: float) -> None:
         self._plan, self._rated = plan, rated(plan)
@@ -54,7 +54,7 @@ class RunTables:
         self._most: list[dict[str, float]] = [{} for _ in self._spans]
 
     def see(self, signals: SignalColumns) -> SignalColumns:
-        """The next samples, which are given back."""
+        """Add the next samples; returns them unchanged."""
         t, zero = signals.t, np.zeros(len(signals.t))
         if not len(t):
             return signals
@@ -84,7 +84,8 @@ class RunTables:
             self._reactions[name] = float(force[k]), float(t[k]), found
 
     def tables(self, uses: Sequence[Use], peaks: dict[str, tuple[float, float]], at: At) -> Iterator[Table]:
-        """All tables, with the largest load of each lug as its limit is checked, and peaks (tension [N], when [s])."""
+        """Yield all tables; `uses`: limits with their highest utilisation, `peaks`: (tension [N], time [s]) by rope,
+        `at`: returns columns and rope lines at a time."""
         yield Table("Loads on lugs", LUGS, tuple(self._lugs(uses, at)), ("u, v, w are the axes of the block.",))
         yield Table("Slings", SLINGS, tuple(self._slings(uses, peaks, at)))
         rows = tuple((name, *p, F / 1e3, F / TONNE, t) for name, (F, t, p) in self._reactions.items())

@@ -43,7 +43,7 @@ class SignalColumns:
     known: dict[object, Any] = field(default_factory=dict, compare=False, repr=False)  # what was read before
 
     def once(self, key: object, make: Callable[[], T]) -> T:
-        """What is computed on first use, such as a column."""
+        """Return a value by its key, computed on first use, such as a column."""
         if key not in self.known:
             self.known[key] = make()
         found: T = self.known[key]
@@ -56,7 +56,7 @@ class SignalColumns:
         return next((name for start, name in reversed(self.stages) if start <= t), "")
 
     def within(self, stage: str) -> NDArray[np.bool_]:
-        """The instants (n,) in a stage."""
+        """Return the mask (n,) of the samples in a stage."""
         if self.named:
             return np.array([name == stage for name in self.named], dtype=bool)
         at = np.searchsorted([start for start, _ in self.stages], self.t, side="right")
@@ -115,7 +115,7 @@ class _Line(Protocol):
 
 
 def hooked_in(plan: Plan, rigs: Sequence[tuple[float, Sequence[_Line]]]) -> list[Hooked]:
-    """Return which sling is hooked to which lug from which time [s], by the recorded rope lines."""
+    """Return the time [s] from which each sling is hooked to each lug (by the recorded rope lines)."""
     known = plan.machines
     slings = {tie.rope for machine in known for tie in machine.ties}
     lugs = {(point.body, *point.p): name for name, point in lug_places(known).items()}

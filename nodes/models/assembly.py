@@ -59,7 +59,7 @@ class Ending(Atomic):
 
 
 class CommanderModel(Coupled):
-    """The commander with one or several action lists, and the master actor "turn"."""
+    """The commander with one or several action lists, and the actor "turn" of the turn's master."""
 
     report, command = In(m.Report), In(m.OperatorCommand)
     stage = Out(m.Stage)
@@ -162,7 +162,7 @@ def node_names(plan: Plan) -> tuple[str, ...]:
 
 
 def divided(plan: Plan, nodes: Iterable[Collection[str]]) -> Iterator[Plan]:
-    """Yield the part of a plan that each node needs: all of it for the commander."""
+    """Yield the part of a plan that each node needs; the commander needs all of it."""
     waiting: dict[str, set[int]] = {}  # model -> actions for which it watches a threshold
     for number, action in enumerate(plan.actions):
         for crossing in crossed(action):
@@ -200,8 +200,8 @@ def driving(plan: Plan) -> tuple[str, ...]:
 
 
 def goes_on(event: Event) -> bool:
-    """Return whether an event shows progress of the action list: it comes from the commander and is not a user model's
-    set-point."""
+    """Return whether an event shows progress of the action list: it comes from the commander and is not the set-point
+    of a user model."""
     if event.source != COMMANDER:
         return False
     return event.type != m.Order.__name__ or not cast("m.Order", event.value).led

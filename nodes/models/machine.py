@@ -93,7 +93,7 @@ class MachineModel(RealObject):
         for drive in (d for d in system.drives if d.joint == joint):
             laws = System(drives=(drive,))
             name = self._name(drive.name)
-            actors.append(LawModel(name, laws) if drive.wave else self._drive(name, drive.name, laws))
+            actors.append(LawModel(name, laws) if drive.wave or drive.waves else self._drive(name, drive.name, laws))
         latches = {latch.brake: latch for latch in self.mechanism.latches}
         for brake in (b for b in system.brakes if b.joint == joint):
             name, laws = self._name(brake.name), System(brakes=(brake,))

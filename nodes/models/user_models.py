@@ -49,7 +49,7 @@ class UserModelNode(Coupled):
             source = _port(own, inner, led.port, OutPort, SetPoint)
             out, n = self.add_out(led.port, SetPoint), own.delay // own.period + 1
             for i in range(n if own.delay else 0):
-                late = self.add(Delay(f"{led.port}-delay-{i + 1}", own.delay, i, n))
+                late = self.add(SetPointDelay(f"{led.port}-delay-{i + 1}", own.delay, i, n))
                 self.connect(source, late.into)
                 self.connect(late.out, out)
             if not own.delay:
@@ -60,9 +60,9 @@ class UserModelNode(Coupled):
         return System()
 
 
-class Delay(Atomic):
-    """Sends every nth set-point after a fixed delay [ns], which is its lookahead. Only one waits at a time: an output
-    is scheduled when its input arrives, as a lookahead requires."""
+class SetPointDelay(Atomic):
+    """Sends every nth set-point after a fixed delay [ns], which is its lookahead. Only one waits at a time: a lookahead
+    requires that an output is scheduled when its input arrives."""
 
     into, out = In(SetPoint), Out(SetPoint)
 
@@ -72,12 +72,12 @@ class Delay(Atomic):
         self.number, self.of = number, of
 
     def start(self) -> None:
-        """Initialise: no set-point waits."""
+        """Start empty."""
         self.heard = 0
         self.point: SetPoint | None = None
 
     def external(self, e: int, x: Bag) -> None:
-        """Keep set-points that are due."""
+        """Take the next set-point that is not skipped, and wait for the delay."""
         for point in x[self.into]:
             if self.heard % self.of == self.number:
                 if self.point is not None:

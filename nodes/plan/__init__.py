@@ -7,7 +7,6 @@ interlock         interlocks, which stop a machine by themselves
 user_models       user models: their signals and set-points
 actions, verbs    orders, conditions and actions; the verbs, a row each
 places            where in a scene an action or an order is written
-spellings         former spellings that stay valid
 pulses            ramps that leave no swing
 fidelity          model level, and questions to a run; joints that a planar motion locks
 factors           factors between static load and design load

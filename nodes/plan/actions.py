@@ -75,7 +75,7 @@ class AfterCondition(Term, frozen=True, kw_only=True, tag="after"):
 
 
 class BegunCondition(Term, frozen=True, kw_only=True, tag="begun"):
-    """The list of the whole scene has begun this lift's list."""
+    """The action list of the whole scene has begun the list of this lift."""
 
     lift: str
 
@@ -242,8 +242,8 @@ ActorCommand: TypeAlias = Motion | Follow | StopOrder | Hookup | UnhookSling | B
 
 
 def for_actor(order: Move | Follow | StopOrder | Hookup | UnhookSling | BrakeOrder, **more: Any) -> ActorCommand:
-    """Return the actor's part of an order, with `more`, without the line of the scene, on which a run must not
-    depend."""
+    """Return the part of an order that its actor needs, with the fields `more`, and without the line of the scene, on
+    which a run must not depend."""
     kind = Motion if isinstance(order, Move) else type(order)
     return kind(**{name: getattr(order, name) for name in kind.__struct_fields__ if name != "where"} | more)
 

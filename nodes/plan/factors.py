@@ -33,7 +33,7 @@ class Factors(Item, frozen=True, kw_only=True):
 
 
 class Factor(Item, frozen=True, kw_only=True):
-    """A factor in use: name, value and source."""
+    """A factor as applied: name, value and source."""
 
     name: str
     value: float

@@ -97,14 +97,14 @@ def held_by(fidelity: Fidelity, joint: Joint) -> str:
 
 @dataclass(frozen=True)
 class Question:
-    """Quantities that a scene asks for, and the largest accepted error of each (0.01: 1 %)."""
+    """The question that a scene asks: quantities, and the largest accepted error of each (0.01: 1 %)."""
 
     ask: tuple[Asked, ...]
     accuracy: float
 
 
 class Answer(msgspec.Struct, frozen=True, kw_only=True):
-    """How a question is answered: model level, method and tolerance, with measured errors.
+    """The answer to a question: model level, method and tolerance, with measured errors.
 
     `samples_hz`: samples a second that its figures need (0: as the plan says); `errors`: the largest relative error of
     each quantity, `worst`: the figure that has it; `figures`: errors of all figures, including utilisations;

@@ -38,7 +38,7 @@ class Interlock(Item, frozen=True, kw_only=True):
     """Ropes of hooks whose chart or load it watches: their limits are checked, and no reason to refuse a scene."""
 
     def message(self, bypassed: bool = False) -> tuple[State, str]:
-        """State of its tripping, and the sentence about it."""
+        """State after a trip (over) or reset, and the sentence about it."""
         did = "would have stopped, had it not been bypassed," if bypassed else "stopped"
         names = ", ".join(dict.fromkeys(driven(stopped.actuator) for stopped in self.stops))
         sentence = f"the interlock {self.name} {did} {names}: {self.text}" if self.stops else self.text

@@ -11,9 +11,9 @@ from typing import Literal, TypeAlias
 
 import msgspec
 from heavylift.kernel.description.signals import ScalarSignal
+from heavylift.recordings.format.spellings import BeamLoad
 
 from .factors import Factor
-from .spellings import BeamLoad
 
 ROUNDING = 1e-9  # a use so little above 1 is 1
 CLOSE = 1e-4  # by so much beyond a radius or an angle of a chart its value holds
@@ -41,6 +41,7 @@ Quantity: TypeAlias = Literal[
     "off-lead across",
     "bridle angle",
     "side force",
+    "drive moment",
     "hook height",
     "rope length",
     "rails",
@@ -68,8 +69,8 @@ TOUCHING: tuple[Quantity, ...] = ("lift-off speed", "landing speed")
 
 
 class RestLoad(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """Static load of a part at its highest utilisation, the limit and the stage, or a clearance at rest; `alone`: the
-    limit already includes dynamics."""
+    """Static load of a part at its highest utilisation, its limit and stage, or a clearance at rest; `alone`: the limit
+    already includes dynamics."""
 
     value: float
     bound: float
@@ -78,16 +79,15 @@ class RestLoad(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
 
 
 class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
-    """A limit of a subject: what may be reached of a quantity, and by which source.
+    """A limit of a subject: which value a quantity may reach, and by which source.
 
     `value` [unit] is a single limit, `between` has a lower and an upper one; `chart` holds (x, value), x being what
     `over` names, between which the limit is interpolated, unless that is the radius or an angle; without any of them
-    the limit is not known.  With `least` a value below the limit is beyond it.  A value above `warning` is reported,
-    though allowed.
-    `factor`: design factor, or product of partial factors, that the value contains, of the force at which it breaks,
-    `breaking` [N].  `elements`: ropes, slings or bodies that the quantity is read from.  `spread`: by how much its use
-    grows at the worst corner of uncertain `inputs`, measured at rest: by a part of it, or (`adds`) by itself; of a
-    clearance by how much it shrinks [m].
+    the limit is not known. With `least` a value below the limit is beyond it. A value above `warning` is reported,
+    though allowed. `factor`: design factor, or product of partial factors, that the value contains, of the force at
+    which it breaks, `breaking` [N]. `elements`: ropes, slings or bodies that the quantity is read from. `spread`: by
+    how much its use grows at the worst corner of uncertain `inputs`, measured at rest: by a part of it, or (`adds`) by
+    itself; of a clearance by how much it shrinks [m].
     """
 
     subject: str
@@ -158,7 +158,7 @@ class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         return value / bound if bound else inf * value if value else 0.0
 
     def met(self, value: float | None = None, t: float | None = None) -> "Use":
-        """The use by a clearance, else by that at rest; None without any."""
+        """Return the use of the limit by the clearance at rest, else by the static load; None without either."""
         value = self.rest.value if value is None and self.rest and self.quantity == "clearance" else value
         return Use(self, value, t, use=None if value is None else self.use(value))
 

@@ -6,13 +6,13 @@ from typing import Literal
 import msgspec
 from heavylift.kernel.description.flexible import Flexible
 from heavylift.kernel.description.mechanics import WORLD, Joint, Point, System, Vector
+from heavylift.recordings.format.spellings import CALLED
 
 from .actions import Item
-from .spellings import CALLED
 
 
 class Actuator(Item, frozen=True, kw_only=True):
-    """How a drive or winch rope of a machine can move.
+    """An actuator of a machine, drive or winch rope, with its speeds and end positions.
 
     `start`; `accel` of its ramp; end positions `lower`, `upper` (None: endless); `pulses` of a ramp without swing;
     `verb`: for orders addressed to the machine; `speed`: the highest that orders may demand, `loaded`: with a load;
@@ -117,19 +117,6 @@ class Cargo(Item, frozen=True, kw_only=True):
     turned: float | None = None
 
 
-class Girder(Item, frozen=True, kw_only=True):
-    """The bending part of a girder along y, from 0 to `span` [m], with its sliding joints. Mass [kg], stiffness at
-    midspan [N/m], height of its neutral axis [m], damping ratio of the first mode."""
-
-    body: str
-    slides: tuple[str, ...]
-    mass: float
-    stiffness: float
-    span: float
-    height: float
-    damping: float
-
-
 class Heavy(Item, frozen=True, kw_only=True):
     """A rope that has a mass at some model levels: `line` [kg/m] of all its falls, which are the first of its lines.
 
@@ -160,14 +147,34 @@ class BeamLoad(Item, frozen=True, kw_only=True):
 
 
 class Bend(Item, frozen=True, kw_only=True):
-    """A body that bends at some model levels: bending mass [kg], gravity in its frame [m/s2] and forces at the
-    start."""
+    """A body that bends at some model levels, as a beam along its x from its frame: bending mass [kg], gravity in its
+    frame [m/s2] and forces at the start.
+
+    A girder is one along its y between legs at 0 and its length, with the joints that slide on it, the stiffness at
+    midspan [N/m] (0: no girder) and the height of its neutral axis [m].
+    """
 
     body: str
     mass: float
     flexible: Flexible
     gravity: Vector = (0.0, 0.0, 0.0)
     loads: tuple[BeamLoad, ...] = ()
+    slides: tuple[str, ...] = ()
+    stiffness: float = 0.0
+    height: float = 0.0
+
+    @property
+    def span(self) -> float:
+        """Length of its beam [m]."""
+        return self.flexible.beam.length if self.flexible.beam else 0.0
+
+
+class Servo(Item, frozen=True, kw_only=True):
+    """A prescribed drive that yields at some model levels: stiffness [N/m or N m/rad], damping [N s/m or N m s/rad]."""
+
+    drive: str
+    stiffness: float
+    damping: float = 0.0
 
 
 class Shape(Item, frozen=True, kw_only=True):
@@ -230,12 +237,17 @@ class Mechanism(Item, frozen=True, kw_only=True, forbid_unknown_fields=False):  
     cells: tuple[Cell, ...] = ()
     latches: tuple[BrakeLatch, ...] = ()
     cargo: tuple[Cargo, ...] = ()
-    girders: tuple[Girder, ...] = ()
     heavy: tuple[Heavy, ...] = ()
     bends: tuple[Bend, ...] = ()
+    servos: tuple[Servo, ...] = ()
     pieces: dict[str, dict[str, float]] = msgspec.field(default_factory=dict)
     footing: Footing | None = None
     configuration: dict[str, str] = msgspec.field(default_factory=dict)
+
+    @property
+    def girders(self) -> tuple[Bend, ...]:
+        """The girders among what bends."""
+        return tuple(row for row in self.bends if row.stiffness)
 
     @property
     def rigged(self) -> dict[str, tuple[str, ...]]:
@@ -294,13 +306,14 @@ def lug_places(machines: Sequence[Mechanism]) -> dict[str, Point]:
 
 
 def driven(actuator: str) -> str:
-    """Return the name, for planners, of what an actuator moves: a crane, a trolley, else its own name."""
+    """Return what an actuator moves, named for planners: a crane, a trolley, else its own name."""
     crane, called = called_of(actuator)
     return f"the {called} of {crane}" if called else crane
 
 
 def called_of(actuator: str) -> tuple[str, str]:
-    """Return the machine of an actuator and the name of its part for planners; else its own name, and ""."""
+    """Return the machine of an actuator and the name of its part for planners; if there is none, its own name and
+    ""."""
     name = actuator.removesuffix(".drive")
     crane, _, axis = name.rpartition(".")
     return (crane, CALLED[axis]) if name != actuator and axis in CALLED else (actuator, "")

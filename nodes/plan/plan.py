@@ -87,7 +87,7 @@ class Plan(Item, frozen=True, kw_only=True):
 
     @property
     def first(self) -> int:
-        """The number of its first action; in one of several lists, that in the whole scene."""
+        """The number of the first action; for one of several lists, counted in the whole scene."""
         return self.lists[0].first if self.lists else 0
 
     def action(self, number: int) -> Action:

@@ -99,7 +99,7 @@ class Shapes:
 
     @property
     def afloat(self) -> bool:
-        """Return whether a vessel floats, so that the plane z = 0 is the sea."""
+        """Return whether a vessel floats, so that the plane z = 0 is the water surface."""
         return any(shape.part == HULL for machine in self.machines for shape in machine.shapes)
 
     def supports(self, body: str) -> list[Support]:
@@ -154,8 +154,8 @@ class Shapes:
         return {x.thing, x.rope, *rigging} - {""}
 
     def meeting(self, a: Solid | Strand, b: Solid | Strand) -> tuple[bool, bool]:
-        """Return whether a contact of whole shapes prevents two from penetrating, and whether they touch at the
-        start."""
+        """Return whether a contact between the whole shapes keeps two bodies from penetrating, and whether they touch
+        at the start."""
         one, other = (getattr(x, "body", "") for x in (a, b))
         found = self._contacts.get(frozenset((one, other)), [])
         begins = any(contact.name in machine.closed for contact in found for machine in self.machines)
@@ -241,7 +241,7 @@ class Shapes:
 
     @cached_property
     def shapeless(self) -> tuple[str, ...]:
-        """Return the things without a shape, in words for planners."""
+        """Return the things that have no shape, in words for planners."""
         shaped, found = {solid.body for solid in self.solids}, []
         for machine in self.machines:
             heavy = (body.name for body in machine.system.bodies if body.mass or body.flexible)

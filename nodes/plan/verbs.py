@@ -12,7 +12,7 @@ Becomes = Literal["move", "turn", "hook", "unhook", "release", "brake", "stop", 
 
 @dataclass(frozen=True)
 class Verb:
-    """A verb: `kinds` of actors that accept it, and the order of the plan that it `becomes`."""
+    """A verb of orders: `kinds` of actors that accept it, and the class of order that it `becomes`."""
 
     name: str
     kinds: tuple[Kind, ...]

@@ -15,13 +15,13 @@ SHAPE = 4.0  # of PERT: how many times the most likely value counts in the mean 
 
 
 class Distribution(ABC):
-    """A distribution of times [s] >= 0 with its `mean`; `draw` takes from a random stream."""
+    """A distribution of times [s] >= 0 with its `mean`; `draw` takes one from a random stream."""
 
     mean: float
 
     @abstractmethod
     def draw(self, random: Random) -> float:
-        """A time [s]."""
+        """Draw a time [s] from a random stream."""
 
 
 class Fixed(Distribution):
@@ -31,7 +31,7 @@ class Fixed(Distribution):
         self.mean = _checked(self, time=time)[0]
 
     def draw(self, random: Random) -> float:
-        """The time [s]."""
+        """Return the time [s]."""
         return self.mean
 
 
@@ -44,18 +44,18 @@ class Uniform(Distribution):
         self.mean = (low + high) / 2
 
     def draw(self, random: Random) -> float:
-        """A time [s]."""
+        """Draw a time [s] from a random stream."""
         return self.low + (self.high - self.low) * random.random()
 
 
 class Exponential(Distribution):
-    """Times between events of a Poisson process."""
+    """Exponentially distributed times: the intervals of a Poisson process."""
 
     def __init__(self, mean: float) -> None:
         self.mean = _checked(self, mean=mean)[0]
 
     def draw(self, random: Random) -> float:
-        """A time [s]."""
+        """Draw a time [s] from a random stream."""
         return -log(1.0 - random.random()) * self.mean
 
 
@@ -69,7 +69,7 @@ class Erlang(Distribution):
         self.phases = phases
 
     def draw(self, random: Random) -> float:
-        """A time [s]."""
+        """Draw a time [s] from a random stream."""
         product = 1.0
         for _ in range(self.phases):
             product *= 1.0 - random.random()
@@ -85,7 +85,7 @@ class Triangular(Distribution):
         self.mean = (low + mode + high) / 3
 
     def draw(self, random: Random) -> float:
-        """A time [s]."""
+        """Draw a time [s] from a random stream."""
         return random.triangular(self.low, self.high, self.mode)
 
 
@@ -98,7 +98,7 @@ class Pert(Distribution):
         self.mean = (low + SHAPE * mode + high) / (SHAPE + 2)
 
     def draw(self, random: Random) -> float:
-        """A time [s]."""
+        """Draw a time [s] from a random stream."""
         width = self.high - self.low
         if not width:
             return self.low
@@ -107,7 +107,7 @@ class Pert(Distribution):
 
 
 class LogNormal(Distribution):
-    """Times whose logarithm is normally distributed, by their own mean and standard deviation."""
+    """Log-normally distributed times with this mean and standard deviation (of the times, not of their logarithms)."""
 
     def __init__(self, mean: float, deviation: float) -> None:
         self.mean, self.deviation = _checked(self, mean=mean, deviation=deviation)
@@ -117,12 +117,12 @@ class LogNormal(Distribution):
         self._location, self._scale = log(mean) - variance / 2, sqrt(variance)
 
     def draw(self, random: Random) -> float:
-        """A time [s]."""
+        """Draw a time [s] from a random stream."""
         return random.lognormvariate(self._location, self._scale)
 
 
-class Table(Distribution):
-    """Listed times, each as likely as its weight says (None: all equally)."""
+class Empirical(Distribution):
+    """An empirical distribution: listed times with weights (None: equal ones)."""
 
     def __init__(self, times: Sequence[float], weights: Sequence[float] | None = None) -> None:
         self.times = _checked(self, **{f"times[{n}]": time for n, time in enumerate(times)})
@@ -132,12 +132,14 @@ class Table(Distribution):
             else _checked(self, **{f"weight {n}": x for n, x in enumerate(weights)})
         )
         if not times or len(shares) != len(times) or not sum(shares):
-            raise ModelError(f"Table: {len(times)} times and {len(shares)} weights; give as many, and one above zero")
+            raise ModelError(
+                f"Empirical: {len(times)} times and {len(shares)} weights; give as many, and one above zero"
+            )
         self._sums = list(accumulate(shares))
         self.mean = sum(time * share for time, share in zip(times, shares, strict=True)) / self._sums[-1]
 
     def draw(self, random: Random) -> float:
-        """A time [s]."""
+        """Draw a time [s] from a random stream."""
         return random.choices(self.times, cum_weights=self._sums)[0]
 
 

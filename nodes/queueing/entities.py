@@ -21,13 +21,13 @@ class Entity(Message):
 
 
 class Demand(Message):
-    """A server is ready for so many entities."""
+    """Demand of a server for this number of entities."""
 
     count: int = 1
 
 
-class Part(Atomic):
-    """An atomic of a network."""
+class NetworkPart(Atomic):
+    """Base of the atomics of a queueing network."""
 
     @property
     def ns(self) -> int:
@@ -36,7 +36,7 @@ class Part(Atomic):
 
 
 class Waiting:
-    """Entities in the order in which they are taken: by priority if that is the discipline, then by their turns."""
+    """A queue in service order: by priority if that is the discipline, then by turn."""
 
     def __init__(self, discipline: str = "first in, first out") -> None:
         if discipline not in get_args(Discipline):
@@ -48,17 +48,17 @@ class Waiting:
         return len(self.heap)
 
     def put(self, turn: int, since: int, left: int, entity: Entity) -> None:
-        """Add an entity with its turn among its equals; it waits since a time [ns], and has `left` [ns] of a service
-        that was interrupted (-1: none)."""
+        """Add an entity with its turn among equal priorities; it has waited since a time [ns], and `left` [ns] remain
+        of an interrupted service (-1: none)."""
         heappush(self.heap, (entity.priority if self._by_priority else 0, turn, since, left, entity))
 
     def take(self) -> tuple[int, int, int, Entity]:
-        """Remove the first: turn, since, left and entity."""
+        """Remove and return the first entry: turn, since, left and entity."""
         return heappop(self.heap)[1:]
 
 
 def turn_of(discipline: str, count: int) -> int:
-    """The turn of the entity that arrives as number `count`."""
+    """Return the turn of the entity that arrives as number `count`, by the discipline."""
     return -count if discipline == "last in, first out" else count
 
 
@@ -69,8 +69,8 @@ def capacity_of(name: str, given: int | None) -> int | None:
 
 
 def shares_of(name: str, weights: tuple[float, ...]) -> list[float]:
-    """Where the choice with each weight ends in [0, 1), without the last one; raises ModelError for weights that choose
-    nothing."""
+    """Return the upper ends in [0, 1) of the intervals of choices with these weights, without the last one; raises
+    ModelError for invalid weights."""
     if not weights or not all(isfinite(x) and x >= 0 for x in weights) or not sum(weights):
         raise ModelError(f"{name}: weights {weights}; give numbers >= 0, one of them above zero")
     return [x / sum(weights) for x in accumulate(weights)][:-1]

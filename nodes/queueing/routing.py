@@ -4,11 +4,11 @@ from bisect import bisect
 
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Bag, In, Message, Out, Tally, TimeWeighted, stream
-from heavylift.nodes.queueing.entities import Entity, Part, Waiting, shares_of, turn_of
+from heavylift.nodes.queueing.entities import Entity, NetworkPart, Waiting, shares_of, turn_of
 
 
 class MonitorStatistics(Message):
-    """Entities that left, and mean and largest number and mean time between two points [s]."""
+    """Number of entities that left; mean and largest number between the two points; mean time between them [s]."""
 
     left: int
     number: float
@@ -17,7 +17,7 @@ class MonitorStatistics(Message):
 
 
 class ResourceStatistics(Message):
-    """Seizures; mean wait for one [s]; mean number seized and waiting."""
+    """Number of seizures; mean waiting time for one [s]; mean number of seized units and of waiting entities."""
 
     seized: int
     wait: float
@@ -25,30 +25,30 @@ class ResourceStatistics(Message):
     waiting: float
 
 
-class _Forwarding(Part):
+class _Forwarding(NetworkPart):
     """Sends what its transitions put into `leaving` at the next microstep."""
 
     def start(self) -> None:
-        """Nothing is on its way."""
+        """Start with no entity to forward."""
         self.leaving = list[tuple[str, Entity]]()
 
     def output(self) -> None:
-        """Send all."""
+        """Send all entities to be forwarded."""
         for port, entity in self.leaving:
             self.ports[port].send(entity)  # type: ignore[attr-defined]
 
     def internal(self) -> None:
-        """All have left."""
+        """Forget the entities that were sent, and wait for input."""
         self.leaving = []
         self.passivate()
 
     def forward(self) -> None:
-        """Send soon, if there is anything."""
+        """Schedule the output at the next microstep, if there is an entity to forward."""
         self.hold_in(0) if self.leaving else self.passivate()
 
 
 class Branch(_Forwarding):
-    """Sends each entity by one of the ports out0, out1, ..., drawn by weights."""
+    """Routes each entity at random, by weights, to one of the ports out0, out1, ..."""
 
     into = In(Entity)
 
@@ -59,19 +59,19 @@ class Branch(_Forwarding):
             self.add_out(f"out{n}", Entity)
 
     def start(self) -> None:
-        """Begin the stream of draws."""
+        """Start the stream of random numbers."""
         super().start()
         self.random = stream(self.seed, self.path)
 
     def external(self, e: int, x: Bag) -> None:
-        """Draw a port for each."""
+        """Draw a port for each arriving entity."""
         for entity in x[self.into]:
             self.leaving.append((f"out{bisect(self.sums, self.random.random())}", entity))
         self.forward()
 
 
 class Join(_Forwarding):
-    """Sends one entity when `parts` of the same number have arrived: the last of them."""
+    """Joins the `parts` of an entity: sends the last one when that many with the same number have arrived."""
 
     into, out = In(Entity), Out(Entity)
 
@@ -80,12 +80,12 @@ class Join(_Forwarding):
         self.parts = parts
 
     def start(self) -> None:
-        """Nothing has arrived."""
+        """Start with no part."""
         super().start()
         self.arrived = dict[int, int]()
 
     def external(self, e: int, x: Bag) -> None:
-        """Count each."""
+        """Count the arriving parts of each number."""
         for entity in x[self.into]:
             count = self.arrived.pop(entity.number, 0) + 1
             if count == self.parts:
@@ -96,7 +96,8 @@ class Join(_Forwarding):
 
 
 class Resource(_Forwarding):
-    """So many equal units, of which each entity seizes one: it leaves by `seized` and returns it by `release`."""
+    """A number of equal units, of which each entity seizes one: the entity leaves by the port `seized`, and returns the
+    unit by `release`."""
 
     request, release, seized = In(Entity), In(Entity), Out(Entity)
 
@@ -105,13 +106,13 @@ class Resource(_Forwarding):
         self.units, self.discipline = units, discipline
 
     def start(self) -> None:
-        """All units are free."""
+        """Start with all units free."""
         super().start()
         self.waiting, self.count, self.holders = Waiting(self.discipline), 0, dict[int, None]()
         self.waits, self.used, self.length = Tally(), TimeWeighted(), TimeWeighted()
 
     def external(self, e: int, x: Bag) -> None:
-        """Take back released units, then give free ones to those who wait."""
+        """Take back released units, then assign free units to waiting entities."""
         now = self.now
         for entity in x[self.release]:
             if self.holders.pop(entity.number, self) is not None:
@@ -137,17 +138,17 @@ class Resource(_Forwarding):
         )
 
 
-class Monitor(Part):
-    """Measures how many entities are between two points of a network, and for how long."""
+class Monitor(NetworkPart):
+    """Measures the number of entities between two points of a network, and their time between them."""
 
     enter, leave = In(Entity), In(Entity)
 
     def start(self) -> None:
-        """Nobody is inside."""
+        """Start with no entity between the points."""
         self.inside, self.number, self.times = dict[int, int](), TimeWeighted(), Tally()
 
     def external(self, e: int, x: Bag) -> None:
-        """Note who enters and who leaves."""
+        """Record entities that enter and leave."""
         now = self.now
         for entity in x[self.enter]:
             self.inside[entity.number] = now.t

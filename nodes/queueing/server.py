@@ -6,20 +6,22 @@ from typing import Literal
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import NEVER, Bag, In, Message, Out, Tally, TimeWeighted, seconds, stream
 from heavylift.nodes.queueing.distributions import Distribution
-from heavylift.nodes.queueing.entities import Demand, Entity, Part, Waiting, capacity_of, turn_of
+from heavylift.nodes.queueing.entities import Demand, Entity, NetworkPart, Waiting, capacity_of, turn_of
 
 What = Literal["served", "fails", "repaired", "lost", "asks"]  # in the end of a time that a server waits for
 
 
 class Failures:
-    """How a unit fails and is repaired, whether it is busy or not; its job goes on when it is repaired."""
+    """Failures of a unit, busy or not: distributions of the time until a failure and of the repair time; an interrupted
+    job continues after the repair."""
 
     def __init__(self, up: Distribution, down: Distribution) -> None:
         self.up, self.down = up, down
 
 
 class ServerStatistics(Message):
-    """Entities served, lost and interrupted; mean wait before service [s], mean line, busy and available units."""
+    """Entities served, lost and interrupted; mean waiting time before service [s]; mean queue length; mean number of
+    busy and of available units."""
 
     served: int
     lost: int
@@ -30,8 +32,8 @@ class ServerStatistics(Message):
     available: float
 
 
-class Server(Part):
-    """Equal units that serve entities from one line.
+class Server(NetworkPart):
+    """Equal units that serve entities from one queue.
 
     `capacity` bounds the line: what comes to a full one is lost (balks). With `preemptive`, an entity of higher
     priority interrupts the service of the lowest one, which is resumed later where it was. With `pulls` the server
@@ -62,7 +64,7 @@ class Server(Part):
         self.capacity, self.failures, self.pulls, self.seed = capacity_of(name, capacity), failures, pulls, seed
 
     def start(self) -> None:
-        """All units are idle and work."""
+        """Start with all units idle and available."""
         self.random, self.marks = stream(self.seed, self.path), 0
         self.waiting, self.idle = Waiting(self.discipline), list(range(self.units))
         self.serving = list[tuple[int, int, int, int, Entity] | None]([None] * self.units)  # mark, end, turn, since
@@ -79,7 +81,7 @@ class Server(Part):
         self.schedule()
 
     def external(self, e: int, x: Bag) -> None:
-        """Serve entities, or take them into the line."""
+        """Serve arriving entities, queue them, or lose them."""
         now, more = self.ns, x[self.into]
         for entity in more:
             if self.idle:
@@ -95,7 +97,7 @@ class Server(Part):
         self.schedule()
 
     def output(self) -> None:
-        """Send who is served or lost, or a demand."""
+        """Send the served or lost entity, or a demand."""
         _, mark, unit, what = self.due[0]
         if what == "served":
             self.done.send(self.serving[unit][4])  # type: ignore[index]
@@ -105,7 +107,7 @@ class Server(Part):
             self.ready.send(Demand(unit))
 
     def internal(self) -> None:
-        """A service ends, or a unit fails or is repaired."""
+        """Handle the end of a service, a failure or a repair."""
         now, mark, unit, what = heappop(self.due)
         if what == "served":
             self.served += 1
@@ -121,7 +123,7 @@ class Server(Part):
         self.schedule()
 
     def fail(self, unit: int, now: int) -> None:
-        """Stop a unit; its job stays on it."""
+        """Stop a failed unit; its job stays on it."""
         assert self.failures
         if (job := self.serving[unit]) is None:
             self.idle.remove(unit)
@@ -131,7 +133,7 @@ class Server(Part):
         self.later(now + seconds(self.failures.down.draw(self.random)), unit, "repaired")
 
     def repair(self, unit: int, now: int) -> None:
-        """Go on with its job."""
+        """Return a repaired unit to service; it continues its job."""
         assert self.failures
         left, job = self.broken.pop(unit), self.serving[unit]
         if job is None:
@@ -141,7 +143,7 @@ class Server(Part):
         self.later(now + seconds(self.failures.up.draw(self.random)), unit, "fails")
 
     def begin(self, now: int, turn: int, since: int, left: int, entity: Entity) -> None:
-        """Let the first idle unit serve an entity, whose service takes `left` [ns] (-1: a drawn time)."""
+        """Let the first idle unit serve an entity; the service takes `left` [ns] (-1: a drawn time)."""
         unit = heappop(self.idle)
         if left < 0:
             self.waits.add((now - since) / 1e9)
@@ -150,21 +152,23 @@ class Server(Part):
         self.serving[unit] = (self.later(end, unit, "served"), end, turn, since, entity)
 
     def interrupt(self, unit: int, now: int) -> None:
-        """Return the entity of a unit to its earlier turn in the line."""
+        """Put the entity of a unit back into the queue, at its earlier turn."""
         _, end, turn, since, entity = self.serving[unit]  # type: ignore[misc]
         self.interrupted += 1
         self.release(unit)
         self.waiting.put(turn, since, end - now, entity)
 
     def preempts(self, now: int) -> bool:
-        """Interrupt a unit for the entity that waits first, if that is of higher priority (a repaired unit resumes)."""
+        """Interrupt a unit for the first waiting entity, if that has a higher priority; returns whether it did (a
+        repaired unit resumes)."""
         unit = self.lowest(self.waiting.heap[0][4]) if self.preemptive else -1
         if unit >= 0:
             self.interrupt(unit, now)
         return unit >= 0
 
     def lowest(self, entity: Entity) -> int:
-        """The working unit whose entity is of the lowest priority, below that of another entity; -1 if none is."""
+        """Return the working unit whose entity has the lowest priority, if that is below the given entity's; -1 if
+        there is none."""
         if not self.preemptive:
             return -1
         jobs = [(job[4].priority, job[2], unit) for unit, job in enumerate(self.serving) if job and job[0]]
@@ -172,23 +176,23 @@ class Server(Part):
         return unit if priority > entity.priority else -1
 
     def release(self, unit: int) -> None:
-        """Make a unit idle."""
+        """Make a unit idle after its service."""
         self.serving[unit] = None
         heappush(self.idle, unit)
 
     def turn(self) -> int:
-        """The turn of an entity that arrives."""
+        """Return the turn of an arriving entity."""
         self.marks += 1
         return turn_of(self.discipline, self.marks)
 
     def later(self, at: int, unit: int, what: What) -> int:
-        """Note what happens at a time [ns]; returns its mark."""
+        """Add an event of a unit at a time [ns]; returns its number."""
         self.marks += 1
         heappush(self.due, (at, self.marks, unit, what))
         return self.marks
 
     def schedule(self) -> None:
-        """Wait for what happens first; drop ends of services that were interrupted."""
+        """Schedule the earliest event; discard ends of interrupted services."""
         due, serving, waiting, down = self.due, self.serving, len(self.waiting.heap), len(self.broken)
         while due and due[0][3] == "served" and ((job := serving[due[0][2]]) is None or job[0] != due[0][1]):
             heappop(due)

@@ -8,17 +8,17 @@ from heapq import heappop, heappush
 
 from heavylift.nodes.devs import NEVER, Bag, In, Message, Out, Tally, TimeWeighted, seconds, stream
 from heavylift.nodes.queueing.distributions import Distribution
-from heavylift.nodes.queueing.entities import Demand, Entity, Part, Waiting, capacity_of, shares_of, turn_of
+from heavylift.nodes.queueing.entities import Demand, Entity, NetworkPart, Waiting, capacity_of, shares_of, turn_of
 
 
 class SourceStatistics(Message):
-    """Number of entities that a source has sent."""
+    """Number of entities that the source has sent."""
 
     sent: int
 
 
 class WaitingStatistics(Message):
-    """Entities that passed and were lost; mean time in the queue [s]; mean and largest length."""
+    """Number of entities that passed and were lost; mean time in the queue [s]; mean and largest length."""
 
     passed: int
     lost: int
@@ -28,7 +28,8 @@ class WaitingStatistics(Message):
 
 
 class SinkStatistics(Message):
-    """Entities that arrived, and mean, deviation, least and most of their time in the network [s]."""
+    """Number of entities that arrived; mean, standard deviation, minimum and maximum of their time in the network
+    [s]."""
 
     count: int
     mean: float
@@ -37,8 +38,9 @@ class SinkStatistics(Message):
     most: float
 
 
-class Source(Part):
-    """Sends entities, the first after a first interval, `most` in all; each of a priority drawn by weights."""
+class Source(NetworkPart):
+    """Sends entities at random intervals, the first after one interval, at most `most`; their priorities are drawn by
+    weights."""
 
     out = Out(Entity)
 
@@ -65,7 +67,7 @@ class Source(Part):
         self.out.send(Entity(self.number, self.kind, self.priority, self.ns))
 
     def internal(self) -> None:
-        """Count it, and draw the next interval."""
+        """Count the sent entity, and draw the next interval."""
         self.number += 1
         if self.number == self.most:
             self.passivate()
@@ -73,18 +75,18 @@ class Source(Part):
             self.next()
 
     def next(self) -> None:
-        """Draw interval and priority of the next entity."""
+        """Draw the interval to the next entity, and its priority."""
         draw = self.random.random() if self.sums else 0.0
         self.priority = bisect(self.sums, draw)
         self.hold_in(seconds(self.every.draw(self.random)))
 
     def result(self) -> SourceStatistics:
-        """The count so far."""
+        """Return the number of entities sent so far."""
         return SourceStatistics(self.number)
 
 
-class Queue(Part):
-    """Holds entities until servers demand them; beyond its capacity they are lost."""
+class Queue(NetworkPart):
+    """Holds entities until servers demand them; entities that arrive at a full queue are lost."""
 
     into, demand, out, lost = In(Entity), In(Demand), Out(Entity), Out(Entity)
 
@@ -93,13 +95,13 @@ class Queue(Part):
         self.discipline, self.capacity = discipline, capacity_of(name, capacity)
 
     def start(self) -> None:
-        """Initialise: no set-point waits."""
+        """Start empty."""
         self.waiting, self.demanded, self.count = Waiting(self.discipline), 0, 0
         self.leaving, self.balked = list[Entity](), list[Entity]()
         self.waits, self.length, self.losses = Tally(), TimeWeighted(), 0
 
     def external(self, e: int, x: Bag) -> None:
-        """Match entities and demands."""
+        """Take in entities and demands, and match them."""
         now = self.now
         self.demanded += sum(demand.count for demand in x[self.demand])
         for entity in x[self.into]:
@@ -115,7 +117,7 @@ class Queue(Part):
         self.hold_in(0) if self.leaving or self.balked else self.passivate()
 
     def match(self) -> None:
-        """Let entities leave that are demanded."""
+        """Select the entities that satisfy the demands."""
         while self.demanded and self.waiting:
             _, since, _, entity = self.waiting.take()
             self.demanded -= 1
@@ -123,14 +125,14 @@ class Queue(Part):
             self.leaving.append(entity)
 
     def output(self) -> None:
-        """Send those that leave and those that are lost."""
+        """Send the demanded entities and the lost ones."""
         for entity in self.leaving:
             self.out.send(entity)
         for entity in self.balked:
             self.lost.send(entity)
 
     def internal(self) -> None:
-        """They have left."""
+        """Remove the entities that were sent."""
         self.leaving, self.balked = [], []
         self.passivate()
 
@@ -141,8 +143,8 @@ class Queue(Part):
         )
 
 
-class Delay(Part):
-    """Holds each entity for a time of its own, as a server without end of units does."""
+class Delay(NetworkPart):
+    """Delays each entity by its own drawn time, like a server with unlimited units."""
 
     into, out = In(Entity), Out(Entity)
 
@@ -151,42 +153,42 @@ class Delay(Part):
         self.time, self.seed = time, seed
 
     def start(self) -> None:
-        """Hold nothing."""
+        """Start empty."""
         self.random, self.count = stream(self.seed, self.path), 0
         self.held = list[tuple[int, int, Entity]]()
 
     def external(self, e: int, x: Bag) -> None:
-        """Draw a time for each entity."""
+        """Draw a delay for each arriving entity."""
         for entity in x[self.into]:
             self.count += 1
             heappush(self.held, (self.ns + seconds(self.time.draw(self.random)), self.count, entity))
         self.hold_in(self.held[0][0] - self.ns)
 
     def output(self) -> None:
-        """Send all whose time is over."""
+        """Send all entities whose delay is over."""
         for at, _, entity in sorted(self.held):
             if at == self.held[0][0]:
                 self.out.send(entity)
 
     def internal(self) -> None:
-        """Forget those that left."""
+        """Remove the entities that were sent."""
         at = self.held[0][0]
         while self.held and self.held[0][0] == at:
             heappop(self.held)
         self.hold_in(self.held[0][0] - at if self.held else NEVER)
 
 
-class Sink(Part):
-    """Takes entities out of the network and measures how long they were in it."""
+class Sink(NetworkPart):
+    """Removes entities from the network, and measures how long they were in it."""
 
     into = In(Entity)
 
     def start(self) -> None:
-        """Nothing has arrived."""
+        """Start with no entity counted."""
         self.times = Tally()
 
     def external(self, e: int, x: Bag) -> None:
-        """Measure each."""
+        """Measure the time of each arriving entity in the network."""
         for entity in x[self.into]:
             self.times.add((self.ns - entity.born) / 1e9)
 

@@ -13,6 +13,7 @@ from typing import Any
 
 import msgspec
 from heavylift.kernel.errors import HeavyliftError
+from heavylift.nodes.limits.factors import BASES
 from heavylift.nodes.models import node_names
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.mechanism import frames_on_hooks
@@ -48,7 +49,7 @@ from heavylift.nodes.statics.state import StaticState
 from heavylift.nodes.statics.static_path import first_rest
 from heavylift.nodes.statics.swinging import swing_free
 
-from .corners import cornered, designed, ends_of
+from .corners import Centres, cornered, designed, ends_of, with_centres
 from .instances import several
 from .loaded_scene import LoadedScene, SceneFacts
 
@@ -76,8 +77,8 @@ def facts(scene: schema.Scene) -> SceneFacts:
 def build(
     path: Path, name: str, text: str, overrides: Sequence[str], passing: bool = False, followed: bool = True
 ) -> LoadedScene:
-    """Build the scene of a text with settings. `passing`: one of many variants; without `followed`, its actions are not
-    followed statically."""
+    """Build the scene of a text with settings. `passing`: the scene is one of many variants; without `followed`, its
+    equilibrium path is not computed."""
     source = extended(path, name, text, path.parent)
     if not source.data:
         raise_faults(source, source.faults)
@@ -111,15 +112,46 @@ def _built(
     raise_faults(source, source.faults)
     assert scene is not None
     if scene.lifts:
-        return _side_by_side(source, scene, path, text, overrides, passing, whole)
+        return _side_by_side(source, scene, path, text, overrides, passing, followed)
+    known = LoadedScene(
+        plan.Plan(name=scene.name, gravity=scene.gravity),
+        text,
+        path,
+        msgspec.structs.replace(facts(scene), uncertain=bool(stated)),
+        merged=whole,
+        settings=tuple(overrides),
+        passing=passing,
+    )
+    loaded = _planned(source, scene, known, followed, nominal)
+    if not nominal:
+        return loaded
+
+    def other(values: Mapping[InData, Data]) -> LoadedScene:
+        """Return the scene with other values, whose limits are not checked before."""
+        own = replace(source, data=deepcopy(given), faults=[])
+        for at, value in values.items():
+            own.at(at[:-1])[at[-1]] = value  # type: ignore[index]
+        return _built(own, path, text, corner=True)
+
+    def shifted(centres: Centres) -> LoadedScene:
+        """Return the scene with other centres of mass of its blocks, and the limits that design loads are made of."""
+        moved = _planned(replace(source, faults=[]), with_centres(scene, centres), replace(known, passing=True))
+        limits = tuple(x for x in moved.plan.limits if x.quantity in BASES.values())
+        return _on_same_path(moved, msgspec.structs.replace(moved.plan, limits=limits))
+
+    ends = ends_of(scene, stated)
+    limits = [*(cornered(loaded, ends, other) if ends else loaded.plan.limits), *designed(loaded, scene, shifted)]
+    return _on_same_path(loaded, msgspec.structs.replace(loaded.plan, limits=tuple(limits)))
+
+
+def _planned(
+    source: Source, scene: schema.Scene, known: LoadedScene, followed: bool = True, nominal: bool = False
+) -> LoadedScene:
+    """Build the plan of a valid scene into what is `known` of it; loads at rest are checked if it is `nominal`."""
     builder = build_machines(source, scene)
     check_parts(source, scene)
-    lift = plan.Plan(
-        name=scene.name,
-        gravity=scene.gravity,
-        machines=tuple(builder.machines),
-        fidelity=build_fidelity(builder, builder.machines),
-    )
+    machines = tuple(builder.machines)
+    lift = msgspec.structs.replace(known.plan, machines=machines, fidelity=build_fidelity(builder, builder.machines))
     builder.machines += build_mechanisms(builder, lift)
     raise_faults(source, source.faults)
     builder.machines = measuring(builder)
@@ -127,8 +159,9 @@ def _built(
     check_locked(builder, builder.machines)
     lift = msgspec.structs.replace(lift, fidelity=build_fidelity(builder, builder.machines))
     builder.interlocks = build_interlocks(builder)
-    loaded = LoadedScene(
-        msgspec.structs.replace(
+    loaded = replace(
+        known,
+        plan=msgspec.structs.replace(
             lift,
             **_common(scene),
             machines=tuple(builder.machines),
@@ -141,19 +174,13 @@ def _built(
             actions=build_actions(builder),
             may_touch=tuple(touches(source, (), scene.may_touch)),
         ),
-        text,
-        path,
-        msgspec.structs.replace(facts(scene), uncertain=bool(stated)),
-        merged=whole,
-        settings=tuple(overrides),
-        passing=passing,
         keys=scene,
     )
     check_models(source, loaded.plan)
     check_touches(source, loaded.plan)
     raise_faults(source, [*source.faults, *placement_faults(source, scene.placement, node_names(loaded.plan))])
     shaped, unknown = aimed(loaded.plan)
-    shaped, more = swing_free(shaped, keep=not passing) if not unknown else (shaped, [])
+    shaped, more = swing_free(shaped, keep=not known.passing) if not unknown else (shaped, [])
     raise_faults(source, [Fault(source.path_of(where), sentence) for where, sentence in (*unknown, *more)])
     loaded = replace(loaded, plan=shaped)
     raise_faults(source, _impossible(source, loaded, nominal))
@@ -167,20 +194,7 @@ def _built(
         loaded = _on_same_path(loaded, (rigged if hung else standing)(loaded.plan, first))
         if bent:
             loaded = _on_same_path(loaded, settled(loaded.plan))
-    loaded = _on_same_path(loaded, weighed(loaded.plan))
-    if not nominal:
-        return loaded
-
-    def other(values: Mapping[InData, Data]) -> LoadedScene:
-        """Return the scene with other values, whose limits are not checked before."""
-        own = replace(source, data=deepcopy(given), faults=[])
-        for at, value in values.items():
-            own.at(at[:-1])[at[-1]] = value  # type: ignore[index]
-        return _built(own, path, text, corner=True)
-
-    ends = ends_of(scene, stated)
-    limits = [*(cornered(loaded, ends, other) if ends else loaded.plan.limits), *designed(loaded, scene, other)]
-    return _on_same_path(loaded, msgspec.structs.replace(loaded.plan, limits=tuple(limits)))
+    return _on_same_path(loaded, weighed(loaded.plan))
 
 
 def _on_same_path(loaded: LoadedScene, built: plan.Plan) -> LoadedScene:
@@ -192,7 +206,7 @@ def _on_same_path(loaded: LoadedScene, built: plan.Plan) -> LoadedScene:
 
 
 def _side_by_side(
-    source: Source, scene: schema.Scene, path: Path, text: str, overrides: Sequence[str], passing: bool, whole: str
+    source: Source, scene: schema.Scene, path: Path, text: str, overrides: Sequence[str], passing: bool, followed: bool
 ) -> LoadedScene:
     """Build a scene of several lifts, each as if it were alone."""
 
@@ -202,17 +216,26 @@ def _side_by_side(
         geared(own)
         shaped(own)
         gather(own)
-        return _built(own, path, text)
+        return _built(own, path, text, followed=followed, whole=json.dumps(own.data))
 
-    found, followed = several(source, scene, path, alone)
+    found, rests, lifts = several(source, scene, path, alone)
     may_touch = (*found.may_touch, *touches(source, (), scene.may_touch))
     built = msgspec.structs.replace(found, **_common(scene), may_touch=may_touch)
     check_touches(source, built)
     raise_faults(source, [*source.faults, *placement_faults(source, scene.placement, node_names(built))])
-    settings = tuple(overrides)
+    inside: dict[str, Any] = {
+        name: {"at": [f"{x!r} m" for x in scene.lifts[name].at], **json.loads(lift.merged)}
+        for name, lift in lifts.items()
+    }
+    several_lifts: Any = source.data["lifts"]
+    for name, lift in several_lifts.items():
+        inside[name] |= {"start": lift["start"]} if "start" in lift else {}
     return LoadedScene(
-        built, text, path, facts(scene), merged=whole, settings=settings, passing=passing, apart=followed, keys=scene
-    )
+        built, text, path,
+        msgspec.structs.replace(facts(scene), uncertain=any(lift.facts.uncertain for lift in lifts.values())),
+        merged=json.dumps({**source.data, "lifts": inside}), settings=tuple(overrides), passing=passing, apart=rests,
+        keys=scene,
+    )  # fmt: skip
 
 
 def _common(scene: schema.Scene) -> dict[str, Any]:

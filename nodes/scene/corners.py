@@ -6,10 +6,12 @@ monotonic in each input, whatever the others are; so the worst corner for a limi
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import product
 from math import isfinite, sqrt
 
 import msgspec
+from heavylift.kernel.description.mechanics import Vector
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.limits.factors import design_limits
 from heavylift.nodes.plan.limit import RatedLimit
@@ -25,6 +27,7 @@ NOISE = 1e-6  # of a use: less is rounding
 AT_REST = {"sling peak": ("sling tension",), "rope peak": ("rope factor", "rope tension", "hook load")}  # alike there
 Key = tuple[str, str]  # subject and quantity of a limit
 Values = Mapping[Path, Data]
+Centres = Mapping[Path, Vector]  # of mass, of blocks [m]
 Build = Callable[[Values], LoadedScene]  # the scene with other values
 Sizes = Callable[[LoadedScene], dict[Key, float]]
 
@@ -59,23 +62,41 @@ def ends_of(scene: schema.Scene, stated: Mapping[Path, Stated]) -> list[Ends]:
 def cornered(nominal: LoadedScene, ends: Sequence[Ends], build: Build) -> list[RatedLimit]:
     """Return the limits of a scene with the increase of utilisation at the worst corner of the uncertain inputs. An
     input whose end cannot be evaluated gives a limit without value."""
-    corners = Corners(nominal, build)
-    corners.search(ends)
+    corners = Corners(nominal)
+    corners.search(ends, build)
     limits = [_spread(limit, corners) for limit in nominal.plan.limits]
     return [*limits, *_lost(nominal, corners)]
 
 
-def designed(nominal: LoadedScene, scene: schema.Scene, build: Build) -> list[RatedLimit]:
-    """Return a scene's design loads by practice or factors, at the worst corner of each block's mass-centre box."""
+def with_centres(scene: schema.Scene, centres: Centres) -> schema.Scene:
+    """Return a scene with other centres of mass of its blocks."""
+    moved = {path: block.model_copy(update={"com": centres[path]}) for path, block in _blocks(scene).items()}
+    blocks = {name: moved["blocks", name] for name in scene.blocks}
+    return scene.model_copy(update={"blocks": blocks, "block": moved.get(("block",))})
+
+
+def _shifted(place: Vector, way: Sequence[float]) -> Vector:
+    x, y, z = (a + d for a, d in zip(place, way, strict=True))
+    return x, y, z
+
+
+def _blocks(scene: schema.Scene) -> dict[Path, schema.Block]:
+    """Return the blocks of a scene by their path."""
+    blocks: dict[Path, schema.Block] = {("blocks", name): block for name, block in scene.blocks.items()}
+    return blocks | ({("block",): scene.block} if scene.block else {})
+
+
+def designed(nominal: LoadedScene, scene: schema.Scene, build: Callable[[Centres], LoadedScene]) -> list[RatedLimit]:
+    """Return the design loads of a scene with practice or factors, at the worst corner of the centre-of-mass box of
+    each block; `build`: the scene with other centres of mass, with the limits that design loads are made of."""
     if scene.practice is None and not scene.factors.model_fields_set:
         return []
-    given, corners = scene.factors.built(), Corners(nominal, build)
-    blocks: dict[Path, schema.Block] = {("blocks", name): block for name, block in scene.blocks.items()}
-    blocks |= {("block",): scene.block} if scene.block else {}
+    given, corners = scene.factors.built(), Corners(nominal)
     for signs in product(*((-1, 1) if half else (0,) for half in given.cog)) if given.cog else ():
-        distance = [sign * half for sign, half in zip(signs, given.cog, strict=True)]
-        places = {path: [x + dx for x, dx in zip(b.com, distance, strict=True)] for path, b in blocks.items()}
-        corners.uses({(*path, "com"): [f"{x!r} m" for x in place] for path, place in places.items()})
+        way = [sign * half for sign, half in zip(signs, given.cog, strict=True)]
+        centres = {path: _shifted(block.com, way) for path, block in _blocks(scene).items()}
+        texts: dict[Path, Data] = {(*path, "com"): [f"{x!r} m" for x in place] for path, place in centres.items()}
+        corners.uses(texts, partial(build, centres))
     used = {key: corners.most[key] / use for key, use in corners.usual.items() if use}
     rows = design_limits(nominal.plan, given, scene.practice or "none", nominal.uses, nominal.states, used)
     return [*rows, *_lost(nominal, corners)]
@@ -89,22 +110,22 @@ def _lost(nominal: LoadedScene, corners: "Corners") -> Iterator[RatedLimit]:
 
 
 class Corners:
-    """Utilisations, or other sizes of a scene, at evaluated corners; `moved`: the inputs that each depends on."""
+    """Searches the corners of uncertain inputs for the highest utilisation of each limit (or other values of a scene);
+    `moved`: the inputs that influence each."""
 
-    def __init__(self, nominal: LoadedScene, build: Build, sizes: Sizes | None = None) -> None:
+    def __init__(self, nominal: LoadedScene, sizes: Sizes | None = None) -> None:
         self._sizes = sizes or _uses
         self.usual = self._sizes(nominal)
         self.most = dict(self.usual)
         self.moved: dict[Key, list[str]] = {}
         self.lost: list[tuple[str, str]] = []  # corners without a path as long as that of the scene, and why
-        self._build = build
         self._ends = len(nominal.states) and nominal.states[-1].action
 
-    def search(self, ends: Sequence[Ends]) -> None:
+    def search(self, ends: Sequence[Ends], build: Build) -> None:
         """Evaluate both ends of each input, then the corners of worse ends of several."""
         worse: dict[Key, dict[Path, str]] = {}
         for one in ends:
-            found = [(text, self.uses({one.path: text})) for text in one.texts]
+            found = [(text, self.uses(at := {one.path: text}, partial(build, at))) for text in one.texts]
             for key, usual in self.usual.items():
                 text, use = max(((text, uses.get(key, usual)) for text, uses in found), key=lambda pair: pair[1])
                 if any(abs(uses.get(key, usual) - usual) > NOISE * max(1.0, usual) for _, uses in found):
@@ -112,13 +133,13 @@ class Corners:
                 if use > usual:
                     worse.setdefault(key, {})[one.path] = text
         for corner in dict.fromkeys(tuple(x.items()) for x in worse.values() if len(x) > 1):
-            self.uses(dict(corner))
+            self.uses(dict(corner), partial(build, dict(corner)))
 
-    def uses(self, values: Values) -> dict[Key, float]:
-        """Return the utilisation of each limit at a corner."""
+    def uses(self, values: Values, build: Callable[[], LoadedScene]) -> dict[Key, float]:
+        """Return the utilisation of each limit at a corner, whose scene `build` makes."""
         message, why = ", ".join(f"{shown(path)} {text}" for path, text in values.items()), ""
         try:
-            scene = self._build(values)
+            scene = build()
             found = self._sizes(scene)
             if scene.states and scene.states[-1].action < self._ends:
                 why = scene.statics.why or "the path at rest ends early"

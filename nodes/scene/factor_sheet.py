@@ -27,7 +27,7 @@ def hooks(plan: Plan) -> Table:
 
 
 def charts_used(found: Sequence[Reach]) -> Table:
-    """Radius and use of the chart in each stage, as they change."""
+    """Return radius and utilisation of the load chart in each stage, as they change."""
     numbers = [(x.hook, x.stage, f"{x.radius:.2f} {x.load:.0f} {x.capacity:.0f}") for x in found]
     changed = (x for i, x in enumerate(found) if not i or numbers[i] != numbers[i - 1])
     rows = tuple(

@@ -9,15 +9,16 @@ The scale of an input is its typical variation: its own size; for a coordinate a
 ends a fifth of their distance.
 """
 
-from collections.abc import Mapping, Sequence
+import json
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from fractions import Fraction
 from math import floor, inf, log10, sqrt
+from typing import Any
 
 import msgspec
 from heavylift.kernel.errors import SceneError
-from heavylift.nodes.plan.spellings import BEAMS
 from heavylift.nodes.scene.keys.base import written
 from heavylift.nodes.scene.keys.quantities import below, quantity
 from heavylift.nodes.scene.keys.validate import listed, uncertainties
@@ -27,8 +28,10 @@ from heavylift.nodes.scene.text.source import Path, Source, read
 from heavylift.nodes.scene.text.spelling import spread_of, unit_in
 from heavylift.nodes.scene.text.uncertainty import Kind, Stated, standard
 from heavylift.nodes.scene.text.units import Limited, Quantity
+from heavylift.recordings.format.spellings import BEAMS
 from pydantic import BaseModel
 
+from .instances import OWN
 from .loaded_scene import LoadedScene
 from .loading import parse
 
@@ -62,7 +65,7 @@ class Input:
 
     @property
     def factor(self) -> float:
-        """The unit in SI."""
+        """The value of one unit in SI."""
         return float(self.units[self.unit])
 
     def rounded(self, value: float, sigma: float) -> tuple[str, str]:
@@ -110,7 +113,8 @@ def inputs(scene: LoadedScene, names: Sequence[str]) -> list[Input]:
 def uncertain_inputs(scene: LoadedScene, given: Sequence[str] = ()) -> list[UncertainInput]:
     """Return all uncertain inputs of a scene, stated there or in `given` (`block.mass +- 3 %`); SceneError."""
     source, stated = _source(scene)
-    found = {path: _uncertain(*_input(scene, source, _name(scene, path)), each) for path, each in stated.items()}
+    found = {x.path: x for name in scene.scene.lifts for x in _of_lift(scene, name)}
+    found |= {path: _uncertain(*_input(scene, source, _name(scene, path)), each) for path, each in stated.items()}
     named: list[Path] = []
     for text in given:
         form = spread_of(text)
@@ -122,6 +126,15 @@ def uncertain_inputs(scene: LoadedScene, given: Sequence[str] = ()) -> list[Unce
         named.append(one.path)
         found[one.path] = _uncertain(one, kind, Stated(f"{one.value / one.factor!r} {one.unit}", *form[1:]))
     return list(found.values())
+
+
+def _of_lift(scene: LoadedScene, name: str) -> Iterator[UncertainInput]:
+    """Yield the uncertain inputs of one of several lifts."""
+    lifts: Any = read(scene.merged, scene.path.name).data["lifts"]
+    own, base = lifts[name], f"lifts.{name}."
+    text = json.dumps({key: value for key, value in own.items() if key not in OWN})
+    for x in uncertain_inputs(parse(text, str(scene.path), followed=False)):
+        yield replace(x, name=f"{base}{x.name}", path=("lifts", name, *x.path), whole=x.whole and f"{base}{x.whole}")
 
 
 def stated(scene: LoadedScene, one: Input, value: str, half: str) -> str:
@@ -198,7 +211,7 @@ def _input(scene: LoadedScene, source: Source, name: str) -> tuple[Input, Quanti
         path = (*path, key)
     found = quantity(kind)
     if at is None:
-        raise SceneError(f"input {name}: the scene gives it no value; write one from which to begin")
+        raise SceneError(f"input {name}: the scene gives it no value; write a nominal one")
     if found is None or isinstance(at, bool) or not isinstance(at, int | float):
         raise SceneError(f"input {name}: is no quantity; name one, such as block.mass")
     dimension = found.dimension

@@ -13,10 +13,12 @@ from typing import Any
 
 import msgspec
 from heavylift.kernel.description.field_types import field_names
+from heavylift.kernel.description.findings import Check
 from heavylift.kernel.description.forces import Ball, Box, Characteristic, Plane
 from heavylift.kernel.description.mechanics import WORLD, Joint, Point, Vector
 from heavylift.nodes.plan.actions import Action, Begin, BegunCondition, Wait
 from heavylift.nodes.plan.factors import Factor
+from heavylift.nodes.plan.limit import RatedLimit
 from heavylift.nodes.plan.mechanism import Cargo, Heavy, Hoist, Mechanism, Shape, frames_on_hooks
 from heavylift.nodes.plan.plan import ActionList, Fidelity, Plan
 from heavylift.nodes.plan.user_models import UserModel
@@ -27,7 +29,8 @@ from heavylift.nodes.scene.keys.schema import ORDERED, Scene
 from heavylift.nodes.scene.text.extending import over
 from heavylift.nodes.scene.text.faults import raise_faults
 from heavylift.nodes.scene.text.source import Source
-from heavylift.nodes.statics import Followed, StaticState
+from heavylift.nodes.statics import Followed, StaticState, goal_states
+from heavylift.nodes.statics.findings import path_findings
 from heavylift.nodes.statics.state import Acted
 
 from .loaded_scene import LoadedScene
@@ -81,8 +84,10 @@ def source_of(whole: Source, name: str, path: Path, at: tuple[float, float]) -> 
     return found
 
 
-def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], LoadedScene]) -> tuple[Plan, Followed]:
-    """Return the plan of all instances, and their equilibrium paths one after the other."""
+def several(
+    source: Source, scene: Scene, path: Path, built: Callable[[Source], LoadedScene]
+) -> tuple[Plan, Followed, dict[str, LoadedScene]]:
+    """Return the plan of all instances, their equilibrium paths one after the other, and each as if it were alone."""
     for key in sorted(scene.model_fields_set & {*MACHINES}):
         message = "a scene of several lifts has nothing else: what belongs to one of them stands there"
         source.fault((key,), message, on_key=True)
@@ -96,8 +101,8 @@ def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], 
     raise_faults(source, source.faults)
     whole, acted, ranks = Plan(name=scene.name), list[Acted](), dict[str, int]()
     rests = {name: _rests(loaded, name, (*scene.lifts[name].at, 0.0)) for name, loaded in lifts}
-    first_of_all = _together([path[0] for path, _ in rests.values() if path])
-    states: list[StaticState] = []
+    first_of_all = _together([x["path"][0] for x in rests.values() if x["path"]])
+    states, goals = list[StaticState](), list[StaticState]()
     for name, loaded in lifts:
         given, first = scene.lifts[name], len(whole.actions)
         part = moved(loaded.plan, f"{name}-", (*given.at, 0.0))
@@ -118,13 +123,18 @@ def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], 
         frames = frames_on_hooks(part.machines)
         ranks |= {machine.name: _rank(machine, frames) for machine in part.machines}
         more["machines"] = tuple(sorted(more["machines"], key=lambda machine: ranks[machine.name]))
-        more["limits"] = whole.limits + tuple(x for x in part.limits if x.subject != EVERY or x.elements)
+        more["limits"] = whole.limits + tuple(_own_limit(x, name) for x in part.limits)
         more |= {"actions": whole.actions + actions, "lists": (*whole.lists, own_list)}
         whole = msgspec.structs.replace(whole, **more)
         shift = first + len(wait)
-        rested, begun = rests[name]
-        states += [_numbered(_together([first_of_all, state]), name, shift) for state in rested]
-        acted += [replace(x, before=_numbered(x.before, name, shift)) for x in begun]
+        path_, goals_ = (
+            [_numbered(_together([first_of_all, x]), name, shift) for x in rests[name][what]]
+            for what in ("path", "goals")
+        )
+        states += path_
+        goals += [replace(x, tensions={}, supports={}, hooked={}) for x in goals_]
+        began = zip(loaded.statics.acted, rests[name]["acted"], strict=True)
+        acted += [replace(x, before=_numbered(before, name, shift)) for x, before in began]
     builder = SceneBuilder(source, scene, [*whole.machines], limits=whole.limits)
     hooks = [hook for crane in builder.cranes for hook in crane.hooks if hook.eye.body != hook.rope]
     builder.hooks = {hook.eye.body.rpartition(".")[0]: _split(hook.rope) for hook in hooks}
@@ -138,7 +148,16 @@ def several(source: Source, scene: Scene, path: Path, built: Callable[[Source], 
     why = next((f"{name}: {x.statics.why}" for name, x in lifts if x.statics.why), "")
     notes = tuple((t, f"{name}: {sentence}") for name, x in lifts for t, sentence in x.statics.notes)
     unstable = next((x.statics.unstable for _, x in lifts if x.statics.unstable is not None), None)
-    return whole, Followed(tuple(states), tuple(acted), notes, why, unstable, "")
+    tripped = tuple((t, f"{name}-{x}") for name, lift in lifts for t, x in lift.statics.tripped)
+    found = tuple(_finding(x, name) for name, lift in lifts for x in path_findings(lift.plan, lift.statics))
+    followed = Followed(tuple(states), tuple(acted), notes, why, unstable, "", tripped, tuple(goals), found)
+    return whole, followed, dict(lifts)
+
+
+def _own_limit(limit: RatedLimit, name: str) -> RatedLimit:
+    """Return a limit of an instance; one of its whole scene has its name."""
+    rest = limit.rest and msgspec.structs.replace(limit.rest, stage=_named(name, limit.rest.stage))
+    return msgspec.structs.replace(limit, subject=name if limit.subject == EVERY else limit.subject, rest=rest)
 
 
 def _rank(machine: Mechanism, frames: Container[str]) -> int:
@@ -183,8 +202,8 @@ def _numbered(state: StaticState, name: str, shift: int) -> StaticState:
     return replace(state, stage=_named(name, state.stage), action=number)
 
 
-def _rests(loaded: LoadedScene, name: str, d: Vector) -> tuple[list[StaticState], list[Acted]]:
-    """Return the equilibrium path of an instance at its place, and the states in which its actions began."""
+def _rests(loaded: LoadedScene, name: str, d: Vector) -> dict[str, list[StaticState]]:
+    """Return the equilibrium path of an instance at its place, the states in which its actions began, and its goals."""
     known: dict[int, StaticState] = {}
 
     def here(state: StaticState) -> StaticState:
@@ -192,7 +211,15 @@ def _rests(loaded: LoadedScene, name: str, d: Vector) -> tuple[list[StaticState]
             known[id(state)] = _moved_state(state, f"{name}-", d)
         return known[id(state)]
 
-    return [here(x) for x in loaded.statics.states], [replace(x, before=here(x.before)) for x in loaded.statics.acted]
+    path = loaded.statics
+    each = {"path": path.states, "acted": [x.before for x in path.acted], "goals": goal_states(loaded.plan, path)[1:]}
+    return {what: [*map(here, states)] for what, states in each.items()}
+
+
+def _finding(check: Check, name: str) -> Check:
+    """Return a finding of the path of an instance with its name."""
+    words = {"subject": f"{name}-{check.subject}", "stage": _named(name, check.stage)}
+    return msgspec.structs.replace(check, sentence=f"{name}: {check.sentence}", **words)
 
 
 PARTS = ("tensions", "supports", "poses", "coordinates", "references", "speeds", "hooked", "modes")

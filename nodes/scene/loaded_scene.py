@@ -102,7 +102,11 @@ class LoadedScene:
         """The highest utilisation of each limit on the equilibrium path; for a lift also at the goals of moves."""
         if not self.plan.limits or (self.lifts and not self.states):
             return []
-        found = uses_on_path(self.plan, [*self.statics.states, *goal_states(self.plan, self.statics)])
+        path, starts = self.plan, [x.start or 0.0 for x in self.scene.lifts.values()] if self.apart else [0.0]
+        begun = [x for x in starts if isinstance(x, float)]
+        if path.end is None and self.states and self.statics.known and len(begun) == len(starts):
+            path = msgspec.structs.replace(path, end=max(x.t for x in self.states) + max(begun))  # of its wind
+        found = uses_on_path(path, [*self.statics.states, *goal_states(self.plan, self.statics)])
         tripped = {name for _, name in self.statics.tripped}
         return [use for use in found if use.limit.quantity != "interlock" or use.limit.subject not in tripped]
 
@@ -121,12 +125,12 @@ class LoadedScene:
         """All checks of the equilibrium path, including those not possible there."""
         return self.checked()
 
-    def checked(self, near: Sequence[Check] = ()) -> list[Check]:
-        """Return all checks of the equilibrium path, with findings on clearances `near`."""
-        unread = {id(use.limit) for use in self.uses}
-        uses = [
-            *self.uses,
-            *(limit.met() for limit in self.plan.limits if id(limit) not in unread and limit.quantity != "interlock"),
-        ]
-        others = [*geometry_findings(self.plan), *path_findings(self.plan, self.statics), *near]
+    def checked(self, near: Sequence[Check | Use] = ()) -> list[Check]:
+        """Return all checks of the equilibrium path, with its clearances `near`: findings, or the smallest."""
+        apart = [x for x in near if isinstance(x, Use)]
+        seen = {id(use.limit) for use in self.uses}
+        rest = [x for x in self.plan.limits if id(x) not in seen and x.quantity != "interlock"]
+        uses = [*self.uses, *(x.met() for x in rest if x.inputs or x.quantity != "clearance" or not apart), *apart]
+        found = [x for x in near if isinstance(x, Check)]
+        others = [*geometry_findings(self.plan), *path_findings(self.plan, self.statics), *found]
         return checks_of(self.plan, uses, others, None, Shapes(self.plan).shapeless)

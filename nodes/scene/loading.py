@@ -1,7 +1,7 @@
 """From a scene's path or name to its plan, which is built from its text (`building`) or loaded from the cache.
 
-A lift in a single file is cached under its text, its settings and this code, so that a second start neither reads nor
-checks it: the modules that validate scenes are then not even imported.
+A scene is cached under its text, its settings and this code, with the state of each file that it names, so that a
+second start neither reads nor checks it: the modules that validate scenes are then not even imported.
 """
 
 import hashlib
@@ -17,8 +17,9 @@ import msgspec
 from heavylift.kernel.cache import contents, read_cached, sources, write_cached
 from heavylift.kernel.description.findings import Check
 from heavylift.kernel.errors import SceneError, path_text
+from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.plan import Plan, functions
-from heavylift.nodes.scene.text.files import files_read, scene_file, scene_text
+from heavylift.nodes.scene.text.files import files_read, scene_file, scene_text, state
 from heavylift.nodes.scenes import bundled
 
 from .loaded_scene import LoadedScene, SceneFacts
@@ -92,7 +93,7 @@ def restored(built: Plan, text: str, merged: str, name: str) -> LoadedScene:
     return LoadedScene(built, text, Path(name), facts(scene), merged=merged, keys=scene, chosen=True)
 
 
-def check(scene: LoadedScene | str | Path, near: Sequence[Check] = ()) -> "SceneReport":
+def check(scene: LoadedScene | str | Path, near: Sequence[Check | Use] = ()) -> "SceneReport":
     """Return sizes, static loads, utilisations and findings of a scene; `near`: clearances on its equilibrium path."""
     from .report import report
 
@@ -106,22 +107,24 @@ class _CachedScene(msgspec.Struct):
     plan: Plan
     facts: SceneFacts
     merged: str
+    files: dict[str, str]  # that it names -> their state
 
 
 def _kept(path: Path, name: str, text: str, overrides: Sequence[str]) -> LoadedScene:
-    """Load from the cache if the scene was built before and depends on no other file; else build it."""
-    answer = repr((name, text, [*overrides])).encode()
+    """Load from the cache if the scene was built before of the same files; else build it."""
+    answer = repr((name, text, [*overrides], str(path.parent.resolve()))).encode()
     file = f"{hashlib.sha256(sources() + _code() + answer).hexdigest()}.scene"
     if data := read_cached(file):
         with suppress(msgspec.MsgspecError):
             x = msgspec.msgpack.decode(data, type=_CachedScene)
-            return LoadedScene(x.plan, text, path, x.facts, x.merged, settings=tuple(overrides))
+            if all(state(at) == known for at, known in x.files.items()):
+                return LoadedScene(x.plan, text, path, x.facts, x.merged, settings=tuple(overrides))
     from .building import build
 
-    before = files_read()
-    loaded = build(path, name, text, overrides)
-    if files_read() == before and not functions(loaded.plan):
-        kept = _CachedScene(loaded.plan, loaded.facts, loaded.merged)
+    with files_read() as files:
+        loaded = build(path, name, text, overrides)
+    if not functions(loaded.plan):
+        kept = _CachedScene(loaded.plan, loaded.facts, loaded.merged, files)
         write_cached(file, msgspec.msgpack.encode(kept))
     return loaded
 

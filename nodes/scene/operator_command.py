@@ -31,7 +31,7 @@ def spoken(scene: "LoadedScene", words: str) -> actions.Action:
     phrase = rest.strip()
     at = len(words) - len(phrase)
     if not colon or not phrase:
-        raise _wrong(words, len(words), "say who and what, such as 'west H1: hoist 3 m/min by 2 m'")
+        raise _wrong(words, len(words), "name a target and its order, such as 'west H1: hoist 3 m/min by 2 m'")
     try:
         meant = read_order(phrase)
     except PhraseError as error:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from heavylift.kernel.description.findings import Check, State, clock, findings
 from heavylift.kernel.description.forces import Reeving
 from heavylift.kernel.description.mechanics import Rope
-from heavylift.nodes.limits.checks import HEAD, governing, likewise, line_of, open_checks, rows as rows_of, state_of
+from heavylift.nodes.limits.checks import governing, likewise, line_of, open_checks, state_of, table_of
 from heavylift.nodes.limits.ground import dynamics_required, hoisting_factors, shared
 from heavylift.nodes.limits.reading import HookReach
 from heavylift.nodes.models.machine import turning
@@ -23,7 +23,7 @@ from heavylift.nodes.plan.mechanism import lug_places, ties_on
 from heavylift.nodes.plan.pulses import ramp, times
 from heavylift.nodes.statics import Followed, StaticState
 from heavylift.nodes.statics.aiming import world
-from heavylift.recordings.sheets.sheet import Cell, Column, Table, part_text, words
+from heavylift.recordings.sheets.sheet import Cell, Column, Table, part_text
 
 from .factor_sheet import charts_used, rigging
 
@@ -119,7 +119,7 @@ def report(
     known = [*governing(checks), *_lines(checks), *open_checks(checks)]
     brief = (size, *configured, *loads, *ramps, "", verdict, *known, "", "all checks: --verbose")
     checked = tuple(uses), tuple(checks), line, state_of(checks)
-    tables = tuple(table for table in (*first, *then) if table.rows)
+    tables = (table_of(checks), *(table for table in (*first, *then) if table.rows))
     return SceneReport(built.name, *counts, mobility, tuple(rows), lines, brief, *checked, tables=tables)
 
 
@@ -214,8 +214,7 @@ def _changes(rows: Sequence[tuple[Cell, ...]]) -> tuple[tuple[Cell, ...], ...]:
 
 def _limits(built: plan.Plan, checks: Sequence[Check]) -> list[str]:
     """Return the list of checks, worst first, and amplification factors of standards, as lines."""
-    read = rows_of(checks)
-    lines = _printed([words("Checks on the path at rest", HEAD, read)]) if read else [""]
+    lines = _printed([table_of(checks, title="Checks on the path at rest")]) or [""]
     required = dynamics_required(built)
     lines += [f"  dynamic amplification foreseen: {required[0]:g} ({required[1]})"] if required else []
     lines += [f"  {line}" for line in (*hoisting_factors(built), *shared(built))]

@@ -3,11 +3,10 @@
 import re
 from math import ceil
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.errors import SceneError
-from heavylift.nodes.plan.spellings import BEAM, BEAMS
 from heavylift.nodes.scene.keys.parts.kinematics import place, poses
 from heavylift.nodes.scene.text.files import scene_file, scene_text
 from heavylift.nodes.scene.text.machine_types import machine_type
@@ -15,6 +14,7 @@ from heavylift.nodes.scene.text.source import read
 from heavylift.nodes.scene.text.table_files import row_names
 from heavylift.nodes.scene.text.tables import tabled
 from heavylift.nodes.scene.text.units import LENGTH, MASS
+from heavylift.recordings.format.spellings import BEAM, BEAMS
 
 from .loading import parse
 
@@ -89,7 +89,7 @@ def new_scene_with(name: str, crane: str, blocks: str) -> dict[str, str]:
     return {made: _text(made, crane, f"{file}#{row}") for made, row in zip(names, rows, strict=True)}
 
 
-class Gear(NamedTuple):
+class ChosenGear(NamedTuple):
     """Slings, shackles, lugs and supports chosen for a lift, as words of the scene's text."""
 
     rope: int
@@ -104,12 +104,12 @@ class Gear(NamedTuple):
     support: int
 
 
-def _gear(mass: float, share: float, length: float) -> Gear:
+def _gear(mass: float, share: float, length: float) -> ChosenGear:
     """Choose the gear for a block of a mass [t], of which one sling of a length [m] carries a share at rest."""
     leg = mass * share
     rope = next((d for d in ROPES if 0.356e-3 * d * d * 1770.0 >= MORE["rope"] * leg * G), ROPES[-1])
     WLL = next((x for x in SHACKLES if x >= MORE["shackle"] * leg), max(SHACKLES))
-    return Gear(
+    return ChosenGear(
         rope, 0.0483 * rope * rope, 0.356e-3 * rope * rope * 1770.0, "ferrule" if rope <= THIMBLES else "resin",
         f"mass: {0.00409 * rope * rope * length:.3g} kg", WLL, SHACKLES[WLL], "EN 13889" if WLL <= 25.0 else "RR-C-271",
         ceil(MORE["lug"] * leg), ceil(MORE["support"] * mass / 4.0),
@@ -118,7 +118,8 @@ def _gear(mass: float, share: float, length: float) -> Gear:
 
 def _text(name: str, crane: str, table: str) -> str:
     (u, v, w), mass = _block(table)
-    if "girders" in machine_type(crane).data:
+    elastic: Any = machine_type(crane).data.get("elastic") or {}
+    if any("span" in x for x in elastic.values()):
         lugs, (x, y), at = _above(crane, v), (PORTAL_AT, _middle(crane)), f", at: {PORTAL_AT:g} m"
         length, share = 10.0, 0.25
         own = "hook: crane {0}, sling: 10 m, lugs: [{1}], capacity: 300 t"

@@ -1,12 +1,13 @@
 """The scenes that come with heavylift, to run and to copy: a file each, whose first comment describes it.
 
 `heavylift run lift` finds them by name; GALLERY.md shows pictures of them all. `types` has the machines to which scenes
-refer by `type: overhead-100`; `heavylift types` lists them. `frames` has the frames on hooks of cranes on rails.
+refer by `type: overhead-100`; `heavylift types` lists them. `frames` has the frames on hooks of cranes on rails;
+`vessels` has hulls with what water does to them.
 """
 
 from pathlib import Path
 
-__all__ = ["bundled", "frames_folder", "types_folder"]
+__all__ = ["bundled", "frames_folder", "types_folder", "vessels_folder"]
 
 
 def bundled() -> dict[str, Path]:
@@ -22,3 +23,8 @@ def types_folder() -> Path:
 def frames_folder() -> Path:
     """Return the folder of the bundled frame types."""
     return Path(__file__).parent / "frames"
+
+
+def vessels_folder() -> Path:
+    """Return the folder of the bundled hulls."""
+    return Path(__file__).parent / "vessels"

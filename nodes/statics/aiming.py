@@ -34,7 +34,9 @@ def goal_states(built: plan.Plan, path: Followed) -> list[StaticState]:
     """Return the states at the start and at the goals of each action's moves: positions only, without suspended
     parts."""
     found = [goal(built, plan.Action(orders=()), x) for x in path.states[:1]]
-    for number, acted in enumerate(path.acted if not built.lists else (), 1):
+    if built.lists:
+        return [*found, *path.goals]
+    for number, acted in enumerate(path.acted, 1):
         action = built.actions[number - 1]
         if any(isinstance(m, Move) for m in action.orders):
             stage = action.stage or f"action {number}"
@@ -43,7 +45,7 @@ def goal_states(built: plan.Plan, path: Followed) -> list[StaticState]:
 
 
 def goal(built: plan.Plan, action: plan.Action, before: StaticState) -> StaticState:
-    """The goals of moves with known ends, for straight drives and hooks."""
+    """Return the goals of moves whose ends are known, for straight drives and hooks."""
     own = [actuator.name for machine in built.machines for actuator in machine.actuators]
     now = {name: before.references[name] for name in own if name in before.references}
     for move in (m for m in action.orders if isinstance(m, Move)):
@@ -79,7 +81,7 @@ def _moved(machine: plan.Mechanism, before: StaticState, now: dict[str, float]) 
 
 
 def axis_of(joint: Joint, x: StaticState) -> list[float]:
-    """The axis of a joint in the world."""
+    """Return the axis of a joint in the world."""
     R = x.poses.get(joint.parent, GROUND)[1]
     return product(R, product(joint.R_PJ, joint.axis))
 
@@ -94,7 +96,7 @@ DIGITS = 5  # of a place [m or rad], which rests have on every processor alike
 
 
 def aimed(built: plan.Plan) -> tuple[plan.Plan, list[tuple[str, str]]]:
-    """Return the plan with the goals of such moves, and (where, sentence) of moves for which there is none."""
+    """Return the plan with the goals of moves to named places, and (where, sentence) of moves without one."""
     for i, action in enumerate(built.actions):
         moves = [x for x in action.orders if isinstance(x, Move) and x.above and x.to is None]
         if not moves:

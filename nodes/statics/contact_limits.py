@@ -27,7 +27,7 @@ def apart(contact: Contact, a: Pose, b: Pose) -> bool:
 
 
 def there(before: StaticState, after: StaticState, part: float) -> StaticState:
-    """Return the interpolated state between two points of the path."""
+    """Return the state interpolated between two points of the path."""
     poses = {
         body: (tuple(a + part * (b - a) for a, b in zip(p, q, strict=True)), R if part > 0.5 else Q)
         for (body, (p, Q)), (q, R) in zip(before.poses.items(), after.poses.values(), strict=True)

@@ -15,7 +15,8 @@ WRITTEN = 1e-6  # [m, rad] by which a start may be off its rest: rounding of wha
 
 
 def standing(built: plan.Plan, first: StaticState) -> plan.Plan:
-    """Return the plan with its blocks at rest on their supports; written poses within `WRITTEN` of these are kept."""
+    """Return the plan with its blocks at rest on their supports; poses in the scene within `WRITTEN` of these are
+    kept."""
     machines = tuple(_stands(x, first) if x.cargo else x for x in built.machines)
     return msgspec.structs.replace(built, machines=machines)
 
@@ -24,6 +25,7 @@ def _stands(block: plan.Mechanism, first: StaticState) -> plan.Mechanism:
     (body,), (joint,) = block.system.bodies, block.system.joints
     p, R = first.poses[body.name]
     turned = max(abs(R[i][j] - (i == j)) for i in range(3) for j in range(3))
+    # a start that the scene writes within rounding of the rest is kept, so that it keeps its digits
     written = max(turned, *(abs(a - b) for a, b in zip(p, joint.q0, strict=False))) <= WRITTEN
     if written and body.flexible is None:
         return block
@@ -31,7 +33,9 @@ def _stands(block: plan.Mechanism, first: StaticState) -> plan.Mechanism:
 
 
 def settled(built: plan.Plan) -> plan.Plan:
-    """Return the plan with flexible blocks at rest, iterated, since friction holds them where they begin."""
+    """Return the plan with flexible blocks at rest; iterated, since friction holds the supports where they first
+    touch."""
+    # each repetition begins with friction unloaded where the last one ended
     for _ in range(SETTLES):
         built = rigged(built, first_rest(built))
     return built
@@ -78,6 +82,7 @@ def _bent(body: Body, first: StaticState) -> Body:
 def _rest(pose: Pose) -> tuple[float, float, float, float, float, float, float]:
     """Place and quaternion of a body."""
     p, R = pose
+    # the largest diagonal element keeps the division well conditioned
     if R[0][0] + R[1][1] + R[2][2] < 0.0:  # turned by more than 120 degrees, most about the axis i
         i = max(range(3), key=lambda axis: R[axis][axis])
         j, k, q = (i + 1) % 3, (i + 2) % 3, [0.0] * 4

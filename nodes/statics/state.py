@@ -30,8 +30,8 @@ class StaticState:
 
 @dataclass(frozen=True)
 class Acted:
-    """State at the beginning of an action (of the last event before it, if it waited), ropes taut then, and time
-    [s]."""
+    """State at the beginning of an action (or at the last event before it, if the action waited), the ropes taut then,
+    and the time [s]."""
 
     before: StaticState
     taut: tuple[str, ...]

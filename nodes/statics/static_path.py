@@ -10,6 +10,7 @@ from pathlib import Path
 
 import msgspec
 from heavylift.kernel.cache import contents, remembered, sources
+from heavylift.kernel.description.findings import Check
 from heavylift.nodes.plan import plan
 
 from .state import Acted, StaticState
@@ -22,7 +23,7 @@ class Followed:
 
     `why`: why the path ended before the list, "" if the list was completed; `unstable`: time from which the equilibrium
     is unstable [s]; `cut`: what the list still waits for when the scene ends; `tripped`: times [s] and names of tripped
-    interlocks.
+    interlocks; `goals`, `found`: goals of moves and findings of the paths of several lifts.
     """
 
     states: tuple[StaticState, ...]
@@ -32,6 +33,8 @@ class Followed:
     unstable: float | None
     cut: str
     tripped: tuple[tuple[float, str], ...] = ()
+    goals: tuple[StaticState, ...] = ()
+    found: tuple[Check, ...] = ()
 
     @property
     def known(self) -> bool:
@@ -66,6 +69,7 @@ def _walked(whole: plan.Plan) -> Followed:
 
 def at_rest(built: plan.Plan) -> plan.Plan:
     """Return the plan for statics: elastic ropes without lumps, all joints and supports, no user models."""
+    # statics at the full level: the path must not depend on the level that is chosen by means of it
     fidelity = plan.Fidelity(girder=built.fidelity.girder)
     usual = plan.Plan(name=built.name)
     steps = {key: getattr(usual, key) for key in ("method", "tolerance", "step", "samples_hz")}
@@ -73,7 +77,7 @@ def at_rest(built: plan.Plan) -> plan.Plan:
 
 
 def plan_key(built: plan.Plan) -> str:
-    """Return the cache key of a plan and of the code that follows it."""
+    """Return the cache key of a plan and of the code that computes its equilibrium path."""
     return hashlib.sha256(_sources() + plan.encode(built)).hexdigest()
 
 

@@ -67,6 +67,7 @@ class StaticRun:
     """
 
     def __init__(self, plan: Plan, after: str = "") -> None:
+        # set-points of user models need simulated signals, which statics does not have
         plan = msgspec.structs.replace(plan, models=())  # what they lead stands
         self.plan, self.after, self.why, self.cut = plan, after, "", ""
         self.models = Models(plan)
@@ -94,6 +95,7 @@ class StaticRun:
     def walk(self) -> None:
         """Run to the end of the list or stage, or to where no equilibrium exists."""
         end = LAST_NS if self.plan.end is None else seconds(self.plan.end)
+        # output functions are checked for purity in runs; here each costs time only
         self.simulator = Simulator(self.models, microsteps=self.plan.microsteps, watched=False)
         try:
             happened = self.path.start()
@@ -106,6 +108,7 @@ class StaticRun:
                 while happened:
                     happened = self._tell(happened)
                 due = self.simulator.next_time
+                # waypoints already passed
                 while self._turned and self._turned[0] <= self.path.epoch:
                     self._turned.pop(0)
                 happened = self.path.run(min(due.t, end, *self._turned[:1]))
@@ -116,6 +119,7 @@ class StaticRun:
                 if not happened and self.path.epoch == due.t and not self.over:
                     happened = self._transit(due)
         except HeavyliftError as error:
+            # equilibria before the failure belong to the report
             self._collect()
             if isinstance(error, ModelError) and len(self.acted) < len(self.plan.actions):
                 self.acted.append(self._begun())  # the action that was refused
@@ -130,6 +134,7 @@ class StaticRun:
 
     def _tight(self) -> list[Switched]:
         """Return changes for slings that are taut at the start, which models assume slack."""
+        # the path starts in equilibrium, where some slings carry already; models learn that by events
         carried = self.states[-1].tensions
         hooked = [tie.rope for x in self.plan.machines for tie in x.ties if tie.lug and tie.rope not in x.taut]
         return [Switched(name, "taut", carried[name]) for name in hooked if carried.get(name, 0.0) > 0.0]
@@ -152,6 +157,7 @@ class StaticRun:
         if not inputs:
             return []
         settled = self.path.settle()
+        # the state after commands still belongs to the action that ended there
         self._collect(number)  # what is commanded now was ordered before
         self.acted[begun:] = [self._begun()] * (len(self.acted) - begun)
         return [*changed, *settled]
@@ -169,6 +175,7 @@ class StaticRun:
             return []
         for model, e in heard:
             self.simulator.inject(f"state_{model}", m.StateEvent(e.name, e.what, e.value))
+        # a microstep later than the last transition, as superdense time requires
         tag, due = max(Tag(self.path.epoch), succ(self._last)), self.simulator.next_time
         if due <= tag:
             return self._transit(due)
@@ -200,6 +207,7 @@ class StaticRun:
     def _waypoints(self) -> list[int]:
         """Return the times at which a turn reaches multiples of `WAYPOINT` [ns]."""
         a = self.path.command.references.actuators[TURN]
+        # a turn without end has no waypoints
         if not a.move.duration < 1e9:
             return []
         start, distance = a.start_ns, a.move.displacement(a.move.duration)
@@ -207,6 +215,7 @@ class StaticRun:
         angles = [k * WAYPOINT for k in range(ceil(first / WAYPOINT), ceil(last / WAYPOINT))]
         times = []
         for part in sorted((angle - a.x0) / distance for angle in angles if first < angle < last):
+            # profile times are found by bisection, as displacement has no closed inverse for three pieces
             low, high = 0, seconds(a.move.duration)
             while high - low > 1:
                 middle = (low + high) // 2
@@ -245,6 +254,7 @@ class StaticRun:
         tensions = dict(zip((r.name for r in system.ropes), map(float, row.tension), strict=True))
         tensions |= zip((r.name for r in system.rigid_ropes), map(float, row.pull), strict=True)
         parts = [(reeved(part), float(row.shown[i])) for part, i in shown(s.program).get((REEVING, "N"), ())]
+        # a rope over sheaves is represented by its most loaded part
         tensions |= {rope: max(x for other, x in parts if other == rope) for rope, _ in parts}
         supports = dict(zip((u.name for u in system.supports), map(float, row.normal), strict=True))
         poses = row.poses.reshape(-1, 12).tolist()
@@ -281,6 +291,7 @@ def _simulation(system: System) -> Simulation:
         free = dataclasses.replace(system, contacts=())
         program = Program(free)
         if not len(program.constraints):
+            # contacts that do not touch at the start could only end the path; `meets` looks for them geometrically
             touching = [c for c in system.contacts if not apart(c, *(_begins(program, x.body) for x in (c.a, c.b)))]
             system = dataclasses.replace(system, contacts=tuple(touching)) if touching else free
     return Simulation(system, method=AtRest.name)
@@ -294,5 +305,6 @@ def _begins(program: Program, body: str) -> tuple[np.ndarray, np.ndarray]:
 
 def _placed(system: System) -> System:
     """Return the system with speed-controlled drives replaced by prescribed ones."""
+    # a drive that controls speed holds no position; at rest only its commanded position counts
     drives = tuple(dataclasses.replace(d, kind="prescribed") if d.kind == "speed" else d for d in system.drives)
     return dataclasses.replace(system, drives=drives)

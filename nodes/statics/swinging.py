@@ -64,11 +64,13 @@ def _chosen(built: plan.Plan, moves: Mapping[At, Move], keep: bool) -> dict[At, 
 
 def _sought(whole: plan.Plan, moves: Mapping[At, Move]) -> dict[At, RampTiming]:
     """Return the periods of the moves by iteration: they depend on when moves begin, which depends on the periods."""
+    # a first guess of one second, just to have definite durations
     found = _listened(_with(whole, dict.fromkeys(moves, RampTiming((1.0, 1.0)))), moves)
     for _ in range(PASSES - 1):
         if any(x.why for x in found.values()) or all(_near(*x.periods) for x in found.values()):
             break
         before, found = found, _listened(_with(whole, found), moves)
+        # periods depend on rope lengths when moves begin, and those times on the periods
         if all(_near(a, b) for at, x in found.items() for a, b in zip(before[at].periods, x.periods, strict=True)):
             break
     return found
@@ -98,9 +100,11 @@ def _move(m: Move, x: RampTiming, gravity: float) -> Move:
         return msgspec.structs.replace(m, pulses=0)
     speed, (first, last) = abs(m.speed), x.periods
     accel = speed / first if m.pulses == 1 else m.accel
+    # the period changes linearly with the rope length during the move, as far as that matters
     slope = (last - first) / x.between if x.between > 0.0 and not _near(first, last) else 0.0
     left = 0.0
     for period in x.periods if slope else ():
+        # what remains of the swing because the ramp was designed for the period at its begin
         middle = period + 0.5 * slope * pulses.ramp(m.pulses, speed, accel, period)[-1][0]
         left += pulses.residual(m.pulses, speed, accel, period, middle, gravity)
     return msgspec.structs.replace(m, accel=accel, periods=x.periods, left=left)
@@ -124,6 +128,7 @@ def _listened(built: plan.Plan, moves: Mapping[At, Move]) -> dict[At, RampTiming
 
 def _displacements(move: Move, states: list[StaticState], begun: int) -> dict[str, list[float]]:
     """Return each body's displacement along a move that begins then, the largest being 1; empty if none moves."""
+    # the state when the move begins, and the first one after which it has gone some way
     at = [x for x in states if x.t <= begun * 1e-9][-1]
     went = (x for x in states if abs(x.references[move.actuator] - at.references[move.actuator]) > STILL)
     later = next((x for x in went if x.t > at.t), at)
@@ -153,5 +158,7 @@ def _period(modes: Modes, ways: Mapping[str, list[float]]) -> float:
         )
         moved.append((p * p, mode.frequency))
     least = max([FAINT * max((p for p, _ in moved), default=0.0), STILL])
+    # amplitude of a mode under a step of acceleration: momentum over frequency squared; compared squared
     swinging = [(p / (f * f * f * f), f) for p, f in moved if p > least]
+    # five digits are equal on every processor
     return float(f"{1.0 / max(swinging)[1]:.5g}") if swinging else 0.0

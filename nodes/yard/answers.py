@@ -2,47 +2,45 @@
 
 from collections.abc import Mapping, Sequence
 from datetime import timedelta
-from math import ceil, sqrt
+from math import ceil, inf, sqrt
+from pathlib import Path
 from statistics import fmean
 
-from heavylift.nodes.devs import NEVER, Simulator
-from heavylift.recordings.sheets.sheet import Cell, Marked, Notes, Part, Sheet, Table, columns
+from heavylift.recordings.sheets.sheet import Cell, Chart, Marked, Notes, Part, Sheet, Table, columns
 
 from .calendars import DAY
 from .fields import at
+from .gantt import gantt
 from .generation import chain, serial
-from .models import NO_SHIFT, NOT_READY, Dispatcher, coupled
-from .network import RULES, Yard, dates
+from .lifts import WAYS
+from .models import NO_SHIFT, NOT_READY, WEATHER, expected
+from .network import RULES, Activity, Yard, dates
 from .reading import DELIVERY
 
 Values = Mapping[str, Sequence[float]]  # of all runs, by "dispatcher.ends[3]"
 MOST = 20  # blocks that are listed
+STOPPED = "weather, in the middle of a lift"
 
 
 def quantile(values: Sequence[float], part: float) -> float:
-    """The least value that so many of all do not exceed."""
+    """Return the smallest value that at least the fraction `part` of all values does not exceed."""
     return sorted(values)[max(0, ceil(part * len(values) - 1e-9) - 1)]
 
 
 def examined(yard: Yard) -> Sheet:
-    """A yard before it is run: both schemes with each rule, the critical path, what contract dates leave."""
+    """Return the sheet of `check` for a yard: schedules by both generation schemes with each rule, the critical path,
+    and the contract dates."""
     known, path = dates(yard), chain(yard)
     rows = list[tuple[Cell, ...]]()
     for rule, short in RULES.items():
         ends = [max(end for _, end in serial(yard, rule)) / 1e9] if not yard.holding else []
-        model = coupled(yard, 0, rule)
-        simulator = Simulator(model)
-        simulator.start()
-        simulator.run(NEVER - 1)
-        dispatcher = model.children["dispatcher"]
-        assert isinstance(dispatcher, Dispatcher)
-        ends.append(dispatcher.result().delivery)
-        texts = [x for end in ends for x in (_date(yard, end), end * 1e9 / DAY)]
+        ends.append(expected(yard, rule).delivery)
+        texts = [x for end in ends for x in (at_end(yard, end), end * 1e9 / DAY)]
         rows.append((f"{rule} ({short})", *((None, None) if yard.holding else ()), *texts))
     early = {DELIVERY: max(known.early_finish)}
     for n, one in enumerate(yard.activities):
         early[one.block] = max(early.get(one.block, 0), known.early_finish[n])
-    contract = [(key, _date(yard, early[key] / 1e9), str(day)) for key, day in yard.contract.items()]
+    contract = [(key, at_end(yard, early[key] / 1e9), str(day)) for key, day in yard.contract.items()]
     late = [early[key] > _limit(yard, key) * 1e9 for key in yard.contract]
     marked = [(a, Marked(b, "red") if x else b, c) for (a, b, c), x in zip(contract, late, strict=True)]
     names, mean, spread = path
@@ -58,52 +56,122 @@ def examined(yard: Yard) -> Sheet:
         Notes("Critical path, resources aside", tuple(lines)),
         Table("Contract", columns("of", "earliest", "contract"), tuple(marked)),
     ]  # fmt: skip
+    parts += _lifts(yard)
     if unsaid:
         parts.append(Notes("Durations without a source", (", ".join(unsaid),)))
-    state = "red" if any(late) else "green"
+    state = "red" if any(late) or impossible(yard) else "green"
     lead = "a contract date is before the earliest possible one" if any(late) else "all contract dates are possible"
-    return Sheet(f"{yard.name}: {size}", lead if yard.contract else "no contract dates are given", state, tuple(parts))
+    leads = [_red_lifts(yard), lead if yard.contract else "no contract dates are given"]
+    return Sheet(f"{yard.name}: {size}", "; ".join(filter(None, leads)), state, tuple(parts))
 
 
-def answered(yard: Yard, values: Values) -> Sheet:
-    """The key dates, what they depend on, and what held up the blocks; of a single run its schedule, too."""
-    runs = len(values["dispatcher.delivery"])
-    finishes: dict[str, Sequence[float]] = {DELIVERY: values["dispatcher.delivery"]}
+def impossible(yard: Yard) -> list[Activity]:
+    """Activities whose lift cannot be carried out."""
+    return [one for one in yard.activities if one.lift and one.lift.state == "red"]
+
+
+def _red_lifts(yard: Yard) -> str:
+    red = impossible(yard)
+    return f"{len(red)} lift{'s' * (len(red) > 1)} cannot be carried out, first {red[0].block}" if red else ""
+
+
+def _lifts(yard: Yard) -> list[Table]:
+    """Lifts by scene and way, what they take, and those that cannot be carried out."""
+    groups = dict[tuple[str, str, str], list[Activity]]()
+    for one in yard.activities:
+        if one.lift and one.order:
+            groups.setdefault((one.step, Path(one.order.scene).stem, WAYS[one.order.way]), []).append(one)
+    rows = list[tuple[Cell, ...]]()
+    for key, own in groups.items():
+        able = [one.lift for one in own if one.lift and one.lift.stages]
+        if able:
+            times, winds = [x.seconds / 60 for x in able], [min(x.wind for x in able), min(x.stop for x in able)]
+            limits = [wind if wind < inf else None for wind in winds]
+            rows.append((*key, len(own), min(times), max(times), 100 * max(x.error for x in able), *limits))
+    heads = columns("step", "scene", "how", "lifts .0", "least [min] .1", "most [min] .1", "error [%] .2",
+                    "begins up to [m/s] .1", "stops at [m/s] .1")  # fmt: skip
+    sure = sum(one.lift.error * one.lift.seconds for one in yard.activities if one.lift) / 3600
+    notes = (f"All errors together are {sure:.2g} h of work.", *((f"Wind limits: error {most:.2%}.",) if (most := max(
+        (one.lift.wind_error for one in yard.activities if one.lift), default=0.0)) else ()))  # fmt: skip
+    red = tuple((one.block, one.step, Marked(one.lift.why)) for one in impossible(yard) if one.lift)
+    return [
+        Table("Lifts, from the mechanics", heads, tuple(rows), notes),
+        Table("Lifts that cannot be carried out", columns("block", "step", "why"), red[:MOST]),
+    ]
+
+
+def delivery(values: Values) -> Sequence[float]:
+    """The ends [s] of all runs."""
+    return values["dispatcher.delivery"]
+
+
+def finishes(yard: Yard, values: Values) -> dict[str, Sequence[float]]:
+    """When the yard, and the blocks with contract dates, are done [s] in all runs."""
+    found: dict[str, Sequence[float]] = {DELIVERY: delivery(values)}
     for block in yard.contract:
         own = [n for n, one in enumerate(yard.activities) if one.block == block]
         if own:
-            finishes[block] = [max(row) for row in zip(*(values[f"dispatcher.ends[{n}]"] for n in own), strict=True)]
-    rows, missed = list[tuple[Cell, ...]](), list[str]()
-    for key, ends in finishes.items():
-        texts: list[Cell] = [_date(yard, quantile(ends, part)) for part in (0.1, 0.5, 0.9)]
-        chance = None
-        if key in yard.contract:
-            chance = 100 * sum(end <= _limit(yard, key) for end in ends) / runs
-            if quantile(ends, yard.quantile) > _limit(yard, key):
-                missed.append(key)
-        cell = Marked(chance, "red" if key in missed else "green") if chance is not None else None
+            found[block] = [max(row) for row in zip(*(values[f"dispatcher.ends[{n}]"] for n in own), strict=True)]
+    return found
+
+
+def chances(yard: Yard, values: Values) -> dict[str, float]:
+    """The share of the runs that keep each contract date."""
+    found = finishes(yard, values)
+    return {key: sum(t <= _limit(yard, key) for t in found[key]) / len(found[key]) for key in yard.contract}
+
+
+def missed(yard: Yard, values: Values) -> list[str]:
+    """The contract dates that are not kept at their quantile."""
+    found = finishes(yard, values)
+    return [key for key in yard.contract if quantile(found[key], yard.quantile) > _limit(yard, key)]
+
+
+def state_of(yard: Yard, values: Values) -> str:
+    """Red if a contract date is missed, or a lift cannot be carried out."""
+    return "red" if missed(yard, values) or impossible(yard) or _red_runs(values) else "green"
+
+
+def _red_runs(values: Values) -> float:
+    return sum(sum(x) for key, x in values.items() if key.endswith(".red"))
+
+
+def answered(yard: Yard, values: Values, drawn: bool = False) -> Sheet:
+    """The key dates, what they depend on, and what held up the blocks; of a single run its schedule, too, perhaps
+    `drawn`."""
+    runs, late, kept = len(delivery(values)), missed(yard, values), chances(yard, values)
+    rows = list[tuple[Cell, ...]]()
+    for key, ends in finishes(yard, values).items():
+        texts: list[Cell] = [at_end(yard, quantile(ends, part)) for part in (0.1, 0.5, 0.9)]
+        cell = Marked(100 * kept[key], "red" if key in late else "green") if key in kept else None
         rows.append((key, *(texts if runs > 1 else texts[:1]), str(yard.contract.get(key, "")), cell))
     heads = ("P10", "P50", "P90") if runs > 1 else ("done",)
     percent = f"{100 * yard.quantile:g} %"
     parts: list[Part] = [
         Table("Key dates", columns("of", *heads, "contract", "kept [%] .1"), tuple(rows)),
-        _waits(yard, values),
+        Table("Waiting of all activities, by cause", columns("for", "mean [h] .1"), tuple(waits(yard, values))),
         _use(yard, values),
+        *_lifts(yard),
         _criticality(yard, values, runs) if runs > 1 else _schedule(yard, values),
     ]
+    if drawn and runs == 1:
+        title = "Schedule, a row for each block; what was critical is outlined"
+        parts.insert(1, Chart(title, gantt(yard, spans(yard, values))))
     ok = f"contract dates are kept with at least {percent}" if runs > 1 else "contract dates are kept in this run"
-    no = f"late at P{100 * yard.quantile:g}: {', '.join(missed)}" if runs > 1 else f"late: {', '.join(missed)}"
-    lead = (no if missed else ok) if yard.contract else f"delivery {rows[0][1]}"
+    no = f"late at P{100 * yard.quantile:g}: {', '.join(late)}" if runs > 1 else f"late: {', '.join(late)}"
+    lead = (no if late else ok) if yard.contract else f"delivery {rows[0][1]}"
     title = f"{yard.name}: {runs} replications" if runs > 1 else f"{yard.name}: one run with expected durations"
-    return Sheet(title, lead, "red" if missed else "green", tuple(parts))
+    simulated = f"{_red_runs(values):g} lifts were red when they were simulated" if _red_runs(values) else ""
+    leads = "; ".join(filter(None, (_red_lifts(yard), simulated, lead)))
+    return Sheet(title, leads, state_of(yard, values), tuple(parts))
 
 
-def _waits(yard: Yard, values: Values) -> Table:
-    """Mean waiting time of all activities by cause."""
-    causes = (NOT_READY, NO_SHIFT, *yard.capacities)
+def waits(yard: Yard, values: Values) -> list[tuple[str, float]]:
+    """Mean waiting time of all activities [h] by cause."""
+    causes = (NOT_READY, NO_SHIFT, WEATHER, *yard.capacities)
     means = [fmean(values[f"dispatcher.waits[{n}]"]) / 3600 for n in range(len(causes))]
-    rows = [(cause, mean) for cause, mean in zip(causes, means, strict=True) if mean]
-    return Table("Waiting of all activities, by cause", columns("for", "mean [h] .1"), tuple(rows))
+    stopped = sum(fmean(x) for key, x in values.items() if key.endswith(".stopped")) / 3600
+    return [(cause, mean) for cause, mean in [*zip(causes, means, strict=True), (STOPPED, stopped)] if mean]
 
 
 def _use(yard: Yard, values: Values) -> Table:
@@ -123,18 +191,24 @@ def _criticality(yard: Yard, values: Values, runs: int) -> Table:
     return Table("On the critical sequence", columns("block", "step", "of runs [%] .1"), tuple(rows))
 
 
+def spans(yard: Yard, values: Values) -> list[tuple[float, float, bool]]:
+    """Start and end [s] of each activity in a single run, and whether it is critical."""
+    keys = ("starts", "ends", "critical")
+    rows = [[values[f"dispatcher.{key}[{n}]"][0] for key in keys] for n in range(len(yard.activities))]
+    return [(start, end, bool(critical)) for start, end, critical in rows]
+
+
 def _schedule(yard: Yard, values: Values) -> Table:
     """Start and end of each activity."""
-    spans = [[values[f"dispatcher.{key}[{n}]"][0] for key in ("starts", "ends", "critical")] for n, _ in
-             enumerate(yard.activities)]  # fmt: skip
     rows = [
-        (one.block, one.step, _date(yard, start), _date(yard, end), "yes" if critical else "")
-        for one, (start, end, critical) in zip(yard.activities, spans, strict=True)
+        (one.block, one.step, at_end(yard, start), at_end(yard, end), "yes" if critical else "")
+        for one, (start, end, critical) in zip(yard.activities, spans(yard, values), strict=True)
     ]
     return Table("Schedule", columns("block", "step", "start", "end", "critical"), tuple(rows))
 
 
-def _date(yard: Yard, t: float) -> str:
+def at_end(yard: Yard, t: float) -> str:
+    """A time [s] as date and time of day."""
     return f"{at(yard.start, t):%Y-%m-%d %H:%M}"
 
 

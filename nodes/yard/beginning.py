@@ -1,4 +1,4 @@
-"""How a yard file begins; imports nothing, as each start of a run asks it of its scene."""
+"""How a yard file begins, and where the bundled yards are; imports nothing, since each start of a run asks it."""
 
 from pathlib import Path
 
@@ -6,10 +6,16 @@ HEAD = "heavylift yard"
 
 
 def is_yard(path: str | Path) -> bool:
-    """Whether a file begins as one of a yard does."""
+    """Whether a file begins as one of a yard does, or a name is that of a bundled one."""
     try:
-        with open(path, encoding="utf-8") as file:
+        with open(yard_path(path), encoding="utf-8") as file:
             lines = (line.strip() for line in file)
             return next((line for line in lines if line and line[0] != "#"), "").startswith(f"{HEAD}:")
     except (OSError, ValueError):
         return False
+
+
+def yard_path(name: str | Path) -> Path:
+    """The file of a yard: the path itself, or that of a bundled yard of this name."""
+    bundled = Path(__file__).parent / "yards" / f"{name}.yaml"
+    return bundled if not Path(name).exists() and str(name).isidentifier() and bundled.is_file() else Path(name)

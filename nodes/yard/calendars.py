@@ -22,19 +22,20 @@ Windows = tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...]]  # begins, en
 
 @dataclass(frozen=True)
 class Calendar:
-    """Working time by a text that says when it is, so that copies stay small; by default all time is."""
+    """Working time, described by a text so that copies stay small; the empty text means that all time is working
+    time."""
 
     key: str = ""
 
     def open(self, t: int) -> int:
-        """The first working instant at t or after."""
+        """Return the first working instant at time t or after."""
         if not self.key:
             return t
         begins, ends, _ = windows(self.key)
         return max(t, begins[_within(bisect_right(ends, t), begins)])
 
     def add(self, t: int, work: int) -> int:
-        """When work that begins at t is done."""
+        """Return the time at which work that begins at t is done."""
         if not self.key or not work:
             return t + work
         begins, ends, worked = windows(self.key)
@@ -44,13 +45,17 @@ class Calendar:
         return begins[n] + total - worked[n]
 
     def back(self, t: int, work: int) -> int:
-        """The latest begin of work that is done at t."""
+        """Return the latest begin of work that is to be done at t."""
         if not self.key or not work:
             return t - work
         begins, _, worked = windows(self.key)
         total = self._until(t) - work
         n = bisect_right(worked, total) - 1
         return begins[n] + total - worked[n]
+
+    def between(self, a: int, b: int) -> int:
+        """Time worked from a to b."""
+        return self._until(b) - self._until(a) if self.key else b - a
 
     def _until(self, t: int) -> int:
         """Time worked until t."""
@@ -66,8 +71,8 @@ def _within(n: int, begins: Sequence[int]) -> int:
 
 
 def working(start: date, days: Sequence[int], shifts: Sequence[Shift], off: Iterable[date]) -> Calendar:
-    """The calendar of shifts on days of the week (0: Monday) without the days `off`; a shift belongs to the day on
-    which it begins.  Raises SceneError where nothing is left."""
+    """Return the calendar of shifts on weekdays (0: Monday) without the days `off`; a shift belongs to the day on which
+    it begins. Raises SceneError if no working time is left."""
     parts = [str(start)], map(str, days), (f"{a}-{b}" for a, b in shifts), map(str, sorted(off))
     key = "/".join(" ".join(part) for part in parts)
     if not windows(key)[0]:
@@ -77,7 +82,7 @@ def working(start: date, days: Sequence[int], shifts: Sequence[Shift], off: Iter
 
 @lru_cache
 def windows(key: str) -> Windows:
-    """The windows of the calendar that a text describes."""
+    """Return the working intervals of the calendar that a text describes."""
     first, days, shifts, off = (part.split() for part in key.split("/"))
     start, free = date.fromisoformat(first[0]), {date.fromisoformat(x) for x in off}
     found = list[Shift]()
@@ -86,25 +91,25 @@ def windows(key: str) -> Windows:
         if str(day.weekday()) in days and day not in free:
             minutes = ([int(x) for x in shift.split("-")] for shift in shifts)
             found += ((n * DAY + a * MINUTE, n * DAY + b * MINUTE) for a, b in minutes)
-    merged = _merged((max(0, a), b) for a, b in sorted(found) if b > 0)
-    begins, ends = tuple(a for a, _ in merged), tuple(b for _, b in merged)
-    return begins, ends, (0, *accumulate(b - a for a, b in merged[:-1]))
+    whole = merged((max(0, a), b) for a, b in sorted(found) if b > 0)
+    begins, ends = tuple(a for a, _ in whole), tuple(b for _, b in whole)
+    return begins, ends, (0, *accumulate(b - a for a, b in whole[:-1]))
 
 
-def _merged(windows: Iterable[Shift]) -> list[Shift]:
-    """Windows without overlaps."""
-    merged = list[Shift]()
+def merged(windows: Iterable[Shift]) -> list[Shift]:
+    """Windows [ns], sorted by their begin, without overlaps."""
+    found = list[Shift]()
     for a, b in windows:
-        if merged and a <= merged[-1][1]:
-            merged[-1] = merged[-1][0], max(b, merged[-1][1])
+        if found and a <= found[-1][1]:
+            found[-1] = found[-1][0], max(b, found[-1][1])
         else:
-            merged.append((a, b))
-    return merged
+            found.append((a, b))
+    return found
 
 
 @lru_cache
 def public_holidays(country: str, start: date) -> frozenset[date]:
-    """The public holidays of a country, or of a part of it, `DE-HH`; raises ValueError if there is none."""
+    """Return the public holidays of a country or region, such as `DE-HH`; raises ValueError for an unknown one."""
     try:
         from holidays import country_holidays
     except ImportError:

@@ -8,12 +8,12 @@ from functools import lru_cache
 from heavylift.kernel.errors import HeavyliftError, closest
 from heavylift.nodes.queueing.distributions import (
     Distribution,
+    Empirical,
     Erlang,
     Exponential,
     Fixed,
     LogNormal,
     Pert,
-    Table,
     Triangular,
     Uniform,
 )
@@ -40,7 +40,7 @@ KINDS = {  # the words of each, and how many times
 
 @lru_cache(4096)  # blocks share what their steps take
 def duration(text: str) -> Distribution:
-    """A distribution of durations [s], such as `6 h` or `triangular 4 h 6 h 12 h`."""
+    """Read a distribution of durations [s], such as `6 h` or `triangular 4 h 6 h 12 h`."""
     word, _, rest = text.strip().partition(" ")
     if QUANTITY.match(text.strip()):
         word, rest = "fixed", text
@@ -71,14 +71,15 @@ def duration(text: str) -> Distribution:
             case "erlang" if phases:
                 return Erlang(int(phases[1]), *times)
             case "table":
-                return Table(times)
+                return Empirical(times)
     except HeavyliftError as error:
         raise ValueError(f"'{text}': {error}") from None
     raise ValueError(f"'{text}': write it as '{example}'")
 
 
 def variance(takes: Distribution) -> float:
-    """The variance [s2] of a duration; of PERT's beta that of its inventors, ((b - a) / 6)^2 (Malcolm et al. 1959)."""
+    """Return the variance of a duration [s2]; for PERT by its original formula ((b - a) / 6)^2 (Malcolm et al.
+    1959)."""
     match takes:
         case Uniform():
             return square(takes.high - takes.low) / 12
@@ -93,7 +94,7 @@ def variance(takes: Distribution) -> float:
             return square((takes.high - takes.low) / 6)
         case LogNormal():
             return square(takes.deviation)
-        case Table():
+        case Empirical():
             return sum(square(x - takes.mean) for x in takes.times) / len(takes.times)
     return 0.0
 
@@ -104,7 +105,7 @@ def square(x: float) -> float:
 
 
 def day(text: object) -> date:
-    """A date, `2027-05-01`."""
+    """Read a date, `2027-05-01`."""
     try:
         found = date.fromisoformat(str(text).removesuffix(" 00:00:00"))
         if not 1900 <= found.year < 2200:
@@ -115,7 +116,7 @@ def day(text: object) -> date:
 
 
 def days_off(text: object) -> Iterator[date]:
-    """A date, or all of a range with both ends, `2027-02-06..2027-02-10`."""
+    """Read a date, or all dates of a range with both ends, `2027-02-06..2027-02-10`."""
     first, _, last = (part.strip() for part in str(text).partition(".."))
     begin, end = day(first), day(last or first)
     if end < begin:
@@ -124,7 +125,7 @@ def days_off(text: object) -> Iterator[date]:
 
 
 def weekdays(text: object) -> tuple[int, ...]:
-    """Days of the week, `mon-fri` or `mon wed sat`, from 0 for Monday."""
+    """Read weekdays, `mon-fri` or `mon wed sat`; 0 is Monday."""
     found = list[int]()
     for part in str(text).lower().replace(",", " ").split():
         first, _, last = part.partition("-")
@@ -137,7 +138,8 @@ def weekdays(text: object) -> tuple[int, ...]:
 
 
 def shift(text: object) -> tuple[Shift, ...]:
-    """Windows of a shift, `08:00-12:00 13:00-17:00`; one that ends before it begins ends on the next day."""
+    """Read the working intervals of a shift, `08:00-12:00 13:00-17:00`; one that ends before it begins ends on the next
+    day."""
     found = list[Shift]()
     for part in str(text).replace(",", " ").split():
         clock = CLOCK.fullmatch(part)
@@ -149,7 +151,7 @@ def shift(text: object) -> tuple[Shift, ...]:
 
 
 def before(text: str) -> list[tuple[str, int]]:
-    """Predecessors with their lags [ns], `B1, B2 + 2 days`."""
+    """Read predecessors with their lags [ns], `B1, B2 + 2 days`."""
     found, at = list[tuple[str, int]](), 0
     while at < len(text):
         one = BEFORE.match(text, at)
@@ -161,29 +163,29 @@ def before(text: str) -> list[tuple[str, int]]:
 
 
 def instant(start: date, when: date) -> int:
-    """The time [ns] at which a day begins."""
+    """Return the time [ns] at which a day begins."""
     return (when - start).days * DAY
 
 
 def at(start: date, t: float) -> datetime:
-    """Date and time of day, to the minute, of a time [s]."""
+    """Return a time [s] as date and time of day, to the minute."""
     return datetime(start.year, start.month, start.day) + timedelta(minutes=round(t * 1e9 / MINUTE))
 
 
 def words(data: object) -> list[str]:
-    """One word, or several."""
+    """Read one word or a list of words."""
     return [] if data is None else [str(x) for x in (data if isinstance(data, list) else [data])]
 
 
 def units(value: object) -> int:
-    """A number of units of a resource."""
+    """Read a number of units of a resource."""
     if isinstance(value, bool) or not re.fullmatch(r"\d+", str(value)):
         raise ValueError(f"'{value}' is no number of units: write a whole number, such as 1")
     return int(str(value))
 
 
 def rule(value: object) -> str:
-    """A priority rule, by its name or its letters."""
+    """Read a priority rule, by its name or its abbreviation."""
     text, short = str(value), {letters: name for name, letters in RULES.items()}
     if text not in RULES and text not in short:
         raise ValueError(f"there is no rule '{text}': {closest(text, RULES)}")

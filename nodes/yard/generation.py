@@ -11,7 +11,8 @@ Span = tuple[int, int]  # [ns] start and finish
 
 
 def serial(yard: Yard, rule: str = "") -> list[Span]:
-    """Start and finish [ns] of each activity with expected durations; only for a yard that is not `holding`."""
+    """Schedule by the serial generation scheme: return start and finish [ns] of each activity with expected durations;
+    only if no activity keeps a resource beyond its end."""
     rank, done = ranks(yard, rule), dict[int, Span]()
     used: dict[str, list[tuple[int, int, int]]] = {name: [] for name in yard.capacities}
     todo = sorted(range(len(yard.activities)), key=rank.__getitem__)
@@ -49,7 +50,7 @@ def _peak(spans: list[tuple[int, int, int]], start: int, finish: int) -> int:
 
 
 def chain(yard: Yard) -> tuple[list[int], float, float]:
-    """A critical path, its expected length [s] of working time and its variance [s2]."""
+    """Return a critical path, its expected length [s] of working time, and its variance [s2]."""
     known = dates(yard)
     end = max(known.early_finish)
     path = [next(n for n, t in enumerate(known.early_finish) if t == end and known.critical(n))]

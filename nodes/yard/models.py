@@ -5,19 +5,23 @@ starts all that may start, in the order of the rule.  A break interrupts work, a
 """
 
 from bisect import insort
-from heapq import heappop, heappush
+from collections.abc import Callable
+from heapq import heapify, heappop, heappush
+from math import inf
 
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import NEVER, Atomic, Bag, Coupled, In, Message, Out, TimeWeighted, seconds, stream
+from heavylift.nodes.devs import NEVER, Atomic, Bag, Coupled, In, Message, Out, Simulator, TimeWeighted, seconds, stream
 
+from .lifts import Lift, LiftOrder
 from .network import Activity, Yard, ranks, successors
-from .reading import load
+from .weather import Weather, WindChange, YardDone
 
-NOT_READY, NO_SHIFT = "block not ready", "no shift"
+NOT_READY, NO_SHIFT, WEATHER = "block not ready", "no shift", "weather"
+CarryOut = Callable[[LiftOrder, float], Lift]  # simulates a lift in a wind [m/s]
 
 
 class ActivityStart(Message):
-    """An activity is to begin."""
+    """Order to begin an activity."""
 
     activity: int
 
@@ -29,14 +33,14 @@ class ActivityEnd(Message):
 
 
 class UnitsInUse(Message):
-    """So many units of a resource are in use."""
+    """Number of units of a resource in use."""
 
     used: int
 
 
 class YardSchedule(Message):
-    """When the yard is done, start and end of each activity [s], whether it is on the critical sequence (0, 1), and how
-    long activities waited for each cause [s]: the block, the shift, then the resources."""
+    """Result of a yard: time of delivery, start and end of each activity [s], whether it is on the critical sequence
+    (0, 1), and the time activities waited for each cause [s]: the block, the shift, then the resources."""
 
     delivery: float
     starts: tuple[float, ...]
@@ -46,20 +50,34 @@ class YardSchedule(Message):
 
 
 class ResourceUse(Message):
-    """YardResource of a resource in use: mean and most."""
+    """Use of a resource: mean and maximum number of units."""
 
     used: float
     most: int
 
 
+class StepWork(Message):
+    """How long the wind stopped the work of a step [s], how often, and how many lifts were simulated and red."""
+
+    stopped: float
+    stops: int
+    simulated: int
+    red: int
+
+
 class Dispatcher(Atomic):
-    """Starts activities by their ranks as soon as their predecessors, block, shift and resources allow."""
+    """Starts activities in the order of their ranks as soon as predecessors, block, shift and resources allow (parallel
+    schedule generation)."""
 
-    done = In(ActivityEnd)
+    done, wind, over = In(ActivityEnd), In(WindChange), Out(YardDone)
 
-    def __init__(self, name: str, activities: tuple[Activity, ...], capacities: dict[str, int],
-                 rank: list[int], after: list[list[tuple[int, int]]]) -> None:  # fmt: skip
+    def __init__(self, name: str, activities: tuple[Activity, ...], capacities: dict[str, int], rank: list[int],
+                 after: list[list[tuple[int, int]]], limits: tuple[float, ...] = (),
+                 forecast: int = 0) -> None:  # fmt: skip
         super().__init__(name)
+        self.forecast = forecast
+        place = {limit: k for k, limit in enumerate(limits)}
+        self.limited = [place.get(one.lift.wind, -1) if one.lift else -1 for one in activities]
         self.activities, self.capacities, self.rank, self.successors = activities, capacities, rank, after
         self.ending: list[list[tuple[str, int]]] = [[] for _ in activities]  # what is free after each
         for one in activities:
@@ -71,7 +89,7 @@ class Dispatcher(Atomic):
             self.add_out(f"use-{resource}", UnitsInUse)
 
     def start(self) -> None:
-        """All is to be done."""
+        """Start with no activity begun."""
         count = len(self.activities)
         self.begin, self.end = [-1] * count, [-1] * count
         self.ready = [one.ready for one in self.activities]
@@ -81,37 +99,46 @@ class Dispatcher(Atomic):
         self.pending = sorted((self.rank[n], n) for n in range(count) if not self.open[n])
         self.causes = [""] * count  # why each waits
         self.lacked = [""] * count  # the resource that each lacked last
-        self.waits = dict.fromkeys((NOT_READY, NO_SHIFT, *self.capacities), 0)
+        self.waits = dict.fromkeys((NOT_READY, NO_SHIFT, WEATHER, *self.capacities), 0)
+        self.calm, self.calms = list[int](), True  # until when the wind stays within each limit; will it change?
+        self.left, self.telling = count, False
         self.decide()
 
     def output(self) -> None:
-        """Send what begins, and the use of resources."""
+        """Send the activities that begin, and the changed numbers of units in use."""
         for n in self.begun:
             self.ports[f"to-{self.activities[n].step}"].send(ActivityStart(n))  # type: ignore[attr-defined]
         for resource in self.changed:
             self.ports[f"use-{resource}"].send(UnitsInUse(self.used[resource]))  # type: ignore[attr-defined]
+        if self.telling:
+            self.over.send(YardDone())
 
     def external(self, e: int, x: Bag) -> None:
-        """Note what is done, then decide."""
+        """Record the ended activities, then decide which begin."""
         unsent = self.begun, self.changed
         self.note(x)
         self.decide(*unsent)
 
     def internal(self) -> None:
         """What began was sent; decide once more."""
+        self.telling = False
         self.decide()
 
     def confluent(self, x: Bag) -> None:
         """Decide once, after all that happens now."""
+        self.telling = False
         self.note(x)
         self.decide()
 
     def note(self, x: Bag) -> None:
-        """Free what those that are done had, and let their successors wait for their turn."""
+        """Free the resources of ended activities, and queue their successors."""
         now = self._present.now[0]
+        for change in x[self.wind]:
+            self.calm, self.calms = list(change.calm), not change.last
         for message in x[self.done]:
             n = message.activity
-            self.end[n], self.running = now, self.running - 1
+            self.end[n], self.running, self.left = now, self.running - 1, self.left - 1
+            self.telling = not self.left
             for resource, units in self.ending[n]:
                 self.used[resource] -= units
                 self.freed[resource] = None
@@ -122,7 +149,7 @@ class Dispatcher(Atomic):
                     insort(self.pending, (self.rank[m], m))
 
     def decide(self, begun: tuple[int, ...] = (), changed: tuple[str, ...] = ()) -> None:
-        """Start all that may start now, and wait for the next ready block or shift."""
+        """Start all activities that may start now, and wait for the next block or shift."""
         now, wake, kept = self._present.now[0], NEVER, list[tuple[int, int]]()
         freed, self.freed = self.freed, {}
         started = list(begun)
@@ -138,6 +165,9 @@ class Dispatcher(Atomic):
                     if self.used[need.resource] + need.units > self.capacities[need.resource]:
                         cause = self.lacked[n] = need.resource
                         break
+                else:
+                    if self.limited[n] >= 0 and not self.calm_for(n, now):
+                        cause = WEATHER
             self.causes[n] = cause
             if cause:
                 kept.append((rank, n))
@@ -149,16 +179,22 @@ class Dispatcher(Atomic):
                 freed[need.resource] = None
         self.pending, self.decided = kept, now
         self.begun, self.changed = tuple(started), tuple(sorted({**freed, **dict.fromkeys(changed)}))
-        if kept and wake == NEVER and not self.running:
+        if kept and wake == NEVER and not self.running and not (self.calms and WEATHER in self.causes):
             waits = self.activities[kept[0][1]]
             raise ModelError(
                 f"{waits.name} waits for ever for {self.causes[kept[0][1]]}, as blocks that keep it wait for others; "
                 "let an earlier step give it back, or have more of it"
             )
-        self.hold_in(0 if self.begun or self.changed else wake if wake == NEVER else wake - now)
+        self.hold_in(0 if self.begun or self.changed or self.telling else wake if wake == NEVER else wake - now)
+
+    def calm_for(self, n: int, now: int) -> bool:
+        """Whether the wind allows a lift now, and until its expected end as far as it is forecast."""
+        end = self.calm[self.limited[n]] if self.calm else -1
+        one = self.activities[n]
+        return end > now and end >= min(now + self.forecast, one.works.add(now, one.expected))
 
     def result(self) -> YardSchedule:
-        """The schedule, and what held it up."""
+        """Return the schedule, and the waiting times by cause."""
         critical = set(self.critical())
         return YardSchedule(
             max(self.end) / 1e9, tuple(t / 1e9 for t in self.begin), tuple(t / 1e9 for t in self.end),
@@ -166,7 +202,7 @@ class Dispatcher(Atomic):
         )  # fmt: skip
 
     def critical(self) -> list[int]:
-        """The critical sequence: back from the last end through what released each start."""
+        """Return the critical sequence: from the last end back through the activities that released each start."""
         last = max(range(len(self.end)), key=lambda n: (self.end[n], -n))
         found = [last]
         while (n := self.releaser(found[-1])) >= 0:
@@ -174,7 +210,8 @@ class Dispatcher(Atomic):
         return found[::-1]
 
     def releaser(self, n: int) -> int:
-        """The activity whose end let another one start; -1 if its own block did, or nothing."""
+        """Return the activity whose end allowed another one to start; -1 if there is none, or the block itself came
+        last."""
         one, lacked = self.activities[n], self.lacked[n]
         before = [(self.end[m] + lag, True, -m) for m, lag in one.after]
         if lacked:
@@ -186,55 +223,89 @@ class Dispatcher(Atomic):
 
 
 class YardStep(Atomic):
-    """Carries out a step of all blocks, each for a time of its own in working time; expected times for seed 0."""
+    """Carries out a step of all blocks, each for a time of its own in working time; expected times for seed 0.  The
+    wind stops lifts and lets them go on; `carry_out` simulates those that are not known before they begin."""
 
-    work, done = In(ActivityStart), Out(ActivityEnd)
+    work, wind, done = In(ActivityStart), In(WindChange), Out(ActivityEnd)
 
-    def __init__(self, name: str, activities: dict[int, Activity], seed: int) -> None:
+    def __init__(self, name: str, activities: dict[int, Activity], seed: int, carry_out: CarryOut | None) -> None:
         super().__init__(name)
-        self.activities, self.seed = activities, seed
+        self.activities, self.seed, self.carry_out = activities, seed, carry_out
 
     def start(self) -> None:
-        """Draw the time of each block, whatever the order in which they come."""
+        """Draw the durations of all blocks in advance, independent of the order in which they come."""
         self.due = list[tuple[int, int]]()
         self.times = {
-            n: seconds(one.takes.draw(stream(self.seed, one.name))) if self.seed else one.expected
+            n: seconds(one.takes.draw(stream(self.seed, one.name)) if self.seed else one.takes.mean)
             for n, one in self.activities.items()
         }
+        self.speed, self.held = 0.0, dict[int, tuple[int, int]]()  # [m/s]; work left and since when of what stands
+        self.stopped, self.stops, self.simulated, self.red = 0, 0, 0, 0
 
     def external(self, e: int, x: Bag) -> None:
-        """Begin."""
+        """Begin, stop and go on."""
         now = self._present.now[0]
+        for change in x[self.wind]:
+            self.speed = change.speed
+            self.stop(now)
         for message in x[self.work]:
             n = message.activity
-            heappush(self.due, (self.activities[n].works.add(now, self.times[n]), n))
-        self.hold_in(self.due[0][0] - now)
+            heappush(self.due, (self.activities[n].works.add(now, self.times[n] + self.lifting(n)), n))
+        self.hold_in(self.due[0][0] - now if self.due else NEVER)
+
+    def lifting(self, n: int) -> int:
+        """How long the lift of a block takes [ns]."""
+        one = self.activities[n]
+        if one.order and one.order.way == "run" and self.carry_out:
+            found = self.carry_out(one.order, self.speed)
+            self.simulated, self.red = self.simulated + 1, self.red + (found.state == "red")
+            return seconds(found.seconds)
+        return seconds(one.lift.seconds) if one.lift else 0
+
+    def stop(self, now: int) -> None:
+        """Stop lifts in too much wind; let them go on in less."""
+        for end, n in [*self.due]:
+            one = self.activities[n]
+            if one.lift and self.speed > one.lift.stop and end > now:
+                self.due.remove((end, n))
+                self.held[n], self.stops = (one.works.between(now, end), now), self.stops + 1
+        for n, (left, since) in [*self.held.items()]:
+            one = self.activities[n]
+            if one.lift and self.speed <= one.lift.resume:
+                del self.held[n]
+                self.stopped += now - since
+                self.due.append((one.works.add(now, left), n))
+        heapify(self.due)
 
     def output(self) -> None:
-        """Tell of those that end now."""
+        """Report the activities that end now."""
         for t, n in sorted(self.due):
             if t == self.due[0][0]:
                 self.done.send(ActivityEnd(n))
 
     def internal(self) -> None:
-        """Forget them."""
+        """Remove the ended activities, and wait for the next end."""
         now = self.due[0][0]
         while self.due and self.due[0][0] == now:
             heappop(self.due)
         self.hold_in(self.due[0][0] - now if self.due else NEVER)
 
+    def result(self) -> StepWork:
+        """How the wind stopped it."""
+        return StepWork(self.stopped / 1e9, self.stops, self.simulated, self.red)
+
 
 class YardResource(Atomic):
-    """Measures the use of a resource."""
+    """Measures the use of a resource over time."""
 
     level = In(UnitsInUse)
 
     def start(self) -> None:
-        """Nothing is in use."""
+        """Start with no unit in use."""
         self.used = TimeWeighted()
 
     def external(self, e: int, x: Bag) -> None:
-        """Note the use."""
+        """Record the number of units in use."""
         self.used.set(x[self.level][-1].used, self.now)
 
     def result(self) -> ResourceUse:
@@ -242,22 +313,45 @@ class YardResource(Atomic):
         return ResourceUse(self.used.mean(self.now), int(self.used.most))
 
 
-def coupled(yard: Yard, seed: int = 0, rule: str = "") -> Coupled:
-    """The model of a yard, by its own rule or another one; for seed 0 with expected durations."""
-    root = Coupled("yard")
+def coupled(yard: Yard, seed: int = 0, rule: str = "", carry_out: CarryOut | None = None) -> Coupled:
+    """The model of a yard, by its own rule or another one; for seed 0 with expected durations, in drawn weather."""
+    root, limits = Coupled("yard"), thresholds(yard) if yard.wind else ()
     dispatcher = root.add(
-        Dispatcher("dispatcher", yard.activities, yard.capacities, ranks(yard, rule), successors(yard))
+        Dispatcher(
+            "dispatcher", yard.activities, yard.capacities, ranks(yard, rule), successors(yard), limits, yard.forecast
+        )
     )
+    weather = root.add(Weather("weather", yard.wind, limits, seed)) if yard.wind and limits else None
+    if weather:
+        root.connect(weather.wind, dispatcher.wind)
+        root.connect(dispatcher.over, weather.over)
     for name in dict.fromkeys(one.step for one in yard.activities):
         own = {n: one for n, one in enumerate(yard.activities) if one.step == name}
-        step = root.add(YardStep(f"step-{name}", own, seed))
+        step = root.add(YardStep(f"step-{name}", own, seed, carry_out))
         root.connect(dispatcher.ports[f"to-{name}"], step.work)
         root.connect(step.done, dispatcher.done)
+        if weather and any(one.lift for one in own.values()):
+            root.connect(weather.wind, step.wind)
     for name in yard.capacities:
         root.connect(dispatcher.ports[f"use-{name}"], root.add(YardResource(f"resource-{name}")).level)
     return root
 
 
-def yard(file: str, settings: list[str] | tuple[str, ...] = (), seed: int = 0) -> Coupled:
-    """The model of a yard file with settings laid over it; raises SceneError for an invalid one."""
-    return coupled(load(file, settings), seed)
+def expected(yard: Yard, rule: str = "") -> YardSchedule:
+    """The schedule of a run with expected durations."""
+    model = coupled(yard, 0, rule)
+    simulator = Simulator(model)
+    simulator.start()
+    simulator.run(NEVER - 1)
+    dispatcher = model.children["dispatcher"]
+    assert isinstance(dispatcher, Dispatcher)
+    return dispatcher.result()
+
+
+def thresholds(yard: Yard) -> tuple[float, ...]:
+    """The winds [m/s] at which something begins or stops; each whole one if a lift is simulated in its wind."""
+    lifts = [one.lift for one in yard.activities if one.lift]
+    found = {limit for lift in lifts for limit in (lift.wind, lift.stop, lift.resume) if limit < inf}
+    if any(one.order and one.order.way == "run" for one in yard.activities):
+        found |= {float(n) for n in range(1, 41)}
+    return tuple(sorted(found))

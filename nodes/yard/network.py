@@ -13,6 +13,8 @@ from heavylift.nodes.devs import seconds
 from heavylift.nodes.queueing.distributions import Distribution
 
 from .calendars import Calendar
+from .lifts import Lift, LiftOrder
+from .weather import Wind
 
 RULES = {
     "earliest start": "EST", "latest start": "LST", "latest finish": "LFT", "minimum slack": "MSLK",
@@ -31,8 +33,8 @@ class Need:
 
 @dataclass(frozen=True)
 class Activity:
-    """A step of a block: its duration [s], what it needs, predecessors with their lags [ns], when its block is ready
-    [ns], when it works."""
+    """A step of a block: its duration [s], beside its lift, what it needs, predecessors with their lags [ns], when its
+    block is ready [ns], when it works, its lift."""
 
     block: str
     step: str
@@ -41,22 +43,24 @@ class Activity:
     after: tuple[tuple[int, int], ...]
     ready: int
     works: Calendar
+    lift: Lift | None = None
+    order: LiftOrder | None = None
 
     @property
     def name(self) -> str:
-        """Block and step."""
+        """Name of the block, then of the step."""
         return f"{self.block} {self.step}"
 
     @property
     def expected(self) -> int:
         """Expected duration [ns]."""
-        return seconds(self.takes.mean)
+        return seconds(self.takes.mean + (self.lift.seconds if self.lift else 0.0))
 
 
 @dataclass(frozen=True)
 class Yard:
-    """Activities by number from 0, units of each resource, rule or order of blocks, contract dates of blocks or of the
-    `delivery`, which are to be kept with a probability."""
+    """A yard: activities by number from 0, units of each resource, priority rule or order of blocks, contract dates of
+    blocks or of the `delivery` and the probability with which they are to be met."""
 
     name: str
     start: date
@@ -67,6 +71,9 @@ class Yard:
     contract: dict[str, date]
     quantile: float
     sources: dict[str, str]  # of the durations of each step
+    wind: Wind | None = None
+    forecast: int = 0  # [ns]
+    plan: tuple[int, ...] = ()  # [ns] starts of an existing schedule, -1 where it has none; before them nothing begins
 
     @property
     def holding(self) -> bool:
@@ -76,7 +83,7 @@ class Yard:
 
 @dataclass(frozen=True)
 class Dates:
-    """Early and late start and finish [ns] of each activity, as far as its predecessors allow."""
+    """Early and late start and finish [ns] of each activity, as if all resources were free."""
 
     early_start: list[int]
     early_finish: list[int]
@@ -84,12 +91,12 @@ class Dates:
     late_finish: list[int]
 
     def critical(self, n: int) -> bool:
-        """Whether an activity has no slack."""
+        """Return whether an activity has no slack."""
         return self.late_start[n] <= self.early_start[n]
 
 
 def successors(yard: Yard) -> list[list[tuple[int, int]]]:
-    """Successors of each activity with their lags [ns]."""
+    """Return the successors of each activity with their lags [ns]."""
     found: list[list[tuple[int, int]]] = [[] for _ in yard.activities]
     for n, one in enumerate(yard.activities):
         for m, lag in one.after:
@@ -98,7 +105,8 @@ def successors(yard: Yard) -> list[list[tuple[int, int]]]:
 
 
 def dates(yard: Yard) -> Dates:
-    """Forward and backward pass in working time with expected durations, as if all resources were free."""
+    """Return early and late dates by forward and backward pass (CPM) in working time, with expected durations, as if
+    all resources were free."""
     all_ = yard.activities
     order = sequence(yard)
     early, finish = [0] * len(all_), [0] * len(all_)
@@ -115,15 +123,17 @@ def dates(yard: Yard) -> Dates:
 
 
 def sequence(yard: Yard) -> list[int]:
-    """Activities, none before its predecessors."""
+    """Return the activities in topological order: each after its predecessors."""
     return [*TopologicalSorter({n: [m for m, _ in one.after] for n, one in enumerate(yard.activities)}).static_order()]
 
 
 def ranks(yard: Yard, rule: str = "") -> list[int]:
-    """The place of each activity in the order of a rule, default the yard's own rule or order."""
+    """Return the place of each activity in the order of a priority rule; default: the yard's own rule or order."""
     numbers = range(len(yard.activities))
     known, values = dates(yard), list[int]()
-    if not rule and yard.order:
+    if not rule and yard.plan:
+        values = [start if start >= 0 else early for start, early in zip(yard.plan, known.early_start, strict=True)]
+    elif not rule and yard.order:
         places = {block: n for n, block in enumerate(yard.order)}
         values = [places[one.block] for one in yard.activities]
     else:

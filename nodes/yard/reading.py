@@ -4,89 +4,75 @@ The activities of a block follow each other by the steps' `after`; a block comes
 `begins` comes after that of the other one which `ends` the erection.
 """
 
-from collections.abc import Callable, Sequence
-from datetime import date
+from collections.abc import Sequence
+from dataclasses import replace
+from datetime import date, datetime
 from functools import partial
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path as FilePath
-from re import fullmatch
-from typing import Any, TypeVar, cast
+from typing import Any
 
-from heavylift.kernel.errors import SceneError, closest, path_text
+from heavylift.kernel.errors import closest, path_text
 from heavylift.nodes.queueing.distributions import Fixed
 from heavylift.nodes.scene.text.faults import raise_faults
-from heavylift.nodes.scene.text.files import scene_text
+from heavylift.nodes.scene.text.files import scene_text, within
 from heavylift.nodes.scene.text.overlay import override
-from heavylift.nodes.scene.text.source import Data, Mark, Path, Source, read
-from heavylift.nodes.scene.text.table_files import TableCell, table, with_unit
+from heavylift.nodes.scene.text.source import Mark, Path, Source, read
+from heavylift.nodes.scene.text.table_files import TableCell, with_unit
 from heavylift.nodes.scene.text.units import RATIO
 
 from . import fields
-from .beginning import HEAD
+from .beginning import HEAD, yard_path
 from .calendars import Calendar, Shift, public_holidays, working
+from .exchange import Planned, planned_in_project, planned_in_table
+from .lifts import Lifter, LiftOrder, rested
 from .network import RULES, Activity, Need, Yard
+from .orders import lift_steps, order_of, taken
+from .taking import Taking
+from .weather import wind_of
 
 KEYS = {
     *(HEAD, "name", "start", "calendar", "resources", "blocks", "steps", "erection", "rule", "order", "contract"),
-    "quantile",
+    *("quantile", "weather", "plan"),
 }
 OF_CALENDAR, OF_STEP = (
     {"days", "country", "holidays", "shifts"},
-    {"takes", "needs", "until", "after", "works", "source"},
+    {"takes", "needs", "until", "after", "works", "source", "lift", "by", "set", "over", "wind"},
 )
-REMARKS = {"mass", "size", "com", "lugs", "stage", "remark"}
-NAME = r"[A-Za-z0-9_-]+"
+REMARKS = {"mass", "size", "com", "lugs", "stage", "remark", "scene"}
 DELIVERY = "delivery"
-T = TypeVar("T")
 
 
-def load(path: str | FilePath, settings: Sequence[str] = ()) -> Yard:
-    """Read a yard file with settings laid over it; raises SceneError with all its errors."""
-    name = path_text(path)
-    source = read(scene_text(FilePath(path), name), name, FilePath(path).parent)
-    raise_faults(source, source.faults)
-    for setting in settings:
-        override(source, setting, lambda *_: None)
-    raise_faults(source, source.faults)
-    yard = _Reading(source).yard()
+def load(path: str | FilePath, settings: Sequence[str] = (), lifter: Lifter = rested) -> Yard:
+    """Read a yard file with settings laid over it, its lifts found by `lifter`; raises SceneError with all its
+    errors."""
+    source = source_of(path, settings)
+    yard = _Reading(source, lifter).yard()
     raise_faults(source, source.faults)
     assert yard is not None
     return yard
 
 
-class _Reading:
-    """What is read of a source; errors become its faults."""
+def source_of(path: str | FilePath, settings: Sequence[str] = ()) -> Source:
+    """The text of a yard file with settings laid over it; raises SceneError."""
+    path, name = yard_path(path), path_text(path)
+    source = read(scene_text(path, name), name, path.parent)
+    raise_faults(source, source.faults)
+    for setting in settings:
+        override(source, setting, lambda *_: None)
+    raise_faults(source, source.faults)
+    return source
 
-    def __init__(self, source: Source) -> None:
-        self.source = source
-        self.start = date.min
 
-    def take(self, path: Path, of: Callable[[Any], T], usual: Any, mark: Mark | None = None, value: Data = None) -> T:
-        """What `of` makes of the value at a path; `usual` where there is none, or a wrong one."""
-        value = self.source.at(path) if value is None else value
-        if value is None:
-            return cast(T, usual)
-        try:
-            return of(value)
-        except (ValueError, SceneError) as error:
-            self.source.fault(path, str(error), mark=mark)
-            return cast(T, usual)
+class _Reading(Taking):
+    """What is read of a yard."""
 
-    def mapping(self, path: Path, known: set[str] | None = None) -> dict[str, Data]:
-        """A mapping with keys that are known."""
-        found = self.source.at(path)
-        if found is not None and not isinstance(found, dict):
-            self.source.fault(path, "write a mapping of keys here")
-        given = found if isinstance(found, dict) else {}
-        for key in given:
-            if known is not None and key not in known:
-                self.source.fault((*path, key), "this key is not known here", closest(key, sorted(known)), on_key=True)
-            elif known is None and not fullmatch(NAME, key):
-                self.source.fault((*path, key), "a name has letters, digits, _ and - only", on_key=True)
-        return given
+    def __init__(self, source: Source, lifter: Lifter) -> None:
+        super().__init__(source)
+        self.start, self.lifter = date.min, lifter
 
     def yard(self) -> Yard | None:
-        """The yard; None after a fault."""
+        """Return the yard; None if there were faults."""
         given = self.mapping((), KEYS)
         for key in (HEAD, "start", "resources", "blocks", "steps"):
             if given.get(key) is None:
@@ -95,7 +81,12 @@ class _Reading:
             self.source.fault((HEAD,), "this version reads 'heavylift yard: 1'")
         self.start = self.take(("start",), fields.day, date(2000, 1, 1))
         calendars = self.calendars()
-        capacities = {key: self.take(("resources", key), fields.units, 1) for key in self.mapping(("resources",))}
+        capacities, self.types = dict[str, int](), dict[str, str]()
+        for key, value in self.mapping(("resources",)).items():
+            at = ("resources", key, "units") if isinstance(value, dict) else ("resources", key)
+            if isinstance(value, dict):
+                self.types[key] = str(self.mapping(("resources", key), {"type", "units"}).get("type") or "")
+            capacities[key] = self.take(at, fields.units, 1)
         steps = self.steps(capacities, calendars)
         rule = self.take(("rule",), fields.rule, next(iter(RULES)))
         quantile = self.take(("quantile",), RATIO.read, 0.9)
@@ -103,24 +94,30 @@ class _Reading:
             self.source.fault(("quantile",), "a quantile is between 0 % and 100 %, such as '90 %'")
         if self.source.faults:
             return None
+        wind, forecast = wind_of(self, self.start)
         activities, blocks = self.activities(steps, capacities, calendars)
+        plan = self.planned(activities)
         if self.source.faults:
             return None
+        if plan:
+            activities = tuple(replace(x, ready=max(x.ready, t)) for x, t in zip(activities, plan, strict=True))
         return Yard(
             str(given.get("name") or FilePath(self.source.name).stem), self.start, activities, capacities, rule,
             self.order(blocks), self.contract(blocks), quantile,
-            {step: str(self.source.at(("steps", step, "source")) or "") for step in steps},
+            {step: str(self.source.at(("steps", step, "source")) or "") for step in steps}, wind, forecast,
+            plan,
         )  # fmt: skip
 
     def calendars(self) -> dict[str, tuple[Shift, ...]]:
-        """The windows of each shift; "" of all of them, which are the whole day if there are none."""
+        """Return the working intervals of each shift; under "" those of all shifts, or the whole day if there are
+        none."""
         self.mapping(("calendar",), OF_CALENDAR)
         shifts = {key: self.take(("calendar", "shifts", key), fields.shift, ()) for key in
                   self.mapping(("calendar", "shifts"))}  # fmt: skip
         return shifts | {"": tuple(w for windows in shifts.values() for w in windows) or ((0, 1440),)}
 
     def calendar(self, path: Path, words: list[str], shifts: dict[str, tuple[Shift, ...]]) -> Calendar:
-        """The calendar of some of the shifts."""
+        """Return the calendar of some of the shifts."""
         if self.source.at(("calendar",)) is None:
             return Calendar()
         listed = self.source.at(("calendar", "holidays"))
@@ -135,7 +132,7 @@ class _Reading:
         return self.take(path, lambda _: working(self.start, days, windows, frozenset(off)), Calendar(), value=1)
 
     def steps(self, capacities: dict[str, int], shifts: dict[str, Any]) -> list[str]:
-        """Steps of a block in an order in which each follows its predecessors."""
+        """Return the steps of a block in an order in which each follows its predecessors."""
         given = self.mapping(("steps",))
         for step in given:
             at = ("steps", step)
@@ -144,7 +141,8 @@ class _Reading:
                 self.known((*at, "needs", resource), resource, capacities, "resource")
                 self.needed((*at, "needs", resource), resource, capacities)
             for resource in self.mapping((*at, "until")):
-                self.known((*at, "until", resource), resource, self.mapping((*at, "needs")), "need")
+                held = self.mapping((*at, "needs")) if self.source.at((*at, "lift")) is None else capacities
+                self.known((*at, "until", resource), resource, held, "need")
                 self.known((*at, "until", resource), self.source.at((*at, "until", resource)), given, "step")
             for key, among, what in (("after", given, "step"), ("works", shifts, "shift")):
                 for word in fields.words(self.source.at((*at, key))):
@@ -166,13 +164,8 @@ class _Reading:
                     self.source.fault(("steps", step, "until", resource), f"'{until}' does not come after '{step}'")
         return order
 
-    def known(self, path: Path, word: Data, among: Any, what: str) -> None:
-        """Complain of a name that does not exist."""
-        if word not in among:
-            self.source.fault(path, f"there is no {what} '{word}'", closest(str(word), [x for x in among if x]))
-
     def needed(self, path: Path, resource: str, capacities: dict[str, int], cell: TableCell | None = None) -> int:
-        """Units of a resource that a step takes."""
+        """Return the units of each resource that a step needs."""
         mark, most = cell.mark if cell else None, capacities.get(resource, 0)
         units = self.take(path, fields.units, 0, mark, cell.text if cell else None)
         if resource in capacities and units > most:
@@ -182,18 +175,17 @@ class _Reading:
     def activities(
         self, steps: list[str], capacities: dict[str, int], shifts: dict[str, Any]
     ) -> tuple[tuple[Activity, ...], list[str]]:
-        """All activities, block by block, and the blocks."""
+        """Return all activities, block by block, and the blocks."""
         self.mapping(("blocks",), {"from"})
-        file = self.source.at(("blocks", "from"))
-        try:
-            _, head, rows = table(self.source.root, str(file))
-        except (SceneError, ValueError) as error:
-            self.source.fault(("blocks", "from"), str(error))
+        head, rows = self.table(("blocks", "from"))
+        if self.source.faults:
             return (), []
+        lifts, orders = lift_steps(self, steps), dict[int, LiftOrder]()
         if not rows or not steps:
             self.source.fault(("blocks", "from"), "a yard has at least one block and one step")
         names = [f"{c.key} {c.axis}".strip() if c.key not in REMARKS else c.key for c in head]
         columns = {"after", "ready", *steps, *(f"{s} {r}" for s in steps for r in capacities), *REMARKS}
+        columns = columns.union(*(lift.columns for lift in lifts.values()))
         for column, name in zip(head[1:], names[1:], strict=True):
             if name not in columns:
                 self.source.fault(
@@ -233,12 +225,16 @@ class _Reading:
                     takes = self.cell(cells, step, at, lambda x: fields.duration(read_one(x)), Fixed(0))  # noqa: B023
                 else:
                     takes = self.take(("steps", step, "takes"), lambda x: fields.duration(str(x)), Fixed(0))
-                    if text is None:
+                    if text is None and step not in lifts:
                         self.source.fault(at, f"neither column nor step says what '{step}' takes", mark=row[0].mark)
                 after = [(number[block, s], 0) for s in fields.words(self.source.at(("steps", step, "after")))]
                 if step in begins:
                     after += [(number[b, s], lag) for b, lag in predecessors if b in blocks for s in ends]
-                needs = self.needs(step, block, cells, capacities, number)
+                more = dict[str, int]()
+                if step in lifts:
+                    order = orders[len(made)] = order_of(self, lifts[step], row[0], cells, units)
+                    more = taken(self, order, step, self.types, capacities)
+                needs = self.needs(step, block, cells, capacities, number, more)
                 made.append(Activity(block, step, takes, needs, tuple(after), max(0, ready), calendars[step]))
         try:
             TopologicalSorter(waits_for).prepare()
@@ -248,15 +244,21 @@ class _Reading:
             mark = marks[blocks.index(first) if first in blocks else first // len(steps)]
             circle = _circle(error) if first in blocks else " after ".join(made[n].name for n in error.args[1][::-1])
             self.source.fault(("blocks",), f"blocks come after each other in a circle: {circle}", mark=mark)
-        return tuple(made), blocks
+        return tuple(made) if self.source.faults else self.lifted(made, orders, marks), blocks
 
-    def cell(self, cells: dict[str, TableCell], column: str, at: Path, of: Callable[[str], T], usual: Any) -> T:
-        """What `of` makes of a cell."""
-        found = cells.get(column)
-        return self.take((*at, column), of, usual, found.mark, found.text) if found else cast(T, usual)
+    def lifted(self, made: list[Activity], orders: dict[int, LiftOrder], marks: list[Mark]) -> tuple[Activity, ...]:
+        """The activities with what heavylift finds of their lifts."""
+        steps = len(made) // len(marks)
+        for (n, order), lift in zip(orders.items(), self.lifter([*orders.values()]) if orders else (), strict=True):
+            made[n] = replace(made[n], lift=lift, order=order)
+            if lift.state == "wrong":
+                step = ("steps", made[n].step, "set")
+                self.source.fault(step, f"block '{made[n].block}': {lift.why}", mark=marks[n // steps])
+                break
+        return tuple(made)
 
     def erection(self, steps: list[str]) -> tuple[list[str], list[str]]:
-        """The steps that begin the erection of a block, and those that end it."""
+        """Return the steps that begin the erection of a block, and those that end it."""
         given = fields.words(self.source.at(("erection",)))
         if given and len(given) != 2:
             self.source.fault(("erection",), "name the step that begins the erection and the one that ends it")
@@ -266,27 +268,61 @@ class _Reading:
 
     def needs(
         self, step: str, block: str, cells: dict[str, TableCell], capacities: dict[str, int],
-        number: dict[tuple[str, str], int],
+        number: dict[tuple[str, str], int], more: dict[str, int],
     ) -> tuple[Need, ...]:  # fmt: skip
-        """What a step of a block takes, in the order of the resources."""
+        """Return what a step of a block needs, in the order of the resources."""
         found = list[Need]()
         for resource in capacities:
             path = ("steps", step, "needs", resource)
             units = self.needed(path, resource, capacities, cells.get(f"{step} {resource}"))
+            units = max(units, more.get(resource, 0))
             if units:
                 until = self.source.at(("steps", step, "until", resource)) or step
                 found.append(Need(resource, units, number[block, str(until)]))
         return tuple(found)
 
+    def planned(self, activities: tuple[Activity, ...]) -> tuple[int, ...]:
+        """The starts [ns] of an existing schedule."""
+        file = self.source.at(("plan",))
+        if file is None or not activities:
+            return ()
+        found, marks, own = Planned(), dict[tuple[str, str], Mark](), self.source.root
+        root = own if (own / str(file)).exists() else FilePath.cwd()  # of a bundled yard
+        if str(file).lower().endswith(".xml"):
+            find = partial(planned_in_project, name=str(file))
+            found = self.take(("plan",), lambda x: find(within(root, root / str(x))), found)
+        else:
+            head, rows = self.table(("plan",), root)
+            for row in rows:
+                cells = dict(zip((column.key for column in head), row, strict=True))
+                if lacking := [key for key in ("block", "step", "start", "end") if key not in cells]:
+                    self.source.fault(("plan",), f"a schedule has no column '{lacking[0]}'", mark=head[0].mark)
+                    return ()
+                key = cells["block"].text, cells["step"].text
+                marks[key] = row[0].mark
+                if ends := self.take(("plan",), lambda _: planned_in_table(cells), None, row[0].mark):  # noqa: B023
+                    found[key] = ends
+        number = {(one.block, one.step): n for n, one in enumerate(activities)}
+        starts, zero = [-1] * len(activities), datetime(self.start.year, self.start.month, self.start.day)
+        for key, (start, _) in found.items():
+            if key not in number:
+                text = f"the schedule has a step '{key[1]}' of block '{key[0]}', which the yard has not"
+                self.source.fault(("plan",), text, mark=marks.get(key))
+            elif start < zero:
+                self.source.fault(("plan",), f"'{key[0]}' is planned before the yard's start", mark=marks.get(key))
+            else:
+                starts[number[key]] = round((start - zero).total_seconds()) * 10**9
+        return tuple(starts)
+
     def order(self, blocks: list[str]) -> tuple[str, ...]:
-        """The blocks in a given order, the others behind them."""
+        """Return the blocks in the given order, followed by the others."""
         given = fields.words(self.source.at(("order",)))
         for block in given:
             self.known(("order",), block, blocks, "block")
         return tuple(dict.fromkeys([*given, *blocks])) if given else ()
 
     def contract(self, blocks: list[str]) -> dict[str, date]:
-        """Dates by block, or of the delivery."""
+        """Return the contract dates by block, or of the delivery."""
         given = self.mapping(("contract",))
         for key in given:
             self.known(("contract", key), key, [DELIVERY, *blocks], "block")

@@ -18,7 +18,7 @@ class Bounce(Message):
 
 
 class FallingBall(Hybrid):
-    """Falls from a height [m]; a bounce keeps the fraction e of its speed, below 1 mm/s it rests."""
+    """A ball that falls from a height [m]; a bounce keeps the fraction e of its speed; below 1 mm/s it rests."""
 
     bounce = Out(Bounce)
 

@@ -10,7 +10,7 @@ from heavylift.nodes.devs import Atomic, Bag, In, Message, Out, seconds
 
 
 class Colour(StrEnum):
-    """The colour of the light."""
+    """Colour of the light."""
 
     RED = "red"
     GREEN = "green"

@@ -6,6 +6,7 @@ Comparison of two alternatives: verdicts, the maximum utilisation of each quanti
 import datetime
 import tempfile
 from collections.abc import Callable, Iterable, Iterator
+from math import inf
 from pathlib import Path
 from typing import NamedTuple
 
@@ -112,12 +113,8 @@ def _lead(rec: Recording, found: Facts) -> tuple[str, str]:
     message = f"{line} {message}" if verdict else f"{message} {line}"
     message += " The kernel has notes on how it was computed, listed below." if rec.notes() and not verdict else ""
     rated = rec.fact("rated", {})
-    uses = {name: peak.tension / rated[name] for name, peak in found.peaks.items() if rated.get(name)}
-    if uses:
-        most = max(uses, key=lambda name: uses[name])
-        message += f" Most used rope: {most}, {100 * uses[most]:.0f} % of its rated tension."
-    wrong = complaints(rec)
-    bad = wrong or status != "finished" or (not verdict and (rec.notes() or max(uses.values(), default=0.0) > 1.0))
+    wrong, beyond = complaints(rec), any(x.tension > (rated.get(name) or inf) for name, x in found.peaks.items())
+    bad = wrong or status != "finished" or (not verdict and (rec.notes() or beyond))
     state = "bad" if bad else verdict.state if verdict else ""
     return " ".join([*(f"Wrong: {what}." for what in wrong), message]), state
 

@@ -17,7 +17,7 @@ from heavylift.recordings.write.sink import Peak
 
 @dataclass(frozen=True)
 class Facts:
-    """Data of a report: a recording with its verdict, if any, and its plan as plain data."""
+    """Data of a report: a recording, its verdict, if any, and its plan as plain data."""
 
     rec: Recording
     verdict: RecordedVerdict | None
@@ -25,8 +25,8 @@ class Facts:
 
     @cached_property
     def peaks(self) -> dict[str, Peak]:
-        """Peak tension of each rope, from the recorded result."""
-        return recorded_peaks(self.rec)
+        """Peak tension of each rope, from the recorded result; those of its pieces are not shown."""
+        return {name: peak for name, peak in recorded_peaks(self.rec).items() if "~" not in name}
 
     @cached_property
     def stages(self) -> list[tuple[float, str]]:

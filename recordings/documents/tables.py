@@ -13,8 +13,10 @@ from heavylift.recordings.sheets.sheet import Cell, Marked, Table, columns, trim
 from .facts import Facts, block_rows, scene_table
 
 TONNE = 9806.65  # [N] its weight
+LEAST = 0.01  # [%] of an error that is listed
 UNITS = {
     "N": ("kN", 1e-3, 1),
+    "N m": ("kN m", 1e-3, 1),
     "kg": ("t", 1e-3, 1),
     "rad": ("deg", degrees(1.0), 2),
     "Pa": ("kPa", 1e-3, 0),
@@ -40,9 +42,7 @@ def _findings(f: Facts) -> Iterator[Table]:
 
 def _checks(f: Facts) -> Iterator[Table]:
     """Yield the table of all checks in short, with the governing one of each quantity."""
-    if f.verdict:
-        rows: list[list[Cell]] = [[Marked(row[0], _colour(row[0])), *row[1:]] for row in f.verdict.rows]
-        yield words("Checks", f.verdict.head, rows, *f.verdict.message)
+    yield from f.verdict.tables[:1] if f.verdict else ()
 
 
 def _clearances(f: Facts) -> Iterator[Table]:
@@ -58,7 +58,7 @@ def _clearances(f: Facts) -> Iterator[Table]:
 
 
 def _of_verdict(f: Facts) -> Iterator[Table]:
-    yield from f.verdict.tables if f.verdict else ()
+    yield from f.verdict.tables[1:] if f.verdict else ()
 
 
 def _scene(f: Facts) -> Iterator[Table]:
@@ -99,10 +99,9 @@ def _quantities(f: Facts) -> Iterator[Table]:
         bases = list(dict.fromkeys(c.basis for c in checks))
         rows = []
         for c in sorted(checks, key=lambda c: c.subject):
-            between = " to " in c.allowed
             worst, limit, error = (None if x is None else factor * x for x in (c.value, c.limit, c.error))
-            use = None if c.use is None or between else 100.0 * c.use
-            allowed = (None, c.allowed) if between else (limit, "")
+            use = None if c.use is None or c.between else 100.0 * c.use
+            allowed = (None, c.allowed) if c.between else (limit, "")
             state = Marked(c.word, c.state)
             rows.append((c.subject, worst, *allowed, use, error, c.t, c.stage, state, c.basis if bases[1:] else ""))
         notes = [f"Basis: {bases[0]}."] if len(bases) == 1 else []
@@ -113,8 +112,10 @@ def _quantities(f: Facts) -> Iterator[Table]:
 def _errors(f: Facts) -> Iterator[Table]:
     """Error estimates of the figures that no other table has."""
     known = f.rec.fact("errors", {}).items()
-    errors = ((name, 100.0 * x) for name, x in known if isinstance(x, float) and not name.startswith(LISTED))
-    yield Table("Errors of figures", columns("figure", "error [%] .3"), tuple(errors))
+    errors = [(name, 100.0 * x) for name, x in known if isinstance(x, float) and not name.startswith(LISTED)]
+    large = tuple(sorted((x for x in errors if x[1] >= LEAST), key=lambda x: -x[1]))
+    others = (f"{len(errors) - len(large)} others: within {LEAST:g} %.",) if len(large) < len(errors) else ()
+    yield Table("Errors of figures", columns("figure", "error [%] .2"), large, others)
     for fact, head, title in (
         ("measured", "run less log, uncertainties at 95 %", "Beside a measured lift"),
         ("certified", "figures, with half-widths at 95 %", "Certificate"),
@@ -131,7 +132,3 @@ def tables_of(found: Facts) -> list[Table]:
     """Return all tables that have rows, in reading order."""
     with found.rec.reading():
         return [table for make in TABLES for table in make(found) if table.rows]
-
-
-def _colour(state: str) -> str:
-    return state if state in ("red", "undecided", "green") else "amber"

@@ -1,7 +1,7 @@
 """The key instants of a lift, and world positions [m] of solids, ropes, hooks and lugs in each.
 
-Key instants are the ends of stages in which something has moved, evenly thinned, the instant of the maximum utilisation
-of a rope and that of the smallest clearance.
+Key instants are the ends of stages in which something has moved, evenly thinned, the instant of the largest utilisation
+of the verdict and that of the smallest clearance.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -12,16 +12,16 @@ import msgspec
 import numpy as np
 from heavylift.recordings.format import machines
 from heavylift.recordings.format.samples import POSE
+from heavylift.recordings.format.spellings import BEAMS
 from heavylift.recordings.format.viewer_messages import DrawnBox, RopeLine, corners, turned
 from heavylift.recordings.read.reader import Recording
-from heavylift.recordings.read.signal import HANGING
-from heavylift.recordings.read.verdict import Clearance, RecordedVerdict, recorded_peaks
+from heavylift.recordings.read.verdict import Clearance, RecordedVerdict
 from numpy.typing import NDArray
 
 MOST = 5  # ends of stages
 MOVED = 0.5  # [m] a body since the last one that is drawn
 ANCHOR = 0.05  # [m] marks of joints in the world are no larger
-WORLD = "world"
+WORLD, CLEARANCE = "world", "clearance"
 Floats = NDArray[np.float64]
 
 
@@ -78,8 +78,7 @@ def instants_of(rec: Recording, verdict: RecordedVerdict | None) -> list[DrawnIn
     plan = msgspec.json.decode(rec.attachments.get("resolved.json", b"{}"))
     if not _hooks(plan) or "/poses" not in rec.topics:
         return []
-    near = next(iter(verdict.clearances), None) if verdict else None
-    wanted = _wanted(rec, near)
+    wanted = _wanted(rec, verdict)
     if not wanted:
         return []
     total = rec.topics["/poses"].messages
@@ -100,19 +99,21 @@ def _hooks(plan: dict[str, Any]) -> list[dict[str, Any]]:
     return [hook for machine in plan.get("machines", []) for hook in machine.get("hooks", []) if "eye" in hook]
 
 
-def _wanted(rec: Recording, near: Clearance | None) -> list[tuple[float, str, Clearance | None]]:
+def _wanted(rec: Recording, verdict: RecordedVerdict | None) -> list[tuple[float, str, Clearance | None]]:
     """Return the times [s] of the key instants, with their captions, and the smallest clearance at its instant."""
     stages = rec.stages()
     end = rec.fact("sim_s", 0.0)
     found: list[tuple[float, str, Clearance | None]] = [
         (b, f"end of '{name}'", None) for (a, name), (b, _) in pairwise([*stages, (end, "")]) if b > a
     ]
-    rated = rec.fact("rated", {})
-    uses = [(x.tension / rated[name], x.time, name) for name, x in recorded_peaks(rec).items() if rated.get(name)]
-    if uses:
-        use, t, name = max(uses)
-        found.append((t, f"largest use: {name}, {100.0 * use:.0f} %", None))
-    if near is not None:
+    checks = verdict.checks if verdict else ()
+    uses = [x for x in checks if x.t is not None and x.use is not None and x.quantity != CLEARANCE and not x.between]
+    if most := max(uses, key=lambda x: x.use or 0.0, default=None):
+        found.append(
+            (most.t or 0.0, f"largest use: {most.quantity} of {most.subject}, {100.0 * (most.use or 0):.0f} %", None)
+        )
+    if verdict and verdict.clearances:
+        near = verdict.clearances[0]
         found.append((near.t, f"smallest clearance: {near.a} and {near.b}, {near.distance:.2f} m", near))
     return sorted(found, key=lambda x: x[:2])
 
@@ -140,7 +141,7 @@ def _instant(
     lines = rig.lines if rig else []
     tensions = {x.rope: _value(tension, x.rope) for x in lines}
     places = {name.removeprefix(POSE): x for name, x in poses.items()}
-    return instant(plan, title, t, rec.boxes(), places, lines, tensions, rec.fact(HANGING, {}), near)
+    return instant(plan, title, t, rec.boxes(), places, lines, tensions, rec.fact(BEAMS, {}), near)
 
 
 def instant(
@@ -154,7 +155,8 @@ def instant(
     hanging: Collection[str],
     near: Clearance | None = None,
 ) -> DrawnInstant:
-    """What is drawn of a plan (as data) at poses (7,) of its bodies; `hanging`: machines on hooks of others."""
+    """Return what is drawn of a plan (as data) with its bodies at poses (7,); `hanging`: machines on the hooks of
+    others."""
 
     def world(body: str, p: object) -> Floats:
         pose, point = poses.get(body), np.asarray(p, np.float64)

@@ -82,7 +82,7 @@ CELLS = (0.0, 62.0, 150.0, 202.0, 242.0, SIZE[0])
 
 
 def svg_alone(view: View, room: tuple[float, float]) -> str:
-    """A view in the middle of its own sheet of this size [mm], or larger if its items are."""
+    """Return a view as SVG, centred on its own sheet of this size [mm], or larger if its items need it."""
     points = np.concatenate([points_of(item) for item in view.items])
     low, high = points.min(axis=0), points.max(axis=0)
     width, height = np.maximum(high - low + 2 * MARGIN, room).tolist()

@@ -52,8 +52,8 @@ def general(x: DrawnInstant, room: tuple[float, float]) -> tuple[View, View]:
 
 
 def three(x: DrawnInstant, room: tuple[float, float]) -> tuple[View, View, View]:
-    """Plan and two elevations, each at the scale that fits a room [mm]; the second is seen from the right of the
-    first."""
+    """Return plan and two elevations, each at the scale that fits `room` [mm]; the second elevation is seen from the
+    right of the first."""
     h = main_axis(x)
     v = np.cross(UP, h)
     seen = x.of("crane", "block", "hook", "frame")

@@ -6,6 +6,7 @@ samples                which columns of a kernel sample belong to which topic; h
 viewer_messages        what viewers draw, in the foxglove schemas
 machines               cranes, slings and the block of a recorded plan; what a run says of itself in one or two lines
 digest                 what two equal runs share to the last byte; a temporary file of rows, read again in blocks
+spellings              former spellings that stay valid in scenes and recordings
 text                   tables, time spans and events for people, what others wrote as it may be printed
 """
 

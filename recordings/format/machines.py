@@ -52,7 +52,7 @@ def ties(plan: Data) -> list[Data]:
 
 
 def block(plan: Data) -> Data:
-    """The lifted block, with start pose; empty for none or several."""
+    """Return the lifted block with its start pose; empty for none or several."""
     found = [(machine, cargo) for machine in plan.get("machines", []) for cargo in machine.get("cargo", [])]
     if len(found) != 1:
         return {}

@@ -1,4 +1,4 @@
-"""Text for people: tables, time spans, events in a planner's words, which names were perhaps meant."""
+"""Text for people: time spans, events in a planner's words, which names were perhaps meant."""
 
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
@@ -11,23 +11,6 @@ GENERATOR = "heavylift"  # by which a file says who made it
 T = TypeVar("T")
 FORMULAS = tuple("=+-@\t\r\uff1d\uff0b\uff0d\uff20")  # how they begin, in wide letters, too
 MOST = 30  # names in a sentence
-
-
-def table(head: Sequence[str], rows: Sequence[Sequence[str]], numeric: Sequence[bool] = ()) -> str:
-    """Return columns side by side, `numeric` ones (default: of digits) right-aligned; "" without rows."""
-    if not rows:
-        return ""
-    head, rows = shown(head), shown(rows)
-    widths = [max(len(line[i]) for line in (head, *rows)) for i in range(len(head))]
-    right = numeric or [all(not row[i] or row[i][0].isdigit() for row in rows) for i in range(len(head))]
-    lines = [
-        "  ".join(
-            cell.rjust(width) if flush else cell.ljust(width)
-            for cell, width, flush in zip(line, widths, right, strict=True)
-        ).rstrip()
-        for line in (head, *rows)
-    ]
-    return "\n".join(f"  {line}" for line in lines)
 
 
 def shown(data: T) -> T:
@@ -50,7 +33,7 @@ def cell(value: object) -> object:
 
 
 def meant(name: str, names: Sequence[str]) -> str:
-    """Return a question with the names most similar to the given one, or a list of names."""
+    """Return a question with the known names most similar to a given one, or a list of all names."""
     lower = {x.lower(): x for x in names}
     near = [lower[x] for x in get_close_matches(name.lower(), lower, n=3, cutoff=0.7)]
     if near:

@@ -216,7 +216,7 @@ class Container:
         self._stream.seek(offset)
         found, body = RECORD.unpack(self._stream.read(RECORD.size))
         if found != opcode or body != length - RECORD.size:
-            raise ValueError(f"no {opcode.name.lower()} stands where the index says")
+            raise ValueError(f"no {opcode.name.lower()} is where the index says")
         return self._stream.read(body)
 
     def topics(self) -> dict[str, FileChannel]:
@@ -288,7 +288,7 @@ class Container:
         self._stream.seek(offset)
         opcode, _, found, size = INDEX.unpack(self._stream.read(INDEX.size))
         if opcode != Opcode.MESSAGE_INDEX or found != channel:
-            raise ValueError("no index of messages stands where the summary says")
+            raise ValueError("no index of messages is where the summary says")
         return int(size // ENTRY)
 
     def _unpack(self, index: ChunkIndex) -> bytes:

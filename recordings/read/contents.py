@@ -32,12 +32,13 @@ EVENT = msgspec.json.Decoder(RecordedEvent).decode
 
 
 class Unknown(ValueError):
-    """Raised for a value that the file does not determine."""
+    """Error for a value that cannot be determined from the file."""
 
 
 class Contents:
-    """Contents of a file, from its messages in order until `end`; then `digest`, `peaks` of ropes from rounded rows,
-    numbers of `events` and `rows`. No digest if values are `unknown` or rows `torn`, both sentences."""
+    """Contents of a file, computed from its messages in order until `end`: `digest`, `peaks` of ropes from rounded
+    rows, numbers of `events` and `rows`. There is no digest if values are `unknown` or rows `torn`; both are
+    sentences."""
 
     def __init__(self) -> None:
         self.peaks: dict[str, Peak] = {}

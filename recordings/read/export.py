@@ -42,7 +42,7 @@ HEAD = ["time [s]", "microstep", "model", "port", "index", "type"]
 
 
 def silent(rec: Recording) -> bool:
-    """Return whether a recording has events only, no samples."""
+    """Return whether a recording has events only and no samples."""
     return "model" in rec.run and not rec.signals()
 
 

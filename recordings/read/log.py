@@ -67,7 +67,7 @@ class LogTable:
         return out
 
     def seconds(self, column: str = "", unit: str = "") -> Floats:
-        """Return the times (n,) [s], which must rise and be complete; dates are counted from the first row."""
+        """Return the times (n,) [s], which must increase and be complete; dates are counted from the first row."""
         column = column or next((name for name, _ in self.head if name.lower() in TIMES), TIMES[0])
         k = self._number(column)
         dates = [_date(cells[k]) for cells in self.cells]

@@ -25,6 +25,7 @@ from heavylift.kernel.errors import RecordingError, SignalError, extra
 from heavylift.recordings.format.machines import settings
 from heavylift.recordings.format.samples import ERROR, MEASURED, POSE, thinned, unit_of
 from heavylift.recordings.format.schema import RecordedEvent
+from heavylift.recordings.format.spellings import BEAMS
 from heavylift.recordings.format.text import duration, meant
 from heavylift.recordings.sheets.sheet import Cell, table_html, words
 from numpy.typing import NDArray
@@ -170,9 +171,6 @@ def only(signal: Signal, columns: list[str]) -> Signal:
     return Signal(signal.t, signal.values[:, picks], columns, signal.unit, signal.name)
 
 
-HANGING = "loaders"  # fact: machines that hang on a hook of another one, by its rope
-
-
 class SignalSource(Protocol):
     """Interface of a recording that its parts need (`reader.Recording`)."""
 
@@ -207,7 +205,7 @@ class RecordedPart:
     def of(rec: SignalSource, name: str) -> "RecordedPart":
         """Return the part of this name; "legs/1" is legs-1. Raises SignalError if there is none."""
         names = (name, name.replace("/", "-"))
-        carried = {rope for hung, rope in rec.fact(HANGING, {}).items() if hung in names}
+        carried = {rope for hung, rope in rec.fact(BEAMS, {}).items() if hung in names}
         found: dict[str, list[str]] = {}
         parts: set[str] = set()
         for signal in rec.signals():

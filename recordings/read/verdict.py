@@ -17,8 +17,8 @@ from heavylift.kernel.errors import path_text
 from heavylift.recordings.format import machines
 from heavylift.recordings.format.machines import settings
 from heavylift.recordings.format.samples import POSE
-from heavylift.recordings.format.text import duration, table
-from heavylift.recordings.sheets.sheet import Table
+from heavylift.recordings.format.text import duration
+from heavylift.recordings.sheets.sheet import Table, listed
 from heavylift.recordings.write.sink import Peak
 
 from .contents import READ, Contents
@@ -48,12 +48,11 @@ class Clearance(msgspec.Struct, frozen=True, kw_only=True):
         return f"{self.distance:.2f} m, {self.a} and {self.b}, at {clock(self.t)}"
 
 
-class RecordedVerdict(msgspec.Struct, frozen=True, kw_only=True, rename={"message": "told"}):
+class RecordedVerdict(msgspec.Struct, frozen=True, kw_only=True):
     """All of a verdict: its state and line, all checks, worst first.
 
-    `head`, `rows`: checks as people read them, those of one kind and state in one row.  `told`: what standards foresee
-    and what is not determined.  `dynamic`: the amplification that a standard foresees for this lift, and its source.
-    `tables`: what only the scene knows, for the report.
+    `dynamic`: the amplification that a standard foresees for this lift, and its source.  `tables`: first the checks as
+    people read them, those of one kind and state in one row; then what only the scene knows, for the report.
     """
 
     red: bool
@@ -62,15 +61,12 @@ class RecordedVerdict(msgspec.Struct, frozen=True, kw_only=True, rename={"messag
     not_looked_at: tuple[str, ...] = ()
     clearances: tuple[Clearance, ...] = ()
     checks: tuple[Check, ...] = ()
-    head: tuple[str, ...] = ()
-    rows: tuple[tuple[str, ...], ...] = ()
-    message: tuple[str, ...] = ()
     dynamic: tuple[float, str] | None = None
     tables: tuple[Table, ...] = ()
 
     @property
     def findings(self) -> tuple[Check, ...]:
-        """What was found: beyond limits, warnings, notes."""
+        """What was found, in order of severity: exceeded limits, warnings, notes."""
         return findings(self.checks)
 
 
@@ -224,7 +220,7 @@ def _clearances(verdict: RecordedVerdict | None) -> str:
         [f"{c.a} and {c.b}", f"{c.distance:.2f} m", duration(c.t), c.place]
         for c in (verdict.clearances if verdict else ())
     ]
-    return table(["between", "at least", "at", "where"], rows)
+    return listed(["between", "at least", "at", "where"], rows)
 
 
 def _peaks(rec: Recording) -> str:
@@ -234,7 +230,7 @@ def _peaks(rec: Recording) -> str:
         limit = rated.get(name)
         use = [f"{limit / 1e3:.0f} kN", f"{100 * peak.tension / limit:.0f} %"] if limit else ["", ""]
         rows.append([name, f"{peak.tension / 1e3:.1f} kN", duration(peak.time), *use])
-    return table(["rope", "peak", "at", "rated", "use"], rows)
+    return listed(["rope", "peak", "at", "rated", "use"], rows)
 
 
 def _results(rec: Recording) -> str:
@@ -246,7 +242,7 @@ def _results(rec: Recording) -> str:
         ]
         for path, message in rec.results().items()
     ]
-    return table(["result of", "type", "fields"], rows)
+    return listed(["result of", "type", "fields"], rows)
 
 
 def _events(rec: Recording) -> str:
@@ -256,7 +252,7 @@ def _events(rec: Recording) -> str:
         if "port" in topic.metadata:
             count[topic.metadata["model"]] += topic.messages
             ports.setdefault(topic.metadata["model"], []).append(f"{topic.metadata['port']} {topic.messages}")
-    return table(["model", "events", "by port"], [[m, str(n), ", ".join(ports[m])] for m, n in count.items()])
+    return listed(["model", "events", "by port"], [[m, str(n), ", ".join(ports[m])] for m, n in count.items()])
 
 
 def _signals(rec: Recording) -> str:
@@ -266,7 +262,7 @@ def _signals(rec: Recording) -> str:
             rows.append([name, str(len(rec.columns(name))), rec.unit(name)])
     poses = [name for name in rec.signals() if name.startswith(POSE)]
     rows += [[f"{POSE}*", str(len(poses)), rec.unit(poses[0])]] if poses else []
-    return table(["signal", "columns", "unit"], rows)
+    return listed(["signal", "columns", "unit"], rows)
 
 
 def _channels(rec: Recording) -> str:
@@ -275,14 +271,14 @@ def _channels(rec: Recording) -> str:
         for topic in sorted(rec.topics.values())
         if "port" not in topic.metadata
     ]
-    return table(["channel", "messages", "schema"], rows)
+    return listed(["channel", "messages", "schema"], rows)
 
 
 def _attachments(rec: Recording) -> str:
     rows = [[name, _size(len(data))] for name, data in rec.attachments.items()]
     if kept := rec.checkpoints:
         rows.append([f"{len(kept)} checkpoints, for `heavylift branch`", _size(sum(kept.values()))])
-    return table(["attachment", "size"], rows)
+    return listed(["attachment", "size"], rows)
 
 
 def _size(n: int) -> str:

@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.samples import unit_of
-from heavylift.recordings.format.text import table
 from heavylift.recordings.read.export import matching
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.verdict import complaints, contents
+from heavylift.recordings.sheets.sheet import listed
 from numpy.typing import NDArray
 
 from .curves import Curve, Figure, Panel, checked, drawn, larger
@@ -75,7 +75,7 @@ class RecordingComparison:
         head = ["signal", "largest", "at", "RMS", "of its signal", "unit"]
         parts = [f"{self.a} and {self.b} differ", *self.wrong]
         parts += [f"first difference: {self.first}" if self.first else "events and samples are equal"]
-        parts += [*self.rows, table(head, rows[:ROWS])]
+        parts += [*self.rows, listed(head, rows[:ROWS])]
         if len(rows) > ROWS:
             parts.append(f"  and {len(rows) - ROWS} signals that differ less; all with --json")
         same = sum(d.most == 0.0 for d in self.differences)

@@ -80,7 +80,7 @@ def deflated(values: NDArray[np.generic]) -> str:
 
 
 def event_shown(t_ns: int, source: str, port: str, type_: str, value: object) -> dict[str, object]:
-    """Return an event in a few words; `inner`: internal to models, shown by type and fields."""
+    """Return an event in a few words; `inner` ones, internal to models, by type and fields."""
     fields = value if isinstance(value, dict) else {"": value}
     inner = is_inner(port)
     message = None if inner else _sentence(type_, fields)

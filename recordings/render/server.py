@@ -48,7 +48,7 @@ HEADERS = {
 
 
 def refusal(headers: Mapping[str, str], port: int) -> str:
-    """Why a request is refused by its headers, or ""; `headers`: found by any spelling of a name."""
+    """Return why a request is refused by its headers, or ""; `headers`: found by name in any spelling."""
     names = [f"{name}:{port}" for name in (HOST, "localhost")]
     if headers.get("Host", "") not in names:
         return "this page is served to this machine only"

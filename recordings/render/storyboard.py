@@ -111,7 +111,7 @@ def banded(axes: Axes, times: Sequence[float], last: float) -> Iterator[tuple[fl
 
 
 def spread(wanted: Sequence[float], highest: Sequence[float], gap: float) -> list[float]:
-    """Return the places nearest to the wanted ones that are at least `gap` apart, none above its `highest`."""
+    """Return places nearest to the wanted ones, at least `gap` apart, each at most at its `highest`."""
     blocks: list[tuple[float, int]] = []  # mean place of labels that touch, how many they are
     for i, place in enumerate(wanted):
         blocks.append((place - i * gap, 1))
@@ -172,12 +172,13 @@ class _Drawing:
         self._scene = rec.run.get("scene", "")
 
     def title(self, i: int) -> str:
-        """Stage and time of an instant."""
+        """Return stage and time of an instant as text."""
         stage = next((name for at, name in reversed(self._stages) if at <= self.times[i]), self._scene)
         return f"{stage}, {clock(self.times[i])}"
 
     def seen(self, i: int) -> tuple[list[Floats], list[Any], Floats]:
-        """Faces (4, 2) from far to near with their colours, and rope lines (n, 2, 2) of an instant, along x."""
+        """Return the faces (4, 2) of an instant from far to near with their colours, and its rope lines (n, 2, 2), seen
+        along x."""
         faces = []
         for box, world in self._boxes:
             if box.body in self._poses:
@@ -189,7 +190,7 @@ class _Drawing:
         return [f[1] for f in faces], [f[2] for f in faces], self._ropes[i][:, :, 1:]
 
     def draw(self, ax: Axes, i: int) -> tuple[PolyCollection, LineCollection, Text]:
-        """One instant: faces, then ropes, and its title."""
+        """Draw one instant: faces, ropes, and title."""
         from matplotlib.collections import LineCollection, PolyCollection
 
         faces, colours, lines = self.seen(i)

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import msgspec
 from heavylift.kernel.description.findings import clock
-from heavylift.recordings.format.text import GENERATOR, cell, table
+from heavylift.recordings.format.text import GENERATOR, cell, shown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -33,7 +33,7 @@ Value: TypeAlias = str | float | None
 
 
 class Marked(NamedTuple):
-    """A cell value with the colour of a state: red, amber, undecided, green, or a choice."""
+    """A cell value with the colour of a state: red, amber, undecided, green, or of a recommended choice."""
 
     value: Value
     state: str = "red"
@@ -51,7 +51,7 @@ class Column(msgspec.Struct, frozen=True, omit_defaults=True):
 
     @property
     def heading(self) -> str:
-        """Name and unit."""
+        """Return name and unit as column heading."""
         return f"{self.name} [{self.unit}]" if self.unit else self.name
 
     @property
@@ -72,8 +72,8 @@ class Column(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 def columns(*headings: str) -> tuple[Column, ...]:
-    """Return columns made from headings: `stage`, `peak [kN] .1`, `at [h:min:s]`; the number after the unit is that of
-    decimals."""
+    """Return columns from headings such as `stage`, `peak [kN] .1`, `at [h:min:s]`; the number after the unit is that
+    of decimals."""
     found = []
     for heading in headings:
         message, _, digits = heading.partition(" .")
@@ -83,7 +83,7 @@ def columns(*headings: str) -> tuple[Column, ...]:
 
 
 class Table(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A table with notes; not printed without rows. `blank`: a form to be filled in."""
+    """A table with notes, printed only if it has rows. `blank`: a form to be filled in."""
 
     title: str
     columns: tuple[Column, ...]
@@ -111,7 +111,7 @@ Part: TypeAlias = Table | Chart | Notes
 
 
 class Sheet(msgspec.Struct, frozen=True):
-    """A sheet: title, summary, state (colour), and the parts in reading order."""
+    """A sheet of a report: title, summary, state (colour), and the parts in reading order."""
 
     title: str
     lead: str
@@ -120,17 +120,17 @@ class Sheet(msgspec.Struct, frozen=True):
 
     @property
     def tables(self) -> tuple[Table, ...]:
-        """The tables that have rows."""
+        """The tables of the sheet that have rows."""
         return tuple(part for part in self.parts if isinstance(part, Table) and part.rows)
 
 
 def plain(cell: Cell) -> Value:
-    """Return the value of a cell, without its mark."""
+    """Return the value of a cell without its colour."""
     return cell.value if isinstance(cell, Marked) else cell
 
 
 def words(title: str, heads: Iterable[str], rows: Iterable[Iterable[Cell]], *notes: str) -> Table:
-    """Return a table of texts."""
+    """Return a table whose columns are texts."""
     return Table(title, tuple(map(Column, heads)), tuple(map(tuple, rows)), notes)
 
 
@@ -163,10 +163,28 @@ def _finite(value: Value) -> Value:
 
 
 def table_text(made: Table) -> str:
-    """Return a table as lines with printable cells; empty without rows."""
-    rows = [[column.text(cell) for column, cell in zip(made.columns, row, strict=True)] for row in made.rows]
-    numeric = [column.numeric for column in made.columns]
-    return table([column.heading for column in made.columns], rows, numeric)
+    """Return a table as columns side by side with printable cells, those of numbers right-aligned; empty without
+    rows."""
+    if not made.rows:
+        return ""
+    rows = [[x.text(cell) for x, cell in zip(made.columns, row, strict=True)] for row in made.rows]
+    lines = shown([[x.heading for x in made.columns], *rows])
+    columns = [*zip(*lines, strict=True)]
+    widths = [max(map(len, cells)) for cells in columns]
+    right = [
+        x.numeric or all(not cell or cell[0].isdigit() for cell in cells)
+        for x, (_, *cells) in zip(made.columns, columns, strict=True)
+    ]
+    texts = (
+        "  ".join(x.rjust(w) if flush else x.ljust(w) for x, w, flush in zip(line, widths, right, strict=True))
+        for line in lines
+    )
+    return "\n".join(f"  {text.rstrip()}" for text in texts)
+
+
+def listed(heads: Iterable[str], rows: Iterable[Iterable[Cell]]) -> str:
+    """Return columns of texts side by side."""
+    return table_text(words("", heads, rows))
 
 
 def text_of(sheet: Sheet) -> str:

@@ -88,7 +88,7 @@ class Broadcast(Spectator):
     def protobuf(
         self, topic: str, message: type[Message] | Descriptor, facts: Mapping[str, object] | None = None
     ) -> int:
-        """Add a channel, as `Sink.protobuf` does for a recording; returns its number."""
+        """Add a channel, as `RecordingSink.protobuf` does for a recording; returns its number."""
         self._topics.append(topic)
         self._listener.announce(topic, getattr(message, "DESCRIPTOR", message))
         return len(self._topics) - 1

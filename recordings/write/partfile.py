@@ -198,7 +198,7 @@ class _Guarded(io.FileIO):
             raise self._owner._lost("cut")
         if whole or now.st_mtime_ns != self._written_ns or now.st_size != self._size:
             if now.st_size != self._size or self._read() != self._crc:
-                raise self._owner._lost("written to by somebody else")
+                raise self._owner._lost("changed by another program")
             self._written_ns = now.st_mtime_ns
 
     def _read(self) -> int:

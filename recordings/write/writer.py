@@ -37,7 +37,7 @@ EVENT, SAMPLE = 0, 1  # at one instant events stand before the sample taken afte
 
 
 class PendingRows(NamedTuple):
-    """The rows of a block of some rows, from `first` on."""
+    """The pending rows of a block, from number `first` on."""
 
     rows: RowWriter
     block: RowBlock

@@ -21,15 +21,16 @@ from unittest.mock import patch
 from heavylift import simulate
 from heavylift.coordinator import verdict
 from heavylift.coordinator.run import run
-from heavylift.nodes.scene import load
+from heavylift.nodes.scene import load, parse
 from heavylift.nodes.statics import StaticRun
 from shared.rows import SHORT, options, row
 
 HEAVYLIFT = [sys.executable, "-c", "from heavylift.coordinator.cli import main; main()"]
 LIFT, END, TIMES = ("lift", ["end=10 s"], 1) if SHORT else ("turnover", [], 3)
 CHECKED = "lift"  # two cranes
-OBSTACLES = "\n".join(f"  shed-{i}: {{box: [8 m, 20 m, 9 m], at: [{40 + 12 * i} m, 110 m, 4.5 m]}}" for i in range(4))
+SHEDS = [f"  shed-{i}: {{box: [8 m, 20 m, 9 m], at: [{40 + 12 * i} m, 110 m, 4.5 m]}}" for i in range(4)]
 COLD_s, WARM_s, GRANT_COLD_s, GRANT_WARM_s = 3.0, 1.3, 3.0, 1.5
+SLOWER = 2.0  # with obstacles than without
 IMPORT_s, HELP_s, CHECK_s, OBSTACLES_s = 0.1, 0.3, 0.5, 1.0
 VERDICT_s, PATH_s, DOCUMENT_s, AGAIN_ms = 0.3, 1.0, 2.0, 20.0
 
@@ -72,6 +73,15 @@ def lift(folder: Path, cache: Path) -> tuple[float, float]:
     return granted, time.perf_counter() - began
 
 
+def checked(obstacles: int) -> float:
+    """CPU seconds of all checks of a new scene, with its path at rest and its clearances."""
+    sheds = "\n".join(["obstacles:", *SHEDS[:obstacles]]) if obstacles else ""
+    began = time.process_time()
+    scene = parse(f"heavylift: 1\nname: sheds\nextends: {CHECKED}\n{sheds}\n", passing=True)
+    assert not [x for x in scene.checked(verdict.near_at_rest(scene.plan, scene.statics)) if x.state == "red"]
+    return time.process_time() - began
+
+
 def again() -> float:
     """Seconds of `simulate` in a process that has done it before."""
     began = time.perf_counter()
@@ -112,9 +122,13 @@ def main() -> None:
         row("heavylift --help", least(lambda: command(folder, "--help")), "s", at_most=HELP_s)
         command(folder, "check", CHECKED)
         row("check, two cranes", least(lambda: command(folder, "check", CHECKED)), "s", at_most=CHECK_s)
-        (folder / "sheds.yaml").write_text(f"heavylift: 1\nextends: {CHECKED}\nobstacles:\n{OBSTACLES}\n")
+        (folder / "sheds.yaml").write_text("\n".join(["heavylift: 1", f"extends: {CHECKED}", "obstacles:", *SHEDS]))
         seconds = least(lambda: command(folder, "check", "sheds.yaml"))
         row("check, two cranes and four obstacles", seconds, "s", at_most=OBSTACLES_s)
+        checked(4)
+        none, one, four = (least(lambda n=n: checked(n)) for n in (0, 1, 4))  # type: ignore[misc]
+        row("checks of a new scene with an obstacle, CPU", one, "s", "without", none, at_most=SLOWER)
+        row("checks of a new scene with four obstacles, CPU", four, "s", "without", none, at_most=SLOWER)
         for _ in range(2):
             again()
         row("simulate, again in one process", 1e3 * least(again, 5 * TIMES), "ms", at_most=AGAIN_ms)
@@ -135,10 +149,10 @@ def main() -> None:
         path()
         row(f"{LIFT}, equilibrium path", least(path), "s", at_most=PATH_s)
         verdict.prepare()
-        with judging() as checked:
+        with judging() as judged:
             runs = [run(load(LIFT, END), folder / "run.mcap", in_process=True, force=True) for _ in range(TIMES)]
         kernel = min(r.budget.kernel for r in runs)
-        row(f"{LIFT}, verdict", min(checked), "s", "kernel of the same run", kernel, at_most=VERDICT_s, absolute=True)
+        row(f"{LIFT}, verdict", min(judged), "s", "kernel of the same run", kernel, at_most=VERDICT_s, absolute=True)
 
 
 if __name__ == "__main__":

@@ -46,7 +46,7 @@ def refused(*actions: str) -> str:
 
 
 @pytest.mark.parametrize("way", [-25.0, -10.0, 8.0])
-def test_luffing_moves_the_hook_by_the_rope_length_that_the_drum_path_takes_up(way: float) -> None:
+def test_luffing_moves_the_hook_by_the_change_of_rope_length_between_boom_tip_and_drum(way: float) -> None:
     """L0 (1 + T / EA) = falls below the tip + way to the drum / falls, whatever the angle."""
     scene = jib("legs: unhook", "jib main: hoist 10 m/min by 10 m", f"jib: luff 1 deg/s by {way} deg")
     first, last = scene.statics.states[0], scene.statics.states[-1]
@@ -57,7 +57,7 @@ def test_luffing_moves_the_hook_by_the_rope_length_that_the_drum_path_takes_up(w
     assert first.references["jib.main"] - last.references["jib.main"] == pytest.approx(10.0)
 
 
-def test_at_rest_the_rope_carries_the_weight_and_the_slings_share_it() -> None:
+def test_at_rest_the_hoist_rope_carries_the_weight_and_the_slings_share_it() -> None:
     scene = load("jib")
     hanging = next(s for s in scene.statics.states if s.stage == "slew" and not s.grounded)
     assert hanging.tensions["jib.main"] == pytest.approx((MODULE + HOOK) * G, rel=REST)
@@ -69,7 +69,7 @@ def test_at_rest_the_rope_carries_the_weight_and_the_slings_share_it() -> None:
         assert hanging.tensions[f"legs.sling-{i}"] == pytest.approx(tension, rel=REST)
 
 
-def test_slewing_leaves_the_swing_of_duhamels_integral(tmp_path: Path) -> None:
+def test_slewing_leaves_the_residual_swing_of_duhamels_integral(tmp_path: Path) -> None:
     """w'' + w0^2 w = -s'' for small swings, s the path of the tip; what is left turns both ways."""
     rate, ramp, distance = radians(1.0), radians(0.2), radians(40.0)
     freed = ("legs: unhook", "jib main: hoist 10 m/min by 10 m")
@@ -95,7 +95,7 @@ def test_slewing_leaves_the_swing_of_duhamels_integral(tmp_path: Path) -> None:
     assert far.min() == pytest.approx(abs(parts[0] - parts[1]), abs=LINEAR * far.max())
 
 
-def test_the_chart_refuses_a_radius_beyond_its_range_and_names_the_line() -> None:
+def test_a_radius_beyond_the_load_chart_is_refused_with_its_line() -> None:
     """22 t hang on the hook: 24 t may at 30 m, 20 t at 34 m, and between them 20 t."""
     up = ("jib main: hoist 1 m/min until all slings taut", "jib main: hoist 1 m/min until lifted")
     out = [degrees_at(r) for r in (29.9, 30.1)]
@@ -122,11 +122,11 @@ def degrees_at(radius: float) -> float:
         ("block: turn 1 deg/s to 30 deg", "'block' cannot turn"),
     ],
 )
-def test_orders_that_the_machine_cannot_carry_out_are_refused(order: str, told: str) -> None:
+def test_orders_that_a_machine_cannot_carry_out_are_refused(order: str, told: str) -> None:
     assert told in refused(order)
 
 
-def test_the_upper_limit_switch_stops_with_its_own_deceleration(tmp_path: Path) -> None:
+def test_the_upper_limit_switch_stops_hoisting_with_its_own_deceleration(tmp_path: Path) -> None:
     """The hook of the hall's crane comes to rest v^2 / 2a above the switch; orders have ramps of 0.1 m/s2."""
     text = "extends: hall\nname: hall\nactions: [{hall: hoist 5 m/min ramp 0.1 m/s2 until after 300 s}]\n"
     scene = parse(text.replace("[{hall", "[{legs: unhook}, {hall"), "scene.yaml", passing=True)
@@ -136,7 +136,7 @@ def test_the_upper_limit_switch_stops_with_its_own_deceleration(tmp_path: Path) 
     assert z == pytest.approx(17.0 + (5 / 60) ** 2 / (2 * 0.5), abs=2e-3)
 
 
-def test_the_hall_is_crossed_without_residual_swing(tmp_path: Path) -> None:
+def test_a_crane_crosses_the_hall_without_residual_swing(tmp_path: Path) -> None:
     run(load("hall"), tmp_path / "hall.mcap", in_process=True)
     recording = Recording(tmp_path / "hall.mcap")
     begun = {name: t for t, name in recording.stages()}

@@ -34,7 +34,7 @@ actions:
 LOST = 0.5 * 600.0 * 2.0**2 / 2.0 + 0.5 * 1000.0 * 0.1**2  # half of the spin's energy, all of the slide's [J]
 
 
-def test_two_discs_share_their_angular_momentum(tmp_path: Path) -> None:
+def test_two_discs_that_are_locked_together_share_their_angular_momentum(tmp_path: Path) -> None:
     """Equal discs: both turn at half the speed; half of the spin's energy and all of the slide's become heat."""
     one, many = (play(tmp_path, SCENE, in_process=here) for here in (True, False))
     assert one.result["digest"] == many.result["digest"]
@@ -49,7 +49,7 @@ def test_two_discs_share_their_angular_momentum(tmp_path: Path) -> None:
     assert abs(heat[-1] - LOST) < 1e-9
 
 
-def test_the_lost_energy_is_reported_to_the_model_and_on_record(tmp_path: Path) -> None:
+def test_the_energy_lost_by_locking_a_moving_joint_is_reported_and_recorded(tmp_path: Path) -> None:
     """The kernel answers the command at the next microstep; without motion there is nothing to lose."""
     again = SCENE + "  - bolt: lock\n"
     one, many = (play(tmp_path, again, in_process=here) for here in (True, False))
@@ -65,7 +65,9 @@ def test_the_lost_energy_is_reported_to_the_model_and_on_record(tmp_path: Path) 
     assert message[0].port == "state_mechanism"
 
 
-def test_the_lost_energy_is_printed_among_the_stages(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_energy_lost_by_locking_a_joint_is_printed_among_the_stages(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     """One line with the time, the lock and what has become heat."""
     scene = tmp_path / "scene.yaml"
     scene.write_text(SCENE)

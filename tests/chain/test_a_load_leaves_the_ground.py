@@ -31,7 +31,7 @@ def test_a_load_lifts_off_when_the_rope_carries_its_weight(pick_up: Recording) -
     assert near(stretched, FORM["t_lift"], CONSTANT_STIFFNESS)
 
 
-def test_the_load_dances_by_the_hoisting_factor(pick_up: Recording) -> None:
+def test_a_load_lifted_off_too_fast_bounces_by_the_hoisting_factor(pick_up: Recording) -> None:
     _, tension = channel(pick_up, "rope/tension")
     _, peak = channel(pick_up, "rope/peak")
 

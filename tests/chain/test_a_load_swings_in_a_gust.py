@@ -47,7 +47,7 @@ def test_a_load_hangs_where_the_wind_holds_it(tmp_path: Path, law: str) -> None:
     assert place == pytest.approx(0.3 * np.cos(2.0 * t), abs=1e-5)
 
 
-def test_a_gust_is_the_same_in_processes(tmp_path: Path, law: str) -> None:
+def test_a_run_in_gusts_is_the_same_in_one_process_and_in_several(tmp_path: Path, law: str) -> None:
     scene = SCENE.format(end=4, start=0, gusts="[[1 s, 0], [1 s, 15 m/s], [2 s, 15 m/s], [3 s, 10 m/s]]", law=law)
     one, many = (play(tmp_path, scene, in_process=here) for here in (True, False))
 

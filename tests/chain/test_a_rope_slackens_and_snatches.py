@@ -20,7 +20,7 @@ Events = list[tuple[float, str]]
 
 
 @pytest.mark.parametrize("in_process", [True, False], ids=["one process", "processes"])
-def test_setting_down_unloads_the_rope(tmp_path: Path, in_process: bool) -> None:
+def test_setting_down_a_load_unloads_its_rope(tmp_path: Path, in_process: bool) -> None:
     rope = Rope()
     scene = (
         rope.scene(samples=100, end=5, z=0.0, length=rope.carrying) + "actions:\n  - rope: lower 0.05 m/s by 0.2 m\n"
@@ -49,7 +49,7 @@ def pick_up(folder: Path, rope: Rope, speed: float) -> tuple[Events, Events]:
     return sorted(got), rope.hoisted(lifted, speed, end)
 
 
-def test_a_load_picked_up_too_fast_leaves_the_ground(tmp_path: Path) -> None:
+def test_a_load_lifted_too_fast_bounces_off_the_ground_once(tmp_path: Path) -> None:
     got, want = pick_up(tmp_path, Rope(), FORM["given"]["v_pick"])
 
     assert [what for _, what in got] == [what for _, what in want]
@@ -66,7 +66,9 @@ def test_winding_does_not_change_the_stiffness_of_a_very_long_rope(tmp_path: Pat
 
 
 @pytest.mark.parametrize(("speed", "flies"), [(1.17, False), (1.19, True)])
-def test_a_load_flies_above_a_critical_speed_only(tmp_path: Path, speed: float, flies: bool) -> None:
+def test_a_load_jumps_off_the_ground_only_above_a_critical_hoist_speed(
+    tmp_path: Path, speed: float, flies: bool
+) -> None:
     assert 1.17 < FORM["expected"]["v_slack"] < 1.19
 
     got, want = pick_up(tmp_path, VERY_LONG, speed)
@@ -74,7 +76,7 @@ def test_a_load_flies_above_a_critical_speed_only(tmp_path: Path, speed: float, 
     assert bool(got) == bool(want) == flies
 
 
-def test_a_falling_load_snatches_again_and_again(tmp_path: Path) -> None:
+def test_a_bouncing_load_snatches_its_rope_again_and_again(tmp_path: Path) -> None:
     fall, sag = FORM["given"]["h"], FORM["given"]["d_st"]
     length = 60.0 + fall
     scene = Rope(60.0, STIFFNESS * length).scene(samples=1000, end=10, z=0.0, length=length, pad=False)

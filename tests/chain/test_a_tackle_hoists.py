@@ -36,7 +36,7 @@ actions:
 """
 
 
-def test_the_lead_carries_more_than_the_dead_end(tmp_path: Path) -> None:
+def test_the_lead_part_of_a_tackle_carries_more_than_its_dead_end(tmp_path: Path) -> None:
     recording = play(tmp_path, SCENE)
     eta = FORM["given"]["eta"]
     t, lead = channel(recording, "reeving/tension", "fall.1")

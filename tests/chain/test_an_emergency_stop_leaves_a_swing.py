@@ -23,7 +23,7 @@ def stopped(tmp_path_factory: pytest.TempPathFactory) -> Recording:
     return Recording(path)
 
 
-def test_every_moving_axis_stops_with_its_own_emergency_deceleration(stopped: Recording) -> None:
+def test_in_an_emergency_stop_every_moving_axis_uses_its_own_deceleration(stopped: Recording) -> None:
     done = {e.value["actor"]: e.t_ns * 1e-9 for e in stopped.events() if e.type == "Done"}
     begun = {name: t for t, name in stopped.stages()}
     hit = begun["emergency stop"]
@@ -35,7 +35,7 @@ def test_every_moving_axis_stops_with_its_own_emergency_deceleration(stopped: Re
     assert distance == pytest.approx(V * (30.0 - V / RAMP / 2) + V**2 / (2 * EMERGENCY), abs=2e-3)
 
 
-def test_the_swing_is_that_of_duhamels_integral(stopped: Recording) -> None:
+def test_the_swing_after_an_emergency_stop_is_that_of_duhamels_integral(stopped: Recording) -> None:
     """w'' + w0^2 w = -s'': what is left of the ramp of the start and of the stop, w0 as it swings at the end."""
     begun = {name: t for t, name in stopped.stages()}
     pose = stopped["pose/block"]
@@ -50,7 +50,7 @@ def test_the_swing_is_that_of_duhamels_integral(stopped: Recording) -> None:
     assert np.ptp(x) / 2 == pytest.approx(abs(left) / w0, rel=LINEAR)
 
 
-def test_a_turn_is_stopped_for_all_participating_axes() -> None:
+def test_an_emergency_stop_of_a_turn_stops_all_participating_axes() -> None:
     """One hook of three is reported to stop: the whole turn stands near 3 degrees, and the list comes to its end."""
     turn = "{block: turn 0.18 deg/s to 30 deg}"
     scene = parse(
@@ -65,7 +65,7 @@ def test_a_turn_is_stopped_for_all_participating_axes() -> None:
     assert degrees(last.references["turn"]) == pytest.approx(3.0 + 0.18**2 / (2 * 0.18 / 20.0), abs=0.3)
 
 
-def test_a_stop_of_an_axis_at_rest_is_done_at_once(tmp_path: Path) -> None:
+def test_stopping_an_axis_at_rest_is_done_at_once(tmp_path: Path) -> None:
     scene = parse("extends: lift\nname: lift\nend: 5 s\nactions: [{crane: stop}, {crane H1: stop}]\n", passing=True)
     run(scene, tmp_path / "run.mcap", in_process=True)
     done = [(e.t_ns, e.value["actor"]) for e in Recording(tmp_path / "run.mcap").events() if e.type == "Done"]

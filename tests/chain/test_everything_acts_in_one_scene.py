@@ -86,7 +86,7 @@ def story() -> Simulation:
 
 
 @pytest.mark.large
-def test_its_energy_closes_over_impact_snatch_and_lock(story: Simulation) -> None:
+def test_the_energy_balance_closes_over_impact_rope_snatch_and_joint_lock(story: Simulation) -> None:
     assert [(e.name, e.what) for _, e in story.log if e.name in ("sling", "bolt")] == [
         ("sling", "taut"),
         ("bolt", "locked"),
@@ -101,7 +101,7 @@ def test_its_energy_closes_over_impact_snatch_and_lock(story: Simulation) -> Non
 
 
 @pytest.mark.large
-def test_bits_do_not_depend_on_grants(story: Simulation) -> None:
+def test_results_do_not_depend_on_how_grants_cut_the_run(story: Simulation) -> None:
     cuts = tuple(int(t) for t in np.random.default_rng(3).integers(0, 60 * MS, 40))
     again = told(tuple(sorted(cuts)))
     assert again.log == story.log
@@ -110,7 +110,7 @@ def test_bits_do_not_depend_on_grants(story: Simulation) -> None:
 
 
 @pytest.mark.large
-def test_floats_give_the_same_results_as_native_code() -> None:
+def test_interpreted_floats_give_the_same_results_as_native_code() -> None:
     """Through the impacts of the crate and the snatch of the sling, at a coarse tolerance: floats are slow."""
     native, oracle = (Simulation(system(), tolerance=1e-4, sample_ns=MS, native=n) for n in (True, False))
     for s in (native, oracle):

@@ -47,7 +47,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Recording:
     return recorded(load("crawler", ["samples=50 Hz"]), tmp_path_factory.mktemp("crawler"))
 
 
-def test_the_chart_stops_the_boom_at_the_last_radius_that_it_allows(whole: Recording) -> None:
+def test_the_load_chart_interlock_stops_the_boom_at_the_last_allowed_radius(whole: Recording) -> None:
     (t, _), *_ = said(whole, "Tripped")
     pose = whole["pose/crawler.main"]
     x, y = (np.interp(t, pose.t, pose.values[:, i]) for i in (0, 1))
@@ -59,7 +59,7 @@ def test_the_chart_stops_the_boom_at_the_last_radius_that_it_allows(whole: Recor
     assert degrees(before) == pytest.approx(degrees(acos((RADIUS - FOOT) / BOOM)), abs=AHEAD)
 
 
-def test_luffing_in_resets_it_and_the_module_is_set_down(whole: Recording) -> None:
+def test_luffing_in_resets_the_interlock_and_the_module_can_be_set_down(whole: Recording) -> None:
     trips = [(value["over"], value["bypassed"]) for _, value in said(whole, "Tripped")]
     assert trips[0] == (True, False)
     assert trips[-1] == (False, False)
@@ -70,12 +70,12 @@ def test_luffing_in_resets_it_and_the_module_is_set_down(whole: Recording) -> No
     ]
 
 
-def test_check_reports_that_the_chart_stops_it() -> None:
+def test_check_reports_that_the_load_chart_interlock_stops_the_boom() -> None:
     message = [f.sentence for f in load("crawler").findings if f.quantity == "interlock"]
     assert message == [STOPPED]
 
 
-def test_hoisting_and_luffing_out_are_blocked_and_lowering_is_allowed(tmp_path: Path) -> None:
+def test_a_tripped_interlock_blocks_hoisting_and_luffing_out_but_not_lowering(tmp_path: Path) -> None:
     more = ("{when: luff stopped, crawler main: hoist 1 m/min by 0.5 m, crawler: luff 0.3 deg/s by -1 deg}",)
     scene = crawler(*UP, OUT, *more, "{when: moves stopped, crawler main: lower 1 m/min by 0.5 m}")
     rec = recorded(scene, tmp_path)
@@ -92,7 +92,7 @@ def test_a_bypassed_interlock_is_reported_and_stops_nothing(tmp_path: Path) -> N
     assert not [value for _, value in said(rec, "Limit") if value["actor"] == "crawler.luffer"]
 
 
-def test_actions_without_an_interlock_are_refused_as_before() -> None:
+def test_without_an_interlock_the_action_list_is_refused_as_before() -> None:
     with pytest.raises(SceneError, match=r"would be 42\.0 t, 175 %; 24\.0 t is allowed"):
         parse("extends: jib\nname: jib\nblock: {mass: 40 t}\n", "scene.yaml", passing=True)
 
@@ -100,7 +100,7 @@ def test_actions_without_an_interlock_are_refused_as_before() -> None:
 BAD = {  # an interlock of the scene, and what is reported of it
     "{when: all slings taut, stops: [hoist]}": "an interlock watches one measured quantity, such as",
     "{when: load of crawler >= 3 t and wind >= 3 m/s, stops: all}": "an interlock watches one measured quantity",
-    "{when: load of crawler >= 3 t}": "an interlock stops something, or tells something: add 'stops' or 'tells'",
+    "{when: load of crawler >= 3 t}": "an interlock needs an effect: add 'stops' or 'tells'",
     "{when: load of crane >= 3 t, stops: all}": "there is no 'crane' with load",
     "{when: load of crawler >= 3 t, stops: [host]}": "did you mean 'hoist'?",
     "{when: load of crawler >= 3 t, stops: [luff up]}": "nothing can 'luff up'",
@@ -125,7 +125,7 @@ ORDERS = {
 
 
 @pytest.mark.parametrize(("given", "told"), BAD.items())
-def test_a_bad_interlock_is_reported_with_its_line(given: str, told: str) -> None:
+def test_an_invalid_interlock_is_reported_with_its_line(given: str, told: str) -> None:
     with pytest.raises(SceneError) as error:
         crawler("wait: 1 s", more=f"interlocks:\n  limit: {given}\n")
     assert told in str(error.value)
@@ -133,7 +133,7 @@ def test_a_bad_interlock_is_reported_with_its_line(given: str, told: str) -> Non
 
 
 @pytest.mark.parametrize(("order", "told"), ORDERS.items())
-def test_a_bad_order_is_reported_with_its_line(order: str, told: str) -> None:
+def test_an_invalid_order_to_an_interlock_is_reported_with_its_line(order: str, told: str) -> None:
     with pytest.raises(SceneError) as error:
         crawler(order)
     assert told in str(error.value)

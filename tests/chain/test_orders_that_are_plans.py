@@ -48,7 +48,7 @@ def test_cranes_that_travel_together_stop_together(tmp_path: Path, first: str, t
 # above
 
 
-def test_a_trolley_ends_above_the_middle_of_lugs() -> None:
+def test_a_trolley_goes_to_the_middle_above_the_lugs() -> None:
     away, back = (f"crane lower trolley: traverse 20 m/min {to}" for to in ("by 3 m", "to above [R1, R2]"))
     made = scene("lift", "crane H3: unhook", away, back, more="end: 200 s\n")
     ends = {s.action: s.poses["crane.lower"][0][1] for s in made.statics.states}
@@ -57,7 +57,7 @@ def test_a_trolley_ends_above_the_middle_of_lugs() -> None:
 
 
 @pytest.mark.parametrize("lugs", [("N1",), ("N1", "N3"), ("N2", "N4"), ("N1", "N2", "N3", "N4")])
-def test_a_boom_slews_and_luffs_to_above_lugs(lugs: tuple[str, ...]) -> None:
+def test_a_boom_slews_and_luffs_to_a_point_above_the_lugs(lugs: tuple[str, ...]) -> None:
     """After both, the hook hangs above the middle: its azimuth and its radius are those of the lugs."""
     listed = ", ".join(lugs)
     made = scene(
@@ -81,7 +81,7 @@ def tilt(made: LoadedScene, action: int) -> float:
 
 
 @pytest.mark.parametrize(("verb", "hook"), [("hoist", "H3"), ("lower", "H3"), ("hoist", "H1"), ("lower", "H1")])
-def test_a_hook_levels_the_block(verb: str, hook: str) -> None:
+def test_a_hook_levels_the_block_by_hoisting_its_low_side(verb: str, hook: str) -> None:
     hooks = ["crane H3"] if hook == "H3" else ["crane H1", "crane H2"]
     level = f"block: level 0.3 m/min within 0.1 deg with {', '.join(hooks)}"
     off = "{" + ", ".join(f"{each}: {verb} 1 m/min by 0.4 m" for each in hooks) + "}"
@@ -198,11 +198,11 @@ def test_levelling_counts_the_tilt_of_any_block(seed: int) -> None:
         ("crane: travel 10 m/min to above P1", "after 'above' '[' must follow"),
     ],
 )
-def test_a_levelling_order_without_meaning_is_reported(order: str, told: str) -> None:
+def test_a_levelling_order_that_makes_no_sense_is_reported(order: str, told: str) -> None:
     assert_refused("lift", order, told)
 
 
-def test_lugs_out_of_reach_are_reported() -> None:
+def test_lugs_that_a_hook_cannot_reach_are_reported() -> None:
     with pytest.raises(SceneError, match=r"jib\.luffer does not come above N2"):
         scene(
             "jib",
@@ -215,7 +215,7 @@ def test_lugs_out_of_reach_are_reported() -> None:
 # hold
 
 
-def test_a_drive_that_holds_a_position_stops_and_then_its_brake_engages() -> None:
+def test_a_drive_that_holds_a_position_stops_before_its_brake_engages() -> None:
     """A cart that runs stops with its emergency deceleration; the brake closes when it stands."""
     text = """\
 heavylift: 1

@@ -28,7 +28,7 @@ def samples(recording, joint: str) -> tuple[Array, Array, Array]:
     return t[once], angle[once], rate[once]
 
 
-def test_a_load_on_a_rigid_link_takes_the_exact_period(tmp_path: Path) -> None:
+def test_a_load_on_a_rigid_link_has_the_exact_pendulum_period(tmp_path: Path) -> None:
     form = CLOSED_FORMS["C01"]
     want = form["expected"]["T"]
     assert near(4 * np.sqrt(60 / G) * ellipk(np.sin(np.radians(5)) ** 2), want, 1e-14)
@@ -40,7 +40,7 @@ def test_a_load_on_a_rigid_link_takes_the_exact_period(tmp_path: Path) -> None:
     assert (falls[SWINGS] - falls[0]) / SWINGS / linear - 1 == pytest.approx(1.9e-3, abs=1e-5)
 
 
-def test_a_pendulum_that_the_commander_waits_for_reports_the_same_period(tmp_path: Path) -> None:
+def test_the_commander_measures_the_same_pendulum_period(tmp_path: Path) -> None:
     there_and_back = """\
   - {when: position of pivot <= 0 deg, wait: 1 s}
   - {when: position of pivot >= 0 deg, wait: 1 s}
@@ -69,7 +69,7 @@ mechanism:
 """
 
 
-def test_a_trolley_that_is_free_to_roll_shortens_the_period_and_keeps_the_momentum(tmp_path: Path) -> None:
+def test_a_freely_rolling_trolley_shortens_the_pendulum_period_and_conserves_momentum(tmp_path: Path) -> None:
     want = CLOSED_FORMS["C04"]["expected"]
     trolley, load_mass, link = 400e3, 450e3, 50.0
 

@@ -52,7 +52,9 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Recording:
 
 
 @pytest.mark.parametrize(("form", "actuator", "order", "stands"), MOVES)
-def test_a_move_takes_its_trapezoid(recording: Recording, form: str, actuator: str, order: int, stands: float) -> None:
+def test_a_move_takes_the_time_of_its_trapezoidal_speed_profile(
+    recording: Recording, form: str, actuator: str, order: int, stands: float
+) -> None:
     events = [e for e in recording.events() if e.type in ("Order", "Done") and e.value["actor"] == actuator]
     begun = [e for e in events if e.type == "Order" and e.value["what"]["type"] == "motion"][order]
     done = [e for e in events if e.type == "Done"][order]
@@ -62,13 +64,15 @@ def test_a_move_takes_its_trapezoid(recording: Recording, form: str, actuator: s
     assert done.value["position"] == pytest.approx(stands, abs=PLACE)
 
 
-def test_all_closed_forms_are_reported_and_the_run_ends_with_the_last_move(recording: Recording) -> None:
+def test_all_stages_take_the_times_of_their_closed_forms_and_the_run_ends_with_the_last_move(
+    recording: Recording,
+) -> None:
     assert {form for form, *_ in MOVES} == set(FORM)
     last = recording.events()[-1]
     assert (last.type, last.t_ns) == ("Finished", seconds(2 * 602.5))
 
 
-def test_the_ropes_have_the_lengths_that_were_reported(recording: Recording) -> None:
+def test_ropes_end_with_the_lengths_that_were_reported(recording: Recording) -> None:
     length, rate = recording.signal("rope/length"), recording.signal("rope/length_rate")
     at = [length.names.index(name) for name in ("crane.H1", "crane.H2", "crane.H3")]
     assert length.values[-1, at] == pytest.approx([60.0, 40.2, 60.0], abs=PLACE)

@@ -22,7 +22,7 @@ mechanism:
 """
 
 
-def test_the_recording_of_a_parked_cart_reaches_the_end_time(tmp_path: Path) -> None:
+def test_a_parked_cart_is_recorded_up_to_the_end_time(tmp_path: Path) -> None:
     t, place = channel(play(tmp_path, AT_REST), "joint/position", "rail.travel")
     assert list(np.unique(t)) == [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0 - 1e-9]
     assert (place == 3.0).all()

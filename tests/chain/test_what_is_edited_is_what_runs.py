@@ -42,7 +42,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Recording:
 
 
 @pytest.mark.parametrize("stage", STAGES)
-def test_removing_an_action_changes_the_run(tmp_path: Path, whole: Recording, stage: str) -> None:
+def test_removing_an_action_from_the_list_changes_the_run(tmp_path: Path, whole: Recording, stage: str) -> None:
     assert stages(whole)[:4] == list(STAGES)
 
     poorer = play(tmp_path, without(LIFT, stage))
@@ -71,7 +71,7 @@ def test_reordered_actions_run_in_their_new_order(tmp_path: Path, whole: Recordi
 
 
 @pytest.mark.parametrize("parent", ["link-3", "link-2"])
-def test_a_joint_on_another_body_changes_the_path_matrix_and_the_motion(tmp_path: Path, parent: str) -> None:
+def test_attaching_a_joint_to_another_body_changes_the_path_matrix_and_the_motion(tmp_path: Path, parent: str) -> None:
     change = f"mechanism.joints.J4.parent={parent}"
     graph = build_graph(system(load("arm", [change]).plan))
     row = next(i for i, link in enumerate(graph.links) if link.body.name == "link-4")
@@ -136,7 +136,7 @@ def half_period(recording: Recording) -> float:
         ),
     ],
 )
-def test_each_atomic_carries_its_part_of_the_motion(
+def test_each_atomic_model_carries_its_part_of_the_motion(
     tmp_path: Path, atomic: str, change: dict[str, str], period: float
 ) -> None:
     text = PENDULUM

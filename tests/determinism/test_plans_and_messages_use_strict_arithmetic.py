@@ -63,6 +63,7 @@ KERNEL = {
     "kernel/methods/stability.py": TELLS_STEPS,
     "kernel/simulation/safeguards/step_check.py": TELLS_STEPS,
     "kernel/forces/springs.py": "whether the matrices of a bushing can be",
+    "kernel/forces/radiation.py": "whether the memory of the water is passive",
     "kernel/methods/radau.py": "its amplification on floats, which judges fixed steps",
     "kernel/compiler/llvm_function.py": "writes code",
     "kernel/islands/dense_output.py": "values between samples; nothing follows from them",
@@ -101,7 +102,7 @@ def used(tree):
 
 
 @pytest.mark.parametrize("path", sources())
-def test_nodes_use_no_function_whose_bits_depend_on_a_library(path):
+def test_no_function_whose_bits_depend_on_a_library_is_used_in_nodes(path):
     allowed = ALLOWED.get(path, {})
     tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
     found = sorted({(line, name) for line, name in used(tree) if name not in allowed})
@@ -110,7 +111,7 @@ def test_nodes_use_no_function_whose_bits_depend_on_a_library(path):
 
 
 @pytest.mark.parametrize("path", [p.relative_to(ROOT).as_posix() for p in sorted((ROOT / "kernel").rglob("*.py"))])
-def test_the_kernel_computes_decisions_by_its_own_algebra(path):
+def test_the_kernel_makes_decisions_with_its_own_algebra_only(path):
     tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
     found = sorted({(line, name) for line, name in used(tree) if name not in {"@", "**"}})
     found = [(line, name) for line, name in found if name.removeprefix("np.") not in ELEMENTS]
@@ -121,7 +122,7 @@ def test_the_kernel_computes_decisions_by_its_own_algebra(path):
 
 
 @pytest.mark.parametrize("path", [*sorted(p.name for p in (ROOT / BODIES).glob("*.py")), *ALGEBRA])
-def test_constants_of_flexible_bodies_are_products_in_a_stated_order(path):
+def test_constants_of_flexible_bodies_are_products_in_a_fixed_order(path):
     """A simulation continues with them; twelve digits would not hide the order in which a library sums."""
     folder = "kernel/algebra" if path in ALGEBRA else BODIES
     tree = ast.parse((ROOT / folder / path).read_text(encoding="utf-8"))
@@ -130,7 +131,7 @@ def test_constants_of_flexible_bodies_are_products_in_a_stated_order(path):
     assert bool(found) == (path in FLEXIBLE), f"{path} {found}: see kernel/algebra/arrays.py"
 
 
-def test_the_search_finds_forbidden_functions():
+def test_the_search_for_forbidden_functions_finds_them():
     text = "from scipy.linalg import eigh\nimport math\nfrom math import cos\n"
     text += "x = math.hypot(1, 2) + cos(1) + y**0.5 + 2**3\n"
     text += "z = np.linalg.solve(A, b) @ c"
@@ -139,7 +140,7 @@ def test_the_search_finds_forbidden_functions():
     ]  # fmt: skip
 
 
-def test_elementary_functions_and_dense_algebra_start_without_numpy():
+def test_elementary_functions_and_dense_algebra_load_without_numpy():
     """Node processes and plans use them, and should start at once."""
     code = (
         "import sys; from heavylift.kernel.algebra import dense, elementary; "

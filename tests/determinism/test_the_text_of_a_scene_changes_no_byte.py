@@ -66,7 +66,7 @@ TURNS = [(KINDS[(i + turn) % len(KINDS)], name) for turn in range(len(KINDS)) fo
 
 @pytest.mark.parametrize(("kind", "name"), TURNS)
 @pytest.mark.large(beyond=len(NAMES))
-def test_every_spelling_of_a_scene_has_one_plan(name: str, kind: str, seeds: range) -> None:
+def test_every_spelling_of_a_scene_gives_the_same_plan(name: str, kind: str, seeds: range) -> None:
     want = placeless(load(name).plan)
     for seed in seeds:
         found = placeless(parse(REWRITTEN[kind](text(name), Random(seed)), f"text-{seed}.yaml").plan)
@@ -75,20 +75,20 @@ def test_every_spelling_of_a_scene_has_one_plan(name: str, kind: str, seeds: ran
 
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.large(beyond=10)
-def test_a_scene_in_two_files_has_the_plan_of_the_whole(name: str, tmp_path: Path, seeds: range) -> None:
+def test_a_scene_split_into_two_files_has_the_plan_of_the_whole(name: str, tmp_path: Path, seeds: range) -> None:
     for seed in seeds:
         found = load(apart(data(text(name)), Random(seed), tmp_path))
         assert placeless(found.plan) == placeless(load(name).plan), f"seed {seed}"
 
 
 @pytest.mark.parametrize("name", [pytest.param(x, marks=[pytest.mark.large] if x in LARGE else []) for x in NAMES])
-def test_stored_scenes_have_their_stored_digest(name: str) -> None:
+def test_stored_scenes_have_their_stored_digests(name: str) -> None:
     """After a change that is meant: python tests/determinism/digests.py."""
     assert own(name) == stored()[name]
 
 
 @pytest.mark.parametrize("name", [pytest.param(x, marks=[] if x in SHORT else [pytest.mark.large]) for x in NAMES])
-def test_another_spelling_has_the_same_digest(name: str) -> None:
+def test_another_spelling_of_a_scene_gives_the_same_digest(name: str) -> None:
     assert digest(everything(name)) == own(name)
 
 
@@ -99,7 +99,7 @@ def everything(name: str, seed: int = 1) -> LoadedScene:
     return parse(block(given, random), "elsewhere.yaml")
 
 
-def test_no_message_contains_a_file_or_line(tmp_path: Path) -> None:
+def test_no_recorded_message_contains_a_file_name_or_line(tmp_path: Path) -> None:
     """Orders and stages tell their numbers, by which the plan tells their lines."""
     run(load("lift"), tmp_path / "lift.mcap", in_process=True)
     recording = Recording(tmp_path / "lift.mcap")
@@ -112,9 +112,9 @@ def test_no_message_contains_a_file_or_line(tmp_path: Path) -> None:
     assert all(order.where.startswith("lift.yaml:") for order in listed)
 
 
-def test_all_bundled_scenes_are_stored() -> None:
+def test_the_digests_of_all_bundled_scenes_are_stored() -> None:
     assert sorted(stored()) == sorted(bundled())
 
 
-def test_another_meaning_has_another_digest() -> None:
+def test_a_scene_with_another_meaning_has_another_digest() -> None:
     assert digest(load("pendulum", ["gravity=9.8 m/s2"])) != own("pendulum")

@@ -39,7 +39,7 @@ def test_a_run_with_a_rattling_rope_repeats_its_bits():
     assert one.notes == two.notes
 
 
-def test_a_snapshot_keeps_a_damped_rope():
+def test_a_snapshot_keeps_the_damping_of_a_rattling_rope():
     whole = started(rattling_scene(), sample_ns=SECOND // 100)
     hand_over(whole, SECOND // 20)
     whole.settle()
@@ -64,7 +64,7 @@ def test_a_rope_hooked_again_has_events_and_its_own_damping():
     assert ("rope", "taut") in [(e.name, e.what) for _, e in s.log[before:]]
 
 
-def test_a_load_that_bounces_to_rest_is_no_rattle():
+def test_a_load_that_bounces_to_rest_is_not_taken_for_rattling():
     """Creep speed, a damped rope, hundreds of milliseconds between the bounces."""
     s = started(hung(LENGTH - 0.05, damping=2e6), tolerance=1e-9)
     hand_over(s, 20 * SECOND)
@@ -72,7 +72,7 @@ def test_a_load_that_bounces_to_rest_is_no_rattle():
     assert times(s, "rope", "taut")
 
 
-def test_creeping_taut_and_slack_again_is_no_rattle():
+def test_slow_changes_between_taut_and_slack_are_not_taken_for_rattling():
     """A drum at creep speed, 0.1 mm/s, takes up and gives way: one event each, and the balance closes."""
     stop = Stop("ground", "load-guide", -LENGTH, 100.0, 1e9, 1e7)
     z = LENGTH + MASS * G / 1e9
@@ -87,7 +87,7 @@ def test_creeping_taut_and_slack_again_is_no_rattle():
     assert imbalance(s) < 1e-6
 
 
-def test_a_calm_rope_closes_its_energy_balance():
+def test_a_rattling_rope_without_events_conserves_the_energy_balance():
     s = started(hung(LENGTH - 0.5, damping=1e5), tolerance=1e-10, sample_ns=SECOND // 50)
     s.native.calm = frozenset({"rope"})
     s.native.use(s.program.locked)
@@ -98,7 +98,7 @@ def test_a_calm_rope_closes_its_energy_balance():
     assert imbalance(s) < 1e-6
 
 
-def test_the_effective_mass_of_a_rope_is_that_of_two_bodies_in_series():
+def test_the_effective_mass_on_a_rope_is_that_of_two_bodies_in_series():
     line = Line(Point("a"), Point("b"))
     scene = System(
         (Body("a", 300.0), Body("b", 600.0)),

@@ -85,7 +85,7 @@ def test_a_fixed_step_is_checked_when_a_winch_has_shortened_the_rope():
         hand_over(s, 70 * SECOND)
 
 
-def test_modes_that_a_stable_step_does_not_follow_are_noted():
+def test_oscillations_that_a_stable_step_distorts_are_noted():
     at_rest = hung(LENGTH * (1.0 + MASS * G / EA))
     s = started(at_rest, method="radau5", step=0.5)
     assert [note.sentence for note in s.notes] == [
@@ -98,7 +98,7 @@ def test_modes_that_a_stable_step_does_not_follow_are_noted():
 
 
 @pytest.mark.parametrize(("method", "step"), [("radau5", 0.5), ("rk4", 0.25)])
-def test_moving_modes_that_a_step_does_not_follow_are_refused(method, step):
+def test_a_step_too_long_for_the_mode_that_moves_is_refused(method, step):
     """The same load let go 10 cm too high: all that moves would be wrong within two swings."""
     with pytest.raises(KernelError) as e:
         started(hung(LENGTH + 0.1), method=method, step=step)
@@ -111,7 +111,7 @@ def test_moving_modes_that_a_step_does_not_follow_are_refused(method, step):
     started(hung(LENGTH + 0.1), method=method, step=advised)
 
 
-def test_a_small_energy_that_is_not_followed_is_a_note():
+def test_a_small_oscillation_that_a_step_cannot_follow_is_only_noted():
     """The hook between rope and sling trembles; what is asked of the load does not suffer."""
     line = [(Line(Point("world"), Point("hook")),), (Line(Point("hook"), Point("load")),)]
     rest = LENGTH + (MASS + 450.0) * G * LENGTH / EA
@@ -127,7 +127,7 @@ def test_a_small_energy_that_is_not_followed_is_a_note():
     hand_over(s, SECOND)
 
 
-def test_too_many_steps_for_a_second_end_a_run():
+def test_too_many_steps_for_a_simulated_second_end_the_run():
     """A gram on a stiff spring, by an explicit method to a tight tolerance."""
     scene = replace(slider(mass=1e-3, axis=X, q0=1e-3), springs=(JointSpring("spring", "load-guide", 3e7),))
     with pytest.raises(KernelError) as e:
@@ -136,7 +136,7 @@ def test_too_many_steps_for_a_second_end_a_run():
     assert "'load' on 'spring' swings at 2.76e+04 Hz; soften that law, or choose method radau5" in str(e.value)
 
 
-def test_events_without_end_are_refused():
+def test_endless_events_at_one_time_end_the_run():
     patience = StepBudget(50_000)
     assert not any(patience.crowded(t) for t in range(0, CROWD * 50_000, 50_000))
     assert not patience.crowded(CROWD * 50_000 + 60_000), "a pause, and the count begins anew"
@@ -152,7 +152,7 @@ def bit_by_bit(s: Simulation, start: int, end: int) -> None:
         s.run(t * SECOND // 20)
 
 
-def test_energy_out_of_nothing_ends_a_run_of_any_method():
+def test_energy_that_appears_from_nowhere_ends_a_run_of_any_method():
     """A spring that becomes stiffer behind the back of the balance: most of what moves has come out of nothing."""
     guide = Joint("guide", "prismatic", "world", "load", axis=X, q0=(1.0,))
     scene = System((Body("load", 1e3),), (guide,), springs=(JointSpring("spring", "guide", 1e5),), gravity=0.0)
@@ -166,7 +166,7 @@ def test_energy_out_of_nothing_ends_a_run_of_any_method():
             bit_by_bit(s, 4, 9)
 
 
-def test_energy_that_vanishes_without_heat_ends_a_run_with_error_control():
+def test_energy_lost_without_heat_ends_a_run_with_error_control():
     guide = Joint("guide", "prismatic", "world", "load", axis=X, q0=(1.0,))
     scene = System((Body("load", 1e3),), (guide,), springs=(JointSpring("spring", "guide", 1e5),), gravity=0.0)
     s = started(scene, sample_ns=SECOND // 20)
@@ -176,7 +176,7 @@ def test_energy_that_vanishes_without_heat_ends_a_run_with_error_control():
         bit_by_bit(s, 4, 9)
 
 
-def test_an_implicit_step_that_loses_a_motion_reports_so():
+def test_an_implicit_step_that_damps_a_motion_away_reports_it():
     guide = Joint("guide", "prismatic", "world", "load", axis=X, q0=(0.0,))
     scene = System((Body("load", 1e3),), (guide,), springs=(JointSpring("spring", "guide", 1e5),), gravity=0.0)
     s = started(scene, method="radau5", step=1.0, sample_ns=SECOND)
@@ -187,7 +187,7 @@ def test_an_implicit_step_that_loses_a_motion_reports_so():
     assert any("J, more than half of what was turned over, are gone with motions too fast" in x for _, x in s.notes)
 
 
-def test_a_bounce_between_two_readings_is_no_energy_out_of_nothing():
+def test_a_bounce_between_two_energy_checks_is_not_taken_for_created_energy():
     """Euler's energy errs by w h / 2 of what swings; where the load is back at the top, nothing swings any more."""
     scene = hung(0.1)
     rope = replace(scene.ropes[0], EA=1000.0 * EA / LENGTH * 0.1, L0=0.1)
@@ -225,7 +225,7 @@ def test_a_collapsed_step_is_reported_with_mode_body_and_law():
     )
 
 
-def test_the_mode_that_is_named_is_the_fastest_one():
+def test_the_named_mode_is_the_fastest_one():
     """Of two bodies on ropes the lighter one, and the rope that holds it."""
     one, other = hung(LENGTH + 0.1), slider("hook", 500.0, q0=-6.1)
     line = Line(Point("world"), Point("hook"))

@@ -23,7 +23,7 @@ def sling(name, a, b, EA_, L0, c=0.0, **more) -> Rope:
     return Rope(name, (Line(Point("world", a), Point("block", b)),), EA_, L0, c, **more)
 
 
-def test_snap_through_past_90_degrees_with_the_centre_over_the_rope_line():
+def test_a_block_snaps_through_past_90_degrees_with_its_centre_over_the_rope_line():
     """A block hangs on edge from two lugs below its centre of mass; one rope is let go and it turns over."""
     m, L, c = 2e4, 12.0, 2e4
     lugs, anchors = ((-2.0, -0.4), (2.0, -0.4)), ((-2.0, L - 0.4), (2.0, L - 0.4))
@@ -88,7 +88,7 @@ def test_statically_indeterminate_pads_open_where_statics_predicts():
     assert not opened[0], "the others still carry"
 
 
-def test_friction_holds_an_off_lead_of_half_a_degree_until_the_pad_is_light():
+def test_friction_holds_an_off_lead_of_half_a_degree_until_the_pad_is_nearly_unloaded():
     """T sin a = mu (W - T cos a): the load slips at T = mu W / (sin a + mu cos a), 93.2 % of its weight."""
     a, mu, k = radians(0.5), 0.12, 2e9
     W, h = MASS * G, 60.0
@@ -103,7 +103,7 @@ def test_friction_holds_an_off_lead_of_half_a_degree_until_the_pad_is_light():
     assert float(np.interp(slip, t, T[:, 0])) == pytest.approx(mu * W / (sin(a) + mu * cos(a)), rel=5e-3)
 
 
-def test_an_unloaded_loader_yaws_on_its_two_falls():
+def test_an_unloaded_lifting_beam_yaws_on_its_two_falls():
     """Two parallel falls b apart and L long turn a loader back with T b^2/4L: the slow mode that cranes know."""
     m, b, L, i = 12e3, 1.2, 40.0, 9e3
     ropes = tuple(sling(f"fall{n}", (x, 0.0, L), (x, 0.0, 0.0), 1e9, L) for n, x in enumerate((-b / 2, b / 2)))
@@ -120,7 +120,7 @@ def test_an_unloaded_loader_yaws_on_its_two_falls():
 
 
 @pytest.mark.parametrize("method", ["dopri5", "dop853", "radau5"])
-def test_a_spike_of_20_ms_between_two_samples_is_in_the_peaks(method):
+def test_a_tension_spike_of_20_ms_between_two_samples_is_in_the_peaks(method):
     """A light body touches its rope's end for half a period, half a second away from the samples."""
     m, spike, h = 100.0, 0.02, 0.2
     w = pi / spike
@@ -168,7 +168,7 @@ def test_a_sling_breaks_at_its_full_load():
 
 @pytest.mark.parametrize("aside", [0.0, 1e-3, -1e-3])
 @pytest.mark.parametrize("method", ["dopri5", "dop853", "radau5"])
-def test_a_centre_of_mass_over_a_lug_leaves_the_other_sling_without_load(method, aside):
+def test_with_the_centre_of_mass_below_one_lug_the_other_sling_carries_nothing(method, aside):
     """Right under a lug, and a millimetre to either side: the second sling carries W a/b, nothing, or hangs slack.
 
     It is longer by what the first one stretches, so that the block hangs level.

@@ -25,7 +25,7 @@ METHODS = {
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("stiffer", [1.0, 30.0])
 @pytest.mark.large(beyond=9)
-def test_a_load_let_go_on_a_straight_rope_doubles_its_weight(method, stiffer):
+def test_a_load_released_on_a_straight_rope_doubles_its_weight_in_the_rope(method, stiffer):
     """With dop853 a step is up to two radians long, and its ends may miss a tenth of the swing."""
     scene = hung(LENGTH)
     scene = replace(scene, ropes=(replace(scene.ropes[0], EA=EA * stiffer),))
@@ -39,7 +39,7 @@ def test_a_load_let_go_on_a_straight_rope_doubles_its_weight(method, stiffer):
 
 
 @pytest.mark.parametrize("method", ["dopri5", "dop853", "radau5"])
-def test_a_spike_that_begins_and_ends_in_one_step_is_seen(method):
+def test_a_tension_spike_within_one_step_is_in_the_peaks(method):
     """At a loose tolerance the rope is taut and slack again within a step, with no tension at both of its ends."""
     m, h = 100.0, 0.2
     w = pi / SPIKE
@@ -68,7 +68,7 @@ def draw(seed: int, low: float, high: float) -> float:
 
 
 @pytest.mark.parametrize("scene", [hung(LENGTH), swung(2)], ids=["guided", "turning"])
-def test_a_search_changes_peaks_only(scene):
+def test_searching_for_peaks_between_steps_changes_nothing_else(scene):
     """Bit for bit, however the time is handed over, and where commands discard the step in which the peak was."""
     whole, parts, calm = (started(scene, method="dop853", sample_ns=SECOND // 20) for _ in range(3))
     calm.X[calm.native.at["top"]] = np.inf  # nothing can be higher
@@ -118,7 +118,7 @@ def highest(started_at: tuple[float, ...], springs: tuple[float, ...], end: floa
     ("started_at", "springs", "end"),
     [((0.9, 0.0), (0.003,), 277), ((0.5, 0.4, 0.0), (0.004, 0.003), 120), ((-0.3, 0.5, 0.1), (0.02, 0.0005), 150)],
 )
-def test_loads_that_beat_for_minutes_have_their_highest_swings_late(method, tolerance, started_at, springs, end):
+def test_the_highest_swings_of_beating_loads_come_late(method, tolerance, started_at, springs, end):
     """Each of hundreds of hills is a little higher than all before, of one rope, of two, and in no simple order."""
     want, late = highest(started_at, springs, end)
     assert np.sort(late)[1 - len(late) :].min() > 20.0, "after more than 26 swings, in all ropes but one"
@@ -128,7 +128,7 @@ def test_loads_that_beat_for_minutes_have_their_highest_swings_late(method, tole
 
 
 @pytest.mark.parametrize(("method", "part"), [("dopri5", 0.1), ("dop853", 0.15), ("radau5", 0.1)])
-def test_searches_in_a_swing_without_end_cost_a_tenth_of_the_evaluations(method, part):
+def test_peak_searches_cost_at_most_a_tenth_of_the_evaluations(method, part):
     """One hill is as high as the other, and each might be a little higher; dop853 has eight steps in a swing."""
     s = started(hung(LENGTH), method=method, tolerance=1e-6, sample_ns=SECOND)
     hand_over(s, 100 * SECOND)
@@ -139,7 +139,7 @@ def test_searches_in_a_swing_without_end_cost_a_tenth_of_the_evaluations(method,
     assert s["searched"] * inner <= part * steps
 
 
-def test_the_step_history_agrees_in_native_code_and_on_floats_and_in_snapshots():
+def test_the_peak_search_agrees_in_native_code_on_floats_and_after_a_snapshot():
     """A simulation that goes on in the middle of hills finds the same ones."""
     whole, oracle, twin = (
         started(hung(LENGTH), method="dop853", tolerance=1e-6, sample_ns=SECOND, native=n) for n in (True, False, True)
@@ -165,7 +165,7 @@ TOLERANCES = {
 
 @pytest.mark.parametrize("method", TOLERANCES)
 @pytest.mark.parametrize("seed", range(3))
-def test_the_error_of_a_snatch_is_within_the_tolerance(method, seed):
+def test_the_error_of_a_snatch_peak_is_within_the_tolerance(method, seed):
     """A load falls into its rope: T = m g (1 + sqrt(1 + 2 h k / m g)), the tops of its swings between many short steps
     as between few long ones."""
     fall, stiffer = draw(seed, 0.0, 0.1), 10.0 ** draw(seed, 0.0, 1.5)
@@ -179,7 +179,7 @@ def test_the_error_of_a_snatch_is_within_the_tolerance(method, seed):
 
 
 @pytest.mark.parametrize(("method", "order"), [("rk4", 4), ("semi-implicit-euler", 1)])
-def test_with_fixed_steps_the_error_is_that_of_the_steps(method, order):
+def test_with_fixed_steps_the_error_of_peaks_is_that_of_the_steps(method, order):
     errors = []
     for step in (8e-3, 4e-3, 2e-3):
         s = started(hung(LENGTH - 0.05), method=method, step=step, sample_ns=SECOND // 7)
@@ -192,7 +192,7 @@ def test_with_fixed_steps_the_error_is_that_of_the_steps(method, order):
 
 @pytest.mark.parametrize("method", TOLERANCES)
 @pytest.mark.parametrize("seed", range(2))
-def test_the_error_of_a_swing_is_within_the_tolerance(method, seed):
+def test_the_error_of_a_swing_peak_is_within_the_tolerance(method, seed):
     """A load let go aside of its rope bounces while it swings, against the samples of a run that is nearly exact; the
     motion until then is itself no better."""
     scene = swung(seed)

@@ -47,16 +47,19 @@ FOLDER = "nodes/scene/test_a_scene_reads_its_own_folder_within_bounds.py"
 PAGE = "recordings/test_a_page_shows_a_run_that_goes_on.py"
 STORIES = {  # files of a kind, and what of them --short plays
     "code in scenes and recordings": ([CODE, TRUST], f"{TRUST}::test_everything_inside_a_trusted_folder_is_trusted"),
-    "files of other folders": ([FOLDER], f"{FOLDER}::test_forbidden_files_cannot_be_extended"),
-    "bounded reading": ([BYTES], f"{BYTES}::test_nested_text_does_not_exhaust_the_stack"),
+    "files of other folders": ([FOLDER], f"{FOLDER}::test_files_outside_the_folder_of_a_scene_cannot_be_extended"),
+    "bounded reading": ([BYTES], f"{BYTES}::test_deeply_nested_text_does_not_exhaust_the_stack"),
     "the cache of others": ([OWNER], OWNER),
-    "certificates and joins": ([JOINS, YARD], f"{JOINS}::test_a_certificate_may_use_its_own_name_only"),
+    "certificates and joins": (
+        [JOINS, YARD],
+        f"{JOINS}::test_a_remote_process_may_join_only_under_the_name_in_its_certificate",
+    ),
     "host, origin, word of a page": (
         [PAGE],
         f"{PAGE}::test_clients_without_the_token_or_of_another_origin_are_refused",
     ),
     "sockets and passwords": ([PRIVATE], f"{PRIVATE}::test_a_node_with_a_wrong_password_is_refused"),
-    "frames sent again": ([AGAIN], f"{AGAIN}::test_a_frame_of_an_earlier_incarnation_is_dropped"),
+    "frames sent again": ([AGAIN], f"{AGAIN}::test_a_frame_of_an_earlier_process_incarnation_is_dropped"),
 }
 FUZZED = 40  # cases of each kind of file
 

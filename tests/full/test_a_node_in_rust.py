@@ -28,12 +28,14 @@ def node() -> Path:
     return target / "release/reference-node"
 
 
-def test_the_crate_is_of_the_version_of_the_python_package() -> None:
+def test_the_rust_example_uses_the_zenoh_version_of_the_python_package() -> None:
     assert f'version = "={metadata.version("eclipse-zenoh")}"' in (CRATE / "Cargo.toml").read_text()
 
 
 @pytest.mark.parametrize(("stations", "tokens", "hold"), [(2, 1, ms(5)), (4, 2, ms(5)), (3, 3, ms(1)), (3, 1, 1)])
-def test_the_digest_is_that_of_a_run_without_it(node: Path, tmp_path, monkeypatch, stations, tokens, hold) -> None:
+def test_a_run_with_a_node_in_rust_has_the_same_digest(
+    node: Path, tmp_path, monkeypatch, stations, tokens, hold
+) -> None:
     ring, until = f"heavylift.nodes.zoo.token_ring:ring({stations}, {tokens}, {hold})", 101 * hold
     monkeypatch.chdir(tmp_path)
     ended: list[int] = []

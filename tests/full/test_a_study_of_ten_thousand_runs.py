@@ -21,7 +21,7 @@ def resident(process: int) -> float:
 
 
 @pytest.mark.large
-def test_ten_thousand_runs_without_growth(tmp_path: Path) -> None:
+def test_a_study_of_ten_thousand_runs_does_not_grow_in_memory(tmp_path: Path) -> None:
     early: dict[int, float] = {}
     late: dict[int, float] = {}
     seen = Counter[int]()

@@ -9,7 +9,7 @@ from heavylift.recordings import Recording, plot, report, view
 
 
 @pytest.mark.parametrize("name", bundled())
-def test_a_scene_is_run_drawn_and_plotted(name: str, tmp_path: Path) -> None:
+def test_every_bundled_scene_runs_and_is_drawn_and_plotted(name: str, tmp_path: Path) -> None:
     scene = load(name)
     recording = run(scene, tmp_path / "run.mcap", in_process=True).recording
     view(recording, tmp_path / "page.html")

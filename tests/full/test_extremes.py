@@ -21,12 +21,12 @@ PHASE, ENERGY = 2e-4, 2e-7  # drift in 1e6 s: in periods, and of what swings; me
 
 @pytest.mark.parametrize("integrator", [*INTEGRATORS, *PEERS], ids=lambda i: i.name)
 @pytest.mark.parametrize("extreme", EXTREMES, ids=lambda x: x.name)
-def test_no_case_of_the_table_gives_a_finite_wrong_answer_without_a_warning(extreme, integrator):
+def test_no_extreme_case_of_the_full_table_gives_a_finite_wrong_answer_without_a_warning(extreme, integrator):
     found = cell(extreme, integrator)
     assert found.right(integrator.bound), found
 
 
-def test_a_million_seconds():
+def test_a_pendulum_runs_for_a_million_seconds():
     a, L = radians(30.0), 20.0
     T = period(a, L)
     s = started(bar(L, a), method="dop853", tolerance=1e-12, h_max=1.0, sample_ns=10_000 * SECOND)

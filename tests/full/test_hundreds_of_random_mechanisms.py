@@ -14,7 +14,7 @@ CASES = 300
 
 
 @pytest.mark.parametrize("seed", range(CASES))
-def test_masses_of_two_decades(seed):
+def test_random_mechanisms_with_masses_over_two_decades_run_and_balance_their_energy(seed):
     sentence, error = outcome(mechanism(seed, 2.0))
     assert "\n" not in sentence
     assert not sentence.startswith(":")
@@ -22,7 +22,7 @@ def test_masses_of_two_decades(seed):
 
 
 @pytest.mark.parametrize("seed", range(CASES))
-def test_masses_of_twelve_decades(seed):
+def test_random_mechanisms_with_masses_over_twelve_decades_run_or_end_in_an_error(seed):
     system = mechanism(seed, 12.0)
     sentence, error = outcome(system, SECOND // 50)
     assert "\n" not in sentence

@@ -28,7 +28,7 @@ def truth(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 @pytest.mark.parametrize("repeat", range(10))
-def test_ten_repeats_in_shuffled_order(truth: str, tmp_path: Path, repeat: int) -> None:
+def test_ten_repeats_of_turnover_in_random_order_have_one_digest(truth: str, tmp_path: Path, repeat: int) -> None:
     order = Random(repeat).sample(NODES, len(NODES))
     run = runner.run(load("turnover"), tmp_path / "turnover.mcap", in_process=repeat % 2 == 1, order=order)
     assert run.digest == truth
@@ -36,7 +36,9 @@ def test_ten_repeats_in_shuffled_order(truth: str, tmp_path: Path, repeat: int) 
 
 @pytest.mark.parametrize("where", [[], ["--in-process"]])
 @pytest.mark.parametrize("seed", ["0", "1", "4711"])
-def test_hash_seeds(truth: str, tmp_path: Path, seed: str, where: list[str]) -> None:
+def test_the_digest_of_turnover_does_not_depend_on_the_hash_seed(
+    truth: str, tmp_path: Path, seed: str, where: list[str]
+) -> None:
     environment = {**os.environ, "PYTHONHASHSEED": seed}
     command = [*SEEDED, "run", "turnover", *where]
     subprocess.run(command, cwd=tmp_path, env=environment, check=True, capture_output=True, timeout=120)
@@ -44,7 +46,9 @@ def test_hash_seeds(truth: str, tmp_path: Path, seed: str, where: list[str]) -> 
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_random_grant_limits(truth: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, seed: int) -> None:
+def test_the_digest_of_turnover_does_not_depend_on_random_grant_limits(
+    truth: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, seed: int
+) -> None:
     monkeypatch.setattr(conversation, "OpenCoordinator", CutShort)
     CutShort.random, CutShort.cuts = Random(seed), 0
     assert runner.run(load("turnover"), tmp_path / "turnover.mcap", in_process=True).digest == truth

@@ -36,7 +36,9 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[float, Array]:
 
 
 @pytest.mark.parametrize("number", range(len(ACTIONS)))
-def test_removing_an_action_changes_the_result(tmp_path: Path, whole: tuple[float, Array], number: int) -> None:
+def test_removing_any_action_of_turnover_changes_the_result(
+    tmp_path: Path, whole: tuple[float, Array], number: int
+) -> None:
     try:
         end, pose = last([a for i, a in enumerate(ACTIONS) if i != number], tmp_path)
     except HeavyliftError:  # refused, or ended with a sentence

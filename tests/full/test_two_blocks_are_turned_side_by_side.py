@@ -19,7 +19,7 @@ lifts:
 """
 
 
-def test_each_block_has_the_peaks_of_its_single_lift(tmp_path: Path) -> None:
+def test_blocks_turned_side_by_side_have_the_peaks_of_single_lifts(tmp_path: Path) -> None:
     run(parse(TEXT), tmp_path / "two.mcap", in_process=True)
     run(load("single-turn", ["samples=1 Hz"]), tmp_path / "one.mcap", in_process=True)
     both, alone = (Recording(tmp_path / f"{name}.mcap").fact("peaks", {}) for name in ("two", "one"))

@@ -36,7 +36,7 @@ def column(recording: Recording, signal: str, name: str, start: float = 0.0, end
     return found[name][(found.t >= start) & (found.t <= end)]
 
 
-def test_tandem_shares_its_block(tmp_path: Path) -> None:
+def test_both_cranes_of_tandem_share_the_block_by_statics(tmp_path: Path) -> None:
     recording = played(tmp_path, "tandem")
     tension = recording.signal("rope/tension")
     hooks = np.array([tension[f"{crane}.{hook}"] for crane in ("west", "east") for hook in ("H1", "H2")])
@@ -45,7 +45,7 @@ def test_tandem_shares_its_block(tmp_path: Path) -> None:
     assert recording.stages()[-1][1] == "swing"
 
 
-def test_trolley_leaves_no_swing_after_a_ramp_as_long_as_one(tmp_path: Path) -> None:
+def test_trolley_leaves_no_swing_with_an_acceleration_over_one_period(tmp_path: Path) -> None:
     recording = played(tmp_path, "trolley")
     assert np.ptp(column(recording, "pose/load", "x", 25.0, 39.0)) < 0.01
     assert np.ptp(column(recording, "pose/load", "x", 60.0)) > 5.0
@@ -53,7 +53,7 @@ def test_trolley_leaves_no_swing_after_a_ramp_as_long_as_one(tmp_path: Path) -> 
 
 
 @pytest.mark.large
-def test_ramp_is_slid_down_and_left(tmp_path: Path) -> None:
+def test_in_ramp_the_crate_slides_down_and_leaves_the_ramp(tmp_path: Path) -> None:
     recording = played(tmp_path, "ramp")
     x = recording.signal("pose/crate")
     lean = radians(30.0)
@@ -64,7 +64,7 @@ def test_ramp_is_slid_down_and_left(tmp_path: Path) -> None:
     assert column(recording, "contact/force", "floor")[-1] == pytest.approx(4000.0 * G, rel=1e-6)
 
 
-def test_snatch_comes_after_a_free_fall(tmp_path: Path) -> None:
+def test_in_snatch_the_rope_tightens_after_a_free_fall(tmp_path: Path) -> None:
     recording = played(tmp_path, "snatch")
     taut = [e for e in recording.events(source="kernel") if e.type == "StateEvent" and e.value["what"] == "taut"]
     assert taut[0].t_ns * 1e-9 == pytest.approx(sqrt(2 * 0.5 / G), abs=1e-6)
@@ -79,13 +79,13 @@ def test_girder_sags_as_a_beam_on_two_supports(tmp_path: Path) -> None:
     assert 90.0 - column(recording, "pose/mark", "z", 30.0).min() == pytest.approx(sag, rel=0.01)
 
 
-def test_tackle_loses_at_each_sheave(tmp_path: Path) -> None:
+def test_tackle_loses_tension_at_each_sheave(tmp_path: Path) -> None:
     recording = played(tmp_path, "tackle")
     lead, dead = (column(recording, "reeving/tension", f"fall.{n}", 5.0, 9.0) for n in (1, 4))
     assert dead / lead == pytest.approx(np.full(len(lead), 0.97**3), rel=1e-6)
 
 
-def test_linkage_stands_still_while_it_is_locked(tmp_path: Path) -> None:
+def test_linkage_stands_still_while_its_joint_is_locked(tmp_path: Path) -> None:
     recording = played(tmp_path, "linkage")
     (locked,) = [e for e in recording.events(source="kernel") if e.type == "StateEvent" and e.value["what"] == "locked"]
     assert locked.t_ns == 2_500_000_000
@@ -130,7 +130,7 @@ def test_a_controller_damps_a_swing_as_in_theory(damper: Recording, of: str, zet
     assert left == pytest.approx(2.32, abs=0.01) if of == "plain" else left < 0.01
 
 
-def test_the_page_reports_of_all_scenes_as_they_are() -> None:
+def test_the_gallery_page_describes_all_bundled_scenes() -> None:
     assert (FOLDER / "GALLERY.md").read_text() == page([load(name) for name in bundled()])
     pictures = {path.stem: path.stat().st_size for path in (FOLDER / "pictures").glob("*.png")}
     assert set(pictures) == set(bundled())
@@ -139,7 +139,7 @@ def test_the_page_reports_of_all_scenes_as_they_are() -> None:
         assert output_path(path) == path  # which --force replaces
 
 
-def test_one_command_makes_the_page(tmp_path: Path) -> None:
+def test_the_gallery_command_makes_the_gallery_page(tmp_path: Path) -> None:
     (tmp_path / "mine.yaml").write_text("# Mine.\nheavylift: 1\nname: mine\nextends: pendulum\nend: 1 s\n")
     message = CliRunner().invoke(app, ["gallery", str(tmp_path / "mine.yaml"), "-o", str(tmp_path / "page")])
     assert message.exit_code == 0, message.exception

@@ -78,8 +78,8 @@ DESCRIPTIONS = [
     # axes
     (
         with_(joints=(replace(GUIDE, kind="universal", second=(0.0, 0.6, 0.8)),)),
-        "joint 'a-guide': its axes stand at 36.87 deg; the second axis of a universal joint is perpendicular to the "
-        "first",
+        "joint 'a-guide': the angle between its axes is 36.87 deg; the second axis of a universal joint is "
+        "perpendicular to the first",
     ),
     (
         with_(joints=(replace(GUIDE, kind="planar", second=(0.0, 2.0, 0.0)),)),

@@ -22,7 +22,7 @@ def test_the_list_of_packages_is_complete() -> None:
 
 
 @pytest.mark.parametrize("folder", FOLDERS, ids=str)
-def test_a_new_folder_is_noticed(folder: Path) -> None:
+def test_a_folder_missing_in_the_list_of_packages_is_noticed(folder: Path) -> None:
     modules = sorted(p.name for p in (ROOT / folder).glob("*.py"))
     assert len(modules) <= MOST
     if len(folder.parts) == 1:
@@ -30,7 +30,7 @@ def test_a_new_folder_is_noticed(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("folder", FOLDERS, ids=str)
-def test_a_table_of_contents_names_existing_parts(folder: Path) -> None:
+def test_the_contents_in_a_package_docstring_name_existing_modules(folder: Path) -> None:
     there = [p.stem for p in (ROOT / folder).glob("*.py") if p.stem != "__init__"]
     text = ast.get_docstring(ast.parse((ROOT / folder / "__init__.py").read_text())) or ""
     assert [name for name in sorted(there) if name not in text.replace("`", " ")] == []

@@ -21,17 +21,17 @@ STUDIES = "coordinator/sweeps/SWEEPS.md"
 
 
 @pytest.mark.large
-def test_the_page_about_python_is_followed(tmp_path: Path, capfd, monkeypatch) -> None:
+def test_the_code_on_the_page_about_python_runs(tmp_path: Path, capfd, monkeypatch) -> None:
     pytest.importorskip("pinocchio")
     assert follow("coordinator/run/PYTHON.md", tmp_path, capfd, monkeypatch) == 9
 
 
-def test_the_notebook_is_the_page() -> None:
+def test_the_notebook_equals_its_page() -> None:
     assert NOTEBOOK.read_text() == notebook(PAGE.read_text()), "run python tests/pages/notebook.py"
 
 
 @pytest.mark.large
-def test_the_page_about_studies_is_followed(tmp_path: Path, capfd, monkeypatch) -> None:
+def test_the_code_on_the_page_about_studies_runs(tmp_path: Path, capfd, monkeypatch) -> None:
     monkeypatch.setattr("page_blocks.blocks", lambda page: [x for x in blocks(page) if "dask scheduler" not in x[1]])
     assert follow(STUDIES, tmp_path, capfd, monkeypatch) == 3
 
@@ -75,5 +75,5 @@ def _listening(port: int) -> None:
     raise AssertionError("the scheduler does not listen")
 
 
-def test_the_pages_are_linked() -> None:
+def test_the_pages_about_python_are_linked() -> None:
     assert "SWEEPS.md" in (ROOT / "README.md").read_text()

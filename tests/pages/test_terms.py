@@ -77,12 +77,12 @@ def misnamed(found: Iterator[tuple[int, str]]) -> Iterator[str]:
 
 
 @pytest.mark.parametrize("ending", [".py", ".md"])
-def test_no_phrase_of_the_list_is_used(ending: str) -> None:
+def test_no_unwanted_phrase_occurs_in_prose(ending: str) -> None:
     here = (path for path in files(ending) if path != Path(__file__) and path.name != "CONTRIBUTING.md")
     assert [f"{path.relative_to(ROOT)}:{x}" for path in here for x in phrases(prose(path))] == []
 
 
-def test_no_name_has_a_word_of_the_list() -> None:
+def test_no_unwanted_word_occurs_in_names() -> None:
     product = [path for path in files(".py") if path.relative_to(ROOT).parts[0] in PRODUCT]
     found = [
         f"{path.relative_to(ROOT)}:{x}"
@@ -92,7 +92,7 @@ def test_no_name_has_a_word_of_the_list() -> None:
     assert found == []
 
 
-def test_the_search_finds_words_and_phrases() -> None:
+def test_the_search_for_unwanted_words_finds_them() -> None:
     tree = ast.parse("class Desk:\n    def exit_told(self, vigil):\n        self.rung = [tape for tape in vigil]\n")
     assert [x.partition(":")[0] for x in misnamed(names(tree))] == ["1", "2", "2", "3", "3"]
     assert [*phrases(iter([(7, "the error is told at its line"), (8, "it is told that")]))] == [

@@ -61,7 +61,7 @@ def coloured(hsv: NDArray[np.float64], hue: tuple[float, float]) -> NDArray[np.i
 
 
 @pytest.mark.large
-def test_the_same_instant_gives_the_same_picture(browser: Chromium, lift: Path) -> None:
+def test_the_page_draws_the_same_picture_for_the_same_instant(browser: Chromium, lift: Path) -> None:
     pictures = []
     for _ in range(2):
         browser.open(f"{lift.as_uri()}#t=40")
@@ -73,7 +73,7 @@ def test_the_same_instant_gives_the_same_picture(browser: Chromium, lift: Path) 
     assert all(request.startswith("file:") for request in browser.requests), "nothing is asked of any network"
 
 
-def test_block_portal_trolleys_and_ropes_are_visible_and_move(browser: Chromium, lift: Path) -> None:
+def test_block_portal_trolleys_and_ropes_are_visible_and_move_in_the_page(browser: Chromium, lift: Path) -> None:
     browser.open(f"{lift.as_uri()}#t=0&view=along")
     before = pixels(browser.picture("#stage"))
     browser.open(f"{lift.as_uri()}#t=60&view=along")
@@ -89,7 +89,7 @@ def test_block_portal_trolleys_and_ropes_are_visible_and_move(browser: Chromium,
 
 
 @pytest.mark.large
-def test_pages_have_light_dark_and_print_colours(browser: Chromium, lift: Path) -> None:
+def test_the_page_has_light_dark_and_print_colours(browser: Chromium, lift: Path) -> None:
     values = {}
     for theme in ("light", "dark"):
         browser.open(f"{lift.as_uri()}#t=40&theme={theme}")
@@ -108,7 +108,7 @@ def test_pages_have_light_dark_and_print_colours(browser: Chromium, lift: Path) 
 
 
 @pytest.mark.large
-def test_each_chart_shows_the_common_time(browser: Chromium, lift: Path) -> None:
+def test_each_chart_of_the_page_shows_the_common_time(browser: Chromium, lift: Path) -> None:
     lines = "[...document.querySelectorAll('.now')].filter(x => !x.hidden).map(x => x.getBoundingClientRect().x)"
     browser.open(f"{lift.as_uri()}#t=40")
     first = browser.run(lines)
@@ -122,7 +122,7 @@ def test_each_chart_shows_the_common_time(browser: Chromium, lift: Path) -> None
     assert browser.run(lines)[0] > first[0]
 
 
-def test_a_scene_without_a_yard_fills_its_picture(browser: Chromium, pendulum: Path) -> None:
+def test_a_scene_without_machines_fills_the_picture_of_the_page(browser: Chromium, pendulum: Path) -> None:
     browser.open(f"{pendulum.as_uri()}#t=0&view=across")
     hsv = pixels(browser.picture("#stage"))
     ball = coloured(hsv, BLUE)
@@ -134,7 +134,7 @@ def test_a_scene_without_a_yard_fills_its_picture(browser: Chromium, pendulum: P
     assert 0.1 < ball[:, 1].mean() / columns < 0.9
 
 
-def test_keys_and_clicks_work(browser: Chromium, lift: Path) -> None:
+def test_keys_and_clicks_of_the_page_work(browser: Chromium, lift: Path) -> None:
     browser.open(f"{lift.as_uri()}#t=0")
     browser.key("?")
     assert browser.run("document.getElementById('help').open")
@@ -152,7 +152,7 @@ def test_keys_and_clicks_work(browser: Chromium, lift: Path) -> None:
     assert not browser.run("heavylift.player.playing")
 
 
-def test_a_run_is_followed_live_to_its_end(browser: Chromium, tmp_path: Path) -> None:
+def test_the_page_follows_a_live_run_to_its_end(browser: Chromium, tmp_path: Path) -> None:
     with LivePage() as page:
         begun = threading.Thread(
             target=run,
@@ -175,7 +175,7 @@ def test_a_run_is_followed_live_to_its_end(browser: Chromium, tmp_path: Path) ->
     assert browser.complaints == []
 
 
-def test_names_loads_and_dimensions_are_written_over_the_scene(browser: Chromium, lift: Path) -> None:
+def test_the_page_writes_names_loads_and_dimensions_over_the_scene(browser: Chromium, lift: Path) -> None:
     browser.open(f"{lift.as_uri()}#t=40&view=across")
     written = "heavylift.stage.draw(1), heavylift.stage.labels.written"
     assert {"block", "crane", "CG 300 t", "1909 kN · 44 %"} <= set(browser.run(written))
@@ -191,7 +191,7 @@ def test_names_loads_and_dimensions_are_written_over_the_scene(browser: Chromium
 
 
 @pytest.mark.large
-def test_side_views_are_parallel_projections_and_show_everything(browser: Chromium, lift: Path) -> None:
+def test_side_views_of_the_page_are_parallel_projections_and_show_everything(browser: Chromium, lift: Path) -> None:
     inside = """[0, 1, 2, 3, 4, 5, 6, 7].every(k => {
       const { stage } = heavylift, p = stage.box.low.clone();
       if (k & 1) p.x = stage.box.high.x; if (k & 2) p.y = stage.box.high.y; if (k & 4) p.z = stage.box.high.z;
@@ -204,7 +204,7 @@ def test_side_views_are_parallel_projections_and_show_everything(browser: Chromi
 
 
 @pytest.mark.large
-def test_the_camera_follows_the_block(browser: Chromium, lift: Path) -> None:
+def test_the_camera_of_the_page_follows_the_block(browser: Chromium, lift: Path) -> None:
     off = (
         "(s => [0, 1, 2].map(i => s.controls.target.getComponent(i) - s.frames.get('block').position.getComponent(i)))"
     )
@@ -217,7 +217,7 @@ def test_the_camera_follows_the_block(browser: Chromium, lift: Path) -> None:
 
 
 @pytest.mark.large
-def test_a_saved_picture_has_a_caption(browser: Chromium, lift: Path) -> None:
+def test_a_picture_saved_from_the_page_has_a_caption(browser: Chromium, lift: Path) -> None:
     browser.open(f"{lift.as_uri()}#t=40")
     browser.run("HTMLAnchorElement.prototype.click = function () { window.saved = [this.download, this.href] }")
     browser.key("s")
@@ -228,7 +228,7 @@ def test_a_saved_picture_has_a_caption(browser: Chromium, lift: Path) -> None:
     assert state.shape[1] / state.shape[0] == pytest.approx(host[0] / (host[1] + 26), rel=0.01)
 
 
-def test_nothing_is_cut_at_the_width_of_a_phone(browser: Chromium, lift: Path) -> None:
+def test_the_page_cuts_nothing_off_on_a_phone(browser: Chromium, lift: Path) -> None:
     browser("Emulation.setDeviceMetricsOverride", width=390, height=844, deviceScaleFactor=1, mobile=True)
     browser.open(f"{lift.as_uri()}#t=40")
     assert browser.run("document.documentElement.scrollWidth") == 390
@@ -238,7 +238,7 @@ def test_nothing_is_cut_at_the_width_of_a_phone(browser: Chromium, lift: Path) -
     browser("Emulation.setDeviceMetricsOverride", width=1200, height=800, deviceScaleFactor=1, mobile=False)
 
 
-def test_a_long_recording_is_shown_at_once_and_completed_later(
+def test_the_page_shows_a_long_recording_at_once_and_completes_it_later(
     browser: Chromium, lift: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     recording = lift.with_suffix(".mcap")
@@ -258,7 +258,7 @@ def test_a_long_recording_is_shown_at_once_and_completed_later(
 
 
 @pytest.mark.large
-def test_charts_report_limits_and_times_as_a_clock_does(browser: Chromium, lift: Path) -> None:
+def test_charts_of_the_page_show_limits_and_clock_times(browser: Chromium, lift: Path) -> None:
     browser.open(f"{lift.as_uri()}#t=40")
     legend = browser.run("[...document.querySelectorAll('.u-legend .u-label')].slice(0, 4).map(e => e.textContent)")
     assert legend[0] == "time"

@@ -63,7 +63,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_info_reports_the_model_its_results_and_its_events(recorded: Path) -> None:
+def test_info_shows_the_models_results_and_events_of_a_devs_run(recorded: Path) -> None:
     text = info(recorded)
     assert f"  model     {clocks.__module__}:clocks\n" in text
     assert "shop.clock0  Told  n 4, name end, inner {'level': 0.25}, pair [1, 2], maybe None" in text
@@ -72,7 +72,7 @@ def test_info_reports_the_model_its_results_and_its_events(recorded: Path) -> No
     assert (message["type"], message["value"]["n"]) == ("Told", 4)
 
 
-def test_the_events_are_a_table_with_a_column_for_each_field(recorded: Path, tmp_path: Path) -> None:
+def test_events_of_a_devs_run_are_exported_with_a_column_for_each_field(recorded: Path, tmp_path: Path) -> None:
     with export(recorded, tmp_path / "run.csv").open(newline="") as file:
         head, *rows = csv.reader(file)
     assert head[:6] == ["time [s]", "microstep", "model", "port", "index", "type"]
@@ -82,7 +82,7 @@ def test_the_events_are_a_table_with_a_column_for_each_field(recorded: Path, tmp
     assert [row[:2] for row in rows[1::2]] == [["0.001", "0"], ["0.001", "1"], ["0.003", "0"], ["0.005", "0"]]
 
 
-def test_ports_and_fields_can_be_selected_and_parquet_has_the_same(recorded: Path, tmp_path: Path) -> None:
+def test_ports_and_fields_can_be_selected_for_export_and_parquet_holds_the_same(recorded: Path, tmp_path: Path) -> None:
     parquet = pytest.importorskip("pyarrow.parquet")
     table = parquet.read_table(export(recorded, tmp_path / "run.parquet", ["clock0/told/n", "clock0/*level"]))
     assert table.column_names[6:] == ["n", "inner.level"]
@@ -92,7 +92,7 @@ def test_ports_and_fields_can_be_selected_and_parquet_has_the_same(recorded: Pat
     assert not (tmp_path / "none.csv").exists()
 
 
-def test_ports_are_drawn_each_in_a_panel(recorded: Path, tmp_path: Path) -> None:
+def test_values_on_each_port_are_drawn_in_their_own_panel(recorded: Path, tmp_path: Path) -> None:
     assert plot(recorded, tmp_path / "run.png").stat().st_size > 10_000
     page = curves(recorded, ["clock0/told/n", "clock0/bell"], tmp_path / "run.html").read_text()
     for name in ("clock0/told", "clock0/bell", '"name":"n"', '"name":"count"'):
@@ -112,12 +112,14 @@ def test_too_many_or_unknown_ports_are_reported(tmp_path: Path) -> None:
     assert json.dumps(info_data(tmp_path / "none.mcap"))
 
 
-def test_events_of_one_instant_are_drawn_without_a_warning(tmp_path: Path, recwarn: pytest.WarningsRecorder) -> None:
+def test_events_at_the_same_instant_are_drawn_without_a_warning(
+    tmp_path: Path, recwarn: pytest.WarningsRecorder
+) -> None:
     run_models(clocks, until=0.001000001, output=tmp_path / "run.mcap", in_process=True)
     assert plot(tmp_path / "run.mcap", tmp_path / "run.png").exists()
     assert [warning for warning in recwarn if warning.category is UserWarning] == []
 
 
-def test_a_recording_of_models_has_no_lift_report(recorded: Path, tmp_path: Path) -> None:
+def test_a_recording_of_devs_models_has_no_lift_report(recorded: Path, tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match=r"a run of a DEVS model has no lift report; `heavylift info` prints"):
         report(recorded, tmp_path / "report.html")

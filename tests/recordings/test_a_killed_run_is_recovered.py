@@ -26,7 +26,7 @@ def killed(recorded: Path, tmp_path: Path) -> Path:
     return part
 
 
-def test_everything_that_was_flushed_is_recovered(killed: Path, recorded: Path, tmp_path: Path) -> None:
+def test_everything_flushed_before_a_kill_is_recovered(killed: Path, recorded: Path, tmp_path: Path) -> None:
     found = recover(killed)
     assert found.path == tmp_path / "killed-recovered.mcap"
     assert found.sim_s == 4.0
@@ -40,14 +40,14 @@ def test_everything_that_was_flushed_is_recovered(killed: Path, recorded: Path, 
         assert np.array_equal(new.signal(name).t, old.signal(name).t)
 
 
-def test_the_result_states_that_the_run_was_cut_off(killed: Path, recorded: Path) -> None:
+def test_a_recovered_recording_says_that_the_run_was_cut_off(killed: Path, recorded: Path) -> None:
     new = Recording(recover(killed).path)
     assert new.result["status"] == "cut off"
     assert new.result["reason"].startswith("recovered from killed.mcap.part: ")
     assert new.fact("peaks") == Recording(recorded).fact("peaks")
 
 
-def test_a_recovered_recording_is_recovered_again(killed: Path, tmp_path: Path) -> None:
+def test_recovering_a_recovered_recording_works_again(killed: Path, tmp_path: Path) -> None:
     first = recover(killed).path
     (tmp_path / "again.mcap").write_bytes(first.read_bytes()[:-1])
     again = recover(tmp_path / "again.mcap")
@@ -56,7 +56,7 @@ def test_a_recovered_recording_is_recovered_again(killed: Path, tmp_path: Path) 
     assert Recording(again.path).topics.keys() == Recording(first).topics.keys()
 
 
-def test_a_damaged_chunk_is_skipped_and_named(recorded: Path, tmp_path: Path) -> None:
+def test_recovery_skips_and_names_a_damaged_chunk(recorded: Path, tmp_path: Path) -> None:
     (chunk,) = Recording(recorded)._file.summary.chunk_indexes
     data = bytearray(recorded.read_bytes())
     data[chunk.chunk_start_offset + chunk.chunk_length - 5] ^= 0xFF
@@ -66,7 +66,7 @@ def test_a_damaged_chunk_is_skipped_and_named(recorded: Path, tmp_path: Path) ->
         recover(damaged)
 
 
-def test_lost_data_are_reported_in_seconds_of_the_run(tmp_path: Path) -> None:
+def test_recovery_reports_lost_data_in_seconds_of_the_run(tmp_path: Path) -> None:
     with Recorder(tmp_path / "run.mcap", {"scene": "lift"}) as rec:
         for t in range(4):
             rec.log(t * SECOND, "info", "x", "x")
@@ -81,14 +81,14 @@ def test_lost_data_are_reported_in_seconds_of_the_run(tmp_path: Path) -> None:
     assert cut.endswith("where the file is cut off or damaged: 0.000 s of the run, 3.000 to 3.000 s")
 
 
-def test_a_whole_recording_needs_no_recovery(recorded: Path, tmp_path: Path) -> None:
+def test_a_complete_recording_needs_no_recovery(recorded: Path, tmp_path: Path) -> None:
     with pytest.raises(RecordingError) as error:
         recover(recorded)
     assert str(error.value) == f"{recorded}: is whole; there is nothing to recover"
     assert not (tmp_path / "run-recovered.mcap.part").exists()
 
 
-def test_the_source_is_never_overwritten(killed: Path) -> None:
+def test_recovery_never_overwrites_its_source(killed: Path) -> None:
     before = killed.read_bytes()
     with pytest.raises(RecordingError) as error:
         recover(killed, killed.with_suffix(""))
@@ -98,7 +98,7 @@ def test_the_source_is_never_overwritten(killed: Path) -> None:
     assert killed.read_bytes() == before
 
 
-def test_files_without_a_run_are_refused(tmp_path: Path, begin: Callable[[], Recorder]) -> None:
+def test_files_without_a_run_cannot_be_recovered(tmp_path: Path, begin: Callable[[], Recorder]) -> None:
     photo = tmp_path / "photo.mcap"
     photo.write_bytes(b"\x89PNG\r\n\x1a\n" * 20)
     with pytest.raises(RecordingError, match="is not a recording"):
@@ -113,7 +113,7 @@ def test_files_without_a_run_are_refused(tmp_path: Path, begin: Callable[[], Rec
     rec.close()
 
 
-def test_any_damage_ends_in_a_file_or_a_sentence(recorded: Path, tmp_path: Path) -> None:
+def test_recovery_of_any_damaged_file_gives_a_file_or_a_sentence(recorded: Path, tmp_path: Path) -> None:
     data = recorded.read_bytes()
     rng = random.Random(5)
     sentences = []

@@ -34,14 +34,16 @@ def leaves(tree: Any) -> list[str]:
     return [tree] if isinstance(tree, str) else [*leaves(tree["first"]), *leaves(tree["second"])]
 
 
-def test_every_panel_that_is_placed_is_described(attached: dict[str, Any]) -> None:
+def test_the_layout_for_other_viewers_describes_every_panel(attached: dict[str, Any]) -> None:
     panels = leaves(attached["layout"])
     assert panels == ["3D!scene", "Plot!tension", "StateTransitions!stages", "RosOut!log"]
     assert set(panels) == set(attached["configById"])
     assert set(attached) == {"configById", "globalVariables", "userNodes", "playbackConfig", "layout"}
 
 
-def test_the_scene_uses_the_frame_of_all_poses(recorded: Recording, attached: dict[str, Any]) -> None:
+def test_the_layout_for_other_viewers_uses_the_frame_of_all_poses(
+    recorded: Recording, attached: dict[str, Any]
+) -> None:
     scene = attached["configById"]["3D!scene"]
     assert scene["fixedFrame"] == scene["followTf"] == "world"
     for topic, shown in scene["topics"].items():
@@ -51,7 +53,7 @@ def test_the_scene_uses_the_frame_of_all_poses(recorded: Recording, attached: di
     assert attached["configById"]["RosOut!log"]["topicToRender"] in recorded.topics
 
 
-def test_each_curve_is_the_rope_of_its_label(recorded: Recording, attached: dict[str, Any]) -> None:
+def test_curves_in_the_layout_belong_to_the_rope_of_their_label(recorded: Recording, attached: dict[str, Any]) -> None:
     paths = attached["configById"]["Plot!tension"]["paths"]
     if "rope/tension" not in recorded.signals():
         assert paths == []
@@ -69,7 +71,7 @@ def test_each_curve_is_the_rope_of_its_label(recorded: Recording, attached: dict
     assert field == "value.name"
 
 
-def test_a_command_writes_it_for_the_import(recorded: Recording, tmp_path: Path) -> None:
+def test_the_layout_command_writes_a_file_to_import(recorded: Recording, tmp_path: Path) -> None:
     heavylift = Path(sys.executable).parent / "heavylift"
     out = tmp_path / "here.json"
     done = subprocess.run([heavylift, "layout", recorded.path, "-o", out], capture_output=True, text=True, timeout=60)

@@ -96,7 +96,7 @@ def test_clients_without_the_token_or_of_another_origin_are_refused(live: LivePa
     assert ask(live, Sec_Fetch_Site="cross-site")[0] == 403
 
 
-def test_it_listens_on_this_machine_only(live: LivePage) -> None:
+def test_the_live_page_listens_on_this_machine_only(live: LivePage) -> None:
     port = urlsplit(live.url).port
     addresses = {info[4][0] for info in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)}
     for address in addresses - {"127.0.0.1"}:
@@ -168,13 +168,13 @@ def test_a_browser_that_never_reads_delays_no_other(live: LivePage, rows: NDArra
     frozen.close()
 
 
-def test_a_page_that_nobody_opened_or_whose_run_failed_ends_at_once() -> None:
+def test_the_server_of_a_page_that_nobody_opened_or_whose_run_failed_ends_at_once() -> None:
     with pytest.raises(ZeroDivisionError), LivePage():
         raise ZeroDivisionError
 
 
 @pytest.mark.usefixtures("begin")
-def test_text_of_a_scene_stays_within_its_message(live: LivePage) -> None:
+def test_text_of_a_scene_cannot_break_out_of_its_message_on_the_page(live: LivePage) -> None:
     status, body = ask(live)
     assert status == 200
     assert body.count(b"<script") == 2

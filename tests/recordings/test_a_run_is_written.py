@@ -23,7 +23,7 @@ Stage = Callable[[Recorder, int, str], None]
 SECOND = 1_000_000_000
 
 
-def test_a_recording_gets_its_name_when_it_is_complete(begin: Begin, tmp_path: Path) -> None:
+def test_a_recording_gets_its_final_name_when_it_is_complete(begin: Begin, tmp_path: Path) -> None:
     rec = begin()
     assert [path.name for path in tmp_path.iterdir()] == ["run.mcap.part"]
     assert rec.close() == tmp_path / "run.mcap"
@@ -31,7 +31,7 @@ def test_a_recording_gets_its_name_when_it_is_complete(begin: Begin, tmp_path: P
     assert rec.close() == tmp_path / "run.mcap"
 
 
-def test_metadata_are_on_disk_at_once(begin: Begin, tmp_path: Path) -> None:
+def test_metadata_are_written_to_disk_at_once(begin: Begin, tmp_path: Path) -> None:
     rec = begin()
     with (tmp_path / "run.mcap.part").open("rb") as stream:
         records = iter(StreamReader(stream).records)
@@ -42,7 +42,7 @@ def test_metadata_are_on_disk_at_once(begin: Begin, tmp_path: Path) -> None:
     rec.close()
 
 
-def test_settled_data_are_flushed_once_a_second(
+def test_complete_data_are_flushed_once_a_second(
     begin: Begin, batch: Batch, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     clock = 0.0
@@ -137,7 +137,7 @@ def test_a_run_that_raises_leaves_a_complete_file(begin: Begin, stage: Stage, tm
     assert [event.value["name"] for event in recording.events()] == ["take up"]
 
 
-def test_what_was_recorded_is_read_back(recorded: Path, rows: NDArray[np.float64]) -> None:
+def test_recorded_data_are_read_back_unchanged(recorded: Path, rows: NDArray[np.float64]) -> None:
     rec = Recording(recorded)
     t, tension, names, unit = rec.signal("rope/tension")
     assert list(t) == [0.0, 1.0, 2.0, 2.5, 3.0, 4.0]
@@ -156,7 +156,7 @@ def test_what_was_recorded_is_read_back(recorded: Path, rows: NDArray[np.float64
     assert rec.fact("sim_s") == 4.0
 
 
-def test_peaks_are_those_of_all_steps(begin: Begin, batch: Batch) -> None:
+def test_recorded_peaks_are_those_of_all_steps(begin: Begin, batch: Batch) -> None:
     rec = begin()
     rec.samples(batch(0, 2))
     rec.samples(batch(2, 6))
@@ -164,7 +164,7 @@ def test_peaks_are_those_of_all_steps(begin: Begin, batch: Batch) -> None:
     rec.close()
 
 
-def test_repeated_samples_are_skipped_and_missing_ones_refused(begin: Begin, batch: Batch) -> None:
+def test_repeated_samples_are_skipped_and_missing_ones_are_an_error(begin: Begin, batch: Batch) -> None:
     rec = begin()
     rec.samples(batch(0, 3))
     rec.samples(batch(1, 4))
@@ -175,7 +175,7 @@ def test_repeated_samples_are_skipped_and_missing_ones_refused(begin: Begin, bat
     assert len(Recording(rec.close()).signal("rope/tension").t) == 4
 
 
-def test_notes_come_with_samples_and_are_written_once(begin: Begin, batch: Batch) -> None:
+def test_notes_arrive_with_samples_and_are_written_once(begin: Begin, batch: Batch) -> None:
     """Under their own times, in the digest; a sampler that starts again tells them again."""
 
     def noted(first: int, stop: int, *notes: tuple[int, int, str]) -> bytes:
@@ -197,7 +197,7 @@ def test_notes_come_with_samples_and_are_written_once(begin: Begin, batch: Batch
     assert found == [(0.5, "a rope rattles"), (3.0, "a mode is missed")]
 
 
-def test_rope_lines_change_from_their_time_on(begin: Begin, batch: Batch) -> None:
+def test_rope_lines_change_from_their_stated_time_on(begin: Begin, batch: Batch) -> None:
     rec = begin()
     line = RopeLine("r", "block", (0, 0, 0), "hook", (0, 0, 0))
     rec.ropes(0, [line])
@@ -210,7 +210,7 @@ def test_rope_lines_change_from_their_time_on(begin: Begin, batch: Batch) -> Non
     assert sizes[1] < sizes[2] == sizes[-1]
 
 
-def test_protocol_traffic_is_logged_at_the_recorders_time(begin: Begin, stage: Stage) -> None:
+def test_protocol_messages_have_the_time_of_the_recorder(begin: Begin, stage: Stage) -> None:
     rec = begin()
     stage(rec, 3, "lower")
     rec.settle(4 * SECOND)
@@ -219,7 +219,7 @@ def test_protocol_traffic_is_logged_at_the_recorders_time(begin: Begin, stage: S
     assert (raw.log_time, raw.publish_time) == (3 * SECOND, SECOND)
 
 
-def test_unwritable_places_are_refused_at_the_start(tmp_path: Path) -> None:
+def test_unwritable_output_places_are_refused_at_the_start(tmp_path: Path) -> None:
     cases = {
         tmp_path: f"{tmp_path}: is a folder; give the name of a file in it, such as {tmp_path}/run.mcap",
         tmp_path / "no" / "run.mcap": f"{tmp_path}/no/run.mcap: the folder {tmp_path}/no does not exist; "
@@ -247,7 +247,7 @@ def test_a_full_disk_is_reported_in_one_sentence(begin: Begin, tmp_path: Path) -
     )
 
 
-def test_messages_that_were_not_announced_are_refused(begin: Begin, batch: Batch, tmp_path: Path) -> None:
+def test_undeclared_messages_are_refused_by_the_writer(begin: Begin, batch: Batch, tmp_path: Path) -> None:
     rec = begin()
     refused: dict[str, Callable[[], None]] = {
         "event of west.moved: this port was not announced; call add_port first": lambda: rec.event(
@@ -290,7 +290,9 @@ def test_messages_that_were_not_announced_are_refused(begin: Begin, batch: Batch
         ),
     ],
 )
-def test_a_layout_that_does_not_fit_is_refused(tmp_path: Path, channels: list[SampleChannel], sentence: str) -> None:
+def test_a_layout_that_does_not_fit_its_rows_is_refused(
+    tmp_path: Path, channels: list[SampleChannel], sentence: str
+) -> None:
     rec = Recorder(tmp_path / "run.mcap", {})
     with pytest.raises(RecordingError) as error:
         rec.layout(SampleLayout(channels))

@@ -66,7 +66,7 @@ class Cells(HTMLParser):
 
 @settings(max_examples=60, deadline=None)
 @given(tables())
-def test_every_format_has_the_same_cells(table: Table) -> None:
+def test_a_sheet_has_the_same_cells_in_every_format(table: Table) -> None:
     from openpyxl import load_workbook
 
     sheet = Sheet("title", "lead", "red", (table, Notes("notes", ("a <b>note",)), Chart("chart", "<svg></svg>")))
@@ -88,7 +88,7 @@ def test_every_format_has_the_same_cells(table: Table) -> None:
                 assert value == (pytest.approx(cell) if column.numeric and cell is not None else cell)
 
 
-def test_foreign_text_is_escaped_in_every_format() -> None:
+def test_foreign_text_is_escaped_in_every_format_of_a_sheet() -> None:
     """No formula in a workbook or CSV, no tag on a page."""
     from openpyxl import load_workbook
 
@@ -103,13 +103,13 @@ def test_foreign_text_is_escaped_in_every_format() -> None:
     assert not any(line.startswith("=") for line in table_csv(nasty).splitlines())
 
 
-def test_columns_without_a_cell_are_left_out() -> None:
+def test_empty_columns_of_a_sheet_are_omitted() -> None:
     made = Table("", (Column("a"), Column("b", "t"), Column("c", "t")), (("x", None, 0.0), ("y", None, None)))
     assert [column.name for column in trimmed(made).columns] == ["a", "c"]
     assert trimmed(made).rows == (("x", 0.0), ("y", None))
 
 
-def test_values_that_are_not_finite_are_words() -> None:
+def test_infinite_values_in_a_sheet_are_words() -> None:
     column = Column("use", "%", 1)
     shown = [column.text(x) for x in (float("inf"), float("nan"), -0.04, Marked(99.96))]
     assert shown == ["beyond any", "", "0.0", "100.0"]

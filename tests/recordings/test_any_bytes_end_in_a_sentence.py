@@ -29,7 +29,7 @@ FILES, SHARDS = 300, 3
 
 @pytest.mark.parametrize("shard", range(SHARDS))
 @pytest.mark.large(beyond=1)
-def test_corrupt_files_end_in_a_sentence(recorded: Path, tmp_path: Path, shard: int) -> None:
+def test_a_corrupted_recording_ends_in_a_sentence(recorded: Path, tmp_path: Path, shard: int) -> None:
     data, rng = recorded.read_bytes(), random.Random(shard)
     path, sentences = tmp_path / "spoiled.mcap", []
     for number in range(FILES // SHARDS):
@@ -39,7 +39,9 @@ def test_corrupt_files_end_in_a_sentence(recorded: Path, tmp_path: Path, shard: 
     assert not [s for s in sentences if "\n" in s or len(s) > 1000]
 
 
-def test_a_later_version_is_reported(recorded: Path, tmp_path: Path, begin: Callable[[], Recorder]) -> None:
+def test_a_recording_of_a_later_version_is_reported(
+    recorded: Path, tmp_path: Path, begin: Callable[[], Recorder]
+) -> None:
     with Recorder(tmp_path / "later.mcap", {"format": 3, "scene": "lift"}) as rec:
         rec.log(0, "info", "x", "x")
     with pytest.raises(
@@ -83,7 +85,7 @@ class _Raw:
         builder.write(struct.pack("<BQ", self._opcode, len(self._body)) + self._body)  # type: ignore[attr-defined]
 
 
-def test_data_that_would_expand_beyond_bounds_are_refused_at_once(tmp_path: Path) -> None:
+def test_data_that_would_expand_without_bound_are_refused_at_once(tmp_path: Path) -> None:
     path = tmp_path / "bomb.mcap"
     bombs(path, 400, 48 << 20)
     assert path.stat().st_size < 1 << 20
@@ -143,7 +145,7 @@ CRAFTED: dict[str, Callable[[Path], None]] = {
 
 @pytest.mark.skipif(sys.platform != "linux", reason="watches processes in /proc, which only Linux has")
 @pytest.mark.parametrize("kind", CRAFTED)
-def test_a_decompression_bomb_takes_no_memory(kind: str, recorded: Path, tmp_path: Path) -> None:
+def test_a_decompression_bomb_uses_little_memory(kind: str, recorded: Path, tmp_path: Path) -> None:
     path = tmp_path / "bomb.mcap"
     CRAFTED[kind](path)
     peak_kB()
@@ -153,7 +155,7 @@ def test_a_decompression_bomb_takes_no_memory(kind: str, recorded: Path, tmp_pat
     assert peak_kB() - before < BIG >> 12  # a quarter of it
 
 
-def test_nested_text_does_not_exhaust_the_stack(tmp_path: Path) -> None:
+def test_deeply_nested_text_does_not_exhaust_the_stack(tmp_path: Path) -> None:
     path = tmp_path / "deep.mcap"
     with path.open("wb") as stream:
         file = McapFile(stream, "deep")
@@ -167,7 +169,7 @@ def test_nested_text_does_not_exhaust_the_stack(tmp_path: Path) -> None:
     read_in_all_ways(path, path, tmp_path)
 
 
-def test_a_number_too_large_to_be_drawn_is_damage(
+def test_a_number_too_large_to_draw_counts_as_damage(
     begin: Callable[[], Recorder], rows: NDArray[np.float64], tmp_path: Path
 ) -> None:
     rows[3, 0] = -1e200

@@ -25,18 +25,18 @@ def refusal(path: Path) -> str:
     return sentence.removeprefix(f"{path}: ")
 
 
-def test_a_pipe_is_refused_and_not_waited_for(tmp_path: Path) -> None:
+def test_opening_a_pipe_as_a_recording_is_refused_without_waiting(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.mcap")
     assert refusal(tmp_path / "pipe.mcap") == "is no file but a pipe or device; save the recording in a file first"
     with pytest.raises(RecordingError, match=r"pipe\.mcap: is no file; give the name of a recording"):
         recover(tmp_path / "pipe.mcap")
 
 
-def test_a_missing_file(tmp_path: Path) -> None:
+def test_opening_a_missing_recording_is_reported(tmp_path: Path) -> None:
     assert refusal(tmp_path / "run.mcap") == "does not exist; check the name or make it with `heavylift run`"
 
 
-def test_a_file_whose_run_was_cut_off(begin: Callable[[], Recorder], tmp_path: Path) -> None:
+def test_opening_a_recording_that_was_cut_off_is_reported(begin: Callable[[], Recorder], tmp_path: Path) -> None:
     rec = begin()
     assert refusal(tmp_path / "run.mcap") == (
         f"does not exist, but {tmp_path}/run.mcap.part does: its run is still going or was cut off; "
@@ -49,7 +49,7 @@ def test_a_file_whose_run_was_cut_off(begin: Callable[[], Recorder], tmp_path: P
     rec.close()
 
 
-def test_a_folder_an_empty_file_and_another_format(tmp_path: Path) -> None:
+def test_opening_a_folder_an_empty_file_or_another_format_is_reported(tmp_path: Path) -> None:
     (tmp_path / "empty.mcap").touch()
     (tmp_path / "photo.mcap").write_bytes(b"\x89PNG\r\n\x1a\n" * 20)
     assert refusal(tmp_path) == "is a folder; give the name of a recording, such as run.mcap"
@@ -59,7 +59,7 @@ def test_a_folder_an_empty_file_and_another_format(tmp_path: Path) -> None:
     )
 
 
-def test_an_mcap_file_of_another_program(tmp_path: Path) -> None:
+def test_opening_an_mcap_file_of_another_program_is_reported(tmp_path: Path) -> None:
     path = tmp_path / "robot.mcap"
     with path.open("wb") as stream:
         writer = Writer(stream)
@@ -68,7 +68,7 @@ def test_an_mcap_file_of_another_program(tmp_path: Path) -> None:
     assert refusal(path) == "is an MCAP file of another program; give a file made by `heavylift run`"
 
 
-def test_every_truncation_is_refused(recorded: Path, tmp_path: Path) -> None:
+def test_every_truncated_recording_is_refused(recorded: Path, tmp_path: Path) -> None:
     data = recorded.read_bytes()
     part = tmp_path / "short.mcap"
     for length in [*range(1, 60), *range(60, len(data), 97), len(data) - 1]:
@@ -76,7 +76,7 @@ def test_every_truncation_is_refused(recorded: Path, tmp_path: Path) -> None:
         refusal(part)
 
 
-def test_damage_anywhere_is_a_sentence_or_harmless(recorded: Path, tmp_path: Path) -> None:
+def test_damage_anywhere_in_a_recording_is_reported_or_harmless(recorded: Path, tmp_path: Path) -> None:
     data = recorded.read_bytes()
     rng = random.Random(11)
     part = tmp_path / "damaged.mcap"
@@ -121,7 +121,7 @@ def test_a_chunk_that_claims_to_be_huge_is_not_unpacked(recorded: Path, tmp_path
         Recording(path).events()
 
 
-def test_an_unknown_signal_names_the_known_ones(recorded: Path) -> None:
+def test_an_unknown_signal_is_answered_with_the_known_ones(recorded: Path) -> None:
     with pytest.raises(RecordingError) as error:
         Recording(recorded).signal("rope/colour")
     assert str(error.value) == (

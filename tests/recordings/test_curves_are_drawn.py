@@ -22,7 +22,7 @@ def words(path: Path) -> str:
     return " ".join(re.findall(r"<!-- (.*?) -->", path.read_text()))
 
 
-def test_a_panel_per_unit_with_limits_and_stages(recorded: Path, tmp_path: Path) -> None:
+def test_curves_are_drawn_in_a_panel_per_unit_with_limits_and_stages(recorded: Path, tmp_path: Path) -> None:
     out = curves(recorded, ["rope/tension/*", "pose/block/?"], tmp_path / "x.svg")
     text = words(out)
     assert {"[kN]", "[m]", "rated 900 kN", "take up", "hoist", "Time [s]"} <= set(
@@ -41,7 +41,7 @@ def content(page: Path) -> dict[str, object]:
     return found
 
 
-def test_the_page_needs_nothing_from_elsewhere(recorded: Path, tmp_path: Path) -> None:
+def test_the_page_of_curves_needs_no_other_file(recorded: Path, tmp_path: Path) -> None:
     out = curves(recorded, ["rope/*"], tmp_path / "x.html")
     text = out.read_text()
     assert "default-src 'none'" in text
@@ -61,7 +61,7 @@ def test_a_browser_draws_a_chart_per_panel(recorded: Path, tmp_path: Path) -> No
     assert page.count("<canvas") == 2
 
 
-def test_two_recordings_are_drawn_in_one_chart(recorded: Path, tmp_path: Path) -> None:
+def test_curves_of_two_recordings_are_drawn_in_one_chart(recorded: Path, tmp_path: Path) -> None:
     other = shutil.copy(recorded, tmp_path / "other.mcap")
     out = overlay(recorded, other, tmp_path / "x.svg", ["rope/tension/west.H1"])
     assert "rope/tension/west.H1: largest difference 0 kN at 0.000 s, RMS 0 kN" in words(out)

@@ -91,7 +91,7 @@ def places(data: bytes, rng: random.Random) -> list[int]:
     return sorted({*some, len(data) - 1, len(data) - len(MAGIC)})
 
 
-def test_cuts_anywhere_are_recovered(several: bytes, tmp_path: Path) -> None:
+def test_a_recording_cut_anywhere_is_recovered(several: bytes, tmp_path: Path) -> None:
     data, rng = several, random.Random(1)
     end = next(place for opcode, place, _ in records(data) if opcode == DATA_END)
     for place in places(data, rng):
@@ -105,7 +105,7 @@ def test_cuts_anywhere_are_recovered(several: bytes, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("turned", [0x01, 0x55, 0x80])
 @pytest.mark.large(beyond=1)
-def test_a_changed_byte_anywhere_is_recovered_or_refused(turned: int, several: bytes, tmp_path: Path) -> None:
+def test_a_recording_with_a_changed_byte_is_recovered_or_refused(turned: int, several: bytes, tmp_path: Path) -> None:
     data, rng = several, random.Random(turned)
     end = next(place for opcode, place, _ in records(data) if opcode == DATA_END)
     for place in places(data, rng):
@@ -119,7 +119,7 @@ def test_a_changed_byte_anywhere_is_recovered_or_refused(turned: int, several: b
             assert saved.result["status"] == "damaged"
 
 
-def test_zeros_after_a_power_cut_are_recovered(several: bytes, tmp_path: Path) -> None:
+def test_a_recording_with_zeros_after_a_power_cut_is_recovered(several: bytes, tmp_path: Path) -> None:
     for count in (1, 8, 29, 200, 1000, 2000):
         check(several, several[:-count] + bytes(count), tmp_path / "zeros.mcap")
 

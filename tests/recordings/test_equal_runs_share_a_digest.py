@@ -34,7 +34,7 @@ def digest(events: list[tuple[Any, ...]], rows: list[tuple[int, int, bytes]]) ->
     return out.hexdigest()
 
 
-def test_the_order_of_arrival_does_not_matter() -> None:
+def test_the_digest_does_not_depend_on_the_order_of_arrival() -> None:
     rng = random.Random(1)
     expected = digest(EVENTS, ROWS)
     for _ in range(20):
@@ -60,14 +60,14 @@ def test_every_part_of_an_event_and_of_a_row_changes_the_digest() -> None:
     assert len({digest(EVENTS, ROWS), *others}) == 1 + len(others)
 
 
-def test_the_digest_can_be_read_while_it_grows() -> None:
+def test_the_digest_can_be_read_while_data_are_added() -> None:
     out = Digest()
     empty = out.hexdigest()
     out.event(*EVENTS[0])
     assert out.hexdigest() == digest(EVENTS[:1], []) != empty
 
 
-def test_traffic_and_log_are_not_part_of_the_digest(
+def test_protocol_traffic_and_log_are_not_part_of_the_digest(
     begin: Callable[[], Recorder],
     batch: Callable[[int, int], bytes],
     stage: Callable[[Recorder, int, str], None],
@@ -81,7 +81,7 @@ def test_traffic_and_log_are_not_part_of_the_digest(
     assert Recording(recorded).result["digest"] == first
 
 
-def test_the_file_holds_everything_the_digest_covers(recorded: Path, rows: NDArray[np.float64]) -> None:
+def test_the_recording_contains_everything_that_the_digest_covers(recorded: Path, rows: NDArray[np.float64]) -> None:
     rec = Recording(recorded)
     out = Digest()
     for e in rec.events():
@@ -92,7 +92,7 @@ def test_the_file_holds_everything_the_digest_covers(recorded: Path, rows: NDArr
     assert out.hexdigest() == rec.result["digest"]
 
 
-def test_pending_data_in_a_file_give_the_same_digest(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_data_spooled_to_a_file_give_the_same_digest(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a long run events wait on disk, and those that come late are put in their places."""
     events = [(t, k, "west", "report", 0, "Done", bytes(100)) for t in range(300) for k in range(3)]
     rows = [(n, n, bytes(8)) for n in range(1000)]
@@ -107,7 +107,7 @@ def test_pending_data_in_a_file_give_the_same_digest(monkeypatch: pytest.MonkeyP
 
 
 @pytest.mark.filterwarnings("error")
-def test_no_open_file_is_left_to_the_garbage_collector() -> None:
+def test_all_files_are_closed_explicitly() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         gc.collect()  # of what other tests left

@@ -30,19 +30,19 @@ def golden(number: int) -> Path:
     return FILES / f"format-{number}.mcap"
 
 
-def test_each_format_has_its_stored_recording() -> None:
+def test_each_recording_format_has_a_stored_example() -> None:
     assert sorted(FILES.glob("*.mcap")) == [golden(number) for number in range(1, FORMAT + 1)]
     assert all(path.stat().st_size < 60e3 for path in FILES.glob("*.mcap"))
 
 
 @pytest.mark.parametrize("number", READABLE)
-def test_all_readers_read_each_format(number: int, tmp_path: Path) -> None:
+def test_every_reader_reads_each_recording_format(number: int, tmp_path: Path) -> None:
     text = read_in_all_ways(golden(number), golden(number), tmp_path, pictures=True)
     assert text == [f"{golden(number)}: is whole; there is nothing to recover"]
 
 
 @pytest.mark.parametrize("number", READABLE)
-def test_the_block_falls_into_its_rope(number: int) -> None:
+def test_the_block_in_the_stored_recording_falls_into_its_rope(number: int) -> None:
     rec = Recording(golden(number))
     pose, rope = rec["block"].pose, rec.signal("rope/tension")
     t = pose.t[pose.t <= TAUT]
@@ -54,20 +54,20 @@ def test_the_block_falls_into_its_rope(number: int) -> None:
     assert rec.stages() == [(0.0, "fall and bounce")]
 
 
-def test_a_plan_of_an_earlier_version_reports_what_is_not_read() -> None:
+def test_a_plan_of_an_earlier_version_says_what_is_not_read() -> None:
     message = "of an earlier version: cranes, slings and block are not listed; run the scene again for them"
     assert f"  plan      {message}" in info(golden(2)).splitlines()
     rec = Recording(golden(2))
     assert ("plan", message) in scene_table(rec, plan_of(rec.attachments))
 
 
-def test_a_current_plan_is_read_without_a_note() -> None:
+def test_a_present_plan_is_read_without_a_note() -> None:
     assert not unread(plan_of({"resolved.json": encode(load("lift").plan)}))
     assert not unread({}), "a DEVS model has none"
 
 
 @pytest.mark.parametrize("number", READABLE)
-def test_a_stock_reader_counts_the_same(number: int) -> None:
+def test_a_stock_reader_counts_the_same_messages(number: int) -> None:
     with golden(number).open("rb") as stream:
         text = make_reader(stream, decoder_factories=[DecoderFactory()]).iter_decoded_messages(["/samples"])
         times = [message.log_time * 1e-9 for _, _, message, _ in text]
@@ -75,14 +75,14 @@ def test_a_stock_reader_counts_the_same(number: int) -> None:
 
 
 @pytest.mark.parametrize("number", range(1, OLDEST))
-def test_a_format_that_is_not_supported_is_reported(number: int) -> None:
+def test_an_unsupported_recording_format_is_reported(number: int) -> None:
     message = f"has format {number}, this is heavylift {__version__}, which reads format {FORMAT}; run the scene again"
     with pytest.raises(RecordingError) as caught:
         Recording(golden(number))
     assert str(caught.value) == f"{golden(number)}: {message}, or install heavylift 0.1.0, which made it"
 
 
-def test_a_copy_names_its_origin(tmp_path: Path) -> None:
+def test_a_copied_recording_names_the_version_that_computed_it(tmp_path: Path) -> None:
     """What was cut off or amended is still of the heavylift that computed it."""
     whole = golden(FORMAT).read_bytes()
     made = Recording(golden(FORMAT)).library

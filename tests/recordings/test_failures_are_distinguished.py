@@ -41,7 +41,7 @@ def library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callabl
         ("", "f", "module 'oldlib' has no attribute 'f'"),
     ],
 )
-def test_a_library_that_fails_is_named(
+def test_a_failing_library_is_named_in_the_error(
     text: str, call: str, told: str, recorded: Path, library: Callable[[str], None]
 ) -> None:
     library(text)
@@ -59,7 +59,7 @@ def test_a_library_that_fails_is_named(
     assert "damaged" not in answer
 
 
-def test_an_installed_extra_that_fails_is_named(library: Callable[[str], None]) -> None:
+def test_an_installed_extra_that_fails_to_import_is_named(library: Callable[[str], None]) -> None:
     missing = RecordingError("install it")
     library("raise ValueError('numpy.dtype size changed')")
     with pytest.raises(RecordingError, match=r"oldlib is installed but fails \(numpy\.dtype size changed\)"):
@@ -75,12 +75,12 @@ def test_an_installed_extra_that_fails_is_named(library: Callable[[str], None]) 
         (MemoryError(), "cannot be read: there is too little memory"),
     ],
 )
-def test_an_error_of_the_system_is_not_called_damage(error: Exception, told: str, recorded: Path) -> None:
+def test_an_error_of_the_system_is_not_reported_as_damage(error: Exception, told: str, recorded: Path) -> None:
     with pytest.raises(RecordingError, match=told), Recording(recorded).reading():
         raise error
 
 
-def test_a_changed_byte_sends_every_command_to_recover(recorded: Path, tmp_path: Path) -> None:
+def test_after_damage_every_command_suggests_recover(recorded: Path, tmp_path: Path) -> None:
     data = bytearray(recorded.read_bytes())
     place, length = next((place, length) for opcode, place, length in records(bytes(data)) if opcode == CHUNK)
     data[place + 9 + length // 2] ^= 0x55
@@ -102,7 +102,7 @@ def test_a_changed_byte_sends_every_command_to_recover(recorded: Path, tmp_path:
     assert [x.name for x in tmp_path.iterdir() if x.suffix in (".png", ".csv", ".html", ".svg")] == []
 
 
-def test_content_changed_by_another_program_is_not_sent_to_recover(recorded: Path, tmp_path: Path) -> None:
+def test_for_content_changed_by_another_program_no_command_suggests_recover(recorded: Path, tmp_path: Path) -> None:
     def spoil(parts: Parts) -> None:
         i = parts.rows()[0]
         parts.messages[i] = parts.messages[i]._replace(data=parts.messages[i].data[:-1])
@@ -118,7 +118,7 @@ def test_content_changed_by_another_program_is_not_sent_to_recover(recorded: Pat
 
 @pytest.mark.parametrize("text", NO_NUMBERS)
 @pytest.mark.parametrize("name", ["sim_s", "wall_s", "samples", "peaks", "rated"])
-def test_values_that_are_not_finite_end_in_a_sentence(name: str, text: str, recorded: Path, tmp_path: Path) -> None:
+def test_infinite_values_in_a_recording_end_in_a_sentence(name: str, text: str, recorded: Path, tmp_path: Path) -> None:
     path = altered(recorded, tmp_path / "no.mcap", lambda parts: parts.metadata["result"].update({name: text}))
     distances: list[Callable[[], object]] = [
         lambda: info(path),
@@ -139,7 +139,7 @@ def test_values_that_are_not_finite_end_in_a_sentence(name: str, text: str, reco
         assert sentences or name == "rated"
 
 
-def test_an_altered_digest_or_peak_is_reported_by_info(recorded: Path, tmp_path: Path) -> None:
+def test_info_detects_an_altered_digest_or_peak(recorded: Path, tmp_path: Path) -> None:
     def forge(parts: Parts) -> None:
         result = parts.metadata["result"]
         peaks = json.loads(result["peaks"])

@@ -54,7 +54,7 @@ def dimensions(drawing: Drawing, view: int, way: str) -> list[float]:
     return [float(x.words.rpartition(" ")[2]) for x in found]
 
 
-def test_heights_and_radii_are_those_of_the_instant(made: list[tuple[DrawnInstant, Drawing]]) -> None:
+def test_heights_and_radii_in_drawings_are_those_of_the_instant(made: list[tuple[DrawnInstant, Drawing]]) -> None:
     for x, drawing in made:
         heights = dimensions(drawing, 1, "v")
         lowest = float(x.of("block")[:, 2].min())
@@ -69,7 +69,7 @@ def test_heights_and_radii_are_those_of_the_instant(made: list[tuple[DrawnInstan
                     assert radius == pytest.approx(dimensions(drawing, view, "h")[0], abs=0.006)
 
 
-def test_no_text_overlaps_another_or_leaves_its_sheet(made: list[tuple[DrawnInstant, Drawing]]) -> None:
+def test_texts_in_drawings_do_not_overlap_or_leave_the_sheet(made: list[tuple[DrawnInstant, Drawing]]) -> None:
     for _, drawing in made:
         boxes = []
         for view in drawing.views:
@@ -86,7 +86,7 @@ def test_no_text_overlaps_another_or_leaves_its_sheet(made: list[tuple[DrawnInst
             assert apart, f"{drawing.title}: '{a}' lies over '{b}'"
 
 
-def test_svg_and_dxf_have_the_same_content(lift: Recording, tmp_path: Path) -> None:
+def test_svg_and_dxf_drawings_have_the_same_content(lift: Recording, tmp_path: Path) -> None:
     import ezdxf
 
     verdict = recorded_verdict(lift)
@@ -104,13 +104,13 @@ def test_svg_and_dxf_have_the_same_content(lift: Recording, tmp_path: Path) -> N
     assert measured == pytest.approx([float(x.words.rpartition(" ")[2]) for x in text], abs=0.006)
 
 
-def test_a_report_has_drawings_and_that_of_a_mechanism_has_none(lift: Recording, tmp_path: Path) -> None:
+def test_a_lift_report_has_drawings_and_that_of_a_mechanism_none(lift: Recording, tmp_path: Path) -> None:
     text = report(lift, tmp_path / "report.html").read_text()
     assert text.count('class="drawing"') == len(drawings(lift, recorded_verdict(lift), PROJECT))
 
 
 @given(arrays(np.float64, (8, 2), elements=st.floats(-50, 50).map(lambda x: round(x, 3))))
-def test_an_outline_contains_all_its_points_and_is_clipped_at_a_box(points: np.ndarray) -> None:
+def test_a_convex_outline_contains_all_its_points_and_is_clipped_by_a_box(points: np.ndarray) -> None:
     outline = hull(points)
     if len(outline) > 2:
         assert all(within(outline, p + (outline.mean(axis=0) - p) * 1e-6) for p in points)

@@ -110,7 +110,9 @@ def all_below(folder: Path) -> dict[str, tuple[int, bytes]]:
 @pytest.mark.parametrize("force", [False, True], ids=["", "forced"])
 @pytest.mark.parametrize("name", ["run.mcap", "tension.png", "table.csv"])
 @pytest.mark.parametrize("obstacle", OBSTACLES, ids=lambda f: f.__name__)
-def test_foreign_files_are_kept(obstacle: Obstacle, name: str, force: bool, recorded: Path, tmp_path: Path) -> None:
+def test_existing_files_of_other_origin_are_kept(
+    obstacle: Obstacle, name: str, force: bool, recorded: Path, tmp_path: Path
+) -> None:
     out = tmp_path / "out" / name
     out.parent.mkdir()
     obstacle(out)
@@ -142,7 +144,7 @@ def test_an_earlier_output_is_kept_and_the_next_one_gets_the_next_name(
 
 
 @pytest.mark.parametrize("name", ["run.txt", "run", "run.yaml", "run.mcap.part"])
-def test_a_recording_gets_its_ending(name: str, tmp_path: Path) -> None:
+def test_a_recording_name_gets_its_suffix(name: str, tmp_path: Path) -> None:
     with pytest.raises(OutputError) as error:
         recorded_at(tmp_path / name)
     assert str(error.value) == f"{tmp_path / name}: a recording is written as .mcap; give it this ending"
@@ -151,7 +153,7 @@ def test_a_recording_gets_its_ending(name: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("ending", [".part", ".commands"])
 @pytest.mark.parametrize("force", [False, True], ids=["", "forced"])
-def test_no_symbolic_link_is_followed(ending: str, force: bool, tmp_path: Path) -> None:
+def test_outputs_follow_no_symbolic_link(ending: str, force: bool, tmp_path: Path) -> None:
     is_link(tmp_path / f"run.mcap{ending}")
     before = all_below(tmp_path)
     with pytest.raises(OutputError, match=rf"run.mcap{ending}: is a link and stays as it is"):
@@ -159,7 +161,7 @@ def test_no_symbolic_link_is_followed(ending: str, force: bool, tmp_path: Path) 
     assert all_below(tmp_path) == before
 
 
-def test_the_rest_of_a_killed_run_is_kept_even_if_its_name_is_forced(begin: Begin, tmp_path: Path) -> None:
+def test_the_remains_of_a_killed_run_are_kept_even_if_its_name_is_forced(begin: Begin, tmp_path: Path) -> None:
     part, orders = tmp_path / "run.mcap.part", tmp_path / "run.mcap.commands"
     with begin() as rec:
         left = part.read_bytes()
@@ -199,7 +201,7 @@ def test_concurrent_runs_write_separate_files(begin: Begin, tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("come", [is_foreign, is_folder, is_dangling_link, recorded_at], ids=lambda f: f.__name__)
-def test_a_file_created_meanwhile_is_kept(come: Obstacle, begin: Begin, tmp_path: Path) -> None:
+def test_a_file_created_during_a_run_is_kept(come: Obstacle, begin: Begin, tmp_path: Path) -> None:
     rec = begin()
     come(tmp_path / "come.mcap")
     (tmp_path / "come.mcap").rename(tmp_path / "run.mcap")
@@ -209,7 +211,7 @@ def test_a_file_created_meanwhile_is_kept(come: Obstacle, begin: Begin, tmp_path
     assert Recording(tmp_path / "run-2.mcap").result["status"] == "finished"
 
 
-def test_a_file_system_without_unnamed_files_works(
+def test_recording_works_on_a_file_system_without_unnamed_files(
     recorded: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delattr(os, "O_TMPFILE")
@@ -265,14 +267,14 @@ NOTICED = {
     replaced_by_a_link: "replaced by another file",
     cut_off: "cut",
     emptied: "cut",
-    longer: "written to by somebody else",
-    overwritten: "written to by somebody else",
+    longer: "changed by another program",
+    overwritten: "changed by another program",
 }
 
 
 @pytest.mark.parametrize("at", ["the next flush", "the end"])
 @pytest.mark.parametrize("harm", NOTICED, ids=lambda f: f.__name__)
-def test_changes_of_the_file_meanwhile_are_noticed(
+def test_changes_of_the_file_during_a_run_are_noticed(
     harm: Obstacle, at: str, begin: Begin, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if at == "the next flush":
@@ -289,7 +291,7 @@ def test_changes_of_the_file_meanwhile_are_noticed(
     assert all_below(tmp_path).keys() == harmed.keys()
 
 
-def test_touching_or_reading_the_file_does_no_harm(begin: Begin, tmp_path: Path) -> None:
+def test_touching_or_reading_the_file_during_a_run_is_harmless(begin: Begin, tmp_path: Path) -> None:
     rec = begin()
     part = tmp_path / "run.mcap.part"
     part.read_bytes()

@@ -12,7 +12,7 @@ from heavylift.recordings.format import Rounding
 POSE = ["x", "y", "z", "qx", "qy", "qz", "qw"]
 
 
-def test_rounding_steps_follow_the_unit() -> None:
+def test_rounding_of_recorded_values_follows_the_unit() -> None:
     columns = {"m": 2.0**-38, "m/s": 2.0**-32, "N": 2.0**-14, "J": 2.0**-14, "s": 2.0**-20}
     rounded = Rounding([SampleChannel(f"x/{unit}", ["a"], unit, 0, 1) for unit in columns])
     x = np.random.default_rng(1).normal(scale=1e6, size=(200, len(columns)))
@@ -24,7 +24,7 @@ def test_rounding_steps_follow_the_unit() -> None:
     assert np.array_equal(rounded(rounded(x)), rounded(x)), "twice is once"
 
 
-def test_small_values_keep_their_digits() -> None:
+def test_small_recorded_values_keep_their_digits() -> None:
     rounded = Rounding([SampleChannel("rope/tension", ["toy"], "N", 0, 1)])
     x = np.array([[0.0], [1e-6], [3e-5], [9.80665e-3], [1e-6]])
     off = np.abs(np.vstack([rounded(x[:3]), rounded(x[3:])]) - x)[:, 0]
@@ -32,7 +32,7 @@ def test_small_values_keep_their_digits() -> None:
     assert np.all(off <= 2.0**-30 * largest), "of the largest so far"
 
 
-def test_rounding_does_not_depend_on_batches() -> None:
+def test_rounding_of_recorded_values_does_not_depend_on_batches() -> None:
     channels = [SampleChannel("joint/velocity", ["a", "b"], "rad/s", 0, 2), SampleChannel("energy", ["c"], "J", 2, 3)]
     x = np.random.default_rng(2).normal(size=(60, 3)) * np.geomspace(1e-9, 1e3, 60)[:, None]
     x[7, 1], x[40, 2] = np.nan, np.inf
@@ -41,14 +41,14 @@ def test_rounding_does_not_depend_on_batches() -> None:
     assert np.array_equal(once(x), one_by_one, equal_nan=True)
 
 
-def test_numbers_of_other_units_and_no_numbers_are_kept() -> None:
+def test_values_of_other_units_and_infinite_ones_are_not_rounded() -> None:
     rounded = Rounding([SampleChannel("a", ["a"], "1/rad2", 0, 1), SampleChannel("b", ["b"], "N", 1, 2)])
     rows = np.array([[np.pi, np.inf], [1e-300, -np.inf], [0.1, 1e300], [-0.1, 1e308]])
     assert np.array_equal(rounded(rows), rows)
     assert np.isnan(rounded(np.array([[np.nan, np.nan]]))).all()
 
 
-def test_free_joints_are_recorded_as_poses_only(tmp_path: Path) -> None:
+def test_free_joints_are_recorded_only_as_poses(tmp_path: Path) -> None:
     names = ["rail.travel", *(f"float.{x}" for x in POSE), "float.angle"]
     layout = SampleLayout(
         [SampleChannel("joint/position", names, "m or rad", 0, 9), SampleChannel("pose/crate", POSE, "m", 9, 16)]
@@ -63,7 +63,7 @@ def test_free_joints_are_recorded_as_poses_only(tmp_path: Path) -> None:
     assert found.signal("pose/crate").values.tolist() == [list(row[9:])]
 
 
-def test_numbers_and_poses_of_a_sample_are_in_one_chunk(tmp_path: Path) -> None:
+def test_numbers_and_poses_of_a_sample_are_in_the_same_chunk(tmp_path: Path) -> None:
     """So a chunk that is lost or cut off takes both away."""
     layout = SampleLayout(
         [

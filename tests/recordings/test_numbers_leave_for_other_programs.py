@@ -12,7 +12,7 @@ from heavylift.recordings import Recording, export
 from pyarrow import parquet
 
 
-def test_a_table_with_units_and_all_digits(recorded: Path, tmp_path: Path) -> None:
+def test_an_exported_table_has_units_and_all_digits(recorded: Path, tmp_path: Path) -> None:
     with export(recorded, tmp_path / "run.csv").open(newline="") as file:
         head, *rows = csv.reader(file)
     assert head[:3] == ["time [s]", "rope/tension/west.H1 [N]", "rope/tension/west.H2 [N]"]
@@ -24,7 +24,7 @@ def test_a_table_with_units_and_all_digits(recorded: Path, tmp_path: Path) -> No
     assert np.array_equal(numbers[:, 14:21], rec.signal("pose/hook").values)
 
 
-def test_only_the_selected_part_is_exported(recorded: Path, tmp_path: Path) -> None:
+def test_only_selected_signals_are_exported(recorded: Path, tmp_path: Path) -> None:
     with export(recorded, tmp_path / "run.csv", ["rope/*/west.H2", "rope/peak"]).open(newline="") as file:
         head = next(csv.reader(file))
     assert head == [
@@ -36,7 +36,7 @@ def test_only_the_selected_part_is_exported(recorded: Path, tmp_path: Path) -> N
     ]
 
 
-def test_parquet_holds_the_same_numbers(recorded: Path, tmp_path: Path) -> None:
+def test_an_exported_parquet_file_holds_the_same_numbers(recorded: Path, tmp_path: Path) -> None:
     table = parquet.read_table(export(recorded, tmp_path / "run.parquet", ["rope/tension"]))
     assert table.column_names == ["time [s]", "rope/tension/west.H1 [N]", "rope/tension/west.H2 [N]"]
     tension = Recording(recorded).signal("rope/tension").values

@@ -43,7 +43,7 @@ def embedded(page: Path) -> dict:
     return json.loads(found[1])
 
 
-def test_the_page_holds_the_recording(page: Path, tmp_path: Path) -> None:
+def test_the_page_contains_the_recording(page: Path, tmp_path: Path) -> None:
     run, rec = embedded(page), Recording(tmp_path / "run.mcap")
     signal = rec.signal("rope/tension")
     assert np.array_equal(np.frombuffer(base64.b64decode(run["rows"]["t"]), "<f8"), signal.t)
@@ -61,7 +61,7 @@ def test_the_page_holds_the_recording(page: Path, tmp_path: Path) -> None:
     assert content(rec)["peaks"][0]["rated"] == 9e5
 
 
-def test_an_hour_is_reduced_to_its_peaks() -> None:
+def test_the_page_reduces_an_hour_to_its_peaks() -> None:
     load = np.sin(np.arange(72_000) / 7.0)
     load[31_234], load[50_001] = 9.0, -9.0
     kept = thinned([load], 1000)
@@ -72,14 +72,14 @@ def test_an_hour_is_reduced_to_its_peaks() -> None:
     assert thinned([load[:900]], 1000).tolist() == list(range(900))
 
 
-def test_the_page_loads_nothing_from_elsewhere(page: Path) -> None:
+def test_the_page_loads_nothing_from_other_places(page: Path) -> None:
     text = re.sub(r"<script(?: id=\"run\"[^>]*)?>.*?</script>", "", page.read_text(), flags=re.DOTALL)
     assert "src=" not in text
     assert "href=" not in text
     assert "url(" not in text
 
 
-def test_text_of_a_scene_cannot_become_markup(page: Path) -> None:
+def test_text_of_a_scene_cannot_become_markup_on_the_page(page: Path) -> None:
     text = page.read_text()
     assert text.count("<script") == 2
     assert "<img src" not in text
@@ -88,7 +88,7 @@ def test_text_of_a_scene_cannot_become_markup(page: Path) -> None:
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium to open the page with")
 @pytest.mark.large
-def test_a_browser_shows_the_instant_in_the_address(page: Path) -> None:
+def test_the_page_shows_the_instant_given_in_its_address(page: Path) -> None:
     dom = subprocess.run(
         [
             str(CHROMIUM), "--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader",
@@ -102,7 +102,7 @@ def test_a_browser_shows_the_instant_in_the_address(page: Path) -> None:
     assert "<canvas" in dom
 
 
-def test_recordings_that_cannot_be_shown_are_reported(tmp_path: Path, begin: Callable[[], Recorder]) -> None:
+def test_recordings_that_cannot_be_shown_on_a_page_are_reported(tmp_path: Path, begin: Callable[[], Recorder]) -> None:
     with begin() as rec:
         path = rec.close()
     with pytest.raises(RecordingError) as error:
@@ -115,7 +115,7 @@ def test_recordings_that_cannot_be_shown_are_reported(tmp_path: Path, begin: Cal
         view(path, tmp_path / "run.pdf")
 
 
-def test_another_run_is_shown_as_glass_and_dashed_curves(
+def test_a_second_run_is_shown_transparent_and_dashed_on_the_page(
     begin: Callable[[], Recorder], batch: Callable[[int, int], bytes], page: Path, tmp_path: Path
 ) -> None:
     with begin() as rec:

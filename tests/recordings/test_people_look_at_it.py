@@ -42,7 +42,7 @@ def test_info_shows_the_run_its_peaks_and_its_channels(recorded: Path) -> None:
     assert "  lift.yaml   13 B" in text
 
 
-def test_info_gives_the_reason_of_a_failure(begin: Callable[[], Recorder]) -> None:
+def test_info_shows_the_cause_of_a_failed_run(begin: Callable[[], Recorder]) -> None:
     path = begin().close("failed", "west: rope H1 broke at 12 s")
     assert "  status    failed: west: rope H1 broke at 12 s\n" in info(path)
 
@@ -50,11 +50,11 @@ def test_info_gives_the_reason_of_a_failure(begin: Callable[[], Recorder]) -> No
 @pytest.mark.parametrize(
     ("seconds", "text"), [(0.0, "0 s"), (3.21, "3.21 s"), (245.0, "4 min 05 s"), (3964.4, "1 h 06 min 04 s")]
 )
-def test_time_spans_are_written_for_people(seconds: float, text: str) -> None:
+def test_durations_are_written_in_words(seconds: float, text: str) -> None:
     assert duration(seconds) == text
 
 
-def test_the_plot_is_a_picture_of_the_asked_kind(recorded: Path, tmp_path: Path) -> None:
+def test_plot_writes_a_picture_of_the_requested_format(recorded: Path, tmp_path: Path) -> None:
     png = plot(recorded, tmp_path / "run.png", {"loader 1": "west.H1", "loader 2": "west.H2"})
     svg = plot(recorded, tmp_path / "run.svg")
     assert png.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
@@ -96,7 +96,7 @@ def test_recordings_that_cannot_be_plotted_are_reported(
         plot(bare.close(), tmp_path / "run.png")
 
 
-def test_labels_move_apart_and_keep_their_order() -> None:
+def test_labels_in_plots_move_apart_and_keep_their_order() -> None:
     room = [100.0, 100.0, 95.0, 90.0]
     assert spread([10, 40, 60, 80], room, 10) == [10, 40, 60, 80]
     assert spread([50, 50, 50, 90], room, 10) == [40, 50, 60, 90]
@@ -114,7 +114,7 @@ def test_the_band_of_a_long_recording_is_drawn_in_steps_finer_than_a_pixel() -> 
     assert [*map(list, outline(t[:9], low[:9], high[:9]))] == [list(t[:9]), list(low[:9]), list(high[:9])]
 
 
-def test_the_most_utilised_ropes_are_drawn_first_and_unrated_ones_last() -> None:
+def test_plots_show_the_most_utilised_ropes_first_and_unrated_ones_last() -> None:
     peaks = np.array([[1.0, 50.0, 3.0, 9.0], [4.0, 40.0, 9.0, 10.0]])
     assert _most_used(["a", "b", "c", "d"], peaks, {"a": 5.0, "c": 10.0}) == ["c", "a", "b", "d"]
 
@@ -127,7 +127,7 @@ def test_figures_of_one_recording_have_distinct_names(recorded: Path, capsys: py
     assert message == [f"{recorded.parent}/run{ending}" for ending in (".png", "-lift.png", "-signals.png")]
 
 
-def test_the_lift_is_rendered_as_a_film(recorded: Path, tmp_path: Path) -> None:
+def test_a_lift_is_rendered_as_a_film(recorded: Path, tmp_path: Path) -> None:
     from PIL import Image
 
     with Image.open(storyboard(recorded, tmp_path / "lift.gif")) as film:
@@ -139,5 +139,5 @@ def test_the_lift_is_rendered_as_a_film(recorded: Path, tmp_path: Path) -> None:
     ("seconds", "digits", "text"),
     [(0.0, 0, "0:00"), (59.96, 1, "1:00.0"), (75.0, 0, "1:15"), (3963.0, 0, "1:06:03"), (7.25, 2, "0:07.25")],
 )
-def test_a_time_is_reported_as_a_clock_does(seconds: float, digits: int, text: str) -> None:
+def test_times_in_plots_are_written_as_a_clock_does(seconds: float, digits: int, text: str) -> None:
     assert clock(seconds, digits) == text

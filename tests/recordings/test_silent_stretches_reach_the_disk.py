@@ -36,7 +36,9 @@ def waiting(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
 
 @pytest.mark.parametrize("in_process", [True, False])
-def test_rows_do_not_wait_for_the_next_event(in_process: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rows_are_written_without_waiting_for_the_next_event(
+    in_process: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A load that swings, in one grant or in ninety."""
     rows = waiting(monkeypatch)
     run(load("pendulum", SWING), tmp_path / "swing.mcap", in_process=in_process)

@@ -27,7 +27,7 @@ def decoded(schema: Any, data: bytes) -> Any:
     return message_factory.GetMessageClass(pool.FindMessageTypeByName(schema.name)).FromString(data)
 
 
-def test_all_checksums_hold_and_every_channel_has_a_schema(recorded: Path) -> None:
+def test_all_checksums_of_a_recording_hold_and_every_channel_has_a_schema(recorded: Path) -> None:
     with recorded.open("rb") as stream:
         messages = list(NonSeekingReader(stream, validate_crcs=True).iter_messages())
         stream.seek(0)
@@ -38,7 +38,7 @@ def test_all_checksums_hold_and_every_channel_has_a_schema(recorded: Path) -> No
     assert len(messages) == 3 + 1 + 1 + 6 * 2
 
 
-def test_log_time_is_simulation_time_and_never_goes_back(recorded: Path) -> None:
+def test_log_time_is_simulation_time_and_never_decreases(recorded: Path) -> None:
     with recorded.open("rb") as stream:
         found = [
             (channel.topic, message) for _, channel, message in make_reader(stream).iter_messages(log_time_order=False)
@@ -57,7 +57,7 @@ def test_log_time_is_simulation_time_and_never_goes_back(recorded: Path) -> None
     assert all(message.log_time == message.publish_time for _, message in found)
 
 
-def test_the_facts_stand_first_and_the_result_last(recorded: Path) -> None:
+def test_facts_of_the_run_come_first_in_a_recording_and_its_result_last(recorded: Path) -> None:
     with recorded.open("rb") as stream:
         records = list(StreamReader(stream, validate_crcs=True).records)
     header, run, scene = records[:3]
@@ -81,7 +81,7 @@ def test_the_facts_stand_first_and_the_result_last(recorded: Path) -> None:
     assert metadata[-1].metadata["status"] == "finished"
 
 
-def test_numbers_decode_with_the_schema_in_the_file(recorded: Path, rows: NDArray[np.float64]) -> None:
+def test_numbers_are_decoded_with_the_schema_in_the_file(recorded: Path, rows: NDArray[np.float64]) -> None:
     with recorded.open("rb") as stream:
         found = list(make_reader(stream).iter_messages(topics=["/samples", "/poses"]))
     samples = [(s, c, m) for s, c, m in found if c.topic == "/samples"]
@@ -104,7 +104,7 @@ def test_numbers_decode_with_the_schema_in_the_file(recorded: Path, rows: NDArra
     assert block.timestamp.seconds == 1
 
 
-def test_events_follow_their_json_schema(recorded: Path) -> None:
+def test_events_conform_to_their_json_schema(recorded: Path) -> None:
     with recorded.open("rb") as stream:
         schema, channel, message = next(make_reader(stream).iter_messages(topics=["/commander/stage"]))
         stream.seek(0)
@@ -128,7 +128,7 @@ def test_events_follow_their_json_schema(recorded: Path) -> None:
 
 
 @pytest.mark.parametrize("topic", ["/scene", "/ropes"])
-def test_only_given_data_are_drawn(recorded: Path, topic: str) -> None:
+def test_viewers_get_only_data_that_exist(recorded: Path, topic: str) -> None:
     with recorded.open("rb") as stream:
         assert list(make_reader(stream).iter_messages(topics=[topic])) == []
 

@@ -83,7 +83,7 @@ def column(made: Table, name: str) -> list[object]:
     return [plain(row[i]) for row in made.rows]
 
 
-def test_every_number_is_that_of_the_samples(recorded: Path) -> None:
+def test_every_number_in_the_report_agrees_with_the_samples(recorded: Path) -> None:
     found = facts(Recording(recorded))
     ropes = table(found, "Ropes and slings")
     row = {name: column(ropes, name)[0] for name in ("rope", "peak tension", "at", "stage", "limit", "use")}
@@ -91,7 +91,7 @@ def test_every_number_is_that_of_the_samples(recorded: Path) -> None:
     assert row == {"rope": "west.H1", "peak tension": 440.0, "at": 2.0, "stage": "take up", "limit": 430.0, "use": use}
 
 
-def test_the_page_reports_the_worst_first_and_escapes_what_scenes_say(recorded: Path, tmp_path: Path) -> None:
+def test_the_report_lists_the_worst_first_and_escapes_text_of_scenes(recorded: Path, tmp_path: Path) -> None:
     text = report(recorded, tmp_path / "report.html").read_text()
     assert "<b>lift</b>" not in text
     assert "&lt;b&gt;lift" in text
@@ -103,7 +103,9 @@ def test_the_page_reports_the_worst_first_and_escapes_what_scenes_say(recorded: 
         report(recorded, tmp_path / "report.doc")
 
 
-def test_it_is_printed_where_a_browser_is(recorded: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_report_is_printed_to_pdf_if_a_browser_exists(
+    recorded: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     if CHROMIUM:
         printed = report(recorded, tmp_path / "report.pdf").read_bytes()
         assert printed.startswith(b"%PDF")
@@ -117,7 +119,7 @@ def test_it_is_printed_where_a_browser_is(recorded: Path, tmp_path: Path, monkey
     )
 
 
-def test_a_mechanism_without_ropes_and_stages_has_a_report_too(tmp_path: Path) -> None:
+def test_a_mechanism_without_ropes_and_stages_has_a_report(tmp_path: Path) -> None:
     run(load("pendulum", ["end=2 s"]), tmp_path / "pendulum.mcap", in_process=True)
     text = report(tmp_path / "pendulum.mcap", tmp_path / "pendulum.html").read_text()
     assert "<h2>Scene</h2>" in text
@@ -126,7 +128,7 @@ def test_a_mechanism_without_ropes_and_stages_has_a_report_too(tmp_path: Path) -
 
 
 @pytest.mark.parametrize("name", CRANES)
-def test_each_item_has_one_largest_value_on_any_crane(lifts: dict[str, Path], name: str) -> None:
+def test_the_report_has_one_largest_value_per_item_on_any_crane(lifts: dict[str, Path], name: str) -> None:
     found = facts(Recording(lifts[name]))
     assert found.verdict is not None
     titles = {table.title for table in tables_of(found)}
@@ -145,7 +147,7 @@ def test_each_item_has_one_largest_value_on_any_crane(lifts: dict[str, Path], na
     assert min(column(table(found, "Smallest clearances"), "smallest")) == least
 
 
-def test_tables_that_need_the_scene_are_printed_too(recorded: Path) -> None:
+def test_the_report_contains_tables_computed_from_the_scene(recorded: Path) -> None:
     verdict = msgspec.convert(
         {"red": False, "line": "GREEN", "tables": [{"title": "Mats", "columns": [{"name": "mat"}], "rows": [["A"]]}]},
         RecordedVerdict,
@@ -153,7 +155,7 @@ def test_tables_that_need_the_scene_are_printed_too(recorded: Path) -> None:
     assert column(table(facts(Recording(recorded), verdict), "Mats"), "mat") == ["A"]
 
 
-def test_two_alternatives_are_compared(lifts: dict[str, Path], tmp_path: Path, monkeypatch) -> None:
+def test_a_report_compares_two_alternatives(lifts: dict[str, Path], tmp_path: Path, monkeypatch) -> None:
     a, b = (facts(Recording(lifts[name])) for name in ("crawler", "hall"))
     sheet = alternatives(a, b)
     assert (sheet.title, sheet.state) == ("crawler and hall", "red")
@@ -167,7 +169,7 @@ def test_two_alternatives_are_compared(lifts: dict[str, Path], tmp_path: Path, m
     assert json.loads((tmp_path / "both.json").read_text())["title"] == "crawler and hall"
 
 
-def test_the_project_is_that_of_the_scene_or_of_the_command(tmp_path: Path, capsys, monkeypatch) -> None:
+def test_the_project_in_the_report_is_that_of_the_scene_or_the_command(tmp_path: Path, capsys, monkeypatch) -> None:
     project = "project={name: Block <17>, number: 4711, author: A. Planner, date: 2026-11-28, revision: 2}"
     run(load("lift", ["end=2 s", project]), tmp_path / "lift.mcap", in_process=True)
     monkeypatch.setattr(
@@ -183,7 +185,7 @@ def test_the_project_is_that_of_the_scene_or_of_the_command(tmp_path: Path, caps
     ]
 
 
-def test_the_document_has_room_for_signatures(lifts: dict[str, Path]) -> None:
+def test_the_report_has_room_for_signatures(lifts: dict[str, Path]) -> None:
     issue = report_sheet(Recording(lifts["hall"]), revision="B", author="A. Planner").tables[0]
     assert issue.blank
     assert [row[0] for row in issue.rows] == ["revision", "prepared", "checked", "approved"]
@@ -191,7 +193,7 @@ def test_the_document_has_room_for_signatures(lifts: dict[str, Path]) -> None:
     assert issue.rows[3][1:] == ("", "", "")
 
 
-def test_a_missing_library_is_reported_with_its_extra(recorded: Path, tmp_path: Path, monkeypatch) -> None:
+def test_a_missing_report_library_is_named_with_its_extra(recorded: Path, tmp_path: Path, monkeypatch) -> None:
     for library, ending, message in (("openpyxl", ".xlsx", "xlsx"), ("ezdxf", ".dxf", "drawings")):
         monkeypatch.setitem(sys.modules, library, None)
         with pytest.raises(RecordingError, match=rf"need.? {library}: pip install 'heavylift\[{message}\]'"):

@@ -20,7 +20,7 @@ from small_run import SECOND
 PAGE = Path(__file__).parents[2] / "recordings/READING.md"
 
 
-def test_every_block_of_the_page_runs(recorded: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_code_block_of_the_page_about_reading_runs(recorded: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(recorded.parent)
     text = PAGE.read_text()
     assert len(text.splitlines()) <= 80
@@ -31,7 +31,7 @@ def test_every_block_of_the_page_runs(recorded: Path, monkeypatch: pytest.Monkey
         exec(compile(block, str(PAGE), "exec"), names)
 
 
-def test_only_the_requested_data_are_read(recorded: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_reading_a_signal_reads_no_other_data(recorded: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     rec = Recording(recorded)
     asked: list[str] = []
     plain = rec.numbers
@@ -61,7 +61,7 @@ def test_selected_samples_equal_those_of_all_and_other_chunks_stay_compressed(
     assert len(unpacked) <= 2 * len(chosen) < len(rec._file.summary.chunk_indexes)
 
 
-def test_parts_have_short_descriptions(recorded: Path) -> None:
+def test_parts_of_a_recording_offer_their_signals_as_attributes(recorded: Path) -> None:
     rec = Recording(recorded)
     block, rope = rec["block"], rec["west.H1"]
     assert isinstance(block, RecordedPart)
@@ -85,7 +85,7 @@ def test_parts_have_short_descriptions(recorded: Path) -> None:
         ("girder", "there are rope/tension, rope/peak, rope/peak_time, pose/block, pose/hook, block, hook, west, "),
     ],
 )
-def test_unknown_names_report_the_known_ones(recorded: Path, name: str, meant: str) -> None:
+def test_unknown_names_in_a_recording_are_answered_with_the_known_ones(recorded: Path, name: str, meant: str) -> None:
     for error in (KeyError, RecordingError):
         with pytest.raises(error) as caught:
             Recording(recorded)[name]
@@ -94,7 +94,7 @@ def test_unknown_names_report_the_known_ones(recorded: Path, name: str, meant: s
         Recording(recorded).signal("rope/tension")["west.h1"]
 
 
-def test_a_notebook_shows_tables_and_curves(recorded: Path) -> None:
+def test_a_notebook_shows_recordings_as_tables_and_curves(recorded: Path) -> None:
     rec = Recording(recorded)
     page = rec._repr_html_()
     root = ElementTree.fromstring(f"<div>{page}</div>")
@@ -105,7 +105,7 @@ def test_a_notebook_shows_tables_and_curves(recorded: Path) -> None:
     assert [cell.text for cell in signal.iter("td")][:6] == ["west.H1", "100000", "0 s", "450000", "2.5 s", "100000"]
 
 
-def test_names_cannot_be_markup(begin: Callable[[], Recorder], tmp_path: Path) -> None:
+def test_names_in_a_recording_cannot_become_markup(begin: Callable[[], Recorder], tmp_path: Path) -> None:
     evil = "<script>alert(1)</script>"
     with Recorder(tmp_path / "evil.mcap", {"scene": evil}) as rec:
         rec.log(0, "info", "x", "x")
@@ -115,7 +115,7 @@ def test_names_cannot_be_markup(begin: Callable[[], Recorder], tmp_path: Path) -
 
 
 @pytest.mark.skipif(importlib.util.find_spec("pandas") is None, reason="pandas is not installed (extra pandas)")
-def test_a_signal_is_a_data_frame(recorded: Path) -> None:
+def test_a_signal_converts_to_a_data_frame(recorded: Path) -> None:
     frame = Recording(recorded).signal("pose/hook").to_pandas()
     assert frame.index.name == "time [s]"
     assert [*frame.columns] == ["x [m]", "y [m]", "z [m]", "qx [1]", "qy [1]", "qz [1]", "qw [1]"]
@@ -123,7 +123,7 @@ def test_a_signal_is_a_data_frame(recorded: Path) -> None:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_tables_hold_the_messages_of_a_chunk_in_their_order(seed: int) -> None:
+def test_message_tables_keep_the_order_of_a_chunk(seed: int) -> None:
     random = np.random.default_rng(seed)
     length = {1: 40, 2: 40, 3: 7}
     order = random.choice([1, 2, 3], 40).tolist() + 30 * random.permutation([1, 2, 3]).tolist() + 25 * [2] + [1, 1, 3]

@@ -36,7 +36,7 @@ TENSION = np.array([[1e5, 2e5], [3e5, 2e5], [4e5, 1e5], [4.5e5, 0.0], [2e5, 0.0]
 STAGES = [(0, "take up"), (1, "hoist"), (3, "lower")]
 
 
-def test_equal_runs_share_their_digest(write: Write) -> None:
+def test_equal_runs_are_compared_as_equal_by_their_digest(write: Write) -> None:
     found = compare(write("a.mcap", TENSION, STAGES), write("b.mcap", TENSION, STAGES))
     assert found.equal
     assert str(found).splitlines()[0] == (
@@ -45,7 +45,7 @@ def test_equal_runs_share_their_digest(write: Write) -> None:
     )
 
 
-def test_the_first_event_that_differs_is_reported(write: Write) -> None:
+def test_comparing_two_runs_reports_the_first_different_event(write: Write) -> None:
     other = [STAGES[0], (1, "wait"), STAGES[2]]
     found = compare(write("a.mcap", TENSION, STAGES), write("b.mcap", TENSION, other))
     assert not found.equal
@@ -56,7 +56,7 @@ def test_the_first_event_that_differs_is_reported(write: Write) -> None:
     assert [d.most for d in found.differences] == [0.0, 0.0]
 
 
-def test_each_signal_reports_its_largest_difference_and_rms(write: Write) -> None:
+def test_comparing_two_runs_reports_the_largest_difference_and_rms_of_each_signal(write: Write) -> None:
     other = TENSION.copy()
     other[2, 0] += 100.0
     found = compare(write("a.mcap", TENSION, STAGES), write("b.mcap", other, STAGES))
@@ -67,7 +67,7 @@ def test_each_signal_reports_its_largest_difference_and_rms(write: Write) -> Non
     assert second.most == 0.0
 
 
-def test_differences_of_rounding_size_do_not_come_first(write: Write) -> None:
+def test_differences_of_rounding_size_are_listed_last(write: Write) -> None:
     one, other = TENSION.copy(), TENSION.copy()
     one[:, 1], other[:, 1] = 1e-9, 2e-9
     other[2, 0] += 4.5e3
@@ -76,20 +76,20 @@ def test_differences_of_rounding_size_do_not_come_first(write: Write) -> None:
     assert " 1 %" in next(line for line in lines if "west.H1" in line)
 
 
-def test_other_sample_times_are_interpolated_linearly(write: Write) -> None:
+def test_signals_at_other_sample_times_are_compared_by_linear_interpolation(write: Write) -> None:
     fewer = np.array([[0.0, 0.0], [10.0, 0.0]])
     found = compare(write("a.mcap", fewer, []), write("b.mcap", TENSION, []))
     assert found.first == "rope/tension at 0.000000000 s"
     assert [(d.most, d.when) for d in found.differences] == [(299990.0, 1.0), (2e5, 0.0)]
 
 
-def test_a_run_that_ends_earlier_is_reported(write: Write) -> None:
+def test_comparing_two_runs_reports_that_one_ends_earlier(write: Write) -> None:
     found = compare(write("a.mcap", TENSION, []), write("b.mcap", TENSION[:4], []))
     assert found.first == "rope/tension at 3.000000000 s; b.mcap ends before"
     assert [d.most for d in found.differences] == [0.0, 0.0]
 
 
-def test_programs_get_differences_with_names(write: Write) -> None:
+def test_programs_get_the_comparison_as_named_data(write: Write) -> None:
     a, b = (write(name, TENSION + off, []) for name, off in (("a.mcap", 0.0), ("b.mcap", 1.0)))
     found = msgspec.json.decode(msgspec.json.encode(compare(a, b), enc_hook=str))
     assert found["equal"] is False

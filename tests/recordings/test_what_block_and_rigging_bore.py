@@ -35,7 +35,7 @@ def table(found: Facts, title: str) -> list[dict[str, object]]:
     return next(rows(made) for made in tables_of(found) if made.title == title)
 
 
-def test_a_lug_carries_the_force_of_its_sling(found: Facts) -> None:
+def test_the_reported_load_on_a_lug_is_the_force_of_its_sling(found: Facts) -> None:
     slings = {str(row["lug"]): row for row in table(found, "Slings")}
     assert {lug: row["sling"] for lug, row in slings.items()} == {
         f"{lug}{i}": f"loader-{n}.sling-{i}" for n, lug in ((1, "P"), (2, "Q"), (3, "R")) for i in (1, 2)
@@ -48,14 +48,14 @@ def test_a_lug_carries_the_force_of_its_sling(found: Facts) -> None:
         assert parts[2] > 0.999 * row["largest load"], "upwards"
 
 
-def test_supports_carry_the_block(found: Facts) -> None:
+def test_reported_support_reactions_carry_the_block(found: Facts) -> None:
     supports = {row["support"]: row["largest load"] for row in table(found, "Reactions of supports")}
     weight = 300 * G
     assert supports["all together"] == pytest.approx(weight, rel=1e-3), "before the ropes are taut"
     assert supports["block.lower-1"] == pytest.approx(weight / 4, rel=1e-3)
 
 
-def test_each_stage_reports_the_position_of_the_block(found: Facts) -> None:
+def test_the_report_gives_the_position_of_the_block_in_each_stage(found: Facts) -> None:
     first, *_, last = table(found, "Path of the block")
     assert [first[x] for x in "xyz"] == pytest.approx([40.0, 75.0, 5.995], abs=0.01)
     assert last["z"] == pytest.approx(7.03, abs=0.02)
@@ -64,7 +64,7 @@ def test_each_stage_reports_the_position_of_the_block(found: Facts) -> None:
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_the_force_on_a_lug_is_reported_along_the_axes_of_a_turned_block(seed: int) -> None:
+def test_the_load_on_a_lug_is_reported_along_the_axes_of_a_turned_block(seed: int) -> None:
     """A block at a random attitude hangs on one sling in a random direction."""
     random, plan = Random(seed), load("lift").plan
     limit = next(x for x in plan.limits if x.quantity == "lug load" and x.subject == "P1")
@@ -87,7 +87,7 @@ def test_the_force_on_a_lug_is_reported_along_the_axes_of_a_turned_block(seed: i
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_a_stage_reports_lowest_point_and_dynamic_factor(seed: int) -> None:
+def test_the_report_gives_lowest_point_and_dynamic_factor_of_each_stage(seed: int) -> None:
     """Random loads and attitudes, in parts that overlap by one sample, beside the same all at once."""
     random, plan = np.random.default_rng(seed), load("lift").plan
     n, ropes = 40, [hook.rope for machine in plan.machines for hook in machine.hooks]

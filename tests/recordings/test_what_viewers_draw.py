@@ -36,7 +36,7 @@ def library_frames(t_ns: int, bodies: list[str], poses: NDArray[np.float64]) -> 
     return out
 
 
-def test_frames_decode_as_the_library_would_write_them() -> None:
+def test_recorded_frames_decode_as_if_written_by_the_library() -> None:
     bodies = [f"west.body{i}" for i in range(19)]
     poses = np.random.default_rng(3).normal(size=(len(TIMES), 19, 7))
     template = frames_template(bodies)
@@ -48,20 +48,20 @@ def test_frames_decode_as_the_library_would_write_them() -> None:
     assert np.array_equal(fourth, poses[:, 3])
 
 
-def test_a_zero_gives_the_same_frames() -> None:
+def test_a_zero_in_a_pose_gives_the_frames_of_the_library() -> None:
     poses = np.array([[0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 1.0]])
     (data,) = frames_template(["block"]).encode([7], poses)
     assert FrameTransforms.FromString(data.tobytes()) == library_frames(7, ["block"], poses)
 
 
-def test_invalid_frames_are_refused() -> None:
+def test_invalid_recorded_frames_are_refused() -> None:
     message = library_frames(7, ["hook"], np.zeros((1, 7))).SerializeToString()
     with pytest.raises(ValueError, match="not of the form of its channel"):
         frames_template(["block"]).decode(np.frombuffer(message, np.uint8)[None])
 
 
 @pytest.mark.parametrize("counts", [[1], [2, 15], [16, 61, 3000], [1] * 20])
-def test_samples_equal_the_library_byte_for_byte(counts: list[int]) -> None:
+def test_recorded_samples_equal_those_of_the_library_byte_by_byte(counts: list[int]) -> None:
     fields = sample_fields([SampleChannel(f"rope/{i}", ["x"] * n, "N", 0, n) for i, n in enumerate(counts)])
     rows = np.random.default_rng(5).normal(size=(3, sum(counts)))
     Samples = GetMessageClass(samples_descriptor([field.field for field in fields]))
@@ -71,14 +71,14 @@ def test_samples_equal_the_library_byte_for_byte(counts: list[int]) -> None:
         assert data.tobytes() == message.SerializeToString()
 
 
-def test_any_topic_becomes_a_field() -> None:
+def test_any_signal_name_becomes_a_valid_message_field() -> None:
     topics = ["rope/peak_time", "rope/peak/time", "2nd law", "größe"]
     fields = sample_fields([SampleChannel(topic, ["x"], "1", 0, 1) for topic in topics])
     assert [field.field for field in fields] == ["rope_peak_time", "rope_peak_time_2", "x2nd_law", "gr__e"]
     samples_descriptor([field.field for field in fields])
 
 
-def test_a_rope_runs_from_its_point_on_one_body_to_its_point_on_the_other() -> None:
+def test_a_drawn_rope_runs_between_its_points_on_two_bodies() -> None:
     poses = np.random.default_rng(5).normal(size=(2, 7))
     poses[:, 3:] /= np.linalg.norm(poses[:, 3:], axis=1)[:, None]
     ropes = Ropes(
@@ -99,7 +99,7 @@ def test_a_rope_runs_from_its_point_on_one_body_to_its_point_on_the_other() -> N
     assert (entity.id, entity.frame_id) == ("ropes", "world")
 
 
-def test_boxes_are_locked_to_their_bodies() -> None:
+def test_drawn_boxes_are_locked_to_their_bodies() -> None:
     boxes = [
         DrawnBox("block", (0, 0, 5), (54, 28, 10)),
         DrawnBox("block", (0, 0, 1), (1, 1, 1)),

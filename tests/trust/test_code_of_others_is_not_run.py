@@ -25,7 +25,7 @@ COMMANDS = (
 
 
 @pytest.mark.parametrize("line", COMMANDS)
-def test_no_command_runs_what_a_scene_names(heavylift: Command, tmp_path: Path, line: str) -> None:
+def test_no_command_runs_untrusted_code_named_in_a_scene(heavylift: Command, tmp_path: Path, line: str) -> None:
     law(tmp_path)
     before = {*tmp_path.iterdir()}
     code, text = heavylift(*line.split())
@@ -36,7 +36,7 @@ def test_no_command_runs_what_a_scene_names(heavylift: Command, tmp_path: Path, 
 
 
 @pytest.mark.parametrize("model", ["mine.py:push", "mine.fmu"])
-def test_no_command_runs_a_model_that_a_scene_names(heavylift: Command, tmp_path: Path, model: str) -> None:
+def test_no_command_runs_an_untrusted_model_named_in_a_scene(heavylift: Command, tmp_path: Path, model: str) -> None:
     law(tmp_path)
     (tmp_path / "mine.fmu").write_bytes(b"no archive")
     models = f"models: {{own: {{model: '{model}', period: 1 s}}}}\n"
@@ -63,7 +63,7 @@ def test_a_folder_is_trusted_listed_and_withdrawn(heavylift: Command, tmp_path: 
     assert (kept.stat().st_mode & 0o777, kept.parent.stat().st_mode & 0o777) == (0o600, 0o700)
 
 
-def test_code_is_allowed_for_one_command(heavylift: Command, tmp_path: Path) -> None:
+def test_untrusted_code_is_allowed_for_one_command(heavylift: Command, tmp_path: Path) -> None:
     law(tmp_path)
     assert heavylift("check", "rail.yaml", "--allow-code", "mine.py")[0] == 0
     assert heavylift("check", "rail.yaml", "--allow-code", ".")[0] == 0
@@ -73,7 +73,7 @@ def test_code_is_allowed_for_one_command(heavylift: Command, tmp_path: Path) -> 
     assert heavylift("check", "rail.yaml", "--allow-code", "none.py")[0] == 2
 
 
-def test_recordings_are_data(heavylift: Command, tmp_path: Path) -> None:
+def test_code_named_in_a_recording_is_not_run(heavylift: Command, tmp_path: Path) -> None:
     law(tmp_path)
     heavylift("run", "rail.yaml", "--in-process", "--allow-code", "mine.py")
     whole = (tmp_path / "rail.mcap").read_bytes()
@@ -88,7 +88,7 @@ def test_recordings_are_data(heavylift: Command, tmp_path: Path) -> None:
     assert heavylift("replay", "--verify", "rail.mcap", "--allow-code", ".")[0] == 0
 
 
-def test_a_model_is_run_where_it_is_named_and_not_where_it_is_recorded(heavylift: Command, tmp_path: Path) -> None:
+def test_a_model_is_run_where_the_user_names_it_but_not_from_a_recording(heavylift: Command, tmp_path: Path) -> None:
     (tmp_path / "ringed.py").write_text(
         "from subprocess import run\nfrom heavylift.nodes.zoo.token_ring import ring\n\n\n"
         "def build(n=3):\n    return ring(n, 1, 5)\n"
@@ -115,7 +115,7 @@ def welcome(part: parts.Part) -> m.Fail:
     return answer
 
 
-def test_a_coordinator_is_data(heavylift: Command, tmp_path: Path) -> None:
+def test_code_named_by_a_coordinator_is_not_run(heavylift: Command, tmp_path: Path) -> None:
     law(tmp_path)
     message = "node east: 'mine.py' is code in a folder that you have not trusted; read it, then type: heavylift trust"
     assert welcome(parts.ModelPart("mine.py:push")).sentence == f"{message} {tmp_path}"
@@ -134,7 +134,7 @@ TOOLS = (
 
 
 @pytest.mark.parametrize("reference", TOOLS)
-def test_a_trusted_folder_offers_no_tools(heavylift: Command, tmp_path: Path, reference: str) -> None:
+def test_a_trusted_folder_gives_no_access_to_imported_tools(heavylift: Command, tmp_path: Path, reference: str) -> None:
     """Neither Python, nor heavylift itself, nor what a trusted file imports is there to be called by data."""
     law(tmp_path)
     (tmp_path / "safe").mkdir()

@@ -19,7 +19,7 @@ CASES = {"scenes": 15, "recordings": 3, "frames": 300, "commands": 500, "resume"
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_random_bytes_break_nothing(kind: str) -> None:
+def test_random_bytes_in_files_written_by_others_break_nothing(kind: str) -> None:
     result = fuzz(kind, seed=7, most=CASES[kind])
     assert (result.cases, dict(result.found)) == (CASES[kind], {})
     assert result.sentences or kind in ("frames", "recordings")
@@ -49,7 +49,7 @@ def broken(folder: Path) -> Any:
 
 
 @pytest.mark.large
-def test_a_crash_of_native_code_is_found_too(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_fuzz_test_detects_a_crash_of_native_code(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(KINDS, "broken", broken)
     monkeypatch.setattr(fuzz_module, "HARD_s", 3.0)
     result = guarded("broken", seed=1, cpu_s=0.1)

@@ -42,7 +42,7 @@ def test_links_out_of_a_trusted_folder_are_not_trusted(own: Path, tmp_path: Path
         assert trust.refusal(where).endswith(f"type: heavylift trust {folder}")
 
 
-def test_a_link_in_place_of_the_folder_is_not_trusted(own: Path, tmp_path: Path) -> None:
+def test_a_link_in_place_of_a_trusted_folder_is_not_trusted(own: Path, tmp_path: Path) -> None:
     (tmp_path / "foreign").mkdir()
     (tmp_path / "foreign" / "mine.py").write_text("")
     own.rename(tmp_path / "gone")
@@ -51,7 +51,7 @@ def test_a_link_in_place_of_the_folder_is_not_trusted(own: Path, tmp_path: Path)
 
 
 @pytest.mark.parametrize("part", [".", "mine.py"])
-def test_files_writable_by_others_are_foreign(own: Path, part: str) -> None:
+def test_files_writable_by_others_are_not_trusted(own: Path, part: str) -> None:
     (own / part).chmod(0o777)
     assert trust.refusal("own/mine.py").endswith(f"take that from them: chmod go-w {own / part}")
     assert trust.refusal("own/package/__init__.py" if part == "mine.py" else "own/package/inner/laws.py") == (
@@ -69,12 +69,12 @@ def test_a_folder_that_others_can_write_is_not_trusted(own: Path) -> None:
 
 
 @pytest.mark.skipif(os.getuid() != 0, reason="only root can give a file away")
-def test_files_of_other_users_are_foreign(own: Path) -> None:
+def test_files_of_other_users_are_not_trusted(own: Path) -> None:
     os.chown(own / "mine.py", OTHER, -1)
     assert "belongs to another user" in trust.refusal("own/mine.py")
 
 
-def test_the_list_is_readable_by_its_user_only(own: Path, tmp_path: Path) -> None:
+def test_the_list_of_trusted_folders_is_readable_by_its_user_only(own: Path, tmp_path: Path) -> None:
     kept = tmp_path / "configuration" / "heavylift" / "trusted-folders"
     kept.chmod(0o666)
     with pytest.raises(KernelError, match=r"the list of folders that you trust, is not safe: it can be written"):
@@ -85,7 +85,7 @@ def test_the_list_is_readable_by_its_user_only(own: Path, tmp_path: Path) -> Non
         trust.refusal("own/mine.py")
 
 
-def test_a_module_is_checked_by_the_file_that_would_be_imported(own: Path, tmp_path: Path, monkeypatch) -> None:
+def test_trust_of_a_module_depends_on_the_file_that_would_be_imported(own: Path, tmp_path: Path, monkeypatch) -> None:
     """One of the same name that comes first, in the current folder or along a path, is what counts."""
     monkeypatch.syspath_prepend(own)
     assert trust.refusal("mine") == ""
@@ -107,7 +107,7 @@ def test_heavylift_itself_is_trusted_wherever_it_is_installed(where: str) -> Non
     assert trust.refusal(where) == ""
 
 
-def test_a_trusted_folder_says_nothing_about_packages_installed_below_it(own: Path, monkeypatch) -> None:
+def test_trusting_a_folder_does_not_trust_packages_installed_below_it(own: Path, monkeypatch) -> None:
     library = own / "venv" / "site-packages"
     library.mkdir(parents=True)
     (library / "theirs.py").write_text("")
@@ -118,11 +118,11 @@ def test_a_trusted_folder_says_nothing_about_packages_installed_below_it(own: Pa
     assert trust.refusal("theirs") == ""
 
 
-def test_python_itself_contains_no_laws() -> None:
+def test_functions_of_python_itself_are_refused_as_laws() -> None:
     for where in ("os", "shutil", "builtins", "math", "json.decoder", "sys"):
         assert trust.refusal(where) == f"'{where}' belongs to Python itself; name a function of your own"
 
 
 @pytest.mark.parametrize("where", ["no\0name", "..", ".", "a..b", "x" * 5000, "x" * 5000 + ".py", "no.such.module"])
-def test_a_file_that_is_no_module_is_no_code(where: str) -> None:
+def test_a_reference_that_names_no_module_contains_no_code(where: str) -> None:
     assert trust.refusal(where) in ("", f"{where!r} names no module")

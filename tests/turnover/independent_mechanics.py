@@ -94,7 +94,7 @@ class Mechanics:
             take(name, _turned(R, v), _turned(R, w), inertia)
 
         machines = self.scene["machines"]
-        for crane in (m for m in machines if m.get("girders")):
+        for crane in (m for m in machines if any(row.get("stiffness") for row in m.get("bends", ()))):
             c, own = crane["name"], {body["name"]: body for body in crane["system"]["bodies"]}
             along = np.outer(rate(f"{c}.gantry.speed"), (1.0, 0.0, 0.0))
             take(f"{c}.main", along, zero, own[f"{c}.main"])

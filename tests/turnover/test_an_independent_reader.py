@@ -23,16 +23,14 @@ NEWTON = 5e-4  # of the largest acceleration, where finite differences resolve t
 SWING = 3e-4  # [m/s2] of the pendulum motion, whose finite differences take half a second
 
 
-def test_the_reader_imports_nothing_of_heavylift() -> None:
+def test_the_independent_reader_imports_nothing_of_heavylift() -> None:
     folder = str(Path(__file__).parent)
     code = "import sys; sys.path.insert(0, sys.argv[1]); import stock_reader, independent_mechanics; "
     code += "sys.exit(any(name.startswith('heavylift') for name in sys.modules))"
     subprocess.run([sys.executable, "-c", code, folder], check=True, timeout=30)
 
 
-def test_every_sample_of_every_tension_follows_from_poses_lengths_and_rates(
-    reading: Reading, mechanics: Mechanics
-) -> None:
+def test_recorded_tensions_follow_from_poses_lengths_and_rates(reading: Reading, mechanics: Mechanics) -> None:
     largest = reading.values["/rope/tension"].max()
     for name in (*mechanics.hook_ropes, *mechanics.slings):
         message, pull = reading.column("/rope/tension", name), mechanics.pulls[name]
@@ -40,7 +38,7 @@ def test_every_sample_of_every_tension_follows_from_poses_lengths_and_rates(
         assert np.max(np.abs(expected - message)) < TENSION * largest, name
 
 
-def test_the_damping_matters_for_that(mechanics: Mechanics) -> None:
+def test_without_rope_damping_recorded_tensions_are_not_reproduced(mechanics: Mechanics) -> None:
     """Without the rates the same recomputation would be wrong by far more than its tolerance."""
     heating = max(pull.heating.max() for pull in mechanics.pulls.values())
     assert heating > 1.0
@@ -54,7 +52,7 @@ def test_at_rest_the_vertical_forces_on_the_block_equal_its_weight(
     assert np.abs(mechanics.on_block[stages[stage].last(5.0), 2] / weight - 1.0).max() < STILL
 
 
-def test_the_common_centre_accelerates_by_the_sum_of_forces_over_mass(fine: Mechanics) -> None:
+def test_the_common_centre_of_mass_accelerates_by_the_sum_of_forces_over_mass(fine: Mechanics) -> None:
     """From the instant of lift-off on, fifty samples a second; twice: from velocities and from places."""
     _, p, v = fine.common
     a, air = fine.acceleration, fine.reading.said("block", "report", "Lifted")[0]["t_ns"] * 1e-9
@@ -67,7 +65,9 @@ def test_the_common_centre_accelerates_by_the_sum_of_forces_over_mass(fine: Mech
     assert np.abs(from_place).max() < NEWTON * largest
 
 
-def test_it_does_so_sideways_through_the_whole_lift(mechanics: Mechanics, stages: dict[str, Stage]) -> None:
+def test_the_common_centre_of_mass_also_accelerates_sideways_by_the_forces(
+    mechanics: Mechanics, stages: dict[str, Stage]
+) -> None:
     """Two samples a second resolve the swing along rails and girders, from the travel to the lowering."""
     _, p, _ = mechanics.common
     a = mechanics.acceleration

@@ -8,12 +8,12 @@ from heavylift.nodes.scene import load
 from the_run import Lift
 
 
-def test_the_whole_lift_and_its_statics_compile_once(lift: Lift) -> None:
+def test_the_whole_lift_and_its_statics_compile_only_once(lift: Lift) -> None:
     assert sorted(path.suffix for path in lift.code.iterdir()) == [".o", ".o", ".path", ".scene"]
 
 
 @pytest.mark.parametrize("change", ["accuracy=0.001 %", "block.mass=899 t", "rig.slack=51 mm"])
-def test_other_numbers_need_no_new_code(
+def test_other_numbers_in_turnover_need_no_new_code(
     lift: Lift, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, change: str
 ) -> None:
     before = {path: path.stat().st_ino for path in lift.code.glob("*.o")}  # new code is another file

@@ -21,7 +21,7 @@ ONE_OF_EACH_KIND = ["commander", "west", "loader-1", "block", "kernel"]
 
 @pytest.mark.parametrize("node", ONE_OF_EACH_KIND)
 @pytest.mark.large(beyond=1)
-def test_a_node_that_fails_ends_the_run_with_its_name(tmp_path: Path, node: str) -> None:
+def test_a_failing_node_ends_turnover_with_its_name(tmp_path: Path, node: str) -> None:
     command = [sys.executable, Path(__file__).with_name("killer.py"), node, "run", "turnover"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE_s)
     *_, sentence = done.stderr.strip().splitlines()
@@ -38,12 +38,12 @@ def test_a_node_that_fails_ends_the_run_with_its_name(tmp_path: Path, node: str)
     assert Reading(tmp_path / "turnover.mcap").metadata["result"]["status"] == "failed"
 
 
-def test_without_taking_up_slack_the_load_never_comes(tmp_path: Path) -> None:
+def test_without_the_action_to_take_up_slack_the_block_is_never_loaded(tmp_path: Path) -> None:
     with pytest.raises(HeavyliftError, match="still waiting for all slings taut"):
         _run_without("take up slack", tmp_path, end="")
 
 
-def test_without_loading_the_hoist_begins_on_the_supports(tmp_path: Path) -> None:
+def test_without_the_loading_action_hoisting_begins_on_the_supports(tmp_path: Path) -> None:
     """The block still lifts off, but at full speed: earlier, and with a jerk."""
     whole, other = _run_without("", tmp_path), _run_without("load", tmp_path)
     assert whole.said("block", "report", "Lifted")[0]["t_ns"] > other.said("block", "report", "Lifted")[0]["t_ns"]
@@ -51,7 +51,7 @@ def test_without_loading_the_hoist_begins_on_the_supports(tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("stage", ["unhook B", "hook C", "re-rig, pass beneath"])
-def test_re_rigging_with_a_step_left_out_cannot_be_run(tmp_path: Path, stage: str) -> None:
+def test_re_rigging_with_any_step_left_out_cannot_be_run(tmp_path: Path, stage: str) -> None:
     with pytest.raises(HeavyliftError) as message:
         _run_without(stage, tmp_path, end="")
     assert "turnover.yaml:" in str(message.value)

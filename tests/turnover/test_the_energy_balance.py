@@ -42,7 +42,7 @@ def turned_over(reading: Reading) -> float:
     return float(np.abs(np.diff(values[:, works], axis=0)).sum() + energy[-1, 4] + np.ptp(energy[:, 0]))
 
 
-def test_the_energy_balance_of_the_lift_closes(lift: Lift, reading: Reading) -> None:
+def test_the_energy_balance_of_turnover_closes(lift: Lift, reading: Reading) -> None:
     message = reading.metadata["result"]
     assert lift.result.energy_error < CLOSES
     assert json.loads(message["energy_error"]) == lift.result.energy_error
@@ -50,14 +50,14 @@ def test_the_energy_balance_of_the_lift_closes(lift: Lift, reading: Reading) -> 
     assert lift.result.energy_error == pytest.approx(imbalance(reading).max() / turned_over(reading), rel=1e-9)
 
 
-def test_the_accounts_add_up_to_work_and_heat(reading: Reading) -> None:
+def test_energy_accounts_of_turnover_add_up_to_work_and_heat(reading: Reading) -> None:
     for what in ("work", "heat"):
         names = [name for name in reading.names["/account"] if name.endswith(f".{what}")]
         total = sum(reading.column("/account", name) for name in names)
         assert np.abs(total - reading.column("/energy", what)).max() < EXACT * turned_over(reading)
 
 
-def test_sums_over_bodies_and_ropes_agree(mechanics: Mechanics, stages: dict[str, Stage]) -> None:
+def test_energy_accounts_agree_with_sums_over_bodies_and_ropes(mechanics: Mechanics, stages: dict[str, Stage]) -> None:
     reading = mechanics.reading
     scale = EXACT * turned_over(reading)
     assert np.abs(mechanics.kinetic - reading.column("/energy", "kinetic")).max() < scale
@@ -67,7 +67,7 @@ def test_sums_over_bodies_and_ropes_agree(mechanics: Mechanics, stages: dict[str
     assert np.abs(stored - reading.column("/energy", "stored"))[air].max() < scale
 
 
-def test_integrals_of_power_agree(fine: Mechanics) -> None:
+def test_energy_accounts_agree_with_integrals_of_power(fine: Mechanics) -> None:
     """What winches put in and ropes lose, from tensions and rates alone, up to the free-hanging block."""
     reading = fine.reading
     for name in fine.hook_ropes:
@@ -80,27 +80,33 @@ def test_integrals_of_power_agree(fine: Mechanics) -> None:
         )
 
 
-def test_up_to_the_landing_the_balance_closes_far_better(reading: Reading, stages: dict[str, Stage]) -> None:
+def test_up_to_the_landing_the_energy_balance_closes_far_better(reading: Reading, stages: dict[str, Stage]) -> None:
     air = slice(0, stages["set down"].samples[0])
     assert imbalance(reading)[air].max() < CLOSES_IN_THE_AIR * turned_over(reading)
 
 
 @pytest.mark.parametrize("damper", [f"loader-{i}.hinge.damper" for i in range(1, 7)])
-def test_an_uncounted_hinge_damper_is_noticed(reading: Reading, stages: dict[str, Stage], damper: str) -> None:
+def test_an_omitted_hinge_damper_is_detected_by_the_energy_balance(
+    reading: Reading, stages: dict[str, Stage], damper: str
+) -> None:
     _noticed(reading, stages, damper)
 
 
 @pytest.mark.parametrize("rope", ["west.H1", "west.H2", "west.H3", "east.H1", "east.H2", "east.H3"])
-def test_an_uncounted_rope_damper_is_noticed(reading: Reading, stages: dict[str, Stage], rope: str) -> None:
+def test_an_omitted_rope_damper_is_detected_by_the_energy_balance(
+    reading: Reading, stages: dict[str, Stage], rope: str
+) -> None:
     _noticed(reading, stages, rope)
 
 
 @pytest.mark.parametrize("sling", ["loader-3.sling-1", "loader-3.sling-2", "loader-6.sling-1", "loader-6.sling-2"])
-def test_an_uncounted_b_sling_is_noticed(reading: Reading, stages: dict[str, Stage], sling: str) -> None:
+def test_an_omitted_sling_of_crane_b_is_detected_by_the_energy_balance(
+    reading: Reading, stages: dict[str, Stage], sling: str
+) -> None:
     _noticed(reading, stages, sling)
 
 
-def test_the_balance_fails_when_heat_of_dampers_is_left_out(reading: Reading) -> None:
+def test_an_omitted_heat_of_dampers_is_detected_by_the_energy_balance(reading: Reading) -> None:
     """The audit of the runner, fed with the recorded rows: with all accounts it closes, without heat it does not."""
     energy, accounts = reading.values["/energy"], reading.values["/account"]
     layout = SampleLayout([

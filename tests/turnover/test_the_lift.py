@@ -24,7 +24,7 @@ A = {f"loader-{i}.sling-{k}" for i in (1, 2, 4, 5) for k in (1, 2)}
 B = {f"loader-{i}.sling-{k}" for i in (3, 6) for k in (1, 2)}
 
 
-def test_the_stages_come_in_the_order_of_the_scene(reading: Reading) -> None:
+def test_stages_of_turnover_come_in_the_order_of_the_scene(reading: Reading) -> None:
     message = [e["value"]["name"] for e in reading.said("commander", "stage")]
     assert message == [a["stage"] for a in reading.scene["actions"] if a.get("stage")]
     milestones = ["take up slack", "load", "hoist", "travel", "turn to 90 degrees", "slacken B", "unhook B"]
@@ -63,7 +63,7 @@ def test_the_lower_trolleys_pass_beneath_the_upper_ones(reading: Reading, stages
         assert lower[after] - upper[after] == pytest.approx(-5.6, abs=0.02)
 
 
-def test_b_takes_up_again_on_the_other_face(reading: Reading) -> None:
+def test_crane_b_takes_up_its_load_again_on_the_other_face(reading: Reading) -> None:
     hooked = [e for loader in ("loader-3", "loader-6") for e in reading.said(loader, "report", "Hooked")]
     assert {e["value"]["actor"]: e["value"]["lug"] for e in hooked} == {
         "loader-3.sling-1": "C1", "loader-3.sling-2": "C2", "loader-6.sling-1": "C3", "loader-6.sling-2": "C4"
@@ -100,7 +100,7 @@ def test_ropes_never_push_and_hook_ropes_never_go_slack(reading: Reading) -> Non
     assert reading.values["/hook/load"].min() > 0.0
 
 
-def test_supports_only_push_and_bear_nothing_in_the_air(reading: Reading, stages: dict[str, Stage]) -> None:
+def test_supports_only_push_and_carry_nothing_while_the_block_hangs(reading: Reading, stages: dict[str, Stage]) -> None:
     force = reading.values["/support/force"]
     assert force.min() >= 0.0
     air = slice(stages["travel"].samples[0], stages["lower"].samples[0])

@@ -67,7 +67,9 @@ def commanded(reading: Reading) -> Array:
     return np.degrees(theta)
 
 
-def test_on_the_supports_the_slings_are_taut_at_the_table_s_lengths(reading: Reading, stages: dict[str, Stage]) -> None:
+def test_on_the_supports_the_slings_are_taut_at_the_tabulated_lengths(
+    reading: Reading, stages: dict[str, Stage]
+) -> None:
     k = stages["load"].samples[0]
     assert _ropes(reading, "H1", "H2")[k] == pytest.approx(84.0, abs=ROUNDED)
     assert _ropes(reading, "H3")[k] == pytest.approx(42.4, abs=ROUNDED)
@@ -108,7 +110,7 @@ def test_the_cranes_have_travelled_120_m_and_hang_the_block_at_30_m_less_the_str
 
 
 @pytest.mark.parametrize(("stage", "half"), [("turn to 90 degrees", 1), ("turn to 180 degrees", -1)])
-def test_through_the_turn_ropes_and_trolleys_follow_the_commanded_angle(
+def test_during_the_turn_ropes_and_trolleys_follow_the_commanded_angle(
     reading: Reading, stages: dict[str, Stage], stage: str, half: int
 ) -> None:
     k, theta = stages[stage].samples, commanded(reading)
@@ -130,7 +132,7 @@ def test_through_the_turn_ropes_and_trolleys_follow_the_commanded_angle(
         (180.0, -1, 61.0, 19.4, 14.6, -12.0, 101.6, 246.9),
     ],
 )
-def test_the_table_is_reproduced_row_by_row(
+def test_the_quasi_static_table_is_reproduced_row_by_row(
     reading: Reading,
     mechanics: Mechanics,
     stages: dict[str, Stage],
@@ -156,7 +158,7 @@ def test_the_table_is_reproduced_row_by_row(
 
 
 @pytest.mark.parametrize("half", [1, -1])
-def test_the_shares_are_right_at_every_measured_angle(
+def test_load_shares_are_right_at_every_measured_angle(
     mechanics: Mechanics, stages: dict[str, Stage], half: int
 ) -> None:
     for stage in _turning(half):
@@ -166,7 +168,7 @@ def test_the_shares_are_right_at_every_measured_angle(
         assert np.abs(carried(mechanics, B)[k].sum(axis=1) - 2 * b).max() < SHARE * LOAD, stage
 
 
-def test_hanging_from_a_alone_each_loader_of_a_carries_a_quarter(
+def test_hanging_from_crane_a_alone_each_lifting_beam_carries_a_quarter(
     mechanics: Mechanics, stages: dict[str, Stage]
 ) -> None:
     k = stages["settle on A"].last(10.0)
@@ -174,7 +176,7 @@ def test_hanging_from_a_alone_each_loader_of_a_carries_a_quarter(
     assert np.all(carried(mechanics, B)[k] == 0.0)
 
 
-def test_b_goes_slack_when_the_block_stands_on_edge(
+def test_crane_b_goes_slack_when_the_block_stands_on_edge(
     reading: Reading, mechanics: Mechanics, stages: dict[str, Stage]
 ) -> None:
     theta = measured(mechanics)

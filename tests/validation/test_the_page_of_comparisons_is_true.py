@@ -17,11 +17,11 @@ EACH = [pytest.param(case, id=case.name, marks=SLOW if case.full else ()) for ca
 
 
 @pytest.mark.parametrize("case", EACH)
-def test_rows_are_the_computed_ones(case: Case) -> None:
+def test_rows_of_the_comparison_page_are_the_computed_ones(case: Case) -> None:
     assert stale(case, PAGE.read_text()) == []
 
 
-def test_the_summary_counts_the_rows_of_the_page() -> None:
+def test_the_summary_of_the_comparison_page_counts_its_rows() -> None:
     text = PAGE.read_text()
     rows = [line for line in text.splitlines() if re.match(r"\| (?:\[.*\]\(\.\./tests/[^)]*\) )?\| ", line)]
     rows = [line for line in rows if line.count("|") == 7]
@@ -34,7 +34,7 @@ def test_the_summary_counts_the_rows_of_the_page() -> None:
     assert all(number == within + missed for number, within, missed in counted)
 
 
-def test_every_case_with_a_miss_states_why() -> None:
+def test_every_missed_case_on_the_comparison_page_states_why() -> None:
     text = PAGE.read_text()
     for case in CASES:
         part = text.partition(f"| [{case.source}](")[2].partition("\n| [")[0].partition("\n\n")[0]
@@ -43,7 +43,7 @@ def test_every_case_with_a_miss_states_why() -> None:
         assert case.why or not missed
 
 
-def test_a_changed_figure_is_found() -> None:
+def test_a_changed_figure_on_the_comparison_page_is_detected() -> None:
     case = Case("t", "s", "tests/x.py", lambda: iter([Row("q", 2.0, 2.1, 0.01, "m")]), False, "y")
     page = made([(case, case.lines())])
     (row, line), *_ = case.lines()
@@ -55,7 +55,7 @@ def test_a_changed_figure_is_found() -> None:
 
 
 @pytest.mark.parametrize("run", RUNS, ids=lambda run: run.name)
-def test_scipy_swings_as_the_runs_of_the_crane_do(run: Run) -> None:
+def test_scipy_swings_like_the_runs_of_the_crane(run: Run) -> None:
     """Its misses are not misses of the computation: L a'' = -g sin a - x'' cos a over the same pieces."""
     state, most = [np.radians(run.start), 0.0], []
     for v, faster in pairwise(run.speeds):
@@ -73,6 +73,6 @@ def test_scipy_swings_as_the_runs_of_the_crane_do(run: Run) -> None:
     assert ours[2] == pytest.approx(free, abs=0.1)
 
 
-def test_an_unknown_option_is_reported(capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_unknown_option_of_the_comparison_script_is_reported(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--chekc"]) == 2
     assert "--check" in capsys.readouterr().err

@@ -15,6 +15,7 @@ from heavylift.kernel.errors import SceneError
 
 if TYPE_CHECKING:
     from heavylift.coordinator.run.watch import RunObserver
+    from heavylift.coordinator.yards.studies import YardStudy
     from heavylift.nodes.scene import LoadedScene
     from heavylift.nodes.scene.text.units import Dimension
     from heavylift.recordings.sheets.sheet import Sheet
@@ -24,7 +25,7 @@ AUTO = 1 << 30  # more processes than anybody has: as many as pay
 
 
 def process_count(text: str | int) -> int:
-    """Read the number of processes from the option's text; AUTO for `auto`: measure which number is fastest."""
+    """Read the number of processes from an option's text; `auto` becomes AUTO: measure which number is fastest."""
     if text == "auto":
         return AUTO
     try:
@@ -36,8 +37,8 @@ def process_count(text: str | int) -> int:
 def paying_processes(
     asked: int, models: int, run: "Callable[[int, RunObserver], object]", elsewhere: Collection[str] | None = None
 ) -> int:
-    """Return the number of processes `asked` for; for AUTO measure and print with which number `run(count, watch)` is
-    fastest."""
+    """Return the number of processes `asked` for; for AUTO, measure with which number `run(count, watch)` is fastest,
+    and print it."""
     if asked != AUTO:
         return asked
     if elsewhere:
@@ -151,16 +152,17 @@ def scene_of(scene: str, sets: list[str] | None) -> "LoadedScene":
     return load(scene, sets or [])
 
 
-def yard_file(context: typer.Context, scene: str, allowed: Collection[str]) -> bool:
-    """Whether a file is one of a yard; refuses options that are not for what it is."""
+def yard_file(context: typer.Context, scene: str, allowed: Collection[str], only: Collection[str] = ()) -> bool:
+    """Return whether a file is a yard file; raises SceneError for options of the other kind (`only` for scenes)."""
     from heavylift.nodes.yard.beginning import is_yard
 
     found = is_yard(scene)
-    both, yards = {"scene", "strict", "fail_on", "as_json"}, {"replications", "seed", "report"}
+    both = {"scene", "a", "b", "strict", "fail_on", "as_json", "sets"}
     for parameter in context.command.params:
         name = str(parameter.name)
         source = context.get_parameter_source(name)
-        if source and source.name == "COMMANDLINE" and (name not in {*both, *allowed} if found else name in yards):
+        wrong = name not in {*both, *allowed, *only} if found else name in only
+        if wrong and source and source.name == "COMMANDLINE":
             kind = "scenes, and this is a yard file" if found else "yard files, and this is a scene"
             raise typer.BadParameter(f"{parameter.opts[0]} is for {kind}; leave it out")
     return found
@@ -173,6 +175,27 @@ def tell(sheet: "Sheet", as_json: bool) -> None:
 
     lines = [f"{sheet.title}\n{sheet.state.upper()}: {sheet.lead}", *filter(None, map(part_text, sheet.parts))]
     typer.echo(msgspec.json.encode(data_of(sheet)).decode() if as_json else "\n\n".join(lines))
+
+
+def study_of(
+    file: str, sets: list[str] | None, count: int, seed: int = 1, workers: int = 0, executor: Any = None
+) -> "YardStudy":
+    """Replications of a yard file, with a line for each variant."""
+    from heavylift.coordinator.yards.studies import YardStudy
+
+    def say(text: str) -> None:
+        typer.echo(f"  {text}", err=True)
+
+    return YardStudy(file, tuple(sets or ()), count, seed, executor, workers, say)
+
+
+def tell_study(sheet: "Sheet", output: Path | None, force: bool, as_json: bool) -> None:
+    """Print the sheet of a yard's study, and write it."""
+    tell(sheet, as_json)
+    if output:
+        from heavylift.recordings.sheets.workbook import write
+
+        typer.echo(f"wrote {write(sheet, output, 'a study', force)}", err=True)
 
 
 def browse(url: str) -> None:
@@ -200,7 +223,7 @@ def duration_s(option: str, text: str) -> float:
 
     length = quantity(option, text, TIME)
     if length < 0.0:
-        raise SceneError(f"{option} {text}: a time is zero or more")
+        raise SceneError(f"{option} {text}: a time must be zero or more")
     return min(length, NEVER * 1e-9)
 
 
@@ -215,7 +238,7 @@ def deadline_s(text: str) -> float:
     """Read a deadline [s]; raises SceneError if it is too short for a process."""
     seconds = wall_s("--deadline", text)
     if seconds < LEAST_s:
-        raise SceneError(f"--deadline '{text}': give a process at least {LEAST_s:g} s")
+        raise SceneError(f"--deadline '{text}': a process needs at least {LEAST_s:g} s")
     return seconds
 
 

@@ -35,7 +35,7 @@ class _TimedStretch(RunObserver):
         self.waiting()
 
     def waiting(self) -> None:
-        """End the run by _StretchDone if its simulation time or wall time is over."""
+        """End the trial run by _StretchDone once its simulated or wall-clock time is over."""
         now = time.perf_counter()
         if self._began is None:
             self._began = now

@@ -65,16 +65,18 @@ class OrientedBox:
     def depth(self, x: Array, body: Side) -> Witness:
         """Return the signed distance of a point of `body` from the surface, the largest over the axes, and its rate."""
         s, v = self.outside(x, body)
+        # the largest over three axes: negative inside; the maximum is the nearer face's distance
         first = s[0] > s[1]
         gap, rate = select(first, s[0], s[1]), select(first, v[0], v[1])
         return select(gap > s[2], gap, s[2]), select(gap > s[2], rate, v[2])
 
     def height(self, x: Array, body: Side, faces: list[Scalar]) -> Witness:
-        """Return the height of a point of `body` above that of three `faces` which is marked, if the point lies over
-        this face; else its depth."""
+        """Return the height of a point of `body` above the marked one of three `faces`, if the point lies over this
+        face; else its depth."""
         s, v = self.outside(x, body)
         gap, rate = self.depth(x, body)
         for k, face in enumerate(faces):
+            # only over the face itself, or its plane would act beyond its edges
             over = face & (s[k - 2] < BORDER) & (s[k - 1] < BORDER)
             gap, rate = select(over, s[k], gap), select(over, v[k], rate)
         return gap, rate
@@ -101,11 +103,13 @@ def ball_box(ball: Array, box: Array, A: Array, B: Array) -> list[Witness]:
     a, b = Side(A), OrientedBox(box, B)
     c = a.place(ball[:3])
     d = b.axes @ (c - b.c)
+    # distance beyond the box along each axis; zero alongside a face
     beyond = [select(e > h, e - h, select(-e > h, e + h, 0.0)) for e, h in zip(d, b.h, strict=True)]
     off = np.array(beyond, dtype=object)
     size = sqrt(off @ off + TINY)
     v = off @ (b.axes @ (a.velocity(c) - b.side.velocity(c))) * (1.0 / size)
     gap, rate = b.depth(c, a)
+    # outside the nearest point counts, inside the nearest face
     return [(select(gap > 0.0, size, gap) - ball[3], select(gap > 0.0, v, rate))]
 
 
@@ -124,12 +128,14 @@ def box_box(first: Array, second: Array, A: Array, B: Array) -> list[Witness]:
     a, b = OrientedBox(first, A), OrientedBox(second, B)
     C = a.axes @ b.axes.T
     d = a.c - b.c
+    # separating axes of two oriented boxes: three of A, three of B, nine cross products (Gottschalk et al.)
     apart = [abs(a.axes[i] @ d) - a.h[i] - sum(abs(C[i, j]) * b.h[j] for j in range(3)) for i in range(3)]
     apart += [abs(b.axes[j] @ d) - b.h[j] - sum(abs(C[i, j]) * a.h[i] for i in range(3)) for j in range(3)]
     of_a, of_b = _faces(apart[:3]), _faces(apart[3:])
     heights = [b.height(x, a.side, of_b) for x in a.vertices()] + [a.height(x, b.side, of_a) for x in b.vertices()]
     directions = crossings(a, b)
     most = apart[0]
+    # the largest separation: positive exactly where the boxes are apart
     for x in [*apart[1:], *(x.separation for x in directions)]:
         most = maximum(most, x)
     return heights + [w for x in directions for w in _edges(a, b, x, most)]
@@ -161,8 +167,10 @@ def _crossing(a: OrientedBox, b: OrientedBox, i: int, j: int) -> Direction:
     m, d = cross(a.axes[i], b.axes[j]), a.c - b.c
     size = sqrt(m @ m + TINY)
     n = m * (1.0 / size)
+    # n from B to A, whatever the order of the edges
     n = n * select(n @ d > 0.0, 1.0, -1.0)
     reach = sum(abs(n @ e) * h for box in (a, b) for e, h in zip(box.axes, box.h, strict=True))
+    # parallel edges define no direction
     return Direction(i, j, n, size, select(size > CROSSING, n @ d - reach, -APART))
 
 
@@ -177,6 +185,7 @@ def _edges(a: OrientedBox, b: OrientedBox, x: Direction, most: Scalar) -> list[W
     midpoints p, q of the edges: their crossing lies at p + s a_i = q + t b_j + gap n."""
     along, across = a.axes[x.i], b.axes[x.j]
     crossing = x.sine > CROSSING
+    # parameters of the crossing along both edges, from two linear equations
     per = select(x.n @ cross(along, across) > 0.0, 1.0, -1.0) / select(crossing, x.sine, 1.0)
     on_a, on_b = cross(across, x.n) * per, cross(along, x.n) * per
     A, B = a.side, b.side
@@ -192,6 +201,7 @@ def _edges(a: OrientedBox, b: OrientedBox, x: Direction, most: Scalar) -> list[W
         for n_q, a_q, b_q, _ in of_b:
             gap, s, t = n_p - n_q, a_q - a_p, b_p - b_q
             within = (a.h[x.i] > abs(s)) & (b.h[x.j] > abs(t))
+            # only a pair in the separating direction can touch
             counts = within & (abs(gap - most) < NEAR) & crossing
             out.append((select(counts, gap, APART), drift + m_p + s * ahead))
     return out
@@ -209,11 +219,14 @@ def reach(c: Contact, first: Array, second: Array, A: Array, B: Array) -> Any:
     """Return the longest step [s] in which the shapes cannot pass through each other, for present poses and speeds."""
     (R_a, half_a), (R_b, half_b) = _extent(c.a, first), _extent(c.b, second)
     both_boxes = not isinstance(c.a, Ball) and not isinstance(c.b, Ball)
+    # two boxes can pass once the smaller half extent has been crossed
     window = minimum(half_a, half_b) if both_boxes else half_a + half_b
     a, b = Side(A), Side(B)
     p, q = a.place(first[:3]), b.place(second[:3])
     away = _length(p - q) - R_a - R_b
+    # fastest approach: relative speed of centres and rotation of the bounding spheres
     speed = _length(a.velocity(p) - b.velocity(q)) + _length(a.w) * R_a + _length(b.w) * R_b
+    # distance counts half, since the speed may grow meanwhile
     return (maximum(window, THIN) + 0.5 * maximum(away, 0.0)) / speed
 
 

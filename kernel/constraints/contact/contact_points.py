@@ -71,6 +71,7 @@ def contact_numbers(c: Contact, weight: float) -> dict[tuple[str, str], list[flo
     pair = pair_of(c)
     empty = [*[0.0] * HELD, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, -1.0, DEPTH, 0.0, 0.0, 0.0, 0.0]
     out = {
+        # relative to the weight of the scene: below it a normal force is round-off
         ("contact", c.name): [c.mu, 1e-9 * max(1.0, weight)],
         ("shapes", c.name): [*shape_numbers(c.a), *shape_numbers(c.b)],
         ("held", c.name): [0.0] * pair.candidates,
@@ -111,6 +112,7 @@ class ContactPointRows:
             a, b = x.site.bodies
             for i in range(x.site.per_slot):
                 six = slice(6 * i, 6 * i + 6)
+                # the normal of a sliding contact pushes along another direction than it senses
                 push = [(a, x.pa), (b, -x.pb)] if i == 0 and x.site.per_slot > 1 else None
                 sense, soft = [(a, x.wa[six]), (b, -x.wb[six])], x.soft[i - 1] if i else 1.0
                 out.append(ConstraintRow(sense, x.gap[i], x.rate[i], x.bias[i], push=push, soft=soft, prior=x.prior[i]))
@@ -151,6 +153,7 @@ class ContactPointRows:
             grip: Scalar = 1.0
             if x.site.per_slot > 1:
                 t = multipliers[at + 1 : at + 3]
+                # distance to the limit; 1e-300 keeps the root differentiable without friction
                 room = x.mu * n - sqrt(t @ t + 1e-300) + x.grain
                 grip = select(on, select(stick, room, x.onward[0] + x.back[0]), 1.0)
                 heat[name] = heat[name] + select(on, select(stick, 0.0, x.mu * n * x.sliding[0]), 0.0)
@@ -192,6 +195,7 @@ def _functions(c: Contact, pair: ContactPair, kind: str, n: int) -> tuple[Functi
 
 def _touch(gap: Scalar, rate: Scalar) -> Any:
     """Return a candidate's guard: negative where it touches; at once if it approaches, later if it penetrates."""
+    # two cases: gap and approach, or a deeper gap at rest; a place just left must not fire again by round-off
     return minimum(maximum(gap + DEPTH, rate + RESTING), maximum(gap + SUNK, rate + DEPTH))
 
 
@@ -203,6 +207,7 @@ def _slot(pair: ContactPair, h: Array, mu: Scalar, A: Array, B: Array) -> Output
     on, stick = h[SlotAt.ON] > 0.0, h[SlotAt.STICK] > 0.0
     v, u0 = r["rate"][1:], h[SlotAt.U]
     # friction does not turn round within a step that passes the stop: what slides back is seen in a mirror
+    # below SLIP_BLEND the initial direction decides, so that friction does not flip with the sign of round-off
     u = v + (SLIP_BLEND - 2.0 * minimum(u0 @ v, 0.0)) * u0
     u = u * (1.0 / sqrt(u @ u + 1e-300))
     friction = select(stick, 0.0, mu)
@@ -213,7 +218,9 @@ def _slot(pair: ContactPair, h: Array, mu: Scalar, A: Array, B: Array) -> Output
     out |= {name: part[:, None] * r[name] for name in ("wa", "wb")}
     for name in ("a", "b"):
         w = r[f"w{name}"]
+        # x_t = -mu x_n u is folded into the wrench of the normal row
         out[f"p{name}"] = part[0] * (w[0] - friction * (u[0] * w[1] + u[1] * w[2]))
+    # distance to the border of the face or the end of the edge
     room = h[HELD - 2 : HELD] - abs(f.along)
     return out | {
         "on": [h[SlotAt.ON]],

@@ -55,6 +55,7 @@ def face(p: Array, A: Array, B: Array) -> ContactFrame:
     c, r, q = a.place(p[:3]), p[3], b.place(p[4:7])
     F = np.array([b.R @ e for e in np.reshape(p[7:16], (3, 3))])
     dF = np.array([cross(b.w, e) for e in F])
+    # the contact point on the surface of the ball
     x = c - r * F[0]
     return ContactFrame(F[0] @ (c - q) - r, x, a.velocity(c) - r * dF[0], F, dF, F[1:] @ (x - q))
 
@@ -64,6 +65,7 @@ def balls(p: Array, A: Array, B: Array) -> ContactFrame:
     a, b = Side(A), Side(B)
     c_a, c_b, e = a.place(p[:3]), b.place(p[4:7]), b.R @ p[8:11]
     n, dn, distance = _unit(c_a - c_b, a.velocity(c_a) - b.velocity(c_b))
+    # perpendicular to a direction fixed on B, so that the tangents turn with it and have rates
     t, dt, _ = _unit(cross(n, e), cross(dn, e) + cross(n, cross(b.w, e)))
     F = np.array([n, t, cross(n, t)])
     dF = np.array([dn, dt, cross(dn, t) + cross(n, dt)])
@@ -79,6 +81,7 @@ def edges(p: Array, A: Array, B: Array) -> ContactFrame:
     F = np.array([n, d, cross(n, d)])
     dF = np.array([dn, dd, cross(dn, d) + cross(n, dd)])
     # along A up to the plane of n and the edge of B, along B likewise
+    # where each edge crosses the plane through the other one and n
     on_a, on_b = cross(e, n), cross(d, n)
     per_a, per_b = 1.0 / (d @ on_a + TINY), 1.0 / (e @ on_b - TINY)
     s, t = ((p_b - p_a) @ on_a) * per_a, ((p_a - p_b) @ on_b) * per_b
@@ -94,6 +97,7 @@ def edge(p: Array, A: Array, B: Array) -> ContactFrame:
     c, q, e, across = a.place(p[:3]), b.place(p[4:7]), b.R @ p[7:10], b.R @ p[10:13]
     d, dd, de = c - q, a.velocity(c) - b.velocity(q), cross(b.w, e)
     s, ds = d @ e, dd @ e + d @ de
+    # radial direction from the edge
     n, dn, distance = _unit(d - s * e, dd - ds * e - s * de)
     F = np.array([n, e, cross(n, e)])
     dF = np.array([dn, de, cross(dn, e) + cross(n, de)])
@@ -106,6 +110,7 @@ def corner(p: Array, A: Array, B: Array) -> ContactFrame:
     f = balls(np.concatenate([p[:7], [0.0], p[7:10]]), A, B)
     outward = [f.F[0] @ (Side(B).R @ e) for e in axes]
     least = minimum(minimum(outward[0], outward[1]), outward[2])
+    # 1 minus the least component: above 1 as soon as the ball has left the octant of the corner
     return ContactFrame(f.gap, f.x, f.dx, f.F, f.dF, np.array([1.0 - least, 0.0]))
 
 
@@ -113,6 +118,7 @@ def _unit(m: Array, dm: Array) -> tuple[Array, Array, Scalar]:
     """Return the unit vector of m, its rate, and the length of m."""
     size = sqrt(m @ m + TINY)
     u, du = m * (1.0 / size), dm * (1.0 / size)
+    # derivative of a unit vector: the part of the rate across it
     return u, du - u * (u @ du), size
 
 
@@ -123,6 +129,7 @@ def rows(f: ContactFrame, A: Array, B: Array) -> Outputs:
     v = a.velocity(f.x) - b.velocity(f.x)
     return {
         "rate": f.F @ v,
+        # x is the same moving point of the world for both bodies: see the module
         "bias": f.F @ cross(a.w - b.w, f.dx) + f.dF @ v,
         "wa": np.array([join(cross(f.x - a.o, e), e) for e in f.F]),
         "wb": np.array([join(cross(f.x - b.o, e), e) for e in f.F]),

@@ -49,17 +49,21 @@ class Groups:
             along = modes[i] > 0.0
             inverse = 1.0 / ratio
             free = modes[i] >= FREE
+            # tension ratio against the motion: the part towards which the rope moves carries more
             g = select(free, 1.0, select(along, ratio, inverse)) if rubs[i] else 1.0
             dg = select(free, 0.0, select(along, rate, -rate * inverse * inverse)) if rubs[i] else 0.0
             r.append(named(f"ratio{i + 2}", self._joined(i, r[i] * g, 1.0)))
             dr.append(named(f"dratio{i + 2}", self._joined(i, dr[i] * g + r[i] * dg, 0.0)))
         l, dl = way.lengths, way.rates
         N = self._total(kept)
+        # start of Newton's method: the strain of the group if all ratios were close to one
         whole = self._total(l)
         s = [(a / b - 1.0) * a / c for a, b, c in zip(whole, N, self._total(_times(r, l)), strict=True)]
+        # quadratic convergence from errors of the order of strain squared
         for k in range(NEWTON if any(rubs) else 0):  # exact already where all ratios are 1
             s = [named(f"s{k}_{i + 1}", x) for i, x in enumerate(s)]
             q = [1.0 / (1.0 + a * b) for a, b in zip(r, s, strict=True)]
+            # sum of l / (1 + r s) must equal the unstretched length of the group
             miss = self._total(_times(l, q))
             slope = self._total(_times(r, l, q, q))
             s = [x + (m - n_) / a for x, m, n_, a in zip(s, miss, N, slope, strict=True)]
@@ -68,6 +72,7 @@ class Groups:
         driven = self._total([dL] + [0.0] * (n - 1))
         free = self._total([a * b - l_ * c * x * b * b for a, b, l_, c, x in zip(dl, q, l, dr, s, strict=True)])
         slope = self._total(_times(r, l, q, q))
+        # rate of the group's strain from rates of lengths, ratios and drum
         ds = [(a - b) / k for a, b, k in zip(free, driven, slope, strict=True)]
         self.strains = _times(r, s)
         self.rates = [a * b + c * d for a, b, c, d in zip(r, ds, dr, s, strict=True)]
@@ -76,6 +81,7 @@ class Groups:
         passed = dL
         self.flows: list[Scalar] = []
         for i in range(n - 1):
+            # rope that has passed each sheave: what comes in less what its part has taken up
             passed = passed - (dl[i] * q[i] - l[i] * self.rates[i] * q[i] * q[i])
             self.flows.append(self._joined(i, passed, 0.0))
 
@@ -99,11 +105,12 @@ class Groups:
         return [a / b for a, b in zip(together, self._group, strict=True)]
 
     def grips(self) -> list[Scalar]:
-        """Return the guards of the sheaves with friction."""
+        """Return the guards of the sheaves with friction: how far each is from slipping."""
         s = self.strains
         out = []
         for i, (ratio, _) in enumerate(self._ratios):
             if self._rubs[i]:
+                # BITE keeps a sheave that has just gripped from slipping at once
                 most = ratio * (1.0 + BITE)
                 holds = minimum(most * s[i] - s[i + 1], most * s[i + 1] - s[i])
                 out.append(self._joined(i, self._modes[i] * self.flows[i], holds))
@@ -124,6 +131,7 @@ def slip_ratio(s: Sheave, q: Array, wrap: tuple[Scalar, Scalar] | None) -> tuple
         angle, turning = wrap
         if not s.radius:  # a point turns the rope either way
             angle, turning = abs(angle), select(angle > 0.0, turning, -turning)
+        # Euler-Eytelwein: exp(mu times wrap)
         ratio = ratio * power(E, q[10] * angle)
         rate = ratio * q[10] * turning
     return ratio, rate
@@ -143,6 +151,7 @@ def check_parallel(f: Reeving, graph: Graph, poses: Poses) -> None:
     for body, path in zip(bodies, paths, strict=True):
         own = [i for i in path if i not in shared]
         bends = [graph.links[i] for i in (*own, *([max(shared)] if shared else [])) if graph.links[i].modes]
+        # a flexible body tilts edges in any case, however small
         loose = [link for link in map(graph.links.__getitem__, own) if _turns(link, poses, n)]
         if bends or loose:
             what = f"what bends of '{bends[0].body.name}'" if bends else f"the joint '{loose[0].joint.name}'"

@@ -86,7 +86,7 @@ class ReevingLaw(ForceLaw[Reeving]):
         return float(sum(laid(f, poses, partial(self.demand, f)).lengths))
 
     def off_its_sheaves(self, f: Reeving, poses: Poses, shown: np.ndarray) -> str:
-        """Describe where a rope has lost its sheave or direction; "" if it runs."""
+        """Describe where a rope has left its sheave or runs the wrong way; "" if it runs."""
         first = 3 * len(f.sheaves) + 3
         return lost(f, poses, list(shown[first : first + len(leavable(f))]))
 
@@ -104,6 +104,7 @@ class ReevingLaw(ForceLaw[Reeving]):
         EA, c, on = p[ReevingAt.EA], p[ReevingAt.C], p[ReevingAt.TAUT] > 0.0
         modes, own, limp, lies = p[3 : 3 + n], p[3 + n : 3 + 2 * n], p[3 + 2 * n : 4 + 3 * n], p[4 + 3 * n : 4 + 4 * n]
         first = 4 + 4 * n
+        # the first part has what is left of the rope: drums change that one
         kept = [signal[0] - sum(own, 0.0), *own]
         given = [p[first + NODE * i : first + NODE * (i + 1)] for i in range(n + 2)]
         placed = zip(all_nodes(f), given, ends, strict=True)
@@ -115,13 +116,17 @@ class ReevingLaw(ForceLaw[Reeving]):
         ratios = [slip_ratio(s, given[i], distance.wraps.get(i)) for i, s in enumerate(f.sheaves, 1)]
         rope = Groups(distance, kept, signal[1], _rubs(f), modes, ratios)
         s, ds, N = rope.strains, rope.rates, rope.unstretched
+        # damping by the mean rate of the group: parts that slip freely share one tension
         trial = [EA * x + c * rate for x, rate in zip(s, rope.mean_rates(), strict=True)]
+        # a part whose damping would push is limp
         pulls = [select(on, select(x > 0.0, 0.0, 1.0), 0.0) > 0.0 for x in limp]
         T = [select(pull, maximum(k, 0.0), 0.0) for pull, k in zip(pulls, trial, strict=True)]
         wrenches = [wrench(part.arms[0], k * part.u) for part, k in zip(made, T, strict=True)]
         back = [-wrench(part.arms[1], k * part.u) for part, k in zip(made, T, strict=True)]
+        # at a sheave that the rope touches, the forces of both parts act on its body; else none
         inner = [a + b for a, b in zip(wrenches[1:], back[:-1], strict=True)]
         inner = [x if on_ is None else _only(on_, x) for x, on_ in zip(inner, there, strict=True)]
+        # energy carried by rope that passes: work of the tension plus strain energy
         carried = [k * (1.0 + x) - 0.5 * EA * x * x for k, x in zip(T, s, strict=True)]
         rubbed = [flow * (b - a) for flow, (a, b) in zip(rope.flows, pairwise(carried), strict=True)]
         damped = [(k - EA * x) * m * dx for k, x, m, dx in zip(T, s, N, ds, strict=True)]
@@ -140,6 +145,7 @@ class ReevingLaw(ForceLaw[Reeving]):
             heat=select(on, sum(rubbed) + sum(damped) + slid if f.edges else sum(rubbed) + sum(damped), 0.0),
             work=select(on, -carried[0] * signal[1], 0.0),
             stored=select(on, sum(0.5 * EA * x * x * m for x, m in zip(s, N, strict=True)), 0.0),
+            # taut -> slack when the least strain vanishes; slack -> taut when the path exceeds the length
             guards=[
                 select(on, least, select(off, 1.0, -excess)),
                 *grips,
@@ -219,7 +225,7 @@ class ReevingLaw(ForceLaw[Reeving]):
         lies[leavable(f)] = 0.0
 
     def put_on(self, f: Reeving, p: np.ndarray, L0: float, poses: Poses) -> float:
-        """Hang the rope, slack, from a to b; return by how much its unstretched length L0 is too short [m]."""
+        """Hang the rope, slack, from a to b; returns by how much its unstretched length L0 is too short [m]."""
         p[ReevingAt.HEAD :] = self.numbers(structs.replace(f, hooked=True), poses)[ReevingAt.HEAD :]
         p[ReevingAt.TAUT] = 0.0
         return self.start_length(f, poses) - L0

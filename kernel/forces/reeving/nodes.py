@@ -33,7 +33,7 @@ def all_nodes(f: Reeving) -> list[Sheave]:
 
 
 def leavable(f: Reeving) -> list[int]:
-    """Return the numbers, from 0, of the sheaves that the rope can leave."""
+    """Return the indices of the sheaves that the rope can leave."""
     return [i for i, s in enumerate(f.sheaves) if s.radius > 0.0]
 
 
@@ -97,8 +97,8 @@ def laid(f: Reeving, poses: Poses, demand: Demand) -> RopePath | Unrolled:
 
 
 def lost(f: Reeving, poses: Poses, wraps: Sequence[float]) -> str:
-    """Describe where a rope has lost its sheave or direction; "" if it runs; `wraps`: wrap [rad] of each sheave that it
-    can leave."""
+    """Describe where a rope has left its sheave or runs the wrong way; "" if it runs; `wraps`: wrap [rad] of each
+    sheave that it can leave."""
     _, _, nodes = _there(f, poses)
     left = {i + 1 for i, wrap in zip(leavable(f), wraps, strict=True) if wrap == 0.0}
     met = [i for i in range(len(nodes)) if i not in left]

@@ -94,6 +94,7 @@ class RopePath:
     ) -> None:
         self._nodes, self._on = nodes, on
         ends = [nodes[-1]]
+        # from the far end: a sheave that the rope has left is skipped, its neighbours meet directly
         for x, here in zip(reversed(nodes[1:-1]), reversed(on[1:-1]), strict=True):
             ends.append(x if here is None else _blend(here, x, _as_circle(ends[-1])))
         meets = list(reversed(ends))
@@ -114,12 +115,14 @@ class RopePath:
                 x, sides = nodes[i], (self.parts[i - 1], self.parts[i])
                 k = len(self.turned)
                 angles = [turn(x, side.plane) for side in sides]
+                # the angle integral distinguishes turns that the pose cannot
                 if counted is not None:
                     angles = [on_turn(a, c) for a, c in zip(angles, counted[k : k + 2], strict=True)]
                 rates = [x.axis @ (side.turning - x.w) for side in sides]
                 self.turned += angles
                 self.turning += rates
                 self.wraps[i] = angles[1] - angles[0], rates[1] - rates[0]
+                # arcs on both sides of the dividing direction belong to the adjacent parts
                 if x.radius is not None:
                     self.lengths[i - 1] = self.lengths[i - 1] - x.radius * angles[0]
                     self.lengths[i] = self.lengths[i] + x.radius * angles[1]
@@ -131,6 +134,7 @@ class RopePath:
             if here is None:
                 starts.append(0.0)
                 continue
+            # foot of the sheave's centre on the straight part divides it while the rope is off
             foot = ((x.c - part.begin) @ part.plane) * part.straight * (1.0 / part.flat)
             starts.append(select(here, 0.0, minimum(maximum(foot, starts[-1]), part.straight)))
         out = []
@@ -146,6 +150,7 @@ class RopePath:
         for i, here in enumerate(self._on):
             if here is not None:
                 x, part = self._nodes[i], self.parts[i]
+                # the nearest point of the straight part to the sheave's axis
                 there = minimum(maximum((x.c - part.begin) @ part.plane, 0.0), part.flat)
                 next_to = part.begin + there * part.plane - x.c
                 next_to = next_to - (next_to @ x.axis) * x.axis
@@ -167,11 +172,13 @@ def _part(a: SheavePoint, b: SheavePoint, turning: bool) -> RopeSegment:
         u = D * (1.0 / length)
         return RopeSegment(length, u @ dD, u, (a.x, b.x))
     n = b.axis if a.axis is None else a.axis
+    # opposite axes (a crossed belt) count negatively
     r_a, r_b = (0.0 if x.radius is None else x.radius * (x.axis @ n) for x in (a, b))  # < 0: turns the other way
     h = D @ n
     across = D - h * n
     square = across @ across
     bias = r_a - r_b
+    # tangent length between two circles: l^2 = D^2 - (r_a - r_b)^2
     flat = sqrt(square - bias * bias)
     plane = (flat * across + bias * cross(n, across)) * (1.0 / square)
     w = cross(plane, n)
@@ -183,15 +190,17 @@ def _part(a: SheavePoint, b: SheavePoint, turning: bool) -> RopeSegment:
         if x.radius is None:
             arms.append(x.x)
             continue
+        # the tangent point moves with the sheave's surface
         rate = rate - sign * (u @ cross(x.w, arm))
         arms.append(x.x + arm)
+    # rotation of the straight part in its plane
     about = ((cross(n, plane) @ dD) * (1.0 / flat)) * n
     return RopeSegment(straight, rate, u, (arms[0], arms[1]), a.c + r_a * w, flat, plane, about)
 
 
 def turn(x: SheavePoint, plane: Array) -> Any:
-    """Return the angle [rad] from a node's dividing direction to where a part of this direction touches it, within half
-    a turn."""
+    """Return the angle [rad], within half a turn, from a node's dividing direction to the point where a straight part
+    of this direction touches the sheave."""
     w = cross(plane, x.axis)
     return atan2(x.axis @ cross(x.divide, w), x.divide @ w)
 
@@ -220,9 +229,11 @@ class Unrolled:
             flat.append(replace(x, x=x.x - h * n, c=x.c - h * n, v=x.v - dh * n - h * dn))
         self._plane = RopePath(flat, turning, on, counted)
         plane = self._plane
+        # slope of the unrolled helix
         F, dF = sum(plane.lengths), sum(plane.rates)
         slope = (heights[-1] - heights[0]) * (1.0 / F)
         dslope = ((rates[-1] - rates[0]) - slope * dF) * (1.0 / F)
+        # lengths grow by sqrt(1 + s^2), wraps in space shrink by it
         longer = sqrt(1.0 + slope * slope)
         shorter = 1.0 / longer
         dlonger = slope * dslope * shorter
@@ -269,4 +280,5 @@ def _rises(rates: list[Scalar], apart: bool) -> list[Scalar]:
     """Return the speed of each part's material along the edges [m/s], zero unless the edges are on several bodies."""
     if apart:
         return [b - a for a, b in pairwise(rates)]
+    # on one body nothing but the ends moves along the edges
     return [-rates[0], *(0.0 for _ in rates[3:]), rates[-1]]

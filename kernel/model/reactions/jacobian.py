@@ -66,7 +66,7 @@ class RowGroup:
 
     @property
     def repeated(self) -> list[int]:
-        """The redundant rows: without any one of them the rank would be the same."""
+        """The redundant rows: removing any one of them leaves the rank unchanged."""
         left = [1.0] * len(self.rows)
         for size, v in self._parts[0]:
             if size > self._least:
@@ -176,7 +176,7 @@ class Pose:
         return RowGroup(rows, columns, G, rows_by, columns_by, L)
 
     def row(self, r: int) -> dict[tuple[int, int], float]:
-        """Return the effect of a unit velocity of each degree of freedom, free or not, on row r."""
+        """Return the effect on row r of a unit velocity of each degree of freedom, free or not."""
         found: dict[tuple[int, int], float] = {}
         sizes: dict[tuple[int, int], float] = {}
         for body, w in self.pushes(r):

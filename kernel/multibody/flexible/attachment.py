@@ -54,7 +54,9 @@ class Track:
 
     def shapes(self, s: Scalar) -> tuple[Array, Array, Array, Array]:
         """Return the shapes (6, m) at s [m], their two derivatives in s, and g, by the polynomials' recurrences."""
+        # Chebyshev polynomials are defined on -1..1
         x = self.slope * s - 1.0
+        # three-term recurrences of T_n and their derivatives
         T, dT, ddT = [1.0, x], [0.0, 1.0], [0.0, 0.0]
         for _ in range(2, max(len(self.coefficients), len(self.shortening))):
             T, dT, ddT = (
@@ -85,6 +87,7 @@ class Carried:
 
 def carry(place: Place, eta: Array, rates: Array, R: Array, r: Array, V: Array, A: Array) -> Carried:
     """Return the frame at a station of a body whose floating frame has pose R, r and motion V, A in world axes."""
+    # g eta serves the position, eta^T g eta / 2, and its rate, eta'^T g eta
     pull = place.shortening @ eta
     U, T = place.shape[:3] - np.outer(ALONG, pull), place.shape[3:]
     d = place.X + place.shape[:3] @ eta - ALONG * (0.5 * (eta @ pull))
@@ -99,8 +102,10 @@ def carry_along(
     shape, first, second, g = track.shapes(s)
     pull = g @ eta
     U, T = shape[:3] - np.outer(ALONG, pull), shape[3:]
+    # slope and bending of the beam: g depends on s through the product of slopes, whose derivative is known exactly
     slope, bend, slope_rate = T[1:] @ eta, first[4:] @ eta, T[1:] @ rates  # about y and z; g_s is their product
     tangent = first @ eta + join(ALONG, np.zeros(3)) - join(ALONG, np.zeros(3)) * (0.5 * (slope @ slope))
+    # Coriolis and centripetal terms of sliding along a moving, bent beam
     bias = 2.0 * speed * (first @ rates) + speed * speed * (second @ eta)
     shorter = rates @ (g @ rates) + 2.0 * speed * (slope @ slope_rate) + speed * speed * (slope @ bend)
     d = ALONG * s + shape[:3] @ eta - ALONG * (0.5 * (eta @ pull))
@@ -122,6 +127,7 @@ def _carried(
     `turning`: rate and second derivative of theta likewise."""
     R, r, V, A = frame
     theta = T @ eta
+    # Cayley's map has no singularity at zero and needs no trigonometric functions
     n = 1.0 / (1.0 + 0.25 * (theta @ theta))
 
     def turned(rate: Array) -> Any:
@@ -144,6 +150,7 @@ def _carried(
         R=R @ (np.eye(3) + n * (K + 0.5 * (K @ K))),
         r=r_X,
         V=V + V_X,
+        # the bias: transport by the floating frame, then terms quadratic in rates of modes and slider
         A=A + motion_cross(V) @ V_X + column(w_bias, d_bias + cross(d_rate, w)),
         columns=[column(turned(T[:, k]), U[:, k]) for k in range(len(eta))],
         along=None if tangent is None else column(turned(tangent[3:]), tangent[:3]),
@@ -178,6 +185,7 @@ def flexible_inertia(
     nu, a = to_body @ V, to_body @ A
     none = np.zeros(6)
     D = [e.J1[k] + sum((e.J2[k, l] * eta[l] for l in m), np.zeros((6, 6))) for k in m]
+    # second-order expansion: J0 + J1 eta + eta J2 eta / 2, symmetric by construction
     I = mirror(e.J0 + 0.5 * sum(((e.J1[k] + D[k]) * eta[k] for k in m), np.zeros((6, 6))))
     C = [e.G0[l] + sum((e.G1[k, l] * eta[k] for k in m), none) for l in m]
     C_rate = [sum((e.G1[k, l] * rates[k] for k in m), none) for l in m]
@@ -185,12 +193,14 @@ def flexible_inertia(
     moving = sum((C[l] * rates[l] for l in m), none)
     P = I @ nu + moving
     speeding = sum((C[l] * accelerations[l] for l in m), none)
+    # I' nu + C' eta' + nu x* momentum, of equation (7)
     turning = I_rate @ nu + sum((C_rate[l] * rates[l] for l in m), none) + force_cross(nu) @ P
     forces = [
         C[l] @ a
         + e.mass[l] * accelerations[l]
         + C_rate[l] @ nu
         - 0.5 * (nu @ (D[l] @ nu))
+        # - dT/deta: with it the equations conserve energy for any constants
         - sum((e.G1[l, k] * rates[k] for k in m), none) @ nu
         for l in m
     ]
@@ -202,5 +212,6 @@ def flexible_inertia(
         forces=forces,
         momentum=to_body.T @ P,
         kinetic=0.5 * (nu @ (P + moving) + sum((e.mass[l] * rates[l] * rates[l] for l in m), 0.0)),
+        # the off-diagonal block of the spatial inertia is m c x: read the first moment of mass from it
         moment=e.J0[3, 3] * r + R @ np.array([I[2, 4], I[0, 5], I[1, 3]]),
     )

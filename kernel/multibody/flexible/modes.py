@@ -34,7 +34,7 @@ NODE = 1e-6  # [m] how far an attached point may be off its node by rounding
 
 @dataclass(frozen=True, eq=False)
 class FlexibleModes:
-    """The modes of a body: shapes over its model's degrees of freedom, modal mass, stiffness and damping."""
+    """The modes of a body: shapes over the degrees of freedom of its model, modal mass, stiffness and damping."""
 
     name: str
     flexible: Flexible
@@ -55,6 +55,7 @@ class FlexibleModes:
             return p[0], np.array([p[0], 0.0, 0.0])
         distance = sizes(self.nodes - np.array(p))
         node = int(np.argmin(distance))
+        # modal data give motion at listed places only; all other points move with the frame
         if distance[node] > NODE and self.flexible.modal:
             return len(self.nodes) - 1, self.nodes[-1]
         if distance[node] > NODE:
@@ -91,6 +92,7 @@ class FlexibleModes:
         beam = self.flexible.beam
         if beam is None:
             return np.full(len(a), self.flexible.modal is not None)
+        # largest axial acceleration of any element: of the frame and centrifugal
         reach = np.abs(a[:, 0]) + (beam.length + abs(beam.start)) * total((w * w).T)
         size = total(np.abs(forces[:, :, 0]).T) + beam.mass_per_length * beam.length * reach
         return np.asarray(size * self._softness < HARDLY)
@@ -118,11 +120,13 @@ class FlexibleModes:
     def _shortened(self, beam: Beam) -> np.ndarray:
         h, none = beam.length / beam.elements, np.zeros((len(self.mass),) * 2)
         g = np.cumsum([none, *(self._product(beam, e * h, (e + 1) * h) for e in range(beam.elements))], axis=0)
+        # with a free frame the shortening is relative to the mean position of the beam
         return g - total(g) / len(g) if self.flexible.frame == "free" else g
 
     def _product(self, beam: Beam, a: float, b: float) -> np.ndarray:
         """Return the integral (m, m) of slope products over an element's first part; degree 4, exact with 3 points."""
         out = np.zeros((len(self.mass),) * 2)
+        # slope products are of degree 4 in an element: three Gauss points integrate degree 5 exactly
         for x, weight in GAUSS:
             slopes = times(hermite(beam, beam.start + (a + b + (b - a) * x) / 2.0)[4:], self.shapes)
             out += weight * (b - a) / 2.0 * times(slopes.T, slopes)

@@ -41,7 +41,7 @@ class Smallness:
         return [1.0, 0.0, NEVER, NEVER, *self.rows.ravel().tolist()]
 
     def use(self, eta: Array, rows: Array) -> list[Scalar]:
-        """Return the squares of (13), per group, for mode coordinates eta (m,)."""
+        """Return the squared relative deflections of (13), per group, for mode coordinates eta (m,)."""
         out, first = [], 0
         for n in self.groups:
             parts = [row @ eta for row in rows[first : first + n]]

@@ -121,7 +121,7 @@ def _names(kind: Any) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class ReducedBody:
-    """The constants of equations (4)."""
+    """The constants of equations (4) of a flexible body."""
 
     J0: np.ndarray  # (6, 6)
     J1: np.ndarray  # (m, 6, 6)

@@ -54,6 +54,7 @@ class _Joint:
         """Return the wrench (6,) for joint forces tau without constraint forces: R^T y = tau."""
         y: list[Scalar] = []
         for n, k in enumerate(self.free):
+            # R is triangular: forward substitution for the wrench that does the work of tau along each free motion
             y.append((tau[k] - sum((self.R[m][n] * y[m] for m in range(n)), 0.0)) * (1.0 / self.R[n][n]))
         return self.X.T @ sum((e * w for e, w in zip(self.Q.T, y, strict=False)), np.zeros(6))
 
@@ -61,6 +62,7 @@ class _Joint:
         """Return the accelerations of free degrees of freedom from the relative acceleration (6,): R a = Q^T x."""
         a: dict[int, Array] = {}
         for n, k in reversed(list(enumerate(self.free))):
+            # back substitution, from the last column of R
             rest = sum((self.R[n][m] * a[self.free[m]] for m in range(n + 1, len(self.free))), 0.0)
             a[k] = (self.Q[:, n] @ (self.X @ x) - rest) * (1.0 / self.R[n][n])
         return a
@@ -108,6 +110,7 @@ def _named(i: int, B: Array) -> Array:
 def _on_bodies(parents: list[int], F: list[Array]) -> list[Array]:
     """Return the forces (6,) on each body: of its joint minus those of joints that it carries (eqs (1)-(4))."""
     out = list(F)
+    # each joint force acts on its child and, reversed, on its parent: Newton's third law
     for i, p in enumerate(parents):
         if p >= 0:
             out[p] = out[p] - F[i]
@@ -127,6 +130,7 @@ def _regularised(tree: Tree, K: Kinematics, M: list[Array]) -> list[LDLT]:
     out = []
     for m, c, r in zip(M, carried, K.r, strict=True):
         X = np.block([[np.eye(3), np.zeros((3, 3))], [-skew(r), np.eye(3)]])
+        # moments are compared about the body's own origin, or distance from the tree's point would count as inertia
         size = c[3, 3] + sum((X[:3, k] @ c[:3, :3] @ X[:3, k] for k in range(3)), 0.0)
         out.append(LDLT(m + X.T @ X * (REGULAR * size)))
     return out
@@ -140,6 +144,7 @@ def _solve(
     n = len(M)
     B = [_named(i, j.B) for i, j in enumerate(joints)]
     rows, at = {}, 0
+    # numbering the rows from the tips avoids fill-in in the elimination (Baraff 1996)
     for i in reversed(range(n)):  # from the tips to the ground: no fill-in
         rows[i] = range(at, at + B[i].shape[1])
         at += B[i].shape[1]
@@ -151,11 +156,13 @@ def _solve(
                 z = np.array(A[i].solve(b))
                 for d, other in meeting:
                     for l, e in zip(rows[d], B[d].T, strict=True):
+                        # the lower triangle alone, as the complement is symmetric
                         if l >= k:
                             complement[l][k] = complement[l][k] + sign * other * (e @ z)
     factors = LDLT(complement)
     x: list[Array] = [np.zeros(6)] * n
     F: list[Array] = [np.zeros(6)] * n
+    # refinement with the true M removes the effect of the added inertia
     for _ in range(PASSES):
         rest = [b - m @ a + c for b, m, a, c in zip(f, M, x, _on_bodies(parents, F), strict=True)]
         free = [np.array(a.solve(e)) for a, e in zip(A, rest, strict=True)]
@@ -181,6 +188,7 @@ def embedding(
     R = velocity_transformation(tree, K)
     n = tree.v.stop - tree.v.start
     free, given = tree.free_dofs, tree.prescribed_dofs
+    # R^T M R: the projected mass matrix; constraint forces do no work on R and vanish
     full = sum((r.T @ m @ r for r, m in zip(R, M, strict=True)), np.zeros((n, n)))
     lower = {(k, l): named(f"H({k},{l})", full[k, l]) for k in range(n) for l in range(k + 1)}
     reduced = {(k, l): lower[max(k, l), min(k, l)] for k in range(n) for l in range(n)}
@@ -195,6 +203,7 @@ def embedding(
 def velocity_transformation(tree: Tree, K: Kinematics) -> list[Array]:
     """Return R: for each body the columns (6, n_v) of joints and modes on its path; others are zero."""
     R: list[Array] = []
+    # a body moves with all joints on its path: copy the parent's columns, then add its own
     k = 0
     for i, (b, columns) in enumerate(zip(tree.bodies, K.S, strict=True)):
         own = [np.zeros(6)] * (tree.v.stop - tree.v.start) if b.parent < 0 else list(R[b.parent].T)
@@ -237,12 +246,14 @@ def inwards(
     inertia, force = np.zeros((6, 6)), np.zeros(6)
     for i in reversed(range(len(tree.bodies))):
         inertia, force = I[i], p[i]
+        # degrees of freedom of one joint are eliminated one by one: only scalars are inverted
         for k, s in reversed(list(enumerate(K.S[i], tree.bodies[i].v.start))):
             if k not in given:
                 u = named(f"U({k})", inertia @ s)
                 d = 1.0 / named(f"D({k})", s @ u)
                 rest = (tau[k] - s @ force) * d
                 U[k] = u, d, rest
+                # (7.47): the articulated inertia loses what the free joint cannot transmit
                 inertia = mirror(inertia - np.array([[a * b for b in u] for a in u * d]))
                 force = force + u * rest
         if (parent := tree.bodies[i].parent) >= 0:
@@ -261,6 +272,7 @@ def outwards(
         for k, s in enumerate(K.S[i], b.v.start):
             if k not in given:
                 u, d, rest = U[k]
+                # acceleration of the joint once that of its parent is known, (7.48)
                 dv[k] = rest - (u @ x) * d
                 x = x + s * dv[k]
         X.append(x)

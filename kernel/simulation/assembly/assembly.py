@@ -104,8 +104,8 @@ def _check_mobility(program: Program, independent: Sequence[bool] | np.ndarray) 
 
 
 def lost(program: Program, gap: np.ndarray, t: float, moving: Sequence[str] = ()) -> KernelError | None:
-    """Return the error for a gap that opened within a step, None if there is none; `moving`: prescribed drives in
-    motion."""
+    """Return the error for a gap of a closed loop that opened within a step, None if there is none; `moving`:
+    prescribed drives in motion."""
     if _widest(gap) <= LOST:
         return None
     name, size = _gap(program, gap)
@@ -148,7 +148,7 @@ def _cause(program: Program, row: int, moving: Sequence[str]) -> str:
 
 
 def torn(program: Program, rope: str, movable: bool, moving: Sequence[str]) -> str:
-    """Describe why the states of a rigid rope switch endlessly, as part of a sentence; "" if no drive is the cause."""
+    """Describe, as part of a sentence, why the states of a rigid rope switch endlessly; "" if no drive is the cause."""
     if not moving:
         return ""
     names = " and ".join(f"'{name}'" for name in moving)

@@ -35,8 +35,9 @@ Survey = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 @dataclass(frozen=True)
 class Act:
-    """Operations of the solver on a simulation. `survey`: returns matrix, speeds and free accelerations of the rows;
-    `slack`: of rigid ropes [m]; `kick`: applies impulses; `close`: projects positions and speeds onto the rows."""
+    """Operations that the impact solver applies to a simulation. `survey`: returns matrix, speeds and free
+    accelerations of the rows; `slack`: of rigid ropes [m]; `kick`: applies impulses; `close`: projects positions and
+    speeds onto the rows."""
 
     survey: Callable[[], Survey]
     slack: Callable[[], np.ndarray]
@@ -79,10 +80,12 @@ class ContactSets:
         closed, slid, taut = self._closed(), self._sliding(), [r.on for r in self._ropes]
         scene = evaluate(self._program, local, y, self._P, forces=False)
         fell = {i - self._touches for i in fallen if self._program.guards[i][0] == "touch"}
+        # contacts that have left a face free their slot before new ones take it
         touch(self._program.contacts.sites, self._slots, self._numbers, scene.ends, fell)
         for r, slack in zip(self._ropes, act.slack() if self._ropes else (), strict=True):
             r.take(float(slack))
         out = self._impact(t, act, {r.name: float(scene.length_of(r)[1]) for r in self._program.system.rigid_ropes})
+        # speeds and gaps of round-off are removed between impact and force, or they would count as sliding
         self._rest(act)
         self._force(t, act, [x for x in self._all if x.guard in fallen])
         for r, was in zip(self._ropes, taut, strict=True):
@@ -105,18 +108,23 @@ class ContactSets:
     def _impact(self, t: float, act: Act, reeling: dict[str, float]) -> ImpactResult:
         """Apply impulses of approaching contacts, release those that separate; `reeling`: rates of ropes' lengths."""
         on = self._on()
+        # rows are those of all constraints; those of closed contacts in threes, normal first
         A, speed, _ = act.survey()
         rows = _rows(on)
         u = part(speed, rows)
         out = ImpactResult([], {}, {})
+        # a joint that was locked in motion makes the impulses, even where no contact approaches
         jerked = bool(np.abs(speed[self._loops]).max(initial=0.0) > RESTING)  # by a lock
         if u[::3].min(initial=0.0) < -RESTING or jerked:
             problem = Condensed(A, speed, rows, self._loops)
+            # Newton: the speed of separation is the restitution times that of approach
             bounce = np.array([x.restitution for x in on]) * np.maximum(-u[::3], 0.0)
             bounce[bounce < CAPTURE] = 0.0
+            # Newton's law with friction can create energy (Kane 1984): then the impact is taken as inelastic
             p = self._impulses(problem, on, bounce, t)
             if bounce.any() and _work(problem, u, p) > SMALL * fsum(np.abs(p * u).tolist()):
                 p = self._impulses(problem, on, 0.0 * bounce, t)
+            # rebounds slower than CAPTURE would go on for ever (Zeno): they are stopped in the same impulse
             slow = {i for i, w in enumerate(problem.after(p)[::3]) if RESTING < w < CAPTURE and on[i].label != "rope"}
             p = p + self._held(problem, on, p, slow)
             after = problem.after(p)
@@ -125,6 +133,7 @@ class ContactSets:
                 own = [i for i, x in enumerate(on) if x.name == name]
                 parts = [3 * i + k for i in own for k in range(3)]
                 push = out.impulse[name] = sum(float(p[3 * i]) for i in own)
+                # work of an impulse is its product with the mean of the speeds before and after
                 out.accounts["heat", name] = -sum(float(p[k] * 0.5 * (u[k] + after[k])) for k in parts)
                 if name in reeling:
                     out.accounts["work", name] = -push * reeling[name]
@@ -205,11 +214,13 @@ class ContactSets:
         size = _length(v[:, 0], v[:, 1])
         moving = np.where(size[:, None] > RESTING, v / np.maximum(size, RESTING)[:, None], 0.0)
         problem = Condensed(A, free, rows, self._loops)
+        # forces that are not unique are shared by compliance, with a mean part so that stiff rows take some, too
         size = np.diag(A) + MU_SHARED / MU * float(np.diag(A).sum()) / len(A)
         return self._settled(ContactProblem(problem.A, problem.b, _friction(on), moving, part(size, rows)), on, t)
 
     def _settled(self, c: ContactProblem, on: list[Unilateral], t: float) -> FrictionSolution:
         for i, x in enumerate(on):
+            # no mobility and an approach: driven bodies would have to yield
             if not c.A[3 * i, 3 * i] > 0.0 and not c.b[3 * i] > 0.0:
                 raise KernelError(
                     f"{x.label} '{x.name}' at {t:.6f} s: drives or locks hold all that it could move; stop the drive "
@@ -238,6 +249,7 @@ def _holds(
     for i, s in enumerate(others):
         k = on.index(s)
         x[3 * k : 3 * k + 3] = f.x[3 * i : 3 * i + 3]
+    # small against the free accelerations: only touching
     return bool(problem.after(x)[::3].min() > -LIGHT * np.abs(free).max())
 
 
@@ -261,4 +273,5 @@ def _friction(on: list[Unilateral]) -> np.ndarray:
 
 def _work(problem: Condensed, u: np.ndarray, x: np.ndarray) -> float:
     """Return the kinetic energy that impulses x add [J]."""
+    # kinetic energy gained: sum of impulse times mean speed
     return float(sum(p * 0.5 * (before + after) for p, before, after in zip(x, u, problem.after(x), strict=True)))

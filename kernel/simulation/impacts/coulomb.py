@@ -65,7 +65,7 @@ class FrictionSolution:
 
 
 def settle(c: ContactProblem) -> FrictionSolution:
-    """Return the set of contacts that push, stick and slide."""
+    """Determine which contacts push, stick and slide."""
     m = len(c.mu)
     given = np.abs(c.moving).sum(axis=1) > 0.0
     stick, u, share, prior, side = _begin(c, given)
@@ -73,6 +73,7 @@ def settle(c: ContactProblem) -> FrictionSolution:
         f, side = _inner(c, stick, u, share, prior, side)
         if not f.found:
             break
+        # relative to the largest force and acceleration, since scenes range from grams to kilotonnes
         size_x, size_w = SMALL * np.abs(f.x).max(initial=0.0), CREEP * np.abs(c.b).max(initial=0.0)
         changed = False
         for i in range(m):
@@ -80,13 +81,17 @@ def settle(c: ContactProblem) -> FrictionSolution:
                 continue
             t, v = f.x[3 * i + 1 : 3 * i + 3], f.w[3 * i + 1 : 3 * i + 3]
             held = sqrt(t[0] * t[0] + t[1] * t[1])
+            # beyond the cone: it slides against the force that would have held it
             if stick[i] and held > c.mu[i] * f.x[3 * i] + size_x:
                 stick[i], u[i], changed = False, -t / held, True
             elif not stick[i] and v[0] * u[i, 0] + v[1] * u[i, 1] < -size_w:
+                # friction that would accelerate the slip does not exist: it sticks after all
                 stick[i], changed = True, True
+            # after TOGETHER rounds one change at a time, or sets that exclude each other would alternate
             if changed and n >= TOGETHER:
                 break
         turns = ~given & ~stick & f.push & (c.mu > 0.0) & (np.abs(f.w.reshape(m, 3)[:, 1:]).max(axis=1) > size_w)
+        # directions are improved only once the sets agree, as each change of sets moves them
         if not changed and turns.any():
             changed = _turn(c, f, turns, u) > TURN
         if not changed:
@@ -104,6 +109,7 @@ def _begin(
         return stick, u, share, prior, {}
     f, side = _inner(c, stick, u, share, prior, {})
     limit, held = c.mu * f.x[::3], np.sqrt(f.x[1::3] * f.x[1::3] + f.x[2::3] * f.x[2::3])
+    # far from the cone's limit any distribution of indeterminate forces does
     if not f.found or not limit[stick].max() > 0.0 or (held[stick] <= EASY * limit[stick]).all():
         return stick, u, share, prior, side
     r = regularised(c.A, c.b, c.mu, c.moving, _size(c), f.x)
@@ -180,8 +186,10 @@ def _turn(c: ContactProblem, f: FrictionSolution, turns: np.ndarray, u: np.ndarr
     J = np.array([[dot(r.tolist(), k.tolist()) for k in columns] for r in rows])
     for a, i in enumerate(np.flatnonzero(turns)):
         J[first + a, first + a] -= u[i, 0] * f.w[3 * i + 1] + u[i, 1] * f.w[3 * i + 2]
+    # keeps a singular row, such as of a body without freedom to turn, from blowing up the angles
     soft = 1e-9 * np.abs(np.diag(J)).max()
     angle = eliminate(J + soft * np.diag(np.sign(np.diag(J))), np.array(right), np.ones(len(right)))[first:]
+    # a large turn may pass the solution; FARTHEST keeps Newton within its sector
     for i, e in zip(np.flatnonzero(turns), np.clip(angle, -FARTHEST, FARTHEST), strict=True):
         a, b = cos(float(e)), sin(float(e))
         u[i] = [a * u[i, 0] - b * u[i, 1], b * u[i, 0] + a * u[i, 1]]
@@ -204,6 +212,7 @@ def _inner(
     columns = c.A.copy()
     for i in np.flatnonzero(~stick):
         for k in (0, 1):
+            # friction of a sliding contact acts with its normal force: x_t = -mu x_n u enters the column of the normal
             columns[:, 3 * i] -= c.mu[i] * u[i, k] * c.A[:, 3 * i + 1 + k]
     normal = np.array([k % 3 == 0 for k in rows])
     lo = np.where(normal, 0.0, -np.inf)
@@ -230,8 +239,8 @@ REST = 1e-2  # part of the largest acceleration of what slides below which a pla
 
 
 def mobile(A: np.ndarray, f: FrictionSolution) -> np.ndarray:
-    """Return whether (m,) a place at the limit of friction is free to move along f.u; A: (3m, 3m) Delassus matrix of
-    all."""
+    """Return whether (m,) a contact at the friction limit is free to move along f.u; A: (3m, 3m) Delassus matrix of all
+    contacts."""
     m = len(f.push)
     rows = [3 * i + k for i in range(m) if f.push[i] for k in range(3 if f.stick[i] else 1) if A[3 * i + k, 3 * i + k]]
     out = np.zeros(m, bool)
@@ -248,6 +257,8 @@ def mobile(A: np.ndarray, f: FrictionSolution) -> np.ndarray:
         response = (A[:, along] * f.u[i]).sum(axis=1)
         own = float((response[along] * f.u[i]).sum())
         side = response[rows] * scale
+        # mobility along u less what the other contacts hold of it: a Schur complement
         held = float((side * eliminate(fixed, side, np.ones(len(rows)))).sum())
+        # round-off leaves a little even where the others hold it completely
         out[i] = own - held > HELD * own
     return out

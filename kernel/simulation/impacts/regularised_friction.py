@@ -41,10 +41,12 @@ def regularised(
     normal = 3 * np.arange(m)
     tangents = np.array([3 * i + k for i in rubs for k in (1, 2)], int)
     B = float(np.abs(b).max())
+    # columns of the normals, with the friction of contacts that slide already
     Z = A[:, normal] - np.stack(
         [mu[i] * (moving[i, 0] * A[:, 3 * i + 1] + moving[i, 1] * A[:, 3 * i + 2]) for i in range(m)], axis=1
     )
     x, xn = x.copy(), np.maximum(x[::3], 0.0)
+    # the largest friction limit is the scale of forces
     most = float((mu * xn).max(initial=0.0))
     if not most > 0.0:
         return None
@@ -54,14 +56,18 @@ def regularised(
     T = A[:, tangents]
     usual = sum(size[normal].tolist()) / m
     while True:
+        # normals are softened in proportion to e, so that indeterminate ones have a unique solution
         soft = e / most * size[normal] / usual
         before = 1.0
         for _ in range(STEPS):
             c = mu[rubs] * xn[rubs]
             held = np.sqrt((xt * xt).sum(axis=1))
+            # x_t is projected on the cone before each Newton step, as Chan, Golub and Mulet do with the dual variable
             xt = xt * np.minimum(1.0, c / np.maximum(held, 1e-300))[:, None]
+            # |(w_t, e)|: the smoothed norm
             sigma = np.sqrt((w * w).sum(axis=1) + e * e)
             free = b + _times(Z, xn) + _times(T, xt.ravel())
+            # primal-dual active set: a normal pushes if its force less its approach is positive
             on = xn - (free[normal] + soft * xn) / np.diag(Z[normal]) > 0.0
             G = xt * sigma[:, None] + c[:, None] * w
             n = m + 2 * len(rubs)

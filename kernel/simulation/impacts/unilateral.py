@@ -86,7 +86,7 @@ class Slot(Unilateral):
 
     @property
     def state(self) -> np.ndarray:
-        """The numbers of the slot in P."""
+        """The numbers of the slot in the parameters P."""
         return self.numbers("slot", self.key)
 
     @property

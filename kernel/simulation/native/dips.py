@@ -16,18 +16,18 @@ FLAG = ("tg", "dip")  # start of the step before the last one; whether a dip is 
 
 
 def begin(s: StepState, ahead: Evaluated) -> None:
-    """Begin with a point before the start, on the tangent to the evaluation `ahead`."""
+    """Begin with an extrapolated point before the start, on the tangent to the evaluation `ahead`."""
     s.tg, s.t0, s.Gb, s.Ga, s.dip = s.t - NEAR, s.t, s.G, 2.0 * s.G - ahead.G, 0.0
 
 
 def remember(s: StepState) -> None:
-    """Make the last accepted step the previous one, before an attempt."""
+    """Keep the last accepted step as the previous one, before the next attempt."""
     taken = s.t > s.t0
     s.tg, s.Ga, s.Gb = select(taken, s.t0, s.tg), select(taken, s.Gb, s.Ga), select(taken, s.G, s.Gb)
 
 
 def watch(s: StepState, taken: Value) -> None:
-    """Determine, after an accepted step without an event, whether a guard may have dipped below zero."""
+    """Determine, after an accepted step without an event, whether a guard may have dipped below zero in between."""
     end = select(taken, s.t, s.t0 + 1.0)
     h, over, twice, whole = end - s.t0, 1.0 / (end - s.t0), 1.0 / (s.t0 - s.tg), SEEN / (end - s.tg)
     low = []
@@ -36,6 +36,7 @@ def watch(s: StepState, taken: Value) -> None:
         bend = (rise - (b - a) * twice) * whole
         bent = bend * h
         above = bend * (0.5 * (b + c) + _shallow(s, b, c))
+        # the parabola through both ends with the bounded curvature goes below the depth that may be missed
         low.append((bent > abs(rise)) & (above < 0.25 * (bent * bent + rise * rise)))
     s.dip = select(taken & any_of(low), 1.0, 0.0)
 
@@ -52,10 +53,12 @@ def dive(s: StepState, rate: Rate, method: Method) -> None:
     inner = [rate(s.t0 + x * s.h0, among, method.interpolate(s, x)).G for x in parts[1:-1]]
     found, at = [], 1.0
     for guard in zip(s.Gb, *inner, s.G, strict=True):
+        # the maximum of -g is the minimum of the guard
         top = TOP(V=[-g for g in guard])
         below = top.T[0] > _shallow(s, guard[0], guard[-1])
         at = minimum(at, select(below, (top.u[0] - NODES[0]) / (NODES[-1] - NODES[0]), 1.0))
         found.append(below)
     fell = any_of(found) & (at > 0.0) & (at < 1.0)
+    # in doubt: the dense output must confirm a zero that no stage has seen
     s.locate, s.doubt = select(fell, 1.0, 0.0), select(fell, 1.0, s.doubt)
     s.hi, s.dip = select(fell, at, s.hi), 0.0

@@ -198,7 +198,7 @@ class Stepping:
 
 
 class Oracle:
-    """Interpreter on floats in place of the compiled `emit.Library`."""
+    """Interpreter on floats in place of the compiled `emit.Library`, as a reference for tests."""
 
     def __init__(self, method: Stepping) -> None:
         self._functions: dict[str, Function | EmittedParts] = {**method.functions, "advance": method.advance}

@@ -23,13 +23,15 @@ ROUNDS = 4  # of Newton, from the highest node
 
 
 def begin(s: StepState, ahead: Evaluated) -> None:
-    """Begin with a point before the start, on the tangent to the evaluation `ahead`."""
+    """Begin with an extrapolated point before the start, on the tangent to the evaluation `ahead`."""
+    # a point on the tangent before the start: two earlier ends are needed to bound a bend
     s.ta, s.t0, s.Tb, s.Ta = s.t - NEAR, s.t, s.T, 2.0 * s.T - ahead.T
     s.steep = s.hilly = 0.0
 
 
 def remember(s: StepState) -> None:
-    """Make the last accepted step the previous one, before an attempt."""
+    """Keep the last accepted step as the previous one, before the next attempt."""
+    # a rejected attempt must not shift the history
     taken = s.t > s.t0
     s.ta, s.Ta, s.Tb = select(taken, s.t0, s.ta), select(taken, s.Tb, s.Ta), select(taken, s.T, s.Tb)
 
@@ -44,20 +46,25 @@ def watch(s: StepState, taken: Value) -> None:
 def _bounds(s: StepState, end: Value) -> tuple[list[Value], list[Value]]:
     """Return whether each rope's maximum in the step to `end` may be the highest, and whether it still rises."""
     h, before = end - s.t0, s.t0 - s.ta
+    # SEEN times the second difference of unequal intervals bounds the curvature
     over, twice, whole = 1.0 / h, 1.0 / before, SEEN / (end - s.ta)
+    # a crest lower than this above the known peak changes nothing within the tolerance
     least = 1.0 + minimum(s.tol, SLIGHT)
     hills, rises = [], []
     for a, b, c, top in zip(s.Ta, s.Tb, s.T, s.top, strict=True):
         rise = (c - b) * over
         bend = ((b - a) * twice - rise) * whole
+        # crest of the parabola through both ends with the bounded curvature
         crest = 0.5 * (b + c) + 0.25 * (bend * h * h + rise * rise / maximum(bend, 1e-30))
         hills.append((bend * h > abs(rise)) & (crest > least * top))
+        # the tension rises past the known peak: only its slope at the end shows whether a crest was passed
         rises.append((c > b) & (2.0 * c - b > least * top))
     return hills, rises
 
 
 def slope(s: StepState, rate: Rate) -> None:
-    """Determine whether a rising tension falls at the end of the step."""
+    """Determine whether a tension that rose falls at the end of the step."""
+    # backward difference over a microsecond, with the profile piece of the step
     behind = rate(s.t - NEAR, s.t0 + 0.5 * s.h0, s.y - NEAR * s.f).T
     _, rises = _bounds(s, s.t)
     s.hilly = select(any_of(r & (b > c) for r, b, c in zip(rises, behind, s.T, strict=True)), 1.0, 0.0)
@@ -96,10 +103,13 @@ def _top(V: Value) -> dict[str, Value]:
         more = V[i] > best
         best, start, low = select(more, V[i], best), select(more, NODES[i], start), select(more, other, low)
     u = start
+    # Newton on the derivative; it goes downhill only where the polynomial is concave
     for _ in range(ROUNDS):
         curve = _at(second, u)
         u = u - select(curve < 0.0, _at(first, u) / select(curve < 0.0, curve, 1.0), 0.0)
+        # bounded to the neighbouring nodes: outside another maximum could attract it
         u = minimum(maximum(u, maximum(start - 1.0, NODES[0])), minimum(start + 1.0, NODES[-1]))
+    # and to half of the rise between nodes, where a noisy polynomial might overshoot
     value = minimum(_at(c, u), best + 0.5 * (best - low))
     return {"T": [maximum(value, best)], "u": [select(value > best, u, start)]}
 

@@ -140,7 +140,7 @@ def columns(x: Evaluation) -> list[Value]:
 
 
 def kept(s: StepState) -> list[Value]:
-    """Return the values of the columns that the steps maintain in X."""
+    """Return the values of the columns that the steps keep up to date in the state block X."""
     return flatten([getattr(s, c.kept) for c in ROW if not c.read])
 
 
@@ -212,7 +212,7 @@ def kicking(program: Program) -> Function:
 
 
 def survey(s: StepState, P: Value, f: Function, inside: Value) -> None:
-    """Evaluate the function of `surveying` at (t, y) into the block."""
+    """Evaluate the function of `surveying` at (t, y) into the work block."""
     x = f(t=[s.t, inside], y=s.y, P=P)
     s.delassus, s.speed, s.free = x.delassus, x.speed, x.free
 

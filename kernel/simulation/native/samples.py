@@ -83,7 +83,7 @@ def _topics(p: Program) -> list[Topic]:
     gauges = [_gauges(k) for k in p.graph.links if k.modes and k.modes.flexible.gauges]
 
     def of(topic: str, names: Sequence[str], *groups: str) -> Topic:
-        """Return a channel that shows the columns of some groups unchanged."""
+        """Return a channel that publishes the columns of some groups unchanged."""
         return topic, names, UNITS[groups[0]], lambda raw: np.concatenate([raw[g] for g in groups], axis=1)
 
     def energies(raw: RawRows) -> np.ndarray:
@@ -187,8 +187,8 @@ class _Derivatives(RawRows):
 
 
 def differentiated(method: Stepping, row: np.ndarray, change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Samples (columns,) of what is read of an instant (m,), NaN for all others, and their derivatives (k, columns) by
-    those of `row` (m, k)."""
+    """Return samples (columns,) that contain the given values (m,) and NaN elsewhere, and their derivatives (k,
+    columns) by those of `row` (m, k)."""
     beyond = method.columns - len(row)
     at = RawRows(method, np.pad(row, (0, beyond), constant_values=np.nan)[None])
     moved = _Derivatives(method, np.pad(change.T, ((0, 0), (0, beyond))), at)

@@ -35,14 +35,18 @@ def step(s: StepState, rate: Rate, method: Method, control: Control) -> None:
         dips.remember(s)
     a = method.attempt(s, rate, h, inside(s))
     below, earliest = False, 1.0
+    # stages in the order of time: the earliest one with a negative guard bounds the search
     for c, fell in sorted(a.seen, key=lambda x: x[0]):
         below, earliest = any_of([below, fell]), select(below, earliest, select(fell, c, earliest))
     verdict = control.judge(s, a, h, last)
     ok = verdict.ok
+    # the state at the start stays available, so that the step can be undone
     s.t0, s.h0, s.f0, s.d0 = s.t, h, s.f, s.y
     method.keep(s, h, a)
     if method.completes:
+        # the extra stages of the dense output are missing until they are needed
         s.coarse = 1.0
+    # t_stop itself, not t + h, or round-off would leave a remainder before the boundary
     s.t = select(ok, select(last, s.t_stop, s.t + h), s.t)
     s.y, s.f = select(ok, a.y, s.y), select(ok, a.f, s.f)
     s.error, s.h = verdict.error, select(ok, bounded(verdict.h, a.r), verdict.h)
@@ -53,11 +57,13 @@ def step(s: StepState, rate: Rate, method: Method, control: Control) -> None:
     fallen = below if below is False else ok & below
     s.locate = select(fallen, 1.0, 0.0)
     s.doubt = select(ended, 0.0, 1.0)
+    # if the end is beyond the guard, the root lies in the whole step, else before the first stage that saw it
     s.lo, s.hi = 0.0, select(ended, 1.0, earliest)
     s.G = a.r.G
     if hasattr(s, "dip"):
         dips.watch(s, ok & (s.forced < 0.5) & (s.locate < 0.5))
     s.budget = s.budget - 1.0
+    # the step that passes `until` is the last one of this call, and stays tentative
     s.more = select(s.budget > 0.0, select(s.rows > s.row, select(s.until >= s.t, 1.0, 0.0), 0.0), 0.0)
     if hasattr(s, "passing"):
         s.passing = passing(s, a.r)
@@ -67,6 +73,7 @@ def step(s: StepState, rate: Rate, method: Method, control: Control) -> None:
 
 def fallen_status(s: StepState, fallen: Value) -> Value:
     """Return the status of the loop, depending on whether a guard is negative."""
+    # an event takes precedence over the end of a profile piece, but not over a failure or a rest
     return select(fallen, select(s.calm > BREAK, s.calm, EVENT), s.calm)
 
 
@@ -83,6 +90,7 @@ def bounded(h: Value, r: Evaluated) -> Value:
 
 def passing(s: StepState, r: Evaluated) -> Value:
     """Return local time + 1 s from which a fixed step could let shapes pass unseen; 0: none, negative: noted."""
+    # a fixed step is not shortened: it is only noted when shapes could have passed unseen
     blind = select(s.h_max > r.window[0], s.t + 1.0, 0.0)
     return select(abs(s.passing) > 0.0, s.passing, blind)
 
@@ -102,6 +110,7 @@ def complete(s: StepState, rate: Rate, method: Method) -> None:
 def bisect(s: StepState, rate: Rate, method: Method) -> None:
     """Halve the bracket [lo, hi] around the first zero of a guard in the last step; G holds the guards at hi. A zero
     seen by a stage only is in doubt: it is discarded if the dense output does not show it at that time."""
+    # a zero seen by a stage is checked at that stage first: stages are less accurate than the dense output
     x = select(s.doubt > 0.0, s.hi, 0.5 * (s.lo + s.hi))
     t = s.t0 + x * s.h0
     G = rate(t, t, method.interpolate(s, x)).G
@@ -109,6 +118,7 @@ def bisect(s: StepState, rate: Rate, method: Method) -> None:
     none = select(fallen, 0.0, s.doubt)
     s.G = select(fallen, G, s.G)
     s.lo, s.hi = select(fallen, s.lo, x), select(fallen, x, s.hi)
+    # a quarter of a nanosecond decides to which nanosecond the event is rounded up
     s.locate = select(none > 0.0, 0.0, select((s.hi - s.lo) * s.h0 > LOCATED, 1.0, 0.0))
     s.doubt = 0.0
     go_on(s, select(none > 0.0, s.calm, s.status))
@@ -129,16 +139,20 @@ def commit(s: StepState, quaternions: list[int], velocities: slice, project: Pro
         watch(s, s.tentative > 0.0)
     s.peak_time = np.array([select(c, s.t, p) for c, p in zip(higher, s.peak_time, strict=True)], dtype=object)
     if project:
+        # Newton step onto the constraints once per committed step: drift does not accumulate
         x = project(s.t, s.y)
         s.y = select(s.tentative > 0.0, x.place, s.y)
         s.gap = select(s.tentative > 0.0, maximum(s.gap, abs(x.gap)), s.gap)
     y = s.y.copy()
+    # the projection of a quaternion to unit length changes no attitude, since poses normalise it
     for i in quaternions:
         q = s.y[i : i + 4]
         y[i : i + 4] = q * (1.0 / sqrt(q @ q))
     s.y = y
     limit = still_below(s.scale, s.faint)
+    # both must be small: at the turning point of a swing only the speed is
     slow = [sum(e * e for e in x[velocities]) < limit for x in (s.y, s.f)]
+    # never before the last commanded motion has ended
     s.still = select(s.t >= s.t_rest, select(slow[0], select(slow[1], 1.0, 0.0), 0.0), 0.0)
     s.due = select(s.tentative > 0.0, select(s.t >= s.t_out, 1.0, 0.0), 0.0)
     s.scale = select(s.tentative > 0.0, scale_of(s.scale, y[velocities]), s.scale)
@@ -152,6 +166,7 @@ def refresh(s: StepState, rate: Rate, method: Method) -> None:
     if hasattr(s, "passing"):
         s.passing = passing(s, r)
     if hasattr(s, "top") or hasattr(s, "dip"):
+        # one evaluation a microsecond ahead replaces the missing step before the first one
         ahead = rate(s.t + NEAR, inside(s), s.y + NEAR * s.f)
         if hasattr(s, "top"):
             begin(s, ahead)
@@ -178,6 +193,7 @@ def sample(s: StepState, rate: Rate, row: Row, method: Method) -> tuple[Value, l
     values = [*row(s.t_out, method.interpolate(s, (s.t_out - s.t0) * (1.0 / s.h0))), *kept(s)]
     number = s.row
     s.row, s.count = number + 1.0, s.count + 1.0
+    # multiples, not sums, of the sample period: no drift on the grid
     s.t_out = s.t_base + s.count * s.dt_out
     s.peak = s.peak * 0.0
     s.due = select(s.t >= s.t_out, 1.0, 0.0)

@@ -23,7 +23,8 @@ Rate = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 class Rattling:
-    """Counter of rapidly repeated events of each rope; `counts`: name -> number, time of the first and of the last."""
+    """Detects rattling: counts rapidly repeated events of each rope; `counts`: name -> number, time of the first and of
+    the last."""
 
     def __init__(self, resolved: float) -> None:
         self._resolved_ns = round(resolved * 1e9)
@@ -32,6 +33,7 @@ class Rattling:
     def hear(self, name: str, t_ns: int) -> float:
         """Register an event; return the frequency of a rattle [Hz], or 0."""
         n, first, last = self.counts.get(name, (0, t_ns, t_ns))
+        # a pause longer than the resolution begins a new rattle
         n, first = (n + 1, first) if t_ns - last <= self._resolved_ns else (0, t_ns)
         self.counts[name] = n, first, t_ns
         if n < MANY:
@@ -49,18 +51,22 @@ def moved_mass(p: np.ndarray, i: int, velocities: slice, y: np.ndarray, rate: Ra
     """Return the effective mass [kg] along rope i, 1/(J H^-1 J^T); infinite if it moves none. p: the rope's numbers,
     restored at the end; `rate(y)`: derivative and tensions with these numbers."""
     before, c = p.copy(), float(p[RopeAt.EA])
+    # the weight of a heavy rope, last in its numbers, would accelerate its ends without any tension
     if (len(p) - ROPE_HEAD) % ROPE_LINE:
         p[-1] = 0.0  # its own weight moves nothing along it
     p[RopeAt.TAUT] = 0.0
     free, _ = rate(y)
+    # no strain counts, so that the tension is the given speed times the damping alone
     p[RopeAt.DAMPING : RopeAt.TAUT + 1] = c, 1.0, 1.0  # so many newtons per m/s, whatever the strain
     pulled, T = rate(y)
     mass = np.inf
     if T[i] > 0.0:
         kick = (pulled - free)[velocities] / T[i]
         there = y.copy()
+        # velocities changed by the kick, scaled to 1 m/s at most
         there[velocities] -= kick / max(float(np.abs(kick).max()), 1e-300)
         _, more = rate(there)
+        # 1 / m = J H^-1 J^T: speed of the ends per unit of impulse along the rope
         faster = (more[i] - T[i]) / c * float(np.abs(kick).max())
         mass = 1.0 / faster if faster > 0.0 else np.inf
     p[:] = before
@@ -88,6 +94,7 @@ class StepBudget:
     def ends(self, attempts: float, t: float) -> bool:
         """Return whether a simulated second has taken too many steps; t: simulation time [s]."""
         before, start = self.since
+        # counted per simulated second, not by a clock: every run of the scene ends at the same step
         if t - start >= 1.0:
             self.since = attempts, t
             return False

@@ -78,7 +78,7 @@ def _loaded(native: NativeState, rows: np.ndarray) -> Iterator[tuple[Link, list[
 
 
 def relieve(native: NativeState) -> None:
-    """Reset the times of compression: no flexible body is near buckling."""
+    """Reset the times of compression, as no flexible body is near buckling."""
     for link, *_ in native.program.compressible:
         native.P[native.program.parameters.at["bending", link.body.name]][2:4] = NEVER
 

@@ -33,7 +33,7 @@ def check_lengths(program: Program, t: float, lengths: np.ndarray) -> None:
 
 
 def wound_up(lengths: np.ndarray) -> np.ndarray:
-    """Return for each rope whether it has no length left [m]."""
+    """Return for each rope whether its whole length is wound up [m]."""
     found: np.ndarray = lengths < SHORTEST_ROPE
     return found
 

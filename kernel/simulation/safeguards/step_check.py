@@ -221,7 +221,7 @@ class EnergyCheck:
             self._native.notes.append(Note(round(t * 1e9), message))
 
     def fine(self, rows: np.ndarray) -> bool:
-        """Return whether rows (n, columns) give `check` nothing to report; if so, they count as read."""
+        """Return whether `check` would report nothing for rows (n, columns); if so, they count as read."""
         if self.balance.strict:
             self.see(rows)
             return True

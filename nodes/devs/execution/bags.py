@@ -35,6 +35,7 @@ def deliver(sources: Sequence[Port[Message]], values: Sequence[Message], t: int)
             if m._port is None:
                 m._port, m._place, m._value = port, place, value
                 if m._t != t:
+                    # imminent atomics are movers already
                     reached.append(m._index)
             elif m._more is None:
                 m._more = [(place, port, value)]
@@ -60,6 +61,7 @@ def spoken(
 ) -> list[Event]:
     """Return the events sent at a tag through out ports of root models, or their `inner` ones, in order."""
     left = [
+        # the total order of events: source, port, then place in the port's bag
         (target.owner.name, target.name, number, value)
         for port, value in zip(sources, values, strict=True)
         if isinstance(port, OutPort)
@@ -92,12 +94,13 @@ def entry(model: Model, name: str) -> InPort[Message]:
 
 
 def received(entries: Entries, event: Event) -> tuple[Port[Message], Message]:
-    """Return the entry of a message from another node, and its decoded value, which all receivers here share."""
+    """Return the entry of a message from another node, with its decoded value, which all receivers here share."""
     if (event.source, event.port) not in entries:
-        raise ModelError(f"{event.source}.{event.port} at {event.tag}: nothing here is coupled to it")
+        raise ModelError(f"{event.source}.{event.port} at {event.tag}: no port here is coupled to it")
     start, targets = entries[event.source, event.port]
     target = targets[0]
     try:
+        # decoded once: messages are immutable, so that receivers may share one
         value = decode(event.type, event.payload)
         for target in targets:
             fitting(target, value)
@@ -140,6 +143,7 @@ class Schedule:
             if t > now:
                 slot = slots.pop(t)
                 if len(slot) > 1:
+                    # a slot may hold atomics twice, or such that have been rescheduled since
                     slot = [i for i in sorted({*slot}) if atomics[i]._t == t]
                 elif atomics[slot[0]]._t != t:
                     slot = []
@@ -151,7 +155,7 @@ class Schedule:
         return FOREVER
 
     def wait(self) -> None:
-        """Put the imminent atomics back into their slot, since an input arrives earlier."""
+        """Put the imminent atomics back into the schedule, since an input arrives earlier."""
         if self.imminent:
             self.slots[self.times[0]] = self.imminent
 
@@ -173,8 +177,10 @@ class Schedule:
                 heapreplace(times, t)
             else:
                 heappush(times, t)
+        # the entry in the old slot stays: removing it would cost a search
         if before != now and before != NEVER:
             self._stale += 1
+            # rebuilt when most entries are stale, so that memory and search stay proportional to the atomics
             if self._stale > STALE * len(self.atomics):
                 self._renew(now)
 

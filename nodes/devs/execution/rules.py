@@ -179,7 +179,7 @@ def _changeable(state: dict[str, object]) -> dict[str, bytes]:
 
 
 def image(x: object) -> bytes:
-    """Serialise a value within this process, b"" if that fails; models and ports are identified, not copied."""
+    """Serialise a value within this process, b"" if that fails; models and ports are stored as references."""
     file = io.BytesIO()
     try:
         _Pickler(file, 5).dump(x)

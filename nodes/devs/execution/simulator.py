@@ -93,6 +93,7 @@ class Simulator:
             raise ModelError(f"{at}: a transition of this tag failed, or runs the simulator itself; start again")
         if self._present.changes:
             self._restructure()
+        # a changed structure may have changed schedule and routes before the next tag is known
         if self._due is None:
             if not hasattr(self, "_schedule"):
                 raise ModelError(f"{self.model.path}: nothing has begun, call start() first")
@@ -106,7 +107,7 @@ class Simulator:
 
     @property
     def quiet(self) -> Tag:
-        """The earliest tag at which an event can leave the root without input."""
+        """The earliest tag at which an event can leave the root if no input arrives."""
         tag = self.next_time
         if tag == FOREVER or leaving(self._lambda(tag).sources):
             return tag
@@ -132,6 +133,7 @@ class Simulator:
         tags below `until`, as long as no event leaves."""
         due = self.next_time
         if tag == due:
+            # lambda may have run already in `outputs`: it runs once per tag
             text = self._lambda(due)
             imminent, sources, values = self._schedule.imminent, text.sources, text.values
         elif tag <= self._last:
@@ -139,9 +141,11 @@ class Simulator:
         elif tag > due:
             raise ModelError(f"{self.model.path}: cannot advance to {tag}, the next transition is at {due}")
         else:
+            # an input comes first: what is imminent stays scheduled at its own tag
             self._schedule.wait()
             imminent, sources, values = [], [], []
         if bag or self._staged:
+            # inputs from outside precede those of this node's models, by the order of sources
             heard = [*(received(self._entries, event) for event in bag), *self._staged]
             sources = [*(port for port, _ in heard), *sources]
             values = [*(value for _, value in heard), *values]
@@ -184,6 +188,7 @@ class Simulator:
             if heard and sources:
                 self._observed.note(tag, sources, values, noted)
             movers = [*imminent, *reached] if reached else imminent
+            # from late microsteps on, models are recorded, to name those of a loop in which time stands still
             if k >= patience:
                 self._patience.watch(tag, [atomics[i].path for i in movers])
             for i in movers:
@@ -199,9 +204,11 @@ class Simulator:
                         else:
                             x = sorted_bag(m)
                         m._port = m._value = None
+                        # elapsed time counts from the last transition, as in Zeigler's external transition function
                         if m._t != t:
                             what = "external"
                             m.external(t - m._last, x)
+                        # the default confluent function, written out: internal, then external with elapsed time zero
                         elif m._plain:
                             m.internal()
                             what = "external"
@@ -212,6 +219,8 @@ class Simulator:
                 except BaseException as error:
                     fail(m, tag, what, error)
                 m._last, wait = t, m._wait
+                # hold_in or passivate must be called in the transition that was scheduled; an input may keep the old
+                # schedule
                 if wait is None:
                     if m._t == t:
                         fail(m, tag, what, ModelError(f"{what}() scheduled nothing: call hold_in or passivate"))
@@ -222,15 +231,18 @@ class Simulator:
                     else:
                         if m._t != t:
                             move(m, t, t)
+                        # a wait of zero is due at the next microstep, which needs no heap
                         soon.append(i)
             if trace is not None:
                 trace.note(tag, atomics, imminent, sources, values)
+            # requested changes of structure happen between tags
             due = None if present.changes else schedule.next(tag)
             if due is None or due >= until or (silent and (silent == 1 or due[1] >= patience)):
                 self._last, self._due, present.busy = tag, None if due is None else tag_of(due), False
                 return
             speak(due, schedule.imminent, atomics, present, witness, promises)
             if silent:
+                # working ahead without events to others is bounded, or the coordinator would not hear of this node
                 silent -= 1
                 if present.sources:
                     if leaving(present.sources):
@@ -244,6 +256,7 @@ class Simulator:
         """Apply the changes of structure requested since the last tag, after all its transitions."""
         changes, before, border = self._present.changes, set(self.atomics), self._border
         self._present.changes, self._present.live = [], False
+        # models must not call into a structure that is being changed
         for where, change in changes:
             try:
                 change()
@@ -251,6 +264,7 @@ class Simulator:
                 raise ModelError(f"{error} (a change of {where.path} at {Tag(*self._last)})") from None
         self._present.live = True
         self._adopt()
+        # others rely on the lookaheads declared in HELLO
         self._border.still_promises(Tag(*self._last), border)
         self._begin(before)
 

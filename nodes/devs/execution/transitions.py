@@ -128,16 +128,17 @@ def leaving(sources: Iterable[Port[Message]]) -> bool:
 
 
 def speakers(atomics: Iterable[Atomic]) -> list[tuple[Atomic, int]]:
-    """Return the atomics with events that leave the node, each with the least lookahead of its ports [ns]."""
+    """Return the atomics whose events leave the node, each with the least lookahead of its ports [ns]."""
     found = ((m, [port.lookahead for port in outs(m) if port.exits]) for m in atomics)
     return [(m, min(aheads)) for m, aheads in found if aheads]
 
 
 class Border:
-    """Out ports of root models and the atomics behind them, for an unchanged model structure."""
+    """Out ports of root models and the atomics that feed them, for an unchanged model structure."""
 
     def __init__(self, roots: Iterable[Model], atomics: Iterable[Atomic]) -> None:
         ports = [port for m in atomics for port in outs(m)]
+        # checks of promises cost time: only where a port has made one
         self.promises = any(port.lookahead for port in ports)
         """Whether there is one to keep."""
         self.noted = any(port.inner for port in ports)
@@ -146,6 +147,7 @@ class Border:
         self.spoken = bool(self._speakers) or self.noted
         self._least = min((ahead for _, ahead in self._speakers), default=NEVER)
         self._promised = {port: NEVER for root in roots for port in outs(root)}
+        # a port of a coupled model promises no more than the least of the atomics behind it
         for port in ports:
             for exit, _ in (*port.exits, *port.inner):
                 self._promised[exit] = min(self._promised[exit], port.lookahead)
@@ -154,13 +156,14 @@ class Border:
 
     def quiet(self, tag: Tag) -> Tag:
         """Return the earliest tag at which an event can leave after `tag`, at which none does."""
+        # nothing leaves at `tag`: by lookahead, or the next tag at which an atomic with outgoing ports is due
         soonest, t = after(tag, self._least), tag.t
         if soonest.t == t:
             return soonest
         return min(soonest, Tag(min((m._t for m, _ in self._speakers if m._t > t), default=NEVER)))
 
     def still_promises(self, at: Tag, before: "Border") -> None:
-        """Raise ModelError for a change of structure that reduces a lookahead."""
+        """Raise ModelError for a change of structure that reduces a promised lookahead."""
         for port, ahead in before._promised.items():
             now = self._promised[port]
             if now < ahead:
@@ -172,9 +175,11 @@ class Border:
 
 
 def keep_promises(tag: Instant, sources: Sequence[Port[Message]]) -> None:
-    """Raise ModelError for an output earlier than the port's lookahead after the transition that scheduled it."""
+    """Raise ModelError for an output sent earlier than its port's lookahead allows, counted from the transition that
+    scheduled it."""
     for port in sources:
         if isinstance(port, OutPort) and port.lookahead and isinstance(m := port.owner, Atomic):
+            # counted from the transition that scheduled the output: what had been scheduled before bounds nothing
             since = tag[0] - m._set
             if since < port.lookahead:
                 raise ModelError(
@@ -194,19 +199,20 @@ class Observed:
         self._among: list[Said] = []
 
     def among(self) -> list[Said]:
-        """Return the outputs that other nodes may not receive, since the last call."""
+        """Return the outputs since the last call that may have no receiver in another node."""
         noted, self._among = self._among, []
         return noted
 
     def note(
         self, tag: Instant, sources: Sequence[Port[Message]], values: Sequence[Message], noted: bool = False
     ) -> None:
-        """Record the outputs at a tag; those scheduled before the start do not bound a lookahead."""
+        """Record the outputs at a tag; those scheduled before the start do not count as observed lookahead."""
         t = tag[0]
         if noted:
             self._among.append((tag, sources, values))
         for port in sources:
             m = port.owner
+            # an output scheduled before the start of observation gives no bound
             if isinstance(port, OutPort) and (port.exits or port.inner) and isinstance(m, Atomic) and m._set >= 0:
                 waited, known = t - m._set, self._ports.get(port)
                 if known is None:
@@ -227,6 +233,7 @@ def speak(
     atomic that changes its state or violates its lookahead."""
     present.now, present.sources, present.values = tag, [], []
     witness.left -= 1
+    # now and then at random intervals, and always for new atomics: comparing states costs more than the transitions
     examined = witness.left < 0 or (witness.new and not witness.new.isdisjoint(imminent))
     seen = witness.before(imminent) if examined else None
     try:
@@ -236,6 +243,7 @@ def speak(
                 m.output()
             except BaseException as error:
                 fail(m, tag, "output", error)
+            # a call of hold_in in output() would change the schedule
             if m._wait is not None:
                 message = "output() must not change the state: call hold_in in a transition"
                 fail(m, tag, "output", ModelError(message))

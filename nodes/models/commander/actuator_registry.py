@@ -47,7 +47,7 @@ def owners(machines: Sequence[Mechanism], interlocks: Sequence[Interlock] = ()) 
 
 
 def first_state(machines: Sequence[Mechanism]) -> ObservedState:
-    """Return the known state at the start."""
+    """Return the state known at the start."""
     observed = ObservedState()
     for machine in machines:
         for rope in machine.system.all_ropes:

@@ -46,7 +46,7 @@ class Commander(Orders):
             port.send(message)
 
     def internal(self) -> None:
-        """Clear the sent orders, and do what is possible now."""
+        """Clear the sent orders, and give those that are possible now."""
         self.outbox = []
         self._settle()
 

@@ -142,7 +142,7 @@ def next_time(condition: scene.Condition | None, moment: EvaluationContext) -> l
 
 
 def words(condition: scene.Condition, state: ObservedState, moment: EvaluationContext) -> str:
-    """Describe what is missing: "all slings taut (legs.sling-2 is slack)"."""
+    """Describe what a condition still lacks: "all slings taut (legs.sling-2 is slack)"."""
     missing = [term for term in terms(condition) if not _true(term, state, moment)]
     return " and ".join(_words(term, state, moment) for term in missing)
 

@@ -67,7 +67,7 @@ def barred(jobs: list[CommanderJob], stops: Iterable[BarredActuator]) -> list[tu
 
 
 def make_way(jobs: list[CommanderJob], actor: str) -> None:
-    """Raise OrderRejected for an order to a busy actor; one that ramps down or has stopped at a limit is free."""
+    """Raise OrderRejected for an order to a busy actor; an actor that ramps down or has stopped at a limit is free."""
     for job in list(jobs):
         if job.actor == actor and job.limit:
             jobs.remove(job)

@@ -64,11 +64,12 @@ class Orders(Atomic):
         """Order the speed that a user model demands of an actuator, unless it has this speed already."""
         move, who = led.move, self.plan.leader(led.move.actuator)
         if not isfinite(speed):
-            raise ModelError(f"{who}: {led.port} says {speed}, which is no speed; send a finite number")
+            raise ModelError(f"{who}: {led.port} sends {speed}, which is not a speed; send a finite number")
         if move.speed and abs(speed) > move.speed * (1.0 + ROUNDING):
             most = f"{move.speed:g} m/s or rad/s"
             raise ModelError(
-                f"{who}: {led.port} asks {move.actuator} for {abs(speed):g}, and it can {most}; limit what it says"
+                f"{who}: {led.port} requests {abs(speed):g} of {move.actuator}, whose limit is {most}; "
+                "limit the set-points"
             )
         try:
             self.known.check(move, self.picture, self.lugs)

@@ -33,7 +33,7 @@ def followers(
         v, w = (sum(p[i] for p in places) / len(places) - cargo.com[i] for i in (1, 2))
         drive = traversing(machine, hook)
         if not drive:
-            raise OrderRejected(f"the block cannot turn, nothing moves {hook.on} of {machine.name} across")
+            raise OrderRejected(f"the block cannot turn, no drive moves {hook.on} of {machine.name} sideways")
         trolley = Follow(model=machine.name, actuator=drive, master=master, law=(0.0, v, w))
         _, kc, ks = found.setdefault(drive, trolley).law
         if abs(kc - v) > SAME or abs(ks - w) > SAME:

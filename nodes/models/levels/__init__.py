@@ -1,13 +1,13 @@
 """How much of a machine is modelled: passes over its description, each from a machine to a machine.
 
 joints    what is locked is fixed where it starts; motion in a plane; drives that yield
-beams     booms that bend, with what hangs on them; a beam that bends, with what slides on it
+beams     bodies that bend, with what hangs on them or slides on them
 ropes     hook ropes rigid, with mass at their ends or in lumps (`lumps`); rigid slings
 supports  only those that bear at the start
 guards    when what a pass fixes would not move anyway: nothing orders it, or the lift is its own mirror image
 listing   how a machine of a plan is modelled, and what its fidelity leaves out
-A pass reads what the plan tells of hooks, ties and girders and has no knowledge of machines; where a fidelity asks
-nothing of it, it returns the machine itself.
+A pass reads what the plan tells of hooks, ties and optional parts and has no knowledge of machines; where a fidelity
+asks nothing of it, it returns the machine itself.
 """
 
 from collections.abc import Callable
@@ -20,9 +20,9 @@ from heavylift.nodes.plan.fidelity import Fidelity
 from heavylift.nodes.plan.mechanism import Mechanism
 from heavylift.nodes.plan.plan import Plan
 
-from .beams import beams, bending
+from .beams import beams
 from .guards import guard_locked, guard_motion, guard_supports, unless
-from .joints import locking, planar, yielding, yields
+from .joints import locking, planar, yielding
 from .ropes import heavy, rigid_slings
 
 __all__ = ["PASSES", "modelled"]
@@ -37,7 +37,8 @@ def standing(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
 
 
 class Pass(NamedTuple):
-    """A pass over one machine, and the guard that says of a whole plan why it leaves nothing out, or ""."""
+    """A step of the model reduction, applied to one machine; its guard returns why it changes nothing in a whole plan,
+    or ""."""
 
     name: str
     apply: Callable[[Mechanism, Fidelity], Mechanism]
@@ -47,8 +48,7 @@ class Pass(NamedTuple):
 PASSES = (
     Pass("locked", locking, guard_locked),
     Pass("motion", planar, guard_motion),
-    Pass("drives", yielding, unless(lambda machine: any(map(yields, machine.system.drives)))),
-    Pass("girders", bending, unless(lambda machine: bool(machine.girders))),
+    Pass("drives", yielding, unless(lambda machine: bool(machine.servos))),
     Pass("beams", beams, unless(lambda machine: bool(machine.bends))),
     Pass("ropes", heavy, unless(lambda machine: any(not row.why for row in machine.heavy))),
     Pass("slings", rigid_slings, unless(lambda machine: bool(machine.ties))),

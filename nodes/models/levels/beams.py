@@ -20,10 +20,9 @@ from typing import Any
 import msgspec
 from heavylift.kernel.algebra.dense import cross, dot, norm, product
 from heavylift.kernel.algebra.elementary import cos, sin
-from heavylift.kernel.description.flexible import Beam, Flexible
-from heavylift.kernel.description.mechanics import Body, Joint, Matrix, Point, Vector
+from heavylift.kernel.description.mechanics import Body, Joint, Matrix, Point, System, Vector
 from heavylift.nodes.plan.fidelity import Fidelity, times
-from heavylift.nodes.plan.mechanism import BeamLoad, Bend, Girder, Mechanism
+from heavylift.nodes.plan.mechanism import BeamLoad, Bend, Mechanism
 
 SETTLES = 40  # steps in which what compression adds to a deflection dies away, as far from buckling as booms are
 Modes = Any  # of the kernel, which needs NumPy, as a process that only declares does not
@@ -33,13 +32,16 @@ def beams(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
     """Return the machine with its bending bodies as beams."""
     if fidelity.girder == "rigid" or not machine.bends:
         return machine
+    heavy = fidelity.ropes == "massive" or fidelity.rope_mass == "lumped"
+    system, booms = _spanned(machine, heavy=heavy), [row for row in machine.bends if not row.stiffness]
+    if not booms:
+        return msgspec.structs.replace(machine, system=system, bends=())
     from heavylift.kernel.multibody.flexible.modes import modes_of
 
-    system, heavy = machine.system, fidelity.ropes == "massive" or fidelity.rope_mass == "lumped"
     lengths = {rope.name: rope.L0 for rope in system.all_ropes}
     more = {x.rope: x.line * (lengths[x.rope] - x.lead) / x.below for x in machine.heavy if heavy and not x.why}
     longer = dict[str, float]()
-    for row in machine.bends:
+    for row in booms:
         modes = modes_of(row.body, row.flexible)
         start = _rest(row, modes, [_scaled(load, 1.0 + more.get(load.rope, 0.0)) for load in row.loads])
         bodies = tuple(_bending(body, row, start) if body.name == row.body else body for body in system.bodies)
@@ -133,42 +135,33 @@ ALONG_Y: Matrix = ((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))  # the be
 X: Vector = (1.0, 0.0, 0.0)
 
 
-def bending(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """Return the machine with its girders as beams."""
-    if fidelity.girder == "rigid":
-        return machine
-    system, heavy = machine.system, fidelity.ropes == "massive" or fidelity.rope_mass == "lumped"
+def _spanned(machine: Mechanism, *, heavy: bool) -> System:
+    """Return the system with girders as beams between their legs."""
+    system = machine.system
     bodies, joints = {b.name: b for b in system.bodies}, {j.name: j for j in system.joints}
     for girder in machine.girders:
         name, down = beam_of(girder), sag(machine, girder, heavy=heavy)
         bodies[girder.body] = _stiff_part(bodies[girder.body], girder)
-        bodies[name] = Body(name, 0.0, flexible=_flexible(girder, down))
+        bodies[name] = Body(name, 0.0, flexible=replace(girder.flexible, start=(-down,)))
         feet = f"{name}-feet"
         joints[feet] = Joint(feet, "fixed", girder.body, name, (0.0, 0.0, girder.height), ALONG_Y)
         joints |= {slide: _on_girder(girder, joints[slide], down) for slide in girder.slides}
-    changed = replace(system, bodies=tuple(bodies.values()), joints=tuple(joints.values()))
-    return msgspec.structs.replace(machine, system=changed, girders=())
+    return replace(system, bodies=tuple(bodies.values()), joints=tuple(joints.values()))
 
 
-def beam_of(girder: Girder) -> str:
+def beam_of(girder: Bend) -> str:
     """Return the name of the body that bends."""
     return f"{girder.body.rpartition('.')[0]}.girder"
 
 
-def _stiff_part(body: Body, girder: Girder) -> Body:
+def _stiff_part(body: Body, girder: Bend) -> Body:
     """Return the part of a body that does not bend."""
     left = (body.mass - girder.mass) / body.mass
     x, y, z = ((a * left, b * left, c * left) for a, b, c in body.inertia)
     return replace(body, mass=body.mass * left, inertia=(x, y, z))
 
 
-def _flexible(girder: Girder, down: float) -> Flexible:
-    L = girder.span
-    beam = Beam(L, girder.mass / L, EI_y=girder.stiffness * L * L * L / 48.0)
-    return Flexible(1, beam, frame="simply supported", damping=girder.damping, start=(-down,))
-
-
-def _on_girder(girder: Girder, joint: Joint, down: float) -> Joint:
+def _on_girder(girder: Bend, joint: Joint, down: float) -> Joint:
     """Return the joint of a trolley that starts at y on the bending girder: a slider, or fixed there."""
     fixed = joint.kind == "fixed"
     y = joint.p_PJ[1] if fixed else joint.q0[0]
@@ -184,7 +177,7 @@ def _on_girder(girder: Girder, joint: Joint, down: float) -> Joint:
     return Joint(joint.name, "slider", name, joint.child, axis=X, q0=joint.q0, v0=joint.v0, p_CJ=at, R_CJ=level)
 
 
-def sag(machine: Mechanism, girder: Girder, *, heavy: bool) -> float:
+def sag(machine: Mechanism, girder: Bend, *, heavy: bool) -> float:
     """Return the static deflection at midspan [m]: F / (pi^4 EI / 2 L^3) with F = sum of P sin(pi y / L) + 2 m g / pi;
     `heavy`: hook ropes have a mass."""
     g, system = machine.system.gravity, machine.system

@@ -23,35 +23,36 @@ SIMPLE = ("free", "fixed", "prismatic", "revolute")
 
 
 def guard_locked(plan: Plan) -> str:
-    """Whether all locked joints stand anyway: where drives hold them that nothing orders, or by symmetry."""
+    """Return why locking joints changes no motion: no order moves the drives that hold them, or by symmetry; "" if it
+    may."""
     drives = {drive.joint: drive for machine in plan.machines for drive in machine.system.drives}
     moved, names = ordered(plan), {*plan.fidelity.locked}
     joints = [joint for machine in plan.machines for joint in machine.system.joints if joint.name in names]
     found = {STILL} if joints else set[str]()
     for joint in joints:
         drive = drives.get(joint.name)
-        if drive is None or drive.kind != "prescribed" or drive.wave or drive.name in moved:
+        if drive is None or drive.kind != "prescribed" or drive.wave or drive.waves or drive.name in moved:
             found.add(guard_motion(plan) if leaves(joint, joint.axis, plan.fidelity.motion) else "")
     return "" if "" in found else max(found, default="")
 
 
 def unless(models: Callable[[Mechanism], bool]) -> Callable[[Plan], str]:
-    """A guard that holds where a pass models nothing of any machine."""
+    """Return a guard for a pass that has nothing to change, as no machine has what it `models`."""
     return lambda plan: "" if any(map(models, plan.machines)) else NONE
 
 
 def guard_supports(plan: Plan) -> str:
-    """Whether no block is set on supports of another face."""
+    """Return why leaving out supports changes no motion: no block is turned to another face; "" if it may."""
     return "" if any(isinstance(order, Turn) for action in plan.actions for order in action.orders) else UNTURNED
 
 
 def guard_motion(plan: Plan) -> str:
-    """Whether everything moves in the plane of motion."""
+    """Return why restricting motion to a plane changes nothing: the lift is its own mirror image; "" if it may."""
     return MIRRORED if plan.fidelity.motion != "spatial" and _Mirror(plan).holds() else ""
 
 
 def ordered(plan: Plan) -> set[str]:
-    """Actuators that the action list, user models or logs move; if a block turns, all drives."""
+    """Return the actuators that the action list, user models or logs move; if a block turns, all drives."""
     orders = [order for action in plan.actions for order in action.orders]
     moves = [order for order in orders if isinstance(order, Move)]
     found = {move.actuator for move in moves} | {kept.actuator for move in moves for kept in move.keeps}
@@ -84,7 +85,7 @@ class _Mirror:
 
     @cached_property
     def at(self) -> float:
-        """Where the plane is along its normal [m]."""
+        """Position of the mirror plane along its normal [m]."""
         free = {joint.child for joint in self.whole.joints if joint.kind == "free"}
         body = next((body for body in self.whole.bodies if body.name in free and body.mass), None)
         return self._place(body.name, body.com)[self.i] if body else 0.0
@@ -94,10 +95,10 @@ class _Mirror:
         return [a + b for a, b in zip(origin, product(R, p), strict=True)]
 
     def holds(self) -> bool:
-        """Whether the lift is its own mirror image, and its orders are."""
+        """Return whether the lift and its orders are their own mirror image."""
         system = self.whole
         simple = not (system.contacts or system.reevings or self.plan.models or self.plan.lists)
-        rigid = not (any(m.girders or m.bends for m in self.plan.machines) and self.plan.fidelity.girder == "elastic")
+        rigid = not (any(m.bends for m in self.plan.machines) and self.plan.fidelity.girder == "elastic")
         return (
             simple and rigid and all(map(self._joint, system.joints)) and all(map(self._body, system.bodies))
             and self._forces() and self._orders()
@@ -121,7 +122,7 @@ class _Mirror:
         ends = (stop.lower + stop.upper - 2.0 * q for stop in system.stops if stop.joint == joint.name)
         pulled = any(spring.k and spring.q_rest != q for spring in system.springs if spring.joint == joint.name)
         drives = (drive for drive in system.drives if drive.joint == joint.name)
-        driven = any(drive.wave or drive.name in self.ordered for drive in drives)
+        driven = any(drive.wave or drive.waves or drive.name in self.ordered for drive in drives)
         return not (any(joint.v0) or pulled or driven or any(abs(end) > ASKEW for end in ends))
 
     def _body(self, body: Body) -> bool:

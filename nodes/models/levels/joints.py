@@ -9,7 +9,7 @@ from typing import Any
 import msgspec
 from heavylift.kernel.algebra.dense import product
 from heavylift.kernel.algebra.elementary import atan2
-from heavylift.kernel.description.mechanics import IDENTITY, JOINTS, Drive, Joint, Vector
+from heavylift.kernel.description.mechanics import IDENTITY, JOINTS, Joint, Vector
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.plan.fidelity import Fidelity, attitude, held_by, times, turn
 from heavylift.nodes.plan.mechanism import Mechanism
@@ -54,16 +54,15 @@ def _fixed(joint: Joint) -> Joint:
 
 
 def yielding(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """The machine with drives that yield by their stiffness, where elastic parts are modelled."""
-    if fidelity.girder == "rigid" or not any(map(yields, machine.system.drives)):
+    """Return the machine with drives that yield, where elastic parts are modelled."""
+    if fidelity.girder == "rigid" or not machine.servos:
         return machine
-    drives = tuple(replace(drive, kind="servo") if yields(drive) else drive for drive in machine.system.drives)
-    return msgspec.structs.replace(machine, system=replace(machine.system, drives=drives))
-
-
-def yields(drive: Drive) -> bool:
-    """Whether a drive is a servo at some levels."""
-    return drive.kind == "prescribed" and drive.kp > 0.0 and drive.wave is None
+    rows = {row.drive: row for row in machine.servos}
+    drives = tuple(
+        replace(drive, kind="servo", kp=row.stiffness, kv=row.damping) if (row := rows.get(drive.name)) else drive
+        for drive in machine.system.drives
+    )
+    return msgspec.structs.replace(machine, system=replace(machine.system, drives=drives), servos=())
 
 
 def planar(machine: Mechanism, fidelity: Fidelity) -> Mechanism:

@@ -13,7 +13,7 @@ def as_modelled(plan: Plan, machine: Mechanism) -> Mechanism:
 
 
 def exact(plan: Plan) -> dict[str, str]:
-    """Passes that leave nothing of a plan out at its level, with the reasons of their guards."""
+    """Return the passes that change nothing in a plan at its level, with the reasons."""
     return {each.name: why for each in PASSES if (why := each.guard(plan))}
 
 
@@ -22,8 +22,11 @@ def left_out(plan: Plan) -> tuple[str, ...]:
     at, none = plan.fidelity, exact(plan)
     heavy = "ropes" not in none
     words = [
-        ("girder rigid", at.girder == "rigid" and "girders" not in none),
-        ("elastic parts rigid", at.girder == "rigid" and "beams" not in none),
+        ("girder rigid", at.girder == "rigid" and any(machine.girders for machine in plan.machines)),
+        (
+            "elastic parts rigid",
+            at.girder == "rigid" and any(not row.stiffness for m in plan.machines for row in m.bends),
+        ),
         ("drives stiff", at.girder == "rigid" and "drives" not in none),
         ("ropes rigid", at.ropes == "rigid" and heavy),
         ("slings rigid", at.slings == "rigid" and "slings" not in none),

@@ -19,7 +19,18 @@ from itertools import pairwise
 
 import msgspec
 from heavylift.kernel.algebra.dense import norm
-from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Line, Point, RigidRope, Rope, System, Vector
+from heavylift.kernel.description.mechanics import (
+    WORLD,
+    Body,
+    Joint,
+    Line,
+    Measured,
+    Point,
+    RigidRope,
+    Rope,
+    System,
+    Vector,
+)
 from heavylift.nodes.plan.fidelity import Fidelity
 from heavylift.nodes.plan.mechanism import Heavy, Mechanism
 
@@ -30,7 +41,7 @@ GAUSS = 0.28867513459481287  # 1/sqrt(12): the radius of gyration of a straight 
 
 
 def lumped(n: int) -> list[tuple[float, float]]:
-    """Places from 0 to 1 and weights, which add up to 1, of the n lumps."""
+    """Return places from 0 to 1 and weights (sum 1) of the n lumps of a rope."""
     if n == 2:
         return [(0.5 - GAUSS, 0.5), (0.5 + GAUSS, 0.5)]
     return [((i + 0.5) / n, 1.0 / n) for i in range(n)]
@@ -45,9 +56,9 @@ def pieces(rope: str, lumps: int) -> dict[str, float]:
 
 
 def chain(row: Heavy, rope: Rope, gravity: float, lumps: int, motion: str) -> System:
-    """A rope as a chain of pieces and lumps, at rest under its load at the start.
+    """Return a rope as a chain of pieces and lumps, at rest under its load at the start.
 
-    What of it does not hang, such as the part to the drum, belongs to the first piece and has no mass.  Each piece is
+    What of it does not hang, such as the part to the drum, belongs to the first piece and has no mass. Each piece is
     damped as its share of the whole length is, so that the chain is damped as the rope.
     """
     (x, y, top), (_, _, eye) = row.ends
@@ -122,8 +133,16 @@ def heavy(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
         )
         if made.bodies:
             parts[rope.name] = pieces(rope.name, len(made.ropes) - 1)
+            measured = tuple(_followed(x, rope.name, tuple(parts[rope.name])) for x in system.measured)
+            system = replace(system, measured=measured)
     heavy = tuple(row for row in machine.heavy if row.why)  # the others have what there is to be had
     return msgspec.structs.replace(machine, system=system, heavy=heavy, pieces=machine.pieces | parts)
+
+
+def _followed(measured: Measured, rope: str, parts: tuple[str, ...]) -> Measured:
+    """Return a measured scalar that the pieces of a rope may follow, if the rope may."""
+    others = tuple(x for x in measured.followers if x != rope)
+    return measured if len(others) == len(measured.followers) else replace(measured, followers=others + parts)
 
 
 def _made(row: Heavy, rope: Rope, gravity: float, fidelity: Fidelity) -> System:

@@ -11,7 +11,7 @@ PLACE, SPEED, ACCELERATION = "m or rad", "m/s or rad/s", "m/s2 or rad/s2"  # alo
 
 
 class KernelInput(Message, frozen=True):
-    """An input that changes a law, a mask or a guard of the kernel, by a `command` of a `Simulation`."""
+    """An input of the kernel that changes a law, a mask or a guard, by a `command` of a `Simulation`."""
 
     command: ClassVar[str]
 

@@ -50,7 +50,7 @@ class SetPoint(Message, frozen=True):
 
 
 class Order(Message, frozen=True):
-    """An order to an actor; `at`: the numbers of its action and of itself, from 0.
+    """An order to an actor; `at`: the numbers of its action and of the order in it, from 0.
 
     For an operator's command the number of the action is -2; for a user model's set-point `at` is (-3,). An order to
     watch a threshold has (action, order, term): the term of a condition of that order's `until`, or, with order -1, of
@@ -174,7 +174,7 @@ class Landed(Report, frozen=True):
 
 
 class Trip(Message, frozen=True):
-    """Inside a machine: an interlock blocks or frees the drives that it stops."""
+    """Inside a machine: an interlock stops, or frees, the drives that it blocks."""
 
     interlock: str
     bars: bool

@@ -75,7 +75,7 @@ class Actor(Part):
 
 
 class LawModel(Actor):
-    """An actor without orders: weight, damper, stop, or none on a free joint."""
+    """An actor that takes no orders: weight, damper, end stop, or none on a free joint."""
 
 
 class LiveActor(Actor):
@@ -163,7 +163,7 @@ class LiveActor(Actor):
         return []
 
     def expire(self) -> None:
-        """Change to the state after `wake`."""
+        """Change to the next state when the time `wake` has come."""
 
 
 def share(outer: Coupled, child: Model) -> None:

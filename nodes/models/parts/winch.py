@@ -41,7 +41,7 @@ class WinchActor(DriveActor):
         self.switch, self.pieces = switch, pieces or {rope: 1.0}
 
     def begin(self) -> None:
-        """Reset, and arm the limit switch."""
+        """Reset the state, and arm the upper limit switch."""
         super().begin()
         self.tripped = False
         self._arm()

@@ -26,12 +26,12 @@ from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import parts
 from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.mechanism import lug_places
-from heavylift.nodes.plan.spellings import BEAMS
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.parts import kinematics
 from heavylift.nodes.statics import Followed, goal_states
 from heavylift.nodes.statics.aiming import goal
 from heavylift.nodes.statics.state import StaticState
+from heavylift.recordings.format.spellings import BEAMS
 
 Violations: TypeAlias = Iterator[tuple[str, str, str]]
 
@@ -45,7 +45,7 @@ class Findings:
     others: dict[tuple[str, str, str], list[str]] = field(default_factory=dict)
 
     def take(self, check: str, violations: Violations, stage: str = "", where: str = "") -> None:
-        """Add the violations of a check; `where` of the causing action replaces that of the thing."""
+        """Add the violations of a check; `where` (line of the causing action) replaces the place of the thing."""
         for subject, place, message in violations:
             if (check, subject) in self.seen:
                 continue
@@ -121,7 +121,7 @@ def _under_hooks(scene: schema.Scene, built: plan.Plan) -> Violations:
 
 
 def named(block: str) -> str:
-    """A block as messages call it."""
+    """Return the name of a block in messages."""
     return block if block == "block" else f"block {block}"
 
 

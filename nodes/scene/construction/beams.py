@@ -15,7 +15,6 @@ from heavylift.kernel.description.forces import InputSignal, Reeving, Sheave
 from heavylift.kernel.description.mechanics import WORLD, Line, Point, Rope, System, Vector, merge
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.mechanism import BrakeLatch, Cell, Heavy
-from heavylift.nodes.plan.spellings import BEAMS
 from heavylift.nodes.scene.construction.rigging.edges import key_of, lugs_of, rated
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.parts import kinematics
@@ -24,6 +23,7 @@ from heavylift.nodes.scene.keys.parts.machines import FrameParts, MachineKeys
 from heavylift.nodes.scene.keys.parts.mechanics import HookKeys
 from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.source import Path
+from heavylift.recordings.format.spellings import BEAMS
 
 from .mechanism import build_mechanism
 from .rigging.edges import SPREAD, along_edges, height_of
@@ -222,7 +222,7 @@ def _rope(
 
 
 def placed(builder: SceneBuilder, name: str, given: MachineKeys) -> MachineKeys:
-    """Return the keys of a machine in which joints with `start: above its lugs` begin above the lugs of their load."""
+    """Return the keys of a machine in which joints with `start: above its lugs` start above the lugs of their load."""
 
     def start(joint: str) -> dict[str, float]:
         above = getattr(given.joints[joint], "start", 0.0) == ABOVE

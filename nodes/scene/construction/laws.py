@@ -35,7 +35,7 @@ def check_laws(checks: Checking) -> None:
             path: Path = (*checks.base, kind, name)
             along = checks.along(path, law.joint, law.coordinate)
             if along:
-                _dimensions(checks, path, law, turns=along[1])
+                check_dimensions(checks, path, law, turns=along[1])
             if kind == "drives" and along and checks.own(path, law.joint):
                 if other := driven.get((law.joint, along[0])):
                     message = f"the joint '{law.joint}' has two drives, '{other}' and '{name}'"
@@ -49,7 +49,7 @@ def check_laws(checks: Checking) -> None:
             for coordinate, law in given.items():
                 path = (*checks.base, "joints", name, key, coordinate)
                 if coordinate in joint.coordinates:
-                    _dimensions(checks, path, law, turns=joint.turns(coordinate))
+                    check_dimensions(checks, path, law, turns=joint.turns(coordinate))
                 else:
                     message = f"a {joint.type} joint has no coordinate '{coordinate}' to act on"
                     checks.fault(path, message, closest(coordinate, joint.coordinates), on_key=True)
@@ -65,7 +65,7 @@ def check_laws(checks: Checking) -> None:
             )
 
 
-def _dimensions(checks: Checking, path: Path, law: Base, *, turns: bool) -> None:
+def check_dimensions(checks: Checking, path: Path, law: Base, *, turns: bool) -> None:
     """Check that the units of a law fit its coordinate."""
     for name, field in type(law).model_fields.items():
         found = quantity((*field.metadata, field.annotation))

@@ -38,7 +38,8 @@ IN_LINE = 1e-9  # of the largest singular value: what holds a frame tells nothin
 
 
 class Levelling:
-    """Direction of each hook: hoist on the low side, lower on the high side; one set remains at rest.
+    """Which hooks hoist and which lower to level a load: those on the low side hoist, those on the high side lower; one
+    group remains at rest.
 
     `hangs`: for each sling its upper attachment (the rope of a hook, or a point of a frame) and its lower end; `held`:
     the slings hooked at this point of the action list; `turned`: the angle of each block [rad].
@@ -164,7 +165,7 @@ def angle_of(joint: str) -> str:
 
 
 def follow(mechanisms: Sequence[plan.Mechanism], move: Move, rope: str, where: str) -> Follow | str:
-    """Return the law of a winch while a boom luffs, or a sentence why there is none."""
+    """Return the law by which a winch holds its hook's height while the boom luffs, or a sentence why there is none."""
     own = next(m for m in mechanisms if m.name == move.model)
     luffs = next(d.joint for d in own.system.drives if d.name == move.actuator)
     boom, actuator = _boom(own, rope), next(a for a in own.actuators if a.name == move.actuator)

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 
 from heavylift.kernel.description.forces import Wind
 from heavylift.nodes.plan.limit import TOUCHING, RatedLimit
-from heavylift.nodes.plan.spellings import BEAM_LOAD
 from heavylift.nodes.scene.keys.base import written
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
+from heavylift.recordings.format.spellings import BEAM_LOAD
 
 from .environment.footings import standing_limits, wind_limits
 from .rigging.hook_ratings import WAYS, hook_limits

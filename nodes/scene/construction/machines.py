@@ -12,14 +12,15 @@ from heavylift.nodes.models import system
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.fidelity import groups_of, planar
 from heavylift.nodes.plan.mechanism import Cell, carried_hooks, is_root
-from heavylift.nodes.plan.spellings import BEAM, BEAMS
 from heavylift.nodes.scene.construction.rigging.edges import lugs_of
 from heavylift.nodes.scene.keys import schema
+from heavylift.nodes.scene.keys.parts.flexible import GirderKeys
 from heavylift.nodes.scene.keys.parts.mechanics import HookKeys, MechanismKeys, Parts
 from heavylift.nodes.scene.keys.schema import Scene
 from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.source import Path, Source
 from heavylift.nodes.statics.static_path import at_rest
+from heavylift.recordings.format.spellings import BEAM, BEAMS
 
 from .beams import on_hook, placed
 from .environment.obstacles import obstacles_machine
@@ -31,8 +32,8 @@ from .supports import block_machine
 
 
 def build_machines(source: Source, scene: schema.Scene) -> SceneBuilder:
-    """Cranes with girders or frames of `rig`, the frames and the blocks below; what is wrong is added to the faults of
-    the source."""
+    """Build the machines of a lift: cranes with girders or frames of `rig`, those frames, and the blocks below; faults
+    are added to those of the source."""
     builder = SceneBuilder(source, scene)
     builder.vessels = [vessel_machine(builder, name) for name in scene.vessels]
     if scene.rig:
@@ -135,7 +136,7 @@ def _staged(builder: SceneBuilder) -> list[plan.Mechanism]:
     scene, found = builder.scene, list[plan.Mechanism]()
     carrying = {crane for crane, _ in builder.hooks.values()}
     for name, given in scene.machines.items():
-        if given.girders or name in carrying:
+        if name in carrying or any(isinstance(x, GirderKeys) for x in given.elastic.values()):
             keys = placed(builder, name, given).model_copy(update={"hooks": {}})
             lift, base = merge([vessel.system for vessel in builder.vessels], scene.gravity), ("machines", name)
             made = build_mechanism(builder.source, keys, scene.gravity, lift, base, edges=scene.edges)

@@ -17,7 +17,7 @@ PROVISIONAL = 0.05  # [m/s2 or rad/s2] of a ramp that lasts a swing, until that 
 
 @dataclass
 class SceneBuilder:
-    """The machines of a scene built so far, in the order of their nodes; faults are collected by the source."""
+    """Builder of the machines of a scene, in the order of their nodes; faults are collected by the source."""
 
     source: Source
     scene: schema.Scene
@@ -35,7 +35,7 @@ class SceneBuilder:
 
     @property
     def frames(self) -> list[plan.Mechanism]:
-        """What hangs on hooks by `rig`."""
+        """The frames that `rig` hangs on hooks."""
         return [machine for machine in self.machines if machine.name in self.hooks]
 
     @property
@@ -51,7 +51,7 @@ class SceneBuilder:
         return [cargo for machine in self.machines for cargo in machine.cargo]
 
     def slings(self, *beams: str) -> list[plan.Tie]:
-        """The slings of frames, or of all."""
+        """The slings of frames, or all slings."""
         return [tie for frame in self.frames if not beams or frame.name in beams for tie in frame.ties]
 
 
@@ -67,5 +67,5 @@ def box(mass: float, size: Vector) -> Vector:
 
 
 def by_beam(lugs: list[str], u: dict[str, float]) -> list[str]:
-    """Return the lugs of a beam's slings: two in the order of its ends, smaller u first."""
+    """Return the lugs of a beam's slings: two in the order of its ends, the one with the smaller u first."""
     return sorted(lugs, key=lambda lug: u[lug]) if len(lugs) == 2 else lugs

@@ -61,7 +61,7 @@ def block_machine(builder: SceneBuilder, base: Path) -> plan.Mechanism:
         check_inertia(Body(name, block.mass, inertia=rigid.inertia))
     except KernelError as error:
         builder.source.fault((*base, "inertia"), str(error))
-    for sentence, path in _misfits(block, name) if builder.scene.rig else ():
+    for sentence, path in _misfits(block, name):
         builder.source.fault((*base, *path), sentence, on_key=True)
     flexible = flexible_of(builder, block, rigid, [s for of in supports.values() for s in of], base)
     stands, pose = supports[LOWER], _resting(block, builder.scene.vessels.get(block.on))
@@ -139,7 +139,7 @@ def _resting(block: schema.Block, on: Vessel | None) -> tuple[float, float, floa
 def flexible_of(
     builder: SceneBuilder, block: schema.Block, body: Body, stools: list[Support], base: Path
 ) -> Flexible | None:
-    """Return the flexible part of a block with these mass properties and pads, None if it is rigid; errors are
+    """Return the flexible part of a block with these mass properties and supports, None if it is rigid; errors become
     faults."""
     if block.beam is None and not block.modes:
         return None

@@ -16,14 +16,14 @@ PLUMB = 1e-6  # of a rope's length that one end may be beside the other
 
 
 def weighed(built: Plan) -> Plan:
-    """Return the plan with the start loads of its machines made of parts."""
+    """Return the plan with the loads at the start of heavy ropes, beams and slings, which its model levels need."""
     whole = merge([machine.system for machine in built.machines], built.gravity)
     start = _Start(whole)
     found = (
         msgspec.structs.replace(
             machine,
             heavy=tuple(row if row.below else start.hanging(machine, row) for row in machine.heavy),
-            bends=tuple(start.bent(row) for row in machine.bends),
+            bends=tuple(row if row.stiffness else start.bent(row) for row in machine.bends),
             ties=tuple(start.tied(tie) if tie.rigging else tie for tie in machine.ties),
         )
         for machine in built.machines

@@ -82,5 +82,5 @@ class InterlockKeys(Base):
     @model_validator(mode="after")
     def _does(self) -> "InterlockKeys":
         if not self.stops and not self.tells:
-            raise ValueError("an interlock stops something, or tells something: add 'stops' or 'tells'")
+            raise ValueError("an interlock needs an effect: add 'stops' or 'tells'")
         return self

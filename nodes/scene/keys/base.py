@@ -25,9 +25,9 @@ from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.kernel.description.forces import InputSignal
 from heavylift.kernel.description.units import Direction as UnitVector, Matrix, Point, Unit, Vector
-from heavylift.nodes.plan.spellings import BEAMS
 from heavylift.nodes.scene.text import units as u
 from heavylift.nodes.scene.text.units import Length, Number
+from heavylift.recordings.format.spellings import BEAMS
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, create_model
 
 

@@ -7,12 +7,12 @@ checks while typing; the rest (names, physics, phrases of the action list) is ch
 from collections.abc import Iterator
 from typing import Any
 
-from heavylift.nodes.plan.spellings import BEAM_TYPE, BEAMS
 from heavylift.nodes.scene.text import units as u
 from heavylift.nodes.scene.text.expressions import dimension_of
 from heavylift.nodes.scene.text.extending import SECTIONS
 from heavylift.nodes.scene.text.machine_types import library, machine_type
 from heavylift.nodes.scene.text.type_expansion import MachineType
+from heavylift.recordings.format.spellings import BEAM_TYPE, BEAMS
 
 from .base import Base, comments
 from .quantities import MADE

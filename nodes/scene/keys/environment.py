@@ -1,8 +1,8 @@
 """The environment of a scene's machines: `waves:` and `vessels:`, `floor:` and `obstacles:`, `wind:`.
 
-The wave is a regular one on deep water. A vessel's axes are x to its bow, y to port, z up; its origin lies on the
-waterline at rest, and all responses are given there. A phase is that of the response against the wave's elevation at
-the origin: cos(w t + phase).
+Waves on deep water are regular, or a sum of irregular seas. A vessel's axes are x to its bow, y to port, z up; its
+origin lies on the waterline at rest, and all responses are given there. A phase is that of the response against the
+wave's elevation at the origin: cos(w t + phase).
 
 Blocks have rigid contacts with friction with floor and obstacles.
 
@@ -22,6 +22,7 @@ from heavylift.kernel.algebra.dense import product
 from heavylift.kernel.algebra.elementary import cos, power
 from heavylift.kernel.description.mechanics import Matrix, Vector
 from heavylift.nodes.scene.text import units as u
+from heavylift.nodes.sea.spectra import HIGHEST, LOWEST, Component, components, jonswap
 from pydantic import Field, model_validator
 
 from .base import Base, Direction, Place, turned
@@ -38,15 +39,57 @@ HARMONICS = 128
 SLOWEST, FASTEST = 1.0 / 1200.0, 0.5  # [Hz] of them; half of one speed a second
 
 
-class Waves(Base):
-    """A regular wave that grows from still water at the start."""
+class Sea(Base):
+    """An irregular sea, wind sea or swell."""
 
-    height: u.Extent  # from trough to crest
-    period: u.Duration
+    spectrum: Literal["jonswap", "pierson-moskowitz"] = "jonswap"
+    Hs: u.Extent  # significant wave height
+    Tp: u.Duration  # peak period
+    gamma: Annotated[u.Ratio, Field(ge=1.0, le=10.0)] = 3.3  # of JONSWAP's peak
+    heading: u.Angle | None = None  # left out: that of the waves
+    spreading: Annotated[u.Ratio, Field(le=50.0)] = 0.0  # s of cos^2s about the heading; 0: long crests
+    components: int = Field(default=200, ge=10, le=2000)
+
+    def harmonics(self, heading: float, seed: str) -> list[Component]:
+        """Return its components, which a seed draws."""
+        peak = 2.0 * pi / self.Tp
+        gamma = self.gamma if self.spectrum == "jonswap" else 1.0
+        return components(
+            lambda w: jonswap(w, self.Hs, self.Tp, gamma),
+            self.Hs,
+            (LOWEST * peak, HIGHEST * peak),
+            self.components,
+            heading if self.heading is None else self.heading,
+            self.spreading,
+            seed,
+        )
+
+
+class Waves(Base):
+    """A regular wave, or irregular seas together, that grow from still water at the start."""
+
+    height: u.Extent | None = None  # from trough to crest
+    period: u.Duration | None = None
+    seas: dict[str, Sea] = Field(default_factory=dict)  # such as {wind: {...}, swell: {...}}
     heading: u.Angle = 0.0  # to which it travels, from x towards y; 180 deg: against a bow that points along x
     ramp: u.Duration = 30.0  # in which it grows
     origin: Place = (0.0, 0.0, 0.0)  # where its elevation goes with the cosine of time
     density: u.Density = 1025.0  # of the water
+
+    @model_validator(mode="after")
+    def _one(self) -> "Waves":
+        if bool(self.seas) == bool(self.height and self.period) or (self.height is None) != (self.period is None):
+            raise ValueError("waves are either regular, with 'height' and 'period', or irregular, with 'seas'")
+        return self
+
+    @property
+    def regular(self) -> tuple[float, float]:
+        """Amplitude [m] and frequency [rad/s] of a regular wave; zero of irregular ones."""
+        return (0.5 * self.height, 2.0 * pi / self.period) if self.height and self.period else (0.0, 0.0)
+
+    def harmonics(self, seed: int) -> list[Component]:
+        """Return the components of all seas."""
+        return [x for name, sea in sorted(self.seas.items()) for x in sea.harmonics(self.heading, f"{seed} {name}")]
 
 
 class Responses(Base):
@@ -82,13 +125,25 @@ class Mooring(Base):
 class Floating(Base):
     """Hydrostatics and hydrodynamics of a vessel: matrices in SI units, surge to yaw."""
 
-    waterplane: Annotated[float, u.Quantity(u.AREA, "positive")]
-    GM: u.Extent  # of roll, with all that stands on it at the start
-    GML: u.Extent  # of pitch
+    hydrodynamics: str = (
+        ""  # a file of the hull beside the scene, or a bundled one; it replaces the next keys and `loads`
+    )
+    waterplane: Annotated[float, u.Quantity(u.AREA, "positive")] | None = None
+    GM: u.Extent | None = None  # of roll, with all that stands on it at the start
+    GML: u.Extent | None = None  # of pitch
     added_mass: Matrix6 | None = None  # at the wave's frequency, as `damping`
     damping: Matrix6 | None = None
     mooring: Mooring = Mooring()
     loads: LoadResponses = LoadResponses()  # of the wave
+
+    @model_validator(mode="after")
+    def _one(self) -> "Floating":
+        missing = [key for key in ("waterplane", "GM", "GML") if getattr(self, key) is None]
+        if self.hydrodynamics and (len(missing) < 3 or self.added_mass or self.loads != LoadResponses()):
+            raise ValueError("'hydrodynamics' gives waterplane, GM, GML, added mass and loads: leave them out")
+        if missing and not self.hydrodynamics:
+            raise ValueError(f"a floating vessel needs '{missing[0]}', or a file with its 'hydrodynamics'")
+        return self
 
 
 class Vessel(Base):
@@ -107,7 +162,7 @@ class Vessel(Base):
 
     @property
     def attitude(self) -> Matrix:
-        """The axes of the vessel in the world, at rest."""
+        """The axes of the vessel in the world at rest."""
         return turned(0.0, 0.0, self.heading)
 
     def place(self, p: Sequence[float]) -> Vector:

@@ -11,11 +11,11 @@ the file extends. Under `gear`, the scene data keep the items in use, each with 
 """
 
 from heavylift.kernel.errors import SceneError
-from heavylift.nodes.plan.spellings import BEAM
 from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.files import content, within
 from heavylift.nodes.scene.text.source import Data, Mark, Path, Source, read, shown
 from heavylift.nodes.scene.text.table_files import table
+from heavylift.recordings.format.spellings import BEAM
 
 GEAR = "gear"
 SLING = ("EA", "breaking", "WLL", "termination", "diameter")

@@ -9,8 +9,8 @@ from heavylift.kernel.description.mechanics import IDENTITY, Matrix, MethodName,
 from heavylift.nodes.devs.execution.rules import LIMIT
 from heavylift.nodes.plan import factors as f, plan
 from heavylift.nodes.plan.fidelity import OF_TENSIONS, USUAL, Asked
-from heavylift.nodes.plan.spellings import BEAM_TYPE, BEAMS
 from heavylift.nodes.scene.text import units as u
+from heavylift.recordings.format.spellings import BEAM_TYPE, BEAMS
 from pydantic import AfterValidator, ConfigDict, Field, model_validator
 
 from .actions import ActionLine, Condition, InterlockKeys, Touching
@@ -158,7 +158,7 @@ class Instance(Base):
     """A scene as one of several lifts; further keys are merged over it, as with `extends`."""
 
     model_config = ConfigDict(extra="allow")
-    extends: str  # a file beside the scene, or a bundled one
+    extends: str | None = None  # a file beside the scene, or a bundled one; left out: all its keys stand here
     at: tuple[u.Length, u.Length] = (0.0, 0.0)  # where the origin of its scene is, along x and y
     start: u.Duration | Literal["ordered"] | None = None  # of its action list; left out: at once; ordered: by an action
 
@@ -216,7 +216,7 @@ class Scene(Base):
         return {**({"block": self.block} if self.block else {}), **self.blocks}
 
     def put(self, name: str) -> tuple[Vector, Matrix]:
-        """Where a block is put: its middle in the world [m], and its axes."""
+        """Return where a block is put: its middle in the world [m], and its axes."""
         block = self.all_blocks[name]
         deck = self.vessels.get(block.on)
         return (deck.place(block.at), deck.attitude) if deck else (block.at, IDENTITY)

@@ -14,7 +14,6 @@ from types import UnionType
 from typing import Annotated, Union, get_args, get_origin
 
 from heavylift.kernel.errors import SceneError
-from heavylift.nodes.plan.spellings import BEAMS
 from heavylift.nodes.scene.text import overlay
 from heavylift.nodes.scene.text.extending import alike
 from heavylift.nodes.scene.text.faults import closest, raise_faults
@@ -23,6 +22,7 @@ from heavylift.nodes.scene.text.parameters import arithmetic
 from heavylift.nodes.scene.text.source import Data, Fault, Path, Source, child, ordered, read
 from heavylift.nodes.scene.text.tables import tabled
 from heavylift.nodes.scene.text.uncertainty import Stated, separated
+from heavylift.recordings.format.spellings import BEAMS
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
@@ -73,8 +73,14 @@ def validated(text: str, name: str) -> Scene:
 
 
 def uncertainties(source: Source) -> dict[Path, Stated]:
-    """Return the stated uncertainties of a scene by path; its data keep nominal values."""
-    return separated(source, lambda path: (found := _at(path)) != [] and all(each is str for each in found))
+    """Return the stated uncertainties of a scene by path; its data keep nominal values. Each of several lifts is asked
+    for its own."""
+
+    def is_text(path: Path) -> bool:
+        inside = path[0] == "lifts" and path[2:3] not in (("at",), ("start",))
+        return inside or ((found := _at(path)) != [] and all(each is str for each in found))
+
+    return separated(source, is_text)
 
 
 def _reserved(scene: Scene) -> Iterator[Fault]:

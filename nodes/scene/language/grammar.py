@@ -11,11 +11,11 @@ from typing import Literal, TypeVar, cast
 
 import msgspec
 from heavylift.nodes.plan.actions import AfterCondition, MovesDone
-from heavylift.nodes.plan.spellings import BEAM
 from heavylift.nodes.plan.verbs import VERBS, Verb
 from heavylift.nodes.scene.text import units
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.units import Dimension
+from heavylift.recordings.format.spellings import BEAM
 
 from .phrases import (
     QUANTITIES,

@@ -47,7 +47,7 @@ class PhraseReader(Reader):
     def name(self, what: str) -> str:
         word = self.next
         if not word or not (word[0].isalnum() or word[0] == "_"):
-            raise self.error(f"{what} must stand here, not {self._found()}")
+            raise self.error(f"{what} is expected here, not {self._found()}")
         self.move(self.at + len(word))
         return word
 
@@ -56,7 +56,7 @@ class PhraseReader(Reader):
         found = next((x for form in (_PUNCTUATED, _KNOWN, _UNKNOWN) if (x := form.match(self.text, self.at))), None)
         text = found[0] if found else self.next
         if not text:
-            raise self.error(f"the phrase ends where {dimension.article} must stand")
+            raise self.error(f"the phrase ends where {dimension.article} is expected")
         try:
             number = dimension.read(text)
         except ValueError as error:

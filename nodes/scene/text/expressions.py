@@ -88,7 +88,7 @@ def shown_as(value: Value) -> str | float:
     if value.exponents == PLAIN:
         return value.number
     if value.exponents not in _units():
-        raise ExpressionError(f"the result is in {_named(value.exponents)}, which measures nothing here")
+        raise ExpressionError(f"the result is in {_named(value.exponents)}, which is not a unit of scenes")
     return f"{value.number!r} {_units()[value.exponents]}"
 
 
@@ -150,7 +150,7 @@ class _Arithmetic(Reader):
             return self._list(1)[0]
         found = WORD.match(self.text, self.at)
         if not found:
-            raise ExpressionError(f"a number, a parameter or a bracket must stand here, not '{self.rest}'", self.at)
+            raise ExpressionError(f"a number, a parameter or a bracket is expected here, not '{self.rest}'", self.at)
         at, word = self.at, " ".join(found[0].split())
         self.move(found.end())
         if word in FUNCTIONS:

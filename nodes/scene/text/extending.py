@@ -8,11 +8,11 @@ from copy import deepcopy
 from pathlib import Path as FilePath
 
 from heavylift.kernel.errors import SceneError
-from heavylift.nodes.plan.spellings import BEAMS
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.files import scene_text, within
 from heavylift.nodes.scene.text.source import Data, Path, Source, read
 from heavylift.nodes.scenes import bundled
+from heavylift.recordings.format.spellings import BEAMS
 
 ENDINGS = (".yaml", ".yml", ".json")
 LONGEST_CHAIN = 20  # of files that extend one another
@@ -60,7 +60,7 @@ def over(source: Source, path: FilePath, root: FilePath, above: tuple[FilePath, 
 
 
 def alike(source: Source) -> None:
-    """Fill entries that are `like` another one with the keys that they omit; faults are added to those of the
+    """Fill in the keys that entries with `like` omit, from the entry that they name; faults are added to those of the
     source."""
     for section in SECTIONS:
         entries = source.at(section)

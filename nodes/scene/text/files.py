@@ -3,9 +3,12 @@
 Only regular files of bounded size are read; files that a scene refers to must be in its own folder.
 """
 
+import hashlib
 import os
 import stat
-from itertools import count
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 
 from heavylift.kernel.errors import SceneError, closest
@@ -13,7 +16,7 @@ from heavylift.nodes.scenes import bundled
 
 MCAP = b"\x89MCAP0\r\n"  # how a recording begins
 LARGEST = 1 << 19  # of a scene [bytes]
-_named = count()
+_named: ContextVar[dict[str, str] | None] = ContextVar("_named", default=None)
 
 
 def content(path: Path, most: int = LARGEST) -> bytes:
@@ -29,19 +32,34 @@ def content(path: Path, most: int = LARGEST) -> bytes:
 
 def within(root: Path, path: Path) -> Path:
     """Return a resolved path; raises ValueError if it is outside the folder `root` or cannot be printed."""
-    next(_named)
     try:
         found = path.resolve()
         if found.is_relative_to(root.resolve()):
+            if (named := _named.get()) is not None:
+                named[str(found)] = state(str(found))
             return found
     except (OSError, RuntimeError, ValueError):
         raise ValueError("this is no path of a file") from None
     raise ValueError(f"{path.name!r} is outside of the scene's folder, whose files alone it may use; copy it there")
 
 
-def files_read() -> str:
-    """Return a text that changes whenever a scene reads another file."""
-    return repr(_named)
+@contextmanager
+def files_read() -> Iterator[dict[str, str]]:
+    """Yield the files that scenes name meanwhile, each with its state before it was read."""
+    named: dict[str, str] = {}
+    token = _named.set(named)
+    try:
+        yield named
+    finally:
+        _named.reset(token)
+
+
+def state(path: str) -> str:
+    """Return a text that is another one when the content of a file is; "" if it is none."""
+    try:
+        return hashlib.sha256(Path(path).read_bytes()).hexdigest() if Path(path).is_file() else ""
+    except OSError:
+        return ""
 
 
 def scene_file(scene: str) -> Path:

@@ -13,10 +13,11 @@ line of the type file, or that of the scene if a parameter is overridden.
 from copy import deepcopy
 from functools import lru_cache
 from pathlib import Path as FilePath
+from typing import Any
 
 from heavylift.kernel.errors import SceneError
-from heavylift.nodes.plan.spellings import BEAM_TYPE, BEAMS, old_type
 from heavylift.nodes.scenes import frames_folder, types_folder
+from heavylift.recordings.format.spellings import BEAM_TYPE, BEAMS, GIRDERS, old_parts, old_type
 
 from .extending import merged
 from .faults import closest, raise_faults
@@ -122,7 +123,26 @@ def expand(source: Source) -> bool:
         else:
             expansion.run(entry)
         computed &= expansion.computed
+    machines = source.data.get("machines")
+    for name in machines if isinstance(machines, dict) else ():
+        _modern(source, ("machines", name))
+    _modern(source, ("mechanism",))
     return computed
+
+
+def _modern(source: Source, base: Path) -> None:
+    """Move parts in former spellings to their present places; their marks stay."""
+    parts: Any = source.at(base)
+    for old, new in [*old_parts(parts)] if isinstance(parts, dict) else ():
+        where: Path = (*base, *old)
+        holder: Any = source.at(where[:-1])
+        value, at = holder.pop(where[-1]), parts
+        for key in new[:-1]:
+            at = at.setdefault(key, {})
+        at[new[-1]] = {**at[new[-1]], **value} if isinstance(value, dict) and new[-1] in at else value
+        source.given[(*base, *new)] = source.written((*base, *old))
+    if isinstance(parts, dict) and not parts.get(GIRDERS, True):
+        del parts[GIRDERS]
 
 
 def _inline(source: Source, name: str, data: Data) -> MachineType:

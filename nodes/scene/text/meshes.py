@@ -130,9 +130,11 @@ def _read(source: Source, file: str) -> list[Triangle]:
     if not faces:
         raise SceneError(f"the shape '{file}' cannot be read: {_why(kind, data)}")
     if not all(isfinite(x) for each in faces for p in each for x in p):
-        raise SceneError(f"the shape '{file}' has coordinates that are no finite numbers: mend it where it was drawn")
+        raise SceneError(
+            f"the shape '{file}' has coordinates that are no finite numbers: correct it in the program that drew it"
+        )
     if not closed:
-        raise SceneError(f"the surface in '{file}' is not closed: mend it where it was drawn")
+        raise SceneError(f"the surface in '{file}' is not closed: correct it in the program that drew it")
     turned: list[Triangle] = [(_up(a, kind), _up(b, kind), _up(c, kind)) for a, b, c in faces]
     volume = solid(turned).volume
     size = max(b - a for a, b in zip(*_bounds(turned), strict=True))

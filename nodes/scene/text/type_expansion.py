@@ -5,6 +5,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
+from heavylift.recordings.format.spellings import GIRDERS
+
 from .expressions import ExpressionError, value_of
 from .faults import closest
 from .parameters import Parameters
@@ -13,7 +15,7 @@ from .source import Data, Path, Source
 HEADER = {"machine type", "frame type", "extends", "name", "about", "capacity", "source", "parameters", "interlocks"}
 NAMED = (  # sections whose keys are names of parts
     *("bodies", "joints", "ropes", "supports", "springs", "stops", "brakes", "locks", "drives", "forces", "contacts"),
-    *("hooks", "elastic", "shapes", "girders", "load cells"),
+    *("hooks", "elastic", "shapes", GIRDERS, "load cells"),
 )
 BODIES = "parent", "child", "body", "on", "radius from"  # keys whose values name a body
 JOINTS = "joint", "slides"  # or joints

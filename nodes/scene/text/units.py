@@ -70,7 +70,7 @@ class Dimension:
             raise ValueError(f"'{value}' is no finite number")
         if number and not SMALL <= abs(number) <= LARGE:
             extreme = f"smaller than {SMALL:g}" if abs(number) < SMALL else f"larger than {LARGE:g}"
-            raise ValueError(f"'{value}' is {extreme} in SI units, which is no {self.name} of this world")
+            raise ValueError(f"'{value}' is {extreme} in SI units, which is no {self.name} in practice")
         return number
 
     def number(self, value: object) -> float:

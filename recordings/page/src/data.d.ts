@@ -2,6 +2,16 @@
 export class Run {
   constructor(head: object);
   t: Float64Array;
-  boxes: unknown[];
+  boxes: { body: string; centre: number[]; size: number[] }[];
+  bodies: { name: string }[];
+  block: { name: string; lugs: { name: string; p: number[] }[] } | null;
+  supports: { name: string; body: string; p: number[] }[];
+  stages: { t: number; name: string }[];
+  status: string;
+  title: string;
+  readonly first: number;
+  readonly last: number;
+  clock(t: number): string;
+  refine(): Promise<boolean>;
 }
 export function clock(seconds: number, digits?: number): string;

@@ -24,4 +24,5 @@ export function listen(address, { begun, grown, ended, lost }) {
     ended(run);
   });
   source.onerror = () => lost(true);
+  return source;
 }

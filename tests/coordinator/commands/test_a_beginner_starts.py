@@ -25,7 +25,7 @@ def test_a_new_scene_is_a_copy_that_runs_under_its_own_name(tmp_path: Path, monk
         assert renamed == bundled()[like].read_text()
 
 
-def test_nothing_is_overwritten(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_new_scenes_never_overwrite_existing_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mine.yaml").write_text("a day's work\n")
     message = CliRunner().invoke(app, ["new", "mine"])
@@ -47,7 +47,7 @@ def test_the_schema_accepts_all_bundled_scenes_and_reports_what_is_wrong() -> No
     assert "hieght" in wrong.message
 
 
-def test_the_schema_reports_units_defaults_and_meanings() -> None:
+def test_the_schema_describes_units_defaults_and_meanings_of_keys() -> None:
     schema = json_schema()
     types = schema["$defs"]["CraneKeys"]["allOf"]
     crane = next(x["then"] for x in types if x["if"]["properties"]["type"]["const"] == "goliath-900")["properties"]
@@ -65,7 +65,7 @@ def test_doctor_checks_the_installation() -> None:
     assert found["a short run"].message.startswith("21 samples of a pendulum in ")
 
 
-def test_a_broken_installation_ends_with_exit_code_1(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_doctor_reports_a_broken_installation_with_exit_code_1(monkeypatch: pytest.MonkeyPatch) -> None:
     message = [
         HealthFinding("numpy", "ok", "2"),
         HealthFinding("browser", "missing", "none"),

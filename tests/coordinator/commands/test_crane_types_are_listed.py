@@ -17,7 +17,7 @@ def told(*words: str) -> str:
     return result.stdout
 
 
-def test_all_types_report_their_capacity_and_source() -> None:
+def test_every_crane_type_reports_its_capacity_and_source() -> None:
     text, found = told(), json.loads(told("--json"))
     assert [*found] == [*library()]
     for name, answer in found.items():
@@ -30,10 +30,10 @@ def test_all_types_report_their_capacity_and_source() -> None:
     )
 
 
-def test_a_type_is_printed_as_it_is_in_its_file() -> None:
+def test_types_prints_a_crane_type_as_its_file() -> None:
     assert told("jib-60") == library()["jib-60"].read_text()
 
 
-def test_an_unknown_type_is_reported() -> None:
+def test_an_unknown_crane_type_is_reported() -> None:
     with pytest.raises(SceneError, match="there is no machine type 'jib-6': did you mean 'jib-60'"):
         told("jib-6")

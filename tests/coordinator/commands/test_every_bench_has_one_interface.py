@@ -61,7 +61,7 @@ def python(code: str, *arguments: str) -> subprocess.CompletedProcess[str]:
 
 
 @pytest.mark.large
-def test_every_script_takes_the_two_options_and_reports_what_it_measures() -> None:
+def test_every_benchmark_script_takes_the_two_options_and_reports_its_measurements() -> None:
     helps = json.loads(python(ALL_HELPS, *map(str, SCRIPTS)).stdout)
     for script in SCRIPTS:
         message = helps[str(script)]
@@ -70,7 +70,7 @@ def test_every_script_takes_the_two_options_and_reports_what_it_measures() -> No
         assert f"python tests/bench/{script.name} " in script.read_text().partition('"""\n\n')[0], script.name
 
 
-def test_a_row_has_eight_keys_and_its_target_bounds_the_ratio_to_the_peer() -> None:
+def test_a_benchmark_row_has_eight_keys_and_its_target_bounds_the_ratio_to_the_peer() -> None:
     rows = [json.loads(line) for line in python(ROWS, "--json").stdout.splitlines()]
     assert all(list(row) == KEYS for row in rows)
     assert [tuple(row.values())[1:] for row in rows] == [
@@ -82,7 +82,7 @@ def test_a_row_has_eight_keys_and_its_target_bounds_the_ratio_to_the_peer() -> N
     ]
 
 
-def test_an_object_that_is_no_bench_row_is_named() -> None:
+def test_a_benchmark_that_returns_something_other_than_rows_is_named() -> None:
     good = {"name": "a", "value": 1.0, "unit": "s", "peer": "b", "peer_value": 2.0, "ratio": 0.5, "target": None}
     good["met"] = None
     bad = [
@@ -106,7 +106,7 @@ def test_an_object_that_is_no_bench_row_is_named() -> None:
     ]
 
 
-def test_a_peer_that_is_not_installed_gives_one_sentence_and_no_figure() -> None:
+def test_a_peer_engine_that_is_not_installed_gives_one_sentence_and_no_figure() -> None:
     done = python(FEW)
     other = [row for row in map(json.loads, done.stdout.splitlines()) if row["peer"]]
     assert [(row["peer_value"], row["ratio"], row["met"]) for row in other] == [(None, None, None)] * 5
@@ -117,7 +117,7 @@ def test_a_peer_that_is_not_installed_gives_one_sentence_and_no_figure() -> None
     ]
 
 
-def test_scripts_that_pages_name_exist() -> None:
+def test_scripts_named_on_pages_exist() -> None:
     pages = [*ROOT.glob("*.md"), *(p for room in ROOMS for p in (ROOT / room).rglob("*.md"))]
     named = {script for page in pages for script in re.findall(r"tests/bench/[\w/]+\.py", page.read_text())}
     assert len(named) > 5

@@ -47,7 +47,9 @@ def example(name: str) -> list[str]:
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_help_ends_with_an_example_that_parses(capsys: pytest.CaptureFixture[str], name: str) -> None:
+def test_the_help_of_every_command_ends_with_an_example_that_parses(
+    capsys: pytest.CaptureFixture[str], name: str
+) -> None:
     code, message, _ = heavylift(capsys, name, "--help")
     assert code == 0
     lines = message.splitlines()
@@ -59,7 +61,7 @@ def test_help_ends_with_an_example_that_parses(capsys: pytest.CaptureFixture[str
 
 
 @pytest.mark.parametrize("name", sorted(HARMLESS))
-def test_an_example_runs(
+def test_the_example_in_the_help_of_a_command_runs(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -70,20 +72,22 @@ def test_an_example_runs(
     assert not CONTROL.search(message)
 
 
-def test_commands_of_data_have_json() -> None:
+def test_commands_that_print_data_have_a_json_option() -> None:
     assert {name for name, c in COMMANDS.items() if any("--json" in p.opts for p in c.params)} >= OF_DATA
 
 
 @pytest.mark.parametrize(
     "command", [("check", "lift"), ("tree", "arm"), ("statics", "pendulum"), ("modes", "pendulum")]
 )
-def test_json_is_one_object(capsys: pytest.CaptureFixture[str], command: tuple[str, ...]) -> None:
+def test_the_json_output_of_a_command_is_one_object(
+    capsys: pytest.CaptureFixture[str], command: tuple[str, ...]
+) -> None:
     code, message, _ = heavylift(capsys, *command, "--json")
     assert code == 0
     assert isinstance(json.loads(message), dict)
 
 
-def test_the_help_reports_all_commands_and_exit_codes(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_help_lists_all_commands_and_exit_codes(capsys: pytest.CaptureFixture[str]) -> None:
     code, message, _ = heavylift(capsys, "--help")
     assert code == 0
     assert set(COMMANDS) <= set(re.findall(r"^  ([a-z-]+)  ", message, re.M))
@@ -114,7 +118,7 @@ def test_the_help_reports_all_commands_and_exit_codes(capsys: pytest.CaptureFixt
         *(((name, "no.mcap", *(("-o", "x.csv") * (name == "export"))), 1, "no.mcap") for name in OF_FILES),
     ],
 )
-def test_mistakes_end_in_a_sentence(
+def test_mistakes_on_the_command_line_end_in_one_sentence(
     capsys: pytest.CaptureFixture[str],
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -158,5 +162,5 @@ def test_shell_completion_calls_the_command(
     assert heavylift(capsys)[1] == offered
 
 
-def test_the_program_reports_its_version(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_version_option_prints_the_version(capsys: pytest.CaptureFixture[str]) -> None:
     assert heavylift(capsys, "--version") == (0, f"heavylift {version('heavylift')}\n", "")

@@ -39,7 +39,7 @@ def test_the_program_is_short_and_imports_only_zenoh_and_msgpack() -> None:
     assert len(text.splitlines()) <= 80
 
 
-def test_the_digest_is_that_of_a_run_without_it(guest, tmp_path: Path) -> None:
+def test_a_run_with_a_node_in_another_program_has_the_same_digest(guest, tmp_path: Path) -> None:
     ended = []
     with guest(lambda ticket: ended.append(reference(ticket).wait(60))):
         run = run_models(RING, until=0.101, external=["s1"])
@@ -64,7 +64,7 @@ def test_a_run_without_its_external_node_ends_with_a_sentence(tmp_path: Path, mo
     assert list(tmp_path.iterdir()) == []
 
 
-def test_an_existing_file_in_the_place_of_the_ticket_is_kept(tmp_path: Path, monkeypatch, guest) -> None:
+def test_an_existing_file_under_the_name_of_the_ticket_is_kept(tmp_path: Path, monkeypatch, guest) -> None:
     path = tmp_path / "s1.ticket"
     path.write_text("a ticket for the theatre")
     with pytest.raises(OutputError, match="is not the ticket of an ended run; move it"):
@@ -79,7 +79,9 @@ def test_an_existing_file_in_the_place_of_the_ticket_is_kept(tmp_path: Path, mon
         "--external s1 --in-process": "--in-process: process s1 is an external program; leave out one of the two",
     }.items(),
 )
-def test_models_that_cannot_be_external_are_refused_before_the_run(monkeypatch, capsys, more: str, said: str) -> None:
+def test_models_that_cannot_run_externally_are_refused_before_the_run(
+    monkeypatch, capsys, more: str, said: str
+) -> None:
     monkeypatch.setattr(sys, "argv", ["heavylift", "devs", RING, *more.split()])
     with pytest.raises(SystemExit) as left:
         main()
@@ -88,7 +90,7 @@ def test_models_that_cannot_be_external_are_refused_before_the_run(monkeypatch, 
 
 
 @pytest.mark.large
-def test_a_killed_program_has_a_successor_that_receives_the_whole_history(guest, tmp_path: Path) -> None:
+def test_the_successor_of_a_killed_external_program_receives_the_whole_history(guest, tmp_path: Path) -> None:
     message: list[str] = []
 
     class Listening(RunObserver):

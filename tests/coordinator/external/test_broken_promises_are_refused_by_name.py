@@ -73,21 +73,21 @@ REFUSED = {  # what it says, and the sentence
 
 
 @pytest.mark.parametrize("name", REFUSED)
-def test_messages_that_none_of_our_models_could_send_are_refused(name: str) -> None:
+def test_messages_that_no_correct_node_could_send_are_refused(name: str) -> None:
     message, sentence = REFUSED[name]
     model = ring(stations=2, tokens=1, hold=ms(5))
     with pytest.raises(ProtocolError, match=sentence):
         External("s1", [model.children["s1"]], [], 10_000).checked(message)
 
 
-def test_valid_messages_pass() -> None:
+def test_valid_messages_of_external_nodes_are_accepted() -> None:
     model = ring(stations=2, tokens=1, hold=ms(5))
     external = External("s1", [model.children["s1"]], [], 10_000)
     for message in (HELLO, done([event(ms(5))]), m.Bye(), bye("ring.s1"), bye("ring.s1.part"), m.Checkpoint(1)):
         assert external.checked(message) is message
 
 
-def test_the_reason_of_a_failure_is_one_line_that_names_the_node() -> None:
+def test_the_failure_of_an_external_node_is_one_line_that_names_the_node() -> None:
     external = External("s1", [ring(stations=2, tokens=1, hold=ms(5)).children["s1"]], [], 10_000)
     text = external.checked(m.Fail(Tag(0), "s1", "no\n\x1b[31mline" + "x" * 1000, ""))
     assert isinstance(text, m.Fail)
@@ -150,11 +150,11 @@ CASES = {
 
 
 @pytest.mark.parametrize("name", [next(iter(CASES)), *(pytest.param(x, marks=pytest.mark.large) for x in [*CASES][1:])])
-def test_a_run_ends_with_the_name_of_the_node_that_broke_the_protocol(guest, name: str) -> None:
+def test_a_protocol_violation_ends_the_run_with_the_name_of_the_node(guest, name: str) -> None:
     play, sentence = CASES[name]
     with guest(play), pytest.raises(HeavyliftError, match=sentence):
         run_models(RING, until=0.101, external=["s1"])
 
 
-def test_a_program_of_another_protocol_version_sees_that_in_its_ticket(tmp_path: Path) -> None:
+def test_a_program_of_another_protocol_version_finds_the_version_in_its_ticket(tmp_path: Path) -> None:
     assert "wire" in json.loads(Ticket("r", "p", {}, 1, "", "").to_text())

@@ -38,18 +38,18 @@ def shown(x: object) -> object:
     return [shown(y) for y in x] if isinstance(x, list) else x
 
 
-def test_every_message_has_its_dump() -> None:
+def test_every_message_on_the_wire_format_page_has_its_byte_dump() -> None:
     assert sorted(DUMPS) == sorted([*KINDS, "alive", "config", "frame"])
 
 
 @pytest.mark.parametrize("name", sorted(DUMPS.keys() - {"frame"}))
-def test_a_decoder_that_knows_only_messagepack_reads_it(name: str) -> None:
+def test_the_messages_on_the_wire_format_page_are_valid_messagepack(name: str) -> None:
     text, data = dump(name)
     assert shown(msgpack.unpackb(data)) == text
 
 
 @pytest.mark.parametrize("kind", sorted(KINDS))
-def test_the_program_reads_and_writes_the_same_bytes(kind: str) -> None:
+def test_the_example_program_reads_and_writes_the_bytes_of_the_wire_format_page(kind: str) -> None:
     data = dump(kind)[1]
     message = m.decode(data)
     assert type(message) is KINDS[kind]
@@ -59,7 +59,7 @@ def test_the_program_reads_and_writes_the_same_bytes(kind: str) -> None:
     assert tuple(rows[kind].split(", ")) == message.__struct_fields__
 
 
-def test_the_program_creates_the_liveliness_token_and_its_config_as_documented() -> None:
+def test_the_example_program_creates_the_documented_liveliness_token_and_session_config() -> None:
     assert msgspec.msgpack.decode(dump("alive")[1], type=m.Alive) == m.Alive(12)
     model = ring(stations=4, tokens=2, hold=5_000_000)
     wires = [(a.owner.name, a.name, b.owner.name, b.name) for a, b in model.couplings]
@@ -70,7 +70,7 @@ def test_the_program_creates_the_liveliness_token_and_its_config_as_documented()
     assert msgspec.msgpack.decode(welcome.config, type=parts.ExternalPart).models["s1"].out == {"out": ("Token", 0)}
 
 
-def test_a_frame_is_decoded_by_the_table_of_the_page() -> None:
+def test_frames_are_decoded_by_the_table_of_the_wire_format_page() -> None:
     frame, done = dump("frame")[1], dump("done")[1]
     rows = re.findall(r"^\| (\d+) \| (\d+) \| (.*?) \|$", PAGE, re.M)
     assert [int(offset) + int(size) for offset, size, _ in rows[:-1]] == [int(offset) for offset, _, _ in rows[1:]]
@@ -83,7 +83,7 @@ def test_a_frame_is_decoded_by_the_table_of_the_page() -> None:
     assert (reader.open(first), writer.frame(done), reader.open(frame)) == (b"", frame, done)
 
 
-def test_the_ticket_is_read_and_written_as_documented() -> None:
+def test_the_ticket_is_read_and_written_as_the_wire_format_page_says() -> None:
     text = re.search(r"^```json\n(.*?)\n```", PAGE, re.M | re.S)
     assert text is not None
     ticket = msgspec.json.decode(text[1], type=Ticket)

@@ -9,7 +9,9 @@ from of_a_yard import ended, finish, free_port, start, until
 
 
 @pytest.mark.large
-def test_a_link_that_delays_every_packet_changes_no_byte(tmp_path: Path, keys: Path, truth: str) -> None:
+def test_a_network_that_delays_every_packet_changes_no_byte_of_the_recording(
+    tmp_path: Path, keys: Path, truth: str
+) -> None:
     port = free_port()
     listen = ["--listen", f"tls/127.0.0.1:{port}", "--certificates", keys]
     run = start(tmp_path, "run", "lift", "--remote", "block", *listen, "-o", "run.mcap")

@@ -20,7 +20,7 @@ def extension(path: Path, kind: type) -> object:
     return x509.load_pem_x509_certificate(path.read_bytes()).extensions.get_extension_for_class(kind).value
 
 
-def test_the_command_writes_keys_for_their_owner_only(tmp_path: Path) -> None:
+def test_the_certificates_command_writes_keys_that_only_their_owner_can_read(tmp_path: Path) -> None:
     code, error = finish(tmp_path, "certificates", "keys", "west", "east", "--host", "10.0.0.1")
     assert (code, error) == (0, "")
     keys = tmp_path / "keys"
@@ -30,7 +30,7 @@ def test_the_command_writes_keys_for_their_owner_only(tmp_path: Path) -> None:
     assert modes == {f"{n}.pem": 0o644 for n in names} | {f"{n}.key": 0o600 for n in names}
 
 
-def test_a_certificate_names_its_process_and_serves_both_ends(keys: Path) -> None:
+def test_a_certificate_names_its_process_and_serves_as_client_and_server(keys: Path) -> None:
     certificate = x509.load_pem_x509_certificate((keys / "block.pem").read_bytes())
     assert certificate.subject.get_attributes_for_oid(NameOID.COMMON_NAME)[0].value == "block"
     assert isinstance(certificate.public_key().curve, SECP256R1)
@@ -40,14 +40,14 @@ def test_a_certificate_names_its_process_and_serves_both_ends(keys: Path) -> Non
     assert extension(keys / "yard.pem", x509.BasicConstraints) == x509.BasicConstraints(True, 0)
 
 
-def test_the_coordinator_is_reached_by_its_addresses(keys: Path) -> None:
+def test_the_coordinator_certificate_is_valid_for_all_its_addresses(keys: Path) -> None:
     names = extension(keys / "coordinator.pem", x509.SubjectAlternativeName)
     assert names.get_values_for_type(x509.DNSName) == ["localhost"]
     addresses = ["127.0.0.1", "::1", "10.77.0.1"]
     assert names.get_values_for_type(x509.IPAddress) == [ip_address(a) for a in addresses]
 
 
-def test_existing_keys_are_kept(tmp_path: Path) -> None:
+def test_existing_certificate_keys_are_kept(tmp_path: Path) -> None:
     make_certificates(tmp_path, ["west"])
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
     assert [path.name for path in make_certificates(tmp_path, ["west", "east"])] == ["east.pem", "east.key"]
@@ -61,7 +61,7 @@ def refusal(directory: Path, name: str) -> str:
     return str(error.value)
 
 
-def test_missing_wrong_and_readable_key_files_are_named(tmp_path: Path) -> None:
+def test_missing_wrong_and_publicly_readable_key_files_are_named(tmp_path: Path) -> None:
     make_certificates(tmp_path, ["west", "east"])
     make_certificates(tmp_path / "other", ["west"])
     assert refusal(tmp_path, "north") == (
@@ -80,7 +80,7 @@ def test_missing_wrong_and_readable_key_files_are_named(tmp_path: Path) -> None:
     assert refusal(tmp_path, "east") == f"{tmp_path}/east.pem is no certificate that can be read"
 
 
-def test_an_expired_certificate_is_named_with_its_dates(tmp_path: Path) -> None:
+def test_an_expired_certificate_is_reported_with_its_dates(tmp_path: Path) -> None:
     make_certificates(tmp_path, [])
     use = library()
     signer = use.x509_of(tmp_path / "yard.pem"), use.key_of(tmp_path / "yard.key")
@@ -93,7 +93,7 @@ def test_an_expired_certificate_is_named_with_its_dates(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["yard", "observer", "afar", "a b", ""])
-def test_names_with_another_meaning_are_refused(tmp_path: Path, name: str) -> None:
+def test_reserved_process_names_get_no_certificate(tmp_path: Path, name: str) -> None:
     with pytest.raises(ProtocolError, match="cannot be used"):
         make_certificates(tmp_path, [name])
     assert not list(tmp_path.iterdir())

@@ -63,11 +63,13 @@ def over(cable: tuple[str, str], folder: Path, keys: Path) -> str:
 
 
 @pytest.mark.large
-def test_two_hosts_give_the_digest_of_one(cable: tuple[str, str], tmp_path: Path, keys: Path, truth: str) -> None:
+def test_a_run_over_two_hosts_has_the_digest_of_a_run_on_one(
+    cable: tuple[str, str], tmp_path: Path, keys: Path, truth: str
+) -> None:
     assert over(cable, tmp_path, keys) == truth
 
 
-def test_a_link_that_delays_and_loses_packets_changes_no_byte(
+def test_a_network_that_delays_and_loses_packets_changes_no_byte_of_the_recording(
     cable: tuple[str, str], tmp_path: Path, keys: Path, truth: str
 ) -> None:
     for name, device in zip(cable, ("yard-a", "yard-b"), strict=True):

@@ -17,7 +17,7 @@ def build():
 
 
 @pytest.mark.large
-def test_models_run_where_they_are_placed(tmp_path: Path, keys: Path) -> None:
+def test_models_run_on_the_hosts_where_they_are_placed(tmp_path: Path, keys: Path) -> None:
     for host in ("here", "there"):
         (tmp_path / host).mkdir()
         (tmp_path / host / "rings.py").write_text(RING)
@@ -42,7 +42,7 @@ def test_models_run_where_they_are_placed(tmp_path: Path, keys: Path) -> None:
     assert json.loads(out)["digest"] == truth
 
 
-def test_a_placement_that_makes_no_sense_is_refused_before_anything_starts(tmp_path: Path) -> None:
+def test_an_impossible_placement_is_refused_before_any_process_starts(tmp_path: Path) -> None:
     (tmp_path / "rings.py").write_text(RING)
     for words, message in {
         "--place s9=yard": "--place 's9=yard': there is no node 's9'; the nodes are s0, s1, s2, s3",

@@ -41,7 +41,7 @@ def asked(session: zenoh.Session, at: str, name: str, host: str = "here") -> Joi
     return found[0] if found else None
 
 
-def test_a_certificate_may_use_its_own_name_only(run: Run) -> None:
+def test_a_remote_process_may_join_only_under_the_name_in_its_certificate(run: Run) -> None:
     hub, text, block, crane = run
     with remote_session(block) as liar:
         for _ in range(3):
@@ -74,7 +74,7 @@ def test_a_client_that_requests_a_name_does_not_block_its_owner(run: Run) -> Non
         assert _ask(honest, CRANE, crane) == hub.ticket("crane")
 
 
-def test_many_sessions_of_one_certificate_shut_nobody_out(run: Run) -> None:
+def test_many_sessions_of_one_certificate_lock_nobody_else_out(run: Run) -> None:
     hub, _, block, crane = run
     with ExitStack() as crowd:
         for _ in range(60):
@@ -83,7 +83,7 @@ def test_many_sessions_of_one_certificate_shut_nobody_out(run: Run) -> None:
         assert _ask(honest, CRANE, crane) == hub.ticket("crane")
 
 
-def test_text_of_an_unauthenticated_client_is_escaped(run: Run) -> None:
+def test_text_of_an_unauthenticated_client_is_printed_escaped(run: Run) -> None:
     _, text, block, _ = run
     nasty = "\x1b]0;owned\x07\nall is well\u202e" + "x" * 1000
     with remote_session(block) as liar:
@@ -95,7 +95,7 @@ def test_text_of_an_unauthenticated_client_is_escaped(run: Run) -> None:
     assert r"on host \x1b]0;owned\x07\nall is well\u202exxx" in text[0]
 
 
-def test_refusals_do_not_fill_the_screen(run: Run) -> None:
+def test_repeated_refusals_of_clients_are_summarised(run: Run) -> None:
     _, text, block, _ = run
     with remote_session(block) as liar:
         for number in range(2 * REFUSALS):
@@ -105,7 +105,7 @@ def test_refusals_do_not_fill_the_screen(run: Run) -> None:
     assert text[-1] == "more refusals are not reported"
 
 
-def test_a_client_of_any_other_version_gets_an_instruction(run: Run) -> None:
+def test_a_client_of_another_version_is_told_what_to_install(run: Run) -> None:
     """Whatever it asks in: words of before or after, or bytes of no meaning."""
     hub, text, block, _ = run
     mine = msgspec.to_builtins(JoinRequest("block", __version__, "quay", code=code()))

@@ -29,16 +29,16 @@ def test_nodes_are_distributed_over_processes_and_the_kernel_has_its_own() -> No
 
 
 @pytest.mark.parametrize("count", [7, 12])
-def test_as_many_processes_as_nodes_means_one_each(count: int) -> None:
+def test_as_many_processes_as_nodes_give_each_node_its_own(count: int) -> None:
     assert Placement.spread(LIFT, count) == Placement.apart(LIFT)
 
 
-def test_one_process_hosts_the_kernel_too() -> None:
+def test_with_one_process_the_kernel_is_in_it_too() -> None:
     assert Placement.spread(LIFT, 1).processes == {"process-1": LIFT}
 
 
 @pytest.mark.parametrize("count", range(1, 8))
-def test_every_node_has_one_process(count: int) -> None:
+def test_by_default_every_node_has_its_own_process(count: int) -> None:
     placement = Placement.spread(LIFT, count)
     assert len(placement.processes) == count
     assert sorted(placement.models) == sorted(LIFT)
@@ -83,7 +83,7 @@ def test_a_wrong_placement_is_refused(given: list[str], count: int, told: str) -
 
 @pytest.mark.parametrize("command", [["run", "lift"], ["devs", "heavylift.nodes.zoo.multi_server_queue:mmc"]])
 @pytest.mark.parametrize("more", [["--processes", "2"], ["--place", "source=a"]])
-def test_one_process_and_several_processes_exclude_each_other(command: list[str], more: list[str]) -> None:
+def test_options_for_one_process_and_for_several_exclude_each_other(command: list[str], more: list[str]) -> None:
     message = CliRunner().invoke(app, [*command, "--in-process", *more])
     assert message.exit_code == 2
     assert "leave out --processes and --place" in message.output
@@ -93,7 +93,7 @@ def scene(placement: str) -> str:
     return f"{unstated(bundled()['lift'].read_text())}\nplacement:\n{placement}"
 
 
-def test_a_scene_places_its_nodes() -> None:
+def test_a_scene_can_state_the_placement_of_its_nodes() -> None:
     loaded = parse(scene("  yard-a: [crane, block]\n  yard-b: {nodes: [loader-1]}\n"))
     assert node_names(loaded.plan) == LIFT
     assert loaded.facts.placement == {"crane": "yard-a", "block": "yard-a", "loader-1": "yard-b"}
@@ -126,7 +126,7 @@ def truth(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 @pytest.mark.parametrize("count", [1, 2, 4, 12])
 @pytest.mark.large(beyond=1)
-def test_the_number_of_processes_changes_no_byte(truth: str, tmp_path: Path, count: int) -> None:
+def test_the_number_of_processes_changes_no_byte_of_the_recording(truth: str, tmp_path: Path, count: int) -> None:
     crew = Processes()
     placement = Placement.spread(LIFT, count)
     assert run(load("lift"), tmp_path / "lift.mcap", processes=crew, placement=placement).digest == truth

@@ -40,7 +40,9 @@ def coordinator(folder: Path, keys: Path, *arguments: str, scene: str = "lift") 
 
 
 @pytest.mark.large
-def test_the_command_that_the_coordinator_asks_for_completes_the_run(tmp_path: Path, keys: Path, truth: str) -> None:
+def test_the_command_printed_by_the_coordinator_lets_a_remote_process_join(
+    tmp_path: Path, keys: Path, truth: str
+) -> None:
     run, endpoint = coordinator(tmp_path, keys, "--remote", "block")
     asked = until(run, "waiting for process block")
     command = asked.split("on its host type: heavylift ")[1].replace("DIRECTORY", str(keys)).split()
@@ -92,7 +94,9 @@ def plain_tcp(endpoint: str, keys: Path) -> dict[str, object]:
     return {"protocols": ["tcp"], "tls": {}, "endpoint": endpoint.replace("tls/", "tcp/")}
 
 
-def test_an_unauthorised_process_is_refused_and_the_run_goes_on(tmp_path: Path, keys: Path, truth: str) -> None:
+def test_a_remote_process_without_a_valid_certificate_is_refused_and_the_run_continues(
+    tmp_path: Path, keys: Path, truth: str
+) -> None:
     run, endpoint = coordinator(tmp_path, keys, "--remote", "block")
     until(run, "waiting for process block")
 
@@ -137,7 +141,9 @@ def test_an_unauthorised_process_is_refused_and_the_run_goes_on(tmp_path: Path, 
 BOTH = Placement({"block": ("block",), "crane": ("crane",)}, frozenset({"block", "crane"}))
 
 
-def test_another_version_is_refused_and_nobody_joins_twice(keys: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_remote_process_of_another_version_or_a_second_one_of_a_name_is_refused(
+    keys: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     endpoint, text = f"tls/127.0.0.1:{free_port()}", list[str]()
     there = RemoteListener.at(endpoint, Credentials.load(keys, "block"))
     with (
@@ -161,7 +167,7 @@ def test_another_version_is_refused_and_nobody_joins_twice(keys: Path, monkeypat
         assert [line for line in text if "refused process block on host" in line] == text[-3:]
 
 
-def test_the_name_in_a_certificate_guards_the_keys(keys: Path) -> None:
+def test_a_certificate_restricts_its_process_to_its_own_keys(keys: Path) -> None:
     """A process of this yard that writes in place of another is not heard, whatever it calls itself."""
     endpoint = f"tls/127.0.0.1:{free_port()}"
     there = RemoteListener.at(endpoint, Credentials.load(keys, "block"))
@@ -178,9 +184,7 @@ def test_the_name_in_a_certificate_guards_the_keys(keys: Path) -> None:
 
 
 @pytest.mark.large
-def test_a_lost_remote_process_is_named_with_its_host_and_a_successor_takes_its_place(
-    tmp_path: Path, keys: Path
-) -> None:
+def test_a_lost_remote_process_is_named_with_its_host_and_replaced(tmp_path: Path, keys: Path) -> None:
     run, endpoint = coordinator(tmp_path, keys, "--place", "block=yard-b", "--remote", "yard-b", scene="turnover")
     node = start(tmp_path, "node", "yard-b", "--connect", endpoint, "--certificates", keys)
     until(run, " s  load")
@@ -220,7 +224,7 @@ def test_a_remote_process_does_not_outlive_its_coordinator(tmp_path: Path, keys:
         (["block"], "tls/127.0.0.1:7447", True, "--in-process: process block is placed on another host"),
     ],
 )
-def test_a_wrong_command_line_is_refused_before_anything_listens(
+def test_wrong_options_for_remote_processes_are_refused_before_anything_listens(
     keys: Path, remote: list[str], listen: str, in_process: bool, told: str
 ) -> None:
     with pytest.raises(HeavyliftError) as error:
@@ -245,7 +249,7 @@ def test_a_scene_may_place_several_nodes_and_the_kernel_on_another_host(
     assert Recording(tmp_path / "run.mcap").result["digest"] == alone.digest
 
 
-def test_without_a_coordinator_the_node_ends_with_a_sentence(
+def test_a_remote_node_without_a_coordinator_ends_with_a_sentence(
     tmp_path: Path, keys: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("heavylift.coordinator.transport.session.CONNECT_ms", 300)

@@ -17,7 +17,7 @@ COMMANDS = [
 
 
 @pytest.mark.large
-def test_the_commands_for_one_host_give_one_digest(tmp_path: Path, truth: str) -> None:
+def test_the_commands_on_the_hosts_page_for_one_host_give_one_digest(tmp_path: Path, truth: str) -> None:
     alone = COMMANDS[:4]
     assert [command[2:4] for command in alone[1:3]] == [["--processes", "4"], ["--processes", "auto"]]
     for command in alone:
@@ -26,7 +26,7 @@ def test_the_commands_for_one_host_give_one_digest(tmp_path: Path, truth: str) -
 
 
 @pytest.mark.large
-def test_the_commands_for_two_hosts_make_one_run(tmp_path: Path, truth: str) -> None:
+def test_the_commands_on_the_hosts_page_for_two_hosts_join_in_one_run(tmp_path: Path, truth: str) -> None:
     pytest.importorskip("cryptography", reason="no package 'cryptography': certificates cannot be made")
     port = str(free_port())
     made, run, node = (
@@ -42,7 +42,7 @@ def test_the_commands_for_two_hosts_make_one_run(tmp_path: Path, truth: str) -> 
     assert Recording(tmp_path / "lift.mcap").result["digest"] == truth
 
 
-def test_the_scene_of_the_page_can_be_read() -> None:
+def test_the_scene_on_the_hosts_page_can_be_read() -> None:
     (placement,) = (block for block in BLOCKS if block.startswith("placement:"))
     loaded = parse(f"heavylift: 1\nname: lift\nextends: lift\n{placement}")
     assert loaded.facts.placement == {"crane": "yard-a", "block": "yard-a", "kernel": "yard-b"}

@@ -26,7 +26,7 @@ def certified(scene: str, sets: list[str], folder: Path) -> tuple[Certificate, P
         return runs.written(result.recording), result.recording, result.digest
 
 
-def test_a_snatch_has_error_estimates_of_its_steps_and_inputs(tmp_path: Path) -> None:
+def test_a_certificate_of_a_snatch_has_error_estimates_of_its_steps_and_inputs(tmp_path: Path) -> None:
     found, path, digest = certified("snatch", ["end=2 s", "tolerance=1e-4", f"{MASS}=10 t +- 6 %"], tmp_path)
     peak = found.bars[0]
     exact = play(msgspec.structs.replace(load("snatch", ["end=2 s"]).plan, tolerance=1e-11)).peaks["fall"].tension
@@ -46,21 +46,21 @@ def test_a_snatch_has_error_estimates_of_its_steps_and_inputs(tmp_path: Path) ->
     assert accuracy(rec) == peak.numerical / peak.value
 
 
-def test_a_lift_has_error_estimates_of_ropes_slings_pads_positions_and_stages(tmp_path: Path) -> None:
+def test_a_certificate_of_a_lift_has_error_estimates_of_ropes_slings_pads_positions_and_stages(tmp_path: Path) -> None:
     found, _, _ = certified("lift", ["end=40 s"], tmp_path)
     assert {bar.quantity for bar in found.bars} >= {*ASKABLE} - {"swing"}
     assert all(bar.numerical is not None and bar.model is not None for bar in found.bars)
     assert sum(line.startswith("use of ") for line in found.message) == 1  # the largest; all are in its data
 
 
-def test_a_scene_without_stated_uncertainties_reports_so(tmp_path: Path) -> None:
+def test_a_certificate_of_a_scene_without_stated_uncertainties_reports_that(tmp_path: Path) -> None:
     found, _, _ = certified("snatch", ["end=1 s"], tmp_path)
     assert found.message[0].endswith(" kN (numerical), no error estimate (model, inputs)")
     assert "no uncertainty is stated; write one behind a value" in found.missing["inputs"]
     assert MASS in found.unstated
 
 
-def test_every_level_is_checked_by_one_that_restores_what_it_omits() -> None:
+def test_the_error_of_a_level_is_measured_by_a_level_that_restores_what_it_omits() -> None:
     ladder = Ladder(load("lift").plan)
     for given, lumps in (
         (Fidelity(ropes="rigid", slings="rigid"), 2),
@@ -73,7 +73,7 @@ def test_every_level_is_checked_by_one_that_restores_what_it_omits() -> None:
     assert not Ladder(load("tackle").plan).witnesses(load("tackle").plan.fidelity)
 
 
-def test_levels_are_checked_at_the_tolerances_of_the_ladder() -> None:
+def test_errors_of_levels_are_measured_at_the_tolerances_of_the_ladder() -> None:
     for named in ["method=dopri5", "method=rk4"]:
         candidate = ModelLevel(load("lift", [named, *["step=5 ms"] * ("rk4" in named)]).plan)
         own = Ladder(candidate.plan).in_own_steps(candidate)
@@ -81,7 +81,7 @@ def test_levels_are_checked_at_the_tolerances_of_the_ladder() -> None:
         assert Ladder(own.plan).in_own_steps(own) == own
 
 
-def test_tolerances_are_checked_by_tighter_ones_of_the_same_method() -> None:
+def test_errors_of_tolerances_are_measured_by_tighter_ones_of_the_same_method() -> None:
     plan = load("lift", ["method=radau5", "tolerance=1e-3"]).plan
     (tight,) = tighter(ModelLevel(plan))
     assert (tight.plan.method, tight.plan.tolerance, tight.plan.step) == ("radau5", pytest.approx(1e-4), None)
@@ -106,14 +106,14 @@ mechanism:
 """
 
 
-def test_rigid_ropes_are_checked_by_two_runs() -> None:
+def test_errors_with_rigid_ropes_are_measured_by_two_further_runs() -> None:
     scene = parse(RIGID)
     assert len(tighter(ModelLevel(scene.plan))) == 2
     with certifying(scene, at_once=0) as runs:
         assert all(bar.numerical is not None for bar in runs.certificate().bars)
 
 
-def test_the_number_of_runs_is_reported_with_the_richer_level() -> None:
+def test_certify_announces_the_number_of_runs_and_the_finer_level() -> None:
     with certifying(load("lift", ["block.mass=300 t +- 3 %", "ask=[]"]), at_once=0) as runs:
         message = runs.price
     assert "2 for the steps, 2 for the model, one with ropes of 2 lumps, elastic girder" in message

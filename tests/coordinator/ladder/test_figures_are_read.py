@@ -16,7 +16,7 @@ WHOLE = Span("still", 2.0, 40.0, True, False)
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_a_sinusoid_in_any_level_direction_has_its_amplitude_and_period(seed: int) -> None:
+def test_a_sinusoid_in_any_horizontal_direction_is_measured_with_its_amplitude_and_period(seed: int) -> None:
     r = Random(seed)
     amplitude, period, turned, phase = r.uniform(0.01, 2.0), r.uniform(2.0, 18.0), r.uniform(0, pi), r.uniform(0, 6.3)
     t = np.arange(0.0, 42.0, r.uniform(0.05, period / 20.0))
@@ -28,7 +28,7 @@ def test_a_sinusoid_in_any_level_direction_has_its_amplitude_and_period(seed: in
     assert found.amplitude == pytest.approx(amplitude, rel=2e-3)
 
 
-def test_samples_that_alias_are_reported() -> None:
+def test_samples_too_coarse_for_a_signal_are_reported() -> None:
     rough, fine = (play(load("pendulum", ["end=60 s", f"samples={hz}"]).plan) for hz in ("0.2 Hz", "20 Hz"))
     message, true = ({f.name: f for f in figures(run, ["swing"])} for run in (rough, fine))
     for name, f in message.items():
@@ -37,7 +37,7 @@ def test_samples_that_alias_are_reported() -> None:
     assert all(f.misread < 1e-3 * f.scale for f in true.values())
 
 
-def test_peak_utilisations_between_samples_are_reported() -> None:
+def test_a_peak_utilisation_between_two_samples_is_reported() -> None:
     rough, fine = (play(load("lift", ["end=60 s", f"samples={hz}"]).plan) for hz in ("0.5 Hz", "40 Hz"))
     message, true = ({f.name: f for f in figures(run, ["limits", "clearance"])} for run in (rough, fine))
     assert message.keys() == true.keys()
@@ -56,7 +56,7 @@ def test_every_machine_has_finite_figures_and_each_of_them_once(scene: str) -> N
     assert all(np.isfinite(f.value) and f.scale > 0.0 for f in found)
 
 
-def test_slings_have_a_quantity_of_their_own_and_peaks_are_those_of_the_run() -> None:
+def test_slings_have_figures_of_their_own_and_peaks_are_those_of_the_run() -> None:
     run = play(load("lift", ["end=40 s"]).plan)
     found = {f.name.removeprefix("peak tension "): f for f in figures(run, ["rope tension", "sling tension"])}
     assert {name for name, f in found.items() if f.quantity == "rope tension"} == {f"crane.H{i}" for i in (1, 2, 3)}

@@ -22,7 +22,7 @@ def peak(mass: float, EA: float) -> float:
     return weight + sqrt(weight * (weight + 2.0 * H * EA / L))
 
 
-def test_closed_forms_of_a_snatch() -> None:
+def test_sensitivities_of_a_snatch_agree_with_closed_forms() -> None:
     scene = load("snatch", [*UNDAMPED, f"{LOAD}=10 t +- 6 %", f"{FALL}.EA=90..98 MN"])
     found = sensitivities(scene, at_once=0)
     (figure,) = [f for f in found.figures if f.quantity == "rope tension"]
@@ -38,7 +38,7 @@ def test_closed_forms_of_a_snatch() -> None:
     assert LOAD not in found.unstated
 
 
-def test_an_input_that_makes_a_second_rope_taut_is_tried_at_its_limits() -> None:
+def test_an_input_that_makes_a_second_rope_taut_is_evaluated_at_both_limits() -> None:
     second = "mechanism.ropes.second={start: {body: world}, end: {body: load}, length: 30.2 m +- 0.1 m, EA: 94 MN}"
     found = sensitivities(load("snatch", [*UNDAMPED, second]), at_once=0)
     effects = {f.name: found.effects[f.name][0] for f in found.figures if f.quantity == "rope tension"}
@@ -46,16 +46,16 @@ def test_an_input_that_makes_a_second_rope_taut_is_tried_at_its_limits() -> None
     assert effects["peak tension second"].moves > 0.3 * peak(10e3, 94e6)  # 30.1 m: carries as the first one does
 
 
-def test_a_value_that_makes_no_run_is_reported_and_does_not_count() -> None:
+def test_an_input_value_that_cannot_be_simulated_is_reported_and_ignored() -> None:
     scene = load("snatch", [*UNDAMPED, f"{FALL}.winch.longest=30.2 m sd 0.3 m", f"{LOAD}=10 t +- 6 %"])
     found = sensitivities(scene, at_once=0)
     assert list(found.failed) == [f"{FALL}.winch.longest"]
-    assert "with 29.90 m there is no run" in found.failed[f"{FALL}.winch.longest"]
+    assert "the run with 29.90 m fails" in found.failed[f"{FALL}.winch.longest"]
     assert all(len(effects) == 1 for effects in found.effects.values())
     assert any("missing in all bars" in note for note in found.notes)
 
 
-def test_an_accuracy_finer_than_the_inputs_is_reported() -> None:
+def test_a_requested_accuracy_finer_than_the_input_uncertainty_is_reported() -> None:
     asked = ["ask=[rope tension]", "accuracy=0.3 %", f"{LOAD}=10 t +- 6 %"]
     (note,) = sensitivities(load("snatch", [*UNDAMPED, *asked]), at_once=0).notes
     assert note.startswith("rope tension is asked to 0.3 %, finer than the inputs carry: ")
@@ -67,7 +67,7 @@ def test_a_scene_without_uncertain_inputs_is_told_how_to_state_them() -> None:
         sensitivities(load("snatch"), at_once=0)
 
 
-def test_the_command_uses_several_processes(
+def test_sensitivities_run_in_several_processes(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     sets = [x for s in UNDAMPED for x in ("--set", s)]

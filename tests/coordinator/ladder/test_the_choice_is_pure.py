@@ -41,7 +41,9 @@ def kept(monkeypatch: pytest.MonkeyPatch) -> dict[str, bytes]:
     return files
 
 
-def test_cold_warm_and_damaged_caches_give_one_digest(kept: dict[str, bytes], tmp_path: Path) -> None:
+def test_empty_full_and_damaged_caches_choose_the_same_level_and_give_one_digest(
+    kept: dict[str, bytes], tmp_path: Path
+) -> None:
     scene = load("lift", ASKED)
     assert known(scene) is None
     digests = [run(scene, tmp_path / "cold.mcap", in_process=True).digest]
@@ -65,13 +67,13 @@ def test_cold_warm_and_damaged_caches_give_one_digest(kept: dict[str, bytes], tm
 @pytest.mark.parametrize(
     "setting", ["accuracy=10 %", "fidelity.girder=elastic", "ask=[sling tension]", "gravity=9.8 m/s2"]
 )
-def test_another_question_or_scene_has_another_answer(setting: str, kept: dict[str, bytes]) -> None:
+def test_another_question_or_another_scene_has_its_own_choice_of_level(setting: str, kept: dict[str, bytes]) -> None:
     chosen(load("lift", ASKED))
     chosen(load("lift", [*ASKED, setting]))
     assert len(kept) == 2
 
 
-def test_named_settings_are_kept_and_their_error_is_reported(kept: dict[str, bytes]) -> None:
+def test_fixed_model_settings_are_kept_and_their_error_is_reported(kept: dict[str, bytes]) -> None:
     scene = chosen(load("lift", [*ASKED, "fidelity.girder=rigid", "method=dopri5", "accuracy=0.3 %"]))
     assert (scene.plan.fidelity.girder, scene.plan.method) == ("rigid", "dopri5")
     assert scene.answer is not None
@@ -79,14 +81,14 @@ def test_named_settings_are_kept_and_their_error_is_reported(kept: dict[str, byt
     assert max(scene.answer.errors.values()) > 0.003
 
 
-def test_models_of_users_are_not_run_for_measuring() -> None:
+def test_user_models_are_not_executed_to_choose_a_level() -> None:
     scene = load("damper", ["ask=[position]"])
     assert chosen(scene).answer is not None
     assert "models of its own" in str(chosen(scene).answer)
     assert chosen(scene).plan.fidelity == scene.plan.fidelity
 
 
-def test_a_study_takes_the_level_of_its_base_scene(tmp_path: Path) -> None:
+def test_all_variants_of_a_study_take_the_level_of_the_base_scene(tmp_path: Path) -> None:
     pytest.importorskip("pyarrow")
     scene = load("lift", ASKED)
     base = chosen(scene).plan
@@ -101,7 +103,7 @@ def test_a_study_takes_the_level_of_its_base_scene(tmp_path: Path) -> None:
     assert row["digest"] == again.digest
 
 
-def test_a_study_of_an_extending_scene_takes_the_level_of_its_base_scene(tmp_path: Path) -> None:
+def test_a_study_of_an_extending_scene_takes_the_level_of_that_scene(tmp_path: Path) -> None:
     path = tmp_path / "mine.yaml"
     path.write_text("heavylift: 1\nname: mine\nextends: lift\nask: [rope tension]\nend: 40 s\n")
     scene = level_of(load(path))
@@ -112,7 +114,7 @@ def test_a_study_of_an_extending_scene_takes_the_level_of_its_base_scene(tmp_pat
     assert again.question is None
 
 
-def test_check_reports_the_remembered_choice(
+def test_check_reports_the_cached_choice_of_level(
     kept: dict[str, bytes], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked = ["end=80 s", *ASKED[1:]]  # which does not cut the lift

@@ -25,7 +25,7 @@ def measured() -> MeasuredLadder:
     return measure(load("hall", SCENE), "rope tension", limit=1e-3, budget=120.0)
 
 
-def test_tighter_steps_have_smaller_errors_and_the_advice_is_the_cheapest_that_meets_the_limit(
+def test_tighter_steps_have_smaller_errors_and_the_cheapest_sufficient_candidate_is_recommended(
     measured: MeasuredLadder,
 ) -> None:
     errors = [row.worst for row in measured.rows]
@@ -35,7 +35,7 @@ def test_tighter_steps_have_smaller_errors_and_the_advice_is_the_cheapest_that_m
     assert measured.advice.startswith(f"Use {measured.pick}: ")
 
 
-def test_page_table_and_figure_report_the_same_numbers(measured: MeasuredLadder, tmp_path: Path) -> None:
+def test_page_table_and_figure_of_a_trade_off_report_the_same_numbers(measured: MeasuredLadder, tmp_path: Path) -> None:
     for kind in (".html", ".csv", ".json", ".png", ".svg"):
         write(measured, tmp_path / f"out{kind}")
     html, data = (tmp_path / "out.html").read_text(), json.loads((tmp_path / "out.json").read_text())
@@ -46,7 +46,7 @@ def test_page_table_and_figure_report_the_same_numbers(measured: MeasuredLadder,
     assert "<script" not in html
 
 
-def test_the_printed_command_of_a_level_runs_it(measured: MeasuredLadder) -> None:
+def test_the_command_printed_for_a_level_reproduces_it(measured: MeasuredLadder) -> None:
     assert measured.pick is not None
     words = shlex.split(measured.pick.command)
     scene = load("hall", [word for before, word in pairwise(words) if before == "--set"])
@@ -67,7 +67,7 @@ def test_figures_that_cannot_be_measured_are_refused_in_a_sentence(ask: str, bud
         measure(load("pendulum", SCENE), ask, budget=budget)
 
 
-def test_a_time_limit_reports_settings_that_give_the_same_digest() -> None:
+def test_a_time_limit_reports_settings_that_reproduce_the_digest() -> None:
     found = within("pendulum", SCENE, MEANT, "2 h")  # of which the age of this process is a part
     same = [word for word in shlex.split(found.message.partition("the same run: ")[2]) if word != "--set"]
     assert simulate(found.scene).digest == simulate(load("pendulum", [*SCENE, *same])).digest
@@ -78,12 +78,12 @@ def test_a_time_limit_reports_settings_that_give_the_same_digest() -> None:
     [({"seconds": "1 ms"}, "too short, this machine needs about"), ({"factor": -1.0}, "give a number above 0"),
      ({"seconds": "1 s", "rate": 1.0}, "give one of --within"), ({"seconds": "soon"}, "--within 'soon'")],
 )  # fmt: skip
-def test_a_time_limit_that_cannot_be_met_is_refused(given: dict[str, object], told: str) -> None:
+def test_a_time_limit_that_is_too_short_is_refused(given: dict[str, object], told: str) -> None:
     with pytest.raises(SceneError, match=told):
         within("pendulum", SCENE, MEANT, **given)  # type: ignore[arg-type]
 
 
-def test_an_accuracy_without_figures_asks_for_the_usual_ones(
+def test_an_accuracy_without_named_quantities_applies_to_the_usual_ones(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.chdir(tmp_path)

@@ -47,7 +47,7 @@ FINER = {"ropes": ("rigid", "elastic", "massive"), "girder": ("rigid", "elastic"
         (lift_of_the_world, LEAD, 0.003),
     ],
 )
-def test_random_lifts_are_within_the_requested_accuracy(draw: Draw, seed: int, accuracy: float) -> None:
+def test_random_lifts_are_within_the_requested_accuracy_of_a_reference(draw: Draw, seed: int, accuracy: float) -> None:
     answer, error = answered(draw, seed, accuracy)
     assert not answer.notes
     assert max(answer.errors.values()) <= accuracy
@@ -76,7 +76,7 @@ def answered(draw: Draw, seed: int, accuracy: float) -> tuple[Answer, float]:
 @pytest.mark.parametrize(
     "named", [{}, {"girder": "rigid"}, {"ropes": "rigid", "slings": "rigid"}, {"rope_mass": "none"}]
 )
-def test_a_reference_run_restores_all_that_a_level_omits(scene: str, named: dict[str, str]) -> None:
+def test_the_reference_run_restores_everything_that_a_level_omits(scene: str, named: dict[str, str]) -> None:
     plan = load(scene).plan
     ladder = Ladder(at_level(plan, Fidelity(**named)), list(named))  # type: ignore[arg-type]
     for level in ladder.levels:
@@ -89,14 +89,14 @@ def test_a_reference_run_restores_all_that_a_level_omits(scene: str, named: dict
                 assert len(ladder.full) == 1 or getattr(witness, key) == order[-1], "nothing is left out by both"
 
 
-def test_a_stiff_method_is_not_taken_for_what_it_damps() -> None:
+def test_numerical_damping_of_a_stiff_method_is_not_mistaken_for_physical_damping() -> None:
     plan = parse(lift_of_kinds(UNDAMPED).text, passing=True, followed=False).plan
     assert Ladder(plan).method == "dop853"
     assert Ladder(load("lift").plan).method == "radau5"
 
 
 @pytest.mark.parametrize(("method", "accuracy"), [("", 0.1), ("", 1e-5), ("radau5", 0.1), ("radau5", 0.01)])
-def test_a_phase_that_drifts_for_hours_is_within_what_is_reported(method: str, accuracy: float) -> None:
+def test_a_slow_phase_drift_over_hours_is_within_the_reported_error(method: str, accuracy: float) -> None:
     """An undamped swing of 60 degrees, 700 times: its energy says nothing of how late it is."""
     text = SWING.replace("END", f"{(lasts := 12_345.0)!r} s")
     plan = parse(text, passing=True, followed=False).plan

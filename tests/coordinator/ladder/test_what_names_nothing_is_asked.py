@@ -10,7 +10,7 @@ import pytest
 from heavylift.coordinator.cli import main
 from heavylift.coordinator.ladder import AskedFigure, Ladder, Measuring, ModelLevel, chosen, decided, play
 from heavylift.coordinator.ladder.choosing import _candidates
-from heavylift.coordinator.run import Branch, run
+from heavylift.coordinator.run import RunBranch, run
 from heavylift.coordinator.run.branch import branch
 from heavylift.coordinator.run.simulate import simulate
 from heavylift.kernel.description import Check
@@ -24,7 +24,7 @@ MOST = 5.0  # times what the errors of steps are, they may be reported to be whe
 
 @pytest.mark.parametrize("named", NAMED)
 @pytest.mark.parametrize("scene", ["lift", "turnover", "tandem"])
-def test_only_a_scene_that_states_none_of_six_keys_is_asked_by_default(scene: str, named: str) -> None:
+def test_the_accuracy_question_is_asked_by_default_only_if_none_of_six_keys_is_set(scene: str, named: str) -> None:
     assert load(scene).question == Question(MEANT, 0.01)
     assert load(scene, ["end=5 s", "samples=4 Hz", "seed=3"]).question == Question(MEANT, 0.01)
     given = load(scene, [named])
@@ -53,7 +53,7 @@ def checks(scene: LoadedScene) -> list[Check]:
     return [c for c in play(scene.plan, errors=scene.errors).verdict.checks if c.quantity == "signal"]
 
 
-def test_a_run_is_as_accurate_as_its_checks_need() -> None:
+def test_without_a_requested_accuracy_a_run_is_as_accurate_as_its_checks_need() -> None:
     def limited(tension: float) -> list[str]:
         return [f"limits.signals=[tension of crane.H1 <= {tension / 1e3!r} kN]"]
 
@@ -107,7 +107,7 @@ def test_the_estimated_step_errors_bound_the_true_ones_closely(seed: int) -> Non
 def test_a_branch_has_its_own_error_estimates(tmp_path: Path) -> None:
     lift = run("lift", tmp_path / "lift.mcap", in_process=True).recording
     slower = ["stage up/all hooks=hoist 2 m/min by 1 m"]
-    path = branch(Branch.of(lift, "stage up", slower), tmp_path / "slower.mcap").recording
+    path = branch(RunBranch.of(lift, "stage up", slower), tmp_path / "slower.mcap").recording
     own, recorded = (Recording(x).fact("answer", {}) for x in (path, lift))
     assert own["fidelity"] == recorded["fidelity"]
     assert own["tolerance"] == recorded["tolerance"]

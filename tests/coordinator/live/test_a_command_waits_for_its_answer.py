@@ -55,7 +55,7 @@ def test_a_paused_run_answers_after_it_continues(tmp_path: Path) -> None:
         assert out.startswith(f"{WORDS}: began at ")
 
 
-def test_a_command_reports_that_the_run_has_ended_before_it_was_answered(tmp_path: Path) -> None:
+def test_a_command_is_answered_when_the_run_ends_before_executing_it(tmp_path: Path) -> None:
     (tmp_path / "sledge.yaml").write_text(SLEDGE.replace("wait: 2 s", "wait: 1 h"))
     with going(tmp_path, "run", "sledge.yaml", "--rate", "5") as process:
         run = found(tmp_path / "sledge.mcap")
@@ -69,7 +69,7 @@ def test_a_command_reports_that_the_run_has_ended_before_it_was_answered(tmp_pat
 
 
 @pytest.mark.parametrize("wait", ["3 kg", "-1 s"])
-def test_the_waiting_time_of_a_command_must_be_a_time(tmp_path: Path, wait: str) -> None:
+def test_the_waiting_time_of_a_command_must_be_a_valid_time(tmp_path: Path, wait: str) -> None:
     called = [HEAVYLIFT, "command", "x.mcap", WORDS, f"--wait={wait}"]
     done = subprocess.run(called, cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE_s)
     assert (done.returncode, done.stderr.count("\n")) == (1, 1)

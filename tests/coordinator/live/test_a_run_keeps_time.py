@@ -64,12 +64,12 @@ def test_lateness_is_measured_and_a_pause_stops_the_clock() -> None:
 
 
 @pytest.mark.parametrize("rate", [0.0, -1.0, float("nan"), float("inf")])
-def test_a_rate_is_positive_and_finite(rate: float) -> None:
+def test_a_real_time_rate_must_be_positive_and_finite(rate: float) -> None:
     with pytest.raises(ProtocolError, match=f"^--rate {rate:g}: a rate is positive and finite, 1 is real time$"):
         RealTime(rate)
 
 
-def test_a_run_has_the_same_events_at_any_rate_and_none_is_early(tmp_path: Path) -> None:
+def test_a_run_has_the_same_events_at_any_real_time_rate_and_none_is_early(tmp_path: Path) -> None:
     plain = run(parse(SLEDGE), tmp_path / "plain.mcap", True)
     assert plain.lateness is None
     for rate, oversleeps in ((1.0, 0.0), (4.0, 0.025)):
@@ -84,7 +84,7 @@ def test_a_run_has_the_same_events_at_any_rate_and_none_is_early(tmp_path: Path)
         assert message == pytest.approx(paced.lateness._asdict())
 
 
-def test_pacing_in_slices_changes_no_event(tmp_path: Path) -> None:
+def test_pacing_in_short_slices_changes_no_event(tmp_path: Path) -> None:
     results = {
         run(parse(SLEDGE), tmp_path / "x.mcap", True, pace=Pace(ahead)).digest
         for ahead in (1, seconds(0.3), seconds(10))
@@ -92,7 +92,7 @@ def test_pacing_in_slices_changes_no_event(tmp_path: Path) -> None:
     assert len(results) == 1
 
 
-def test_events_are_published_when_they_are_due(tmp_path: Path) -> None:
+def test_events_are_published_at_their_wall_clock_time(tmp_path: Path) -> None:
     from heavylift.coordinator.run import RunObserver
 
     clock, message = Clock(1.0), list[tuple[float, int]]()
@@ -107,7 +107,7 @@ def test_events_are_published_when_they_are_due(tmp_path: Path) -> None:
 
 
 @pytest.mark.large
-def test_the_command_reports_how_late_it_was(tmp_path: Path) -> None:
+def test_a_run_in_real_time_reports_its_lateness(tmp_path: Path) -> None:
     (tmp_path / "sledge.yaml").write_text(SLEDGE)
     code, out, error = said(tmp_path, "run", "sledge.yaml", "--in-process", "--rate", "100")
     assert (code, error.count("heavylift:")) == (0, 0)

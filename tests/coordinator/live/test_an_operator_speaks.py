@@ -20,7 +20,7 @@ def words(text: str) -> OperatorCommand:
     return OperatorCommand(text, msgspec.msgpack.encode(spoken(LIFT, text)))
 
 
-def test_a_command_means_the_same_as_in_a_scene() -> None:
+def test_an_operator_command_has_the_meaning_of_the_same_words_in_a_scene() -> None:
     (hoist,) = spoken(LIFT, "crane.H1: hoist 3 m/min by 0.5 m").orders
     assert hoist == Move(verb="hoist", model="crane", actuator="crane.H1", speed=0.05, accel=0.05, by=-0.5)
     hooks = spoken(LIFT, "all hooks:  lower 3 m/min until all slings slack").orders
@@ -44,7 +44,7 @@ MISTAKES = [
     ),
     ("crane H1: hoist 3 m/min until all A slings taut", "there is no set of slings 'A'", 30, "known: "),
     ("crane H1: hoist 30 m/min by 1 m", "'crane.H1' can hoist with 10 m/min at most", 10, ""),
-    ("crane H1 hoist", "say who and what, such as 'west H1: hoist 3 m/min by 2 m'", 14, ""),
+    ("crane H1 hoist", "name a target and its order, such as 'west H1: hoist 3 m/min by 2 m'", 14, ""),
     ("block: turn 1 deg/s to 90 deg", "a block that the scene never turns cannot be turned", 7, ""),
     ("wait: wait 3 s", "a command does something at once; to wait, give it later", 6, ""),
     (
@@ -57,7 +57,9 @@ MISTAKES = [
 
 
 @pytest.mark.parametrize(("text", "sentence", "column", "hint"), MISTAKES)
-def test_a_mistake_in_a_command_is_a_sentence_with_a_caret(text: str, sentence: str, column: int, hint: str) -> None:
+def test_a_mistake_in_an_operator_command_is_shown_with_a_caret(
+    text: str, sentence: str, column: int, hint: str
+) -> None:
     with pytest.raises(SceneError) as caught:
         spoken(LIFT, text)
     first, line, caret = str(caught.value).splitlines()
@@ -66,7 +68,7 @@ def test_a_mistake_in_a_command_is_a_sentence_with_a_caret(text: str, sentence: 
     assert caret.startswith(f"{' ' * (4 + column)}^{' ' + hint if hint else ''}")
 
 
-def test_a_command_without_end_is_not_repeated() -> None:
+def test_text_of_an_operator_command_that_never_ends_is_not_quoted_back() -> None:
     with pytest.raises(SceneError, match=r"^command: it has 1000010 characters, say what to do in at most 10000$"):
         spoken(LIFT, "crane H1: " + "9" * 1_000_000)
 
@@ -113,9 +115,7 @@ def test_a_refused_command_changes_nothing() -> None:
         ),
     ],
 )
-def test_a_command_to_a_joint_that_the_level_of_fidelity_locks_is_refused(
-    setting: str, text: str, sentence: str
-) -> None:
+def test_a_command_to_a_joint_that_the_model_level_locks_is_refused(setting: str, text: str, sentence: str) -> None:
     scene = load("lift", [f"fidelity.{setting}", "actions=[{wait: 10 s}]", "end=60 s"])
     output = drive(build_one(scene.plan, "commander"), [(seconds(3), "command", words(text))])
     (answer,) = (message for _, _, message in output)
@@ -123,7 +123,7 @@ def test_a_command_to_a_joint_that_the_level_of_fidelity_locks_is_refused(
     assert answer.refused.startswith(f"{sentence} of 'fidelity' holds it: name ")
 
 
-def test_an_empty_command_ends_the_run() -> None:
+def test_an_empty_operator_command_ends_the_run() -> None:
     text = commander((seconds(3), OperatorCommand("stop")))
     assert text[-1] == (3.0, Finished())
     assert not [

@@ -26,7 +26,7 @@ Heard = list[tuple[str, str, dict[str, float], bytes]]
 
 
 @pytest.mark.large
-def test_a_plain_zenoh_session_with_the_ticket_receives_events_and_samples(tmp_path: Path) -> None:
+def test_a_plain_zenoh_session_with_a_ticket_receives_events_and_samples(tmp_path: Path) -> None:
     heard: Heard = []
     denied: Heard = []
 
@@ -69,7 +69,7 @@ def test_a_plain_zenoh_session_with_the_ticket_receives_events_and_samples(tmp_p
 
 
 @pytest.mark.large
-def test_foxglove_and_lichtblick_are_served_and_the_digest_stays(tmp_path: Path) -> None:
+def test_serving_foxglove_and_lichtblick_leaves_the_digest_unchanged(tmp_path: Path) -> None:
     from tornado.websocket import websocket_connect
 
     async def look() -> dict[str, bytes]:
@@ -105,13 +105,13 @@ def test_foxglove_and_lichtblick_are_served_and_the_digest_stays(tmp_path: Path)
     assert digests[0] == digests[1]
 
 
-def test_a_missing_package_is_one_sentence_that_names_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_package_for_live_viewing_is_named_in_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "websockets.sync.server", None)
     with pytest.raises(RecordingError, match=r"^--foxglove needs the package websockets: pip install 'heavylift\[fox"):
         FoxgloveServer("lift")
 
 
-def test_no_data_is_produced_for_an_observer_without_subscription() -> None:
+def test_no_data_is_encoded_for_an_observer_without_subscription() -> None:
     class Deaf:
         def announce(self, topic: str, descriptor: object) -> None:
             raise AssertionError

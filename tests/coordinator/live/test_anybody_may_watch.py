@@ -20,7 +20,7 @@ NAP_s = 0.002  # per event, of a slow observer
 
 
 @pytest.mark.large
-def test_each_observer_sees_every_event_once_and_in_order(tmp_path: Path) -> None:
+def test_each_observer_receives_every_event_once_and_in_order(tmp_path: Path) -> None:
     seen: dict[str, list[tuple[int, Event]]] = {}
 
     def watch(name: str, wait: float = 0.0, nap: float = 0.0) -> None:
@@ -77,7 +77,7 @@ def frozen_run(tmp_path_factory: pytest.TempPathFactory):  # type: ignore[no-unt
 
 
 @pytest.mark.large
-def test_a_run_is_found_by_its_recording_id_or_scene(frozen_run) -> None:  # type: ignore[no-untyped-def]
+def test_a_run_in_progress_is_found_by_its_recording_run_id_or_scene(frozen_run) -> None:  # type: ignore[no-untyped-def]
     run, process = frozen_run
     notice = run.notice
     assert (notice.scene, notice.pid) == ("lift", process.pid)
@@ -102,7 +102,7 @@ def test_watch_prints_lines_with_stage_and_units_or_json(frozen_run) -> None:  #
 
 
 @pytest.mark.large
-def test_a_killed_run_is_reported_to_those_who_watch_it(frozen_run) -> None:  # type: ignore[no-untyped-def]
+def test_a_killed_run_is_reported_to_its_observers(frozen_run) -> None:  # type: ignore[no-untyped-def]
     run, process = frozen_run
     observer = observe(run)
     with going(Path(), "watch", run.notice.run) as watching:

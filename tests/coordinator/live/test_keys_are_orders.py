@@ -14,7 +14,7 @@ from running import HEAVYLIFT
 from sledge import SLEDGE
 
 
-def test_keys_in_the_terminal_command_the_run(tmp_path: Path) -> None:
+def test_keys_in_the_terminal_pause_step_and_stop_the_run(tmp_path: Path) -> None:
     (tmp_path / "sledge.yaml").write_text(SLEDGE.replace("wait: 2 s", "wait: 1 h"))
     here, there = pty.openpty()
     arguments = [HEAVYLIFT, "run", "sledge.yaml", "--rate", "2"]
@@ -37,7 +37,7 @@ def test_keys_in_the_terminal_command_the_run(tmp_path: Path) -> None:
     assert [event.value["text"] for event in recording.events("operator")] == ["stop"]
 
 
-def test_a_change_of_rate_lets_the_clock_go_on_from_where_it_is() -> None:
+def test_a_change_of_rate_continues_the_clock_from_the_present_time() -> None:
     wall = 0.0
     pace = RealTime(2.0, lambda: wall)
     assert pace.horizon(Tag(0)).t == 0
@@ -48,6 +48,6 @@ def test_a_change_of_rate_lets_the_clock_go_on_from_where_it_is() -> None:
     assert pace.horizon(Tag(0)).t == 8 * 10**9
 
 
-def test_a_run_without_a_rate_has_none_to_change() -> None:
+def test_a_run_without_real_time_has_no_rate_to_change() -> None:
     with pytest.raises(ProtocolError, match="start it with --rate"):
         Pace().change(2.0)

@@ -41,7 +41,7 @@ def places(scene: LoadedScene, path: Path) -> np.ndarray:
     return np.interp(np.arange(0.0, 8.0, 0.5), drum.t, drum["fall"])
 
 
-def test_speeds_are_followed_in_straight_lines(scene: LoadedScene, tmp_path: Path) -> None:
+def test_a_drive_follows_logged_speeds_linearly_between_rows(scene: LoadedScene, tmp_path: Path) -> None:
     table = log(tmp_path / "log.csv", {"time [s]": [100.0 + t for t in T], "hoist": SPEED})
     L = places(driven(scene, [f"fall.hoist={table}:hoist [m/min] @ -100 s"]), tmp_path / "run.mcap")
     v = np.array(SPEED) / 60.0
@@ -51,7 +51,7 @@ def test_speeds_are_followed_in_straight_lines(scene: LoadedScene, tmp_path: Pat
     assert verify(RecordedRun(tmp_path / "run.mcap")).same  # the table is in the recording
 
 
-def test_places_are_passed_at_their_rows(scene: LoadedScene, tmp_path: Path) -> None:
+def test_a_drive_reaches_logged_positions_at_their_times(scene: LoadedScene, tmp_path: Path) -> None:
     x = np.cumsum(SPEED) / 120.0
     table = log(tmp_path / "log.csv", {"time [s]": T, "way [m]": x - x[0]})
     L = places(driven(scene, [f"fall.hoist={table}:way"]), tmp_path / "run.mcap")
@@ -75,14 +75,16 @@ def test_places_are_passed_at_their_rows(scene: LoadedScene, tmp_path: Path) -> 
         ("guide.hoist={}:hoist [m/min]", "guide"),
     ],
 )
-def test_logs_that_cannot_be_followed_are_refused(scene: LoadedScene, tmp_path: Path, option: str, what: str) -> None:
+def test_logs_that_a_drive_cannot_follow_are_refused(
+    scene: LoadedScene, tmp_path: Path, option: str, what: str
+) -> None:
     table = log(tmp_path / "log.csv", {"time [s]": T, "hoist": SPEED})
     with pytest.raises(HeavyliftError) as message:
         driven(scene, [option.format(table)])
     assert what in str(message.value)
 
 
-def test_the_action_list_must_leave_logged_axes_alone(tmp_path: Path) -> None:
+def test_the_action_list_may_not_order_an_axis_that_follows_a_log(tmp_path: Path) -> None:
     table = log(tmp_path / "log.csv", {"time [s]": T, "hoist": SPEED})
     with pytest.raises(HeavyliftError, match=r"fall follows log.csv:hoist; take its orders out of the action list"):
         run(driven(load("tackle"), [f"fall.hoist={table}:hoist [m/min]"]), tmp_path / "run.mcap", in_process=True)

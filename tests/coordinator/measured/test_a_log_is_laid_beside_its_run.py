@@ -29,12 +29,12 @@ def beside(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return found.recording
 
 
-def test_log_samples_are_at_the_times_that_they_state(beside: Path) -> None:
+def test_log_samples_are_compared_at_their_own_times(beside: Path) -> None:
     at = Recording(beside).fact("measured")["at"]
     assert abs(at["offset"] + 695.0) < 3.0 * at["sigma"] < 0.1
 
 
-def test_the_error_is_reported_with_its_share_of_uncertainty(beside: Path) -> None:
+def test_the_error_of_a_measured_channel_is_compared_with_its_uncertainty(beside: Path) -> None:
     (found,) = Recording(beside).fact("measured")["comparisons"]
     assert found["u_D"] == pytest.approx(2000.0, rel=0.1)  # half of what the map states, and the time
     assert found["u_num"] < 100.0
@@ -44,7 +44,7 @@ def test_the_error_is_reported_with_its_share_of_uncertainty(beside: Path) -> No
     assert found["u_val"] == pytest.approx(np.hypot(found["u_D"], found["u_num"]), rel=1e-3)
 
 
-def test_log_channels_are_recorded_with_those_of_the_run(beside: Path) -> None:
+def test_log_channels_are_recorded_next_to_those_of_the_run(beside: Path) -> None:
     rec = Recording(beside)
     real, off = rec.signal("measured/rope/tension"), rec.signal("error/rope/tension")
     assert rec["measured/wind"].unit == "m/s"
@@ -57,7 +57,7 @@ def test_log_channels_are_recorded_with_those_of_the_run(beside: Path) -> None:
     assert "measured  rope/tension/west.H1: E " in info(beside)
 
 
-def test_another_log_replaces_the_first_one(beside: Path, tmp_path: Path) -> None:
+def test_measuring_with_another_log_replaces_the_first_one(beside: Path, tmp_path: Path) -> None:
     t = np.arange(0.0, 39.0, 0.1)
     made = log(tmp_path / "log.csv", {"time [s]": t, "cell [t]": tension(t, 1e6, 0.6)[:, 1] / 9806.65})
     found = measure(beside, made, ["cell=rope/tension/west.H2"], 0.0, out=tmp_path / "again.mcap")
@@ -68,7 +68,7 @@ def test_another_log_replaces_the_first_one(beside: Path, tmp_path: Path) -> Non
     assert "u_val lacks the uncertainty of the sensor and inputs, which is not stated" in found.message[1]
 
 
-def test_a_log_is_drawn_dashed_in_the_colour_of_the_run(beside: Path, tmp_path: Path) -> None:
+def test_a_measured_curve_is_dashed_in_the_colour_of_the_simulated_one(beside: Path, tmp_path: Path) -> None:
     (panel,) = panels_of(Recording(beside), ["rope/tension/*"])
     assert [curve.dashed for curve in panel.curves] == [False, False, True]
     assert [curve.colour for curve in panel.curves] == [0, 1, 0]

@@ -68,7 +68,7 @@ def test_several_inputs_are_estimated_on_random_tackles(seed: int, tmp_path: Pat
         assert abs(value - true[name]) < 1.75 * half, name  # 3.5 standard uncertainties
 
 
-def test_a_missing_input_is_added_to_the_scene() -> None:
+def test_an_estimated_input_missing_in_the_scene_text_is_added() -> None:
     scene = load("lift")
     fitted = inputs(scene, ["block.com.x", "block.mass", "cranes.crane.rope damping", "rig.sling.EA"])
     given = {p.name: text for p, text in zip(fitted, [("0.21 m", "0.02 m"), ("306.1 t", "1.2 t"), ("0.05", "0.01"),
@@ -91,7 +91,7 @@ def test_values_are_rounded_to_their_uncertainty() -> None:
     assert EA.rounded(4.45255e8, 4.9295e6) == ("445.3 MN", "9.9 MN")
 
 
-def test_an_input_varies_alone() -> None:
+def test_estimating_one_input_leaves_all_others_unchanged() -> None:
     scene = load("lift", ["block.mass=310 t"])
     (com,) = inputs(scene, ["block.com.y"])
     other = varied(scene, [com], [-0.3])
@@ -111,7 +111,7 @@ def test_an_input_varies_alone() -> None:
         ("rig.sling.WLL", "the scene gives it no value"),
     ],
 )
-def test_names_that_are_no_input_are_refused(name: str, what: str) -> None:
+def test_unknown_inputs_to_estimate_are_refused(name: str, what: str) -> None:
     with pytest.raises(SceneError, match=f"input {name}: ") as message:
         inputs(load("lift"), [name])
     assert what in str(message.value)

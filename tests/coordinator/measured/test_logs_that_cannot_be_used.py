@@ -77,7 +77,7 @@ def test_a_fault_in_the_mapping_is_reported(run: Path, tmp_path: Path, line: str
     assert what in refused(run, log(tmp_path / "log.csv", {"time [s]": T, "cell": CELL}), line)
 
 
-def test_a_fault_in_an_option_is_shown(run: Path, tmp_path: Path) -> None:
+def test_a_fault_in_an_option_for_logs_is_reported(run: Path, tmp_path: Path) -> None:
     message = refused(run, log(tmp_path / "log.csv", {"time [s]": T, "cell": CELL}), "cell=rope/tension/west.H1 [m]")
     assert message.splitlines()[1:] == ["    1 | cell=rope/tension/west.H1 [m]", "      |      ^", "1 error in --map"]
 
@@ -111,7 +111,7 @@ def test_a_file_that_is_no_log_is_refused(run: Path, tmp_path: Path) -> None:
         assert what in refused(run, path)
 
 
-def test_common_formats_of_loggers_are_read(run: Path, tmp_path: Path) -> None:
+def test_common_formats_of_data_loggers_are_read(run: Path, tmp_path: Path) -> None:
     """Semicolons with decimal commas, dates, a mark at the beginning, blank lines, tonnes."""
     path = tmp_path / "log.csv"
     path.write_bytes(b"\xef\xbb\xbfZeit;Last [t]\r\n2024-05-01T06:00:00;1,5\r\n\r\n2024-05-01T06:00:00.5;2,5\r\n")

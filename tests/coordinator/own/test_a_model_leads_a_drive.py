@@ -22,7 +22,7 @@ def said(found: Played, kind: type) -> list[tuple[float, object]]:
     return [(event.t / 1e9, event.value) for event in found.events if isinstance(event.value, kind)]
 
 
-def test_each_set_point_is_one_order_and_one_profile(folder: Path) -> None:
+def test_each_set_point_of_a_user_model_becomes_one_order_and_one_profile(folder: Path) -> None:
     found = play(scene(folder, SLEDGE, HAND).plan)
     assert [(t, x.value) for t, x in said(found, SetPoint)] == [(1.0, 0.3), (2.0, -0.1), (3.0, 0.0)]  # type: ignore[attr-defined]
     led = [(t, x.what) for t, x in said(found, Order) if x.led]  # type: ignore[attr-defined]
@@ -35,7 +35,7 @@ def test_each_set_point_is_one_order_and_one_profile(folder: Path) -> None:
     assert profiles[2] == SetProfile("pusher", seconds(3), 0.0, 0.5)
 
 
-def test_a_delay_postpones_the_effect_and_is_the_lookahead_of_the_port(folder: Path) -> None:
+def test_the_delay_of_set_points_is_the_lookahead_of_the_port(folder: Path) -> None:
     late = scene(folder, SLEDGE, HAND, sets=("models.hand.delay=250 ms",))
     model = build_one(late.plan, "hand")
     assert {
@@ -47,7 +47,7 @@ def test_a_delay_postpones_the_effect_and_is_the_lookahead_of_the_port(folder: P
     assert [t for t, x in said(play(late.plan), Order) if x.led] == [1.25, 2.25, 3.25]
 
 
-def test_an_axis_stops_at_its_end_position_and_reports_so(folder: Path) -> None:
+def test_an_axis_led_by_a_user_model_stops_at_its_end_position(folder: Path) -> None:
     fast = scene(
         folder, SLEDGE, HAND, sets=("models.hand.parameters={one: 1 m/s, two: 1 m/s, three: 1 m/s}", "end=6 s")
     )
@@ -115,7 +115,7 @@ def test_invalid_controllers_are_reported_with_their_line(
 GOES_WRONG = [
     ("beside.py:Clumsy", {}, "model at (1 s, 0): external() raised ZeroDivisionError: there is no way"),
     ("beside.py:Chatterbox", {"one": "0.1", "two": "0.2"}, "set-points come more often than one in a period"),
-    ("beside.py:Hand", {"wild": "true"}, "hand: speed says nan, which is no speed"),
+    ("beside.py:Hand", {"wild": "true"}, "hand: speed sends nan, which is not a speed"),
 ]
 
 
@@ -131,27 +131,27 @@ def test_a_runtime_error_of_a_controller_ends_the_run_with_its_name(
     assert "\n" not in str(message.value)
 
 
-def test_a_crane_of_the_library_obeys_the_words_of_its_orders(folder: Path) -> None:
+def test_a_bundled_crane_accepts_the_orders_of_a_user_model(folder: Path) -> None:
     text = HAND.replace("position of rail", "position of jib slewer").replace("speed: pusher", "speed: jib slewer")
     jib = "heavylift: 1\nextends: jib\nname: jib\nend: 4 s\nactions: [{wait: 4 s}]\n"
     turned = play(scene(folder, jib, text, sets=("models.hand.parameters={one: 1 deg/s}",)).plan)
     heard = [x.value for _, x in said(turned, Sample)]  # type: ignore[attr-defined]
     assert heard[0] == 0.0
     assert heard[-1] > 0.003, "[rad], under way from 1 s to 2 s"
-    with pytest.raises(ModelError, match=r"speed asks jib\.slewer for 1, and it can .* m/s or rad/s"):
+    with pytest.raises(ModelError, match=r"speed requests 1 of jib\.slewer, whose limit is .* m/s or rad/s"):
         play(scene(folder, jib, text, sets=("models.hand.parameters={one: 1 rad/s}",)).plan)
 
 
-def test_models_share_nothing_but_messages(folder: Path, tmp_path: Path) -> None:
+def test_user_models_share_nothing_except_messages(folder: Path, tmp_path: Path) -> None:
     one = "{model: beside.py:Gossip, period: 1 s, signals: {heard: position of rail}}"
     with pytest.raises(ModelError, match=r"sledge\.one, sledge\.two use beside\.HEARD, which has changed"):
         run(scene(folder, SLEDGE, f"models: {{one: {one}, two: {one}}}\n"), tmp_path / "x.mcap", in_process=True)
 
 
-def test_a_crane_moves_no_faster_than_its_limits(folder: Path) -> None:
+def test_a_crane_led_by_a_user_model_keeps_its_speed_limits(folder: Path) -> None:
     text = HAND.replace("position of rail", "position of crane").replace("speed: pusher", "speed: crane")
     lift = "heavylift: 1\nextends: lift\nname: lift\n"
-    with pytest.raises(ModelError, match=r"speed asks crane.gantry.drive for 5, and it can 0.5 m/s or rad/s;"):
+    with pytest.raises(ModelError, match=r"speed requests 5 of crane.gantry.drive, whose limit is 0.5 m/s or rad/s;"):
         play(scene(folder, lift, text, sets=("models.hand.parameters={one: 5 m/s}",)).plan)
     with pytest.raises(ModelError, match=r"crane cannot travel while block stands on its supports and .* is taut"):
         play(scene(folder, lift, text, sets=("models.hand.parameters={three: 0.1 m/s, wait: 4 s}",)).plan)

@@ -53,7 +53,7 @@ def stepped(file: Path, heard: list[float]) -> list[float]:
     return found
 
 
-def test_an_fmu_gives_the_same_results_in_fmpy(governed: LoadedScene, folder: Path) -> None:
+def test_an_fmu_gives_the_same_results_here_and_in_fmpy(governed: LoadedScene, folder: Path) -> None:
     found = play(governed.plan)
     heard = [(e.t, e.value.value) for e in found.events if isinstance(e.value, Sample)]
     text = [(e.t, e.value.value) for e in found.events if isinstance(e.value, SetPoint)]
@@ -69,7 +69,7 @@ def test_the_step_of_an_fmu_is_the_lookahead_of_its_ports(governed: LoadedScene)
 
 
 @pytest.mark.large
-def test_the_digest_is_equal_in_a_process_of_its_own(governed: LoadedScene, tmp_path: Path) -> None:
+def test_an_fmu_in_its_own_process_has_the_same_digest(governed: LoadedScene, tmp_path: Path) -> None:
     assert run(governed, tmp_path / "apart.mcap").digest == play(governed.plan).digest
 
 

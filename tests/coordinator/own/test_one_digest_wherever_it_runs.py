@@ -33,13 +33,15 @@ def truth() -> dict[str, str]:
     return {delay: play(damper(delay).plan).digest for delay in DELAYS}
 
 
-def test_a_delay_changes_the_digest(truth: dict[str, str]) -> None:
+def test_a_delay_of_a_user_model_changes_the_digest(truth: dict[str, str]) -> None:
     assert len({*truth.values()}) == len(DELAYS)
 
 
 @pytest.mark.parametrize("delay", DELAYS)
 @pytest.mark.large(beyond=1)
-def test_the_digest_is_equal_in_every_placement(tmp_path: Path, truth: dict[str, str], delay: str) -> None:
+def test_the_digest_of_a_user_model_is_equal_in_every_placement(
+    tmp_path: Path, truth: dict[str, str], delay: str
+) -> None:
     scene = damper(delay)
     nodes = list(node_names(scene.plan))
     other = Placement({"here": ("damper", "commander"), "there": ("mechanism",), "kernel": ("kernel",)})
@@ -68,7 +70,7 @@ class Killing(RunObserver):
 @pytest.mark.parametrize("often", [False, True], ids=["told in full", "from checkpoints"])
 @pytest.mark.large(beyond=1)
 @pytest.mark.skipif(sys.platform != "linux", reason="watches processes in /proc, which only Linux has")
-def test_a_run_survives_killed_processes(
+def test_a_run_with_user_models_survives_killed_processes(
     tmp_path: Path, truth: dict[str, str], often: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     watch = Killing({1.5: "damper", 3.0: "kernel", 4.5: "commander", 6.0: "damper"})
@@ -105,7 +107,7 @@ run(load("damper", ("end=8 s", "models.damper.delay=50 ms")), Path(sys.argv[1]),
 """
 
 
-def test_an_interrupted_run_is_resumed(tmp_path: Path, truth: dict[str, str]) -> None:
+def test_an_interrupted_run_with_user_models_is_resumed(tmp_path: Path, truth: dict[str, str]) -> None:
     subprocess.run([sys.executable, "-c", KILLED, tmp_path / "damper.mcap"], check=False)
     part = tmp_path / "damper.mcap.part"
     begun = Beginning.of(part)
@@ -113,7 +115,7 @@ def test_an_interrupted_run_is_resumed(tmp_path: Path, truth: dict[str, str]) ->
     assert resume(part, begun, in_process=True).digest == truth["50 ms"]
 
 
-def test_a_run_is_replayed_and_each_model_alone_gives_the_same_outputs(tmp_path: Path, truth: dict[str, str]) -> None:
+def test_a_recorded_user_model_replayed_alone_gives_the_same_outputs(tmp_path: Path, truth: dict[str, str]) -> None:
     run(damper("50 ms"), tmp_path / "damper.mcap", in_process=True)
     recorded = RecordedRun(tmp_path / "damper.mcap")
     outcome = verify(recorded)

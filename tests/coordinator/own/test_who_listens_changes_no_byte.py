@@ -30,7 +30,7 @@ def mechanics(run: Played) -> tuple[bytes, bytes, list[object], list[tuple[int, 
 
 @pytest.mark.parametrize(("name", "signal", "period", "sets"), CASES)
 @pytest.mark.large(beyond=4)
-def test_a_run_is_the_same_to_the_last_byte(
+def test_an_observer_changes_no_byte_of_a_recording(
     folder: Path, name: str, signal: str, period: str, sets: tuple[str, ...]
 ) -> None:
     heard = play(listening(folder, name, signal, period, sets).plan)
@@ -55,7 +55,9 @@ SIGNALS = [
 
 
 @pytest.mark.parametrize(("name", "signal", "topic", "column"), SIGNALS)
-def test_a_signal_has_the_recorded_values(folder: Path, name: str, signal: str, topic: str, column: str) -> None:
+def test_a_user_model_receives_the_recorded_values_of_a_signal(
+    folder: Path, name: str, signal: str, topic: str, column: str
+) -> None:
     run = play(listening(folder, name, signal, "1 s", ("end=12 s", "samples=2 Hz")).plan)
     channel = next(c for c in run.layout.channels if c.topic == topic)
     message = [event.value.value for event in run.events if isinstance(event.value, Sample)]
@@ -64,7 +66,7 @@ def test_a_signal_has_the_recorded_values(folder: Path, name: str, signal: str, 
     assert message == pytest.approx(recorded[first], rel=1e-12, abs=1e-12)
 
 
-def test_a_swing_is_the_angle_of_the_rope(folder: Path) -> None:
+def test_the_signal_swing_is_the_angle_of_the_rope_to_the_vertical(folder: Path) -> None:
     run = play(listening(folder, "trolley", "swing along of fall-1", "500 ms", ("end=20 s",)).plan)
     message = [event.value.value for event in run.events if isinstance(event.value, Sample)]
     channel = next(c for c in run.layout.channels if c.topic == "joint/position")

@@ -18,7 +18,7 @@ def yard(lifts: int, scene: str = "hall") -> Plan:
 
 
 @pytest.mark.parametrize("scene", ["turnover", "damper", "crawler", "yard"])
-def test_a_node_builds_its_own_part_as_it_would_build_the_whole(scene: str) -> None:
+def test_a_node_builds_its_own_part_of_a_plan_like_the_whole(scene: str) -> None:
     plan = load(scene).plan
     models, wires = build(plan), wiring(plan).all
     for name, part in zip(models, divided(plan, [[name] for name in models]), strict=True):
@@ -32,7 +32,7 @@ def test_a_node_builds_its_own_part_as_it_would_build_the_whole(scene: str) -> N
 
 
 @pytest.mark.parametrize("scene", ["hall", "crawler", "spreader", "lift", "jib", "edge", "tandem"])
-def test_the_configuration_of_a_machine_does_not_grow_with_the_yard(scene: str) -> None:
+def test_the_configuration_of_one_machine_does_not_grow_with_the_number_of_machines(scene: str) -> None:
     size = {}
     for lifts in (1, 4):
         plan = yard(lifts, scene)

@@ -73,7 +73,7 @@ OUT_OF_REACH = {
 
 
 @pytest.mark.parametrize("act", OUT_OF_REACH)
-def test_siblings_and_parents_cannot_be_reached(act: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_model_cannot_reach_its_siblings_or_parents(act: str, monkeypatch: pytest.MonkeyPatch) -> None:
     message = f"yard.ticker at (0.00000003 s, 0): {OUT_OF_REACH[act]} is out of reach: {CURE}"
     if act in STRUCTURE:
         assert flat(f"yard('{act}')") == message
@@ -91,7 +91,7 @@ SHARED = {"log": "beyond.LOG", "tally": "beyond.count", "classwide": "beyond.Tic
 
 @pytest.mark.parametrize("act", SHARED)
 def test_shared_globals_that_change_are_named_with_their_users(act: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    message = f"yard.other, yard.ticker use {SHARED[act]}, which has changed, though each process has a copy of its own"
+    message = f"yard.other, yard.ticker use {SHARED[act]}, which has changed, but each process has its own copy"
     assert run(f"yard('{act}')", in_process=True).startswith(message)
     if act == "log":
         assert run(f"yard('{act}')").startswith(message), "in processes, too"
@@ -99,7 +99,7 @@ def test_shared_globals_that_change_are_named_with_their_users(act: str, monkeyp
     assert run(f"yard('{act}')", in_process=True).count("Transition") > 20
 
 
-def test_a_global_that_holds_a_model_is_named_before_anything_runs() -> None:
+def test_a_global_variable_that_holds_a_model_is_named_before_anything_runs() -> None:
     assert run("yard('registered')", in_process=True) == (
         "yard.other, yard.ticker may use beyond.FRIENDS, which holds a model of this process, though the others run "
         "elsewhere; send messages to them instead"
@@ -114,7 +114,9 @@ def test_constants_may_be_read_in_any_node(where: dict[str, Any]) -> None:
 
 @pytest.mark.filterwarnings("ignore:.*may iterate over a set")
 @pytest.mark.parametrize(("what", "builds"), [("data", 1), ("settings", 3), ("words", 3)])
-def test_equal_children_are_separate_objects(what: str, builds: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_children_built_from_equal_code_are_separate_objects(
+    what: str, builds: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
     made = list[str]()
     with_children = building.with_children
     monkeypatch.setattr(building, "with_children", lambda *x: (made.append(x[0]), with_children(*x))[1])
@@ -137,7 +139,9 @@ WHERE = {
 
 
 @pytest.mark.parametrize("what", WHERE)
-def test_a_build_that_differs_is_refused_before_anything_runs(what: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_build_that_differs_between_processes_is_refused_before_anything_runs(
+    what: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     text = run(f"random_build('{what}')", in_process=True)
     assert any(
         f"random_build('{what}'): {message} differs between the process of node" in text
@@ -173,19 +177,19 @@ def digest(seed: str, *where: str) -> str:
     return done.stdout.split()[-1]
 
 
-def test_iteration_over_sets_has_the_same_order_in_every_run() -> None:
+def test_sets_are_iterated_in_the_same_order_in_every_run() -> None:
     here = {run_models(f"{BEYOND}:words", until=1e-7, processes=n).digest for n in (1, 2)}
     assert here == {digest("7", "--in-process")}, "processes of a script and the command's own"
 
 
-def test_models_in_a_process_with_other_hash_seeds_are_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_models_run_with_another_hash_seed_are_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("heavylift.coordinator.run.models.fixed", lambda: False)
     with pytest.warns(UserWarning, match=r"^yard.other: may iterate over a set, whose order another process"):
         run("words()", in_process=True)
 
 
 @pytest.mark.parametrize("where", [{"in_process": True}, {"processes": 2}], ids=["one process", "two"])
-def test_a_long_chain_without_delay_runs_where_that_is_allowed(where: dict[str, Any]) -> None:
+def test_a_long_chain_without_delay_runs_if_the_microstep_limit_allows_it(where: dict[str, Any]) -> None:
     text = run("chain(60)", microsteps=40, **where)
     assert "zero-time loop between nodes, 40 microsteps" in text, text
     assert text.endswith("or allow more microsteps (a scene's key microsteps, heavylift devs --microsteps)")
@@ -214,7 +218,7 @@ def test_an_invalid_limit_of_microsteps_is_refused(limit: Any) -> None:
         ),
     ],
 )
-def test_an_end_that_is_no_time_is_refused(until: Any, told: str) -> None:
+def test_an_end_time_that_is_not_a_number_is_refused(until: Any, told: str) -> None:
     with pytest.raises(ModelError) as caught:
         run_models(f"{BEYOND}:chain(3)", until=until, in_process=True)
     assert str(caught.value) == told
@@ -227,5 +231,5 @@ def test_the_end_time_is_in_seconds(until: Any, ticks: int, own_modules: Path) -
 
 
 @pytest.mark.parametrize("more", [{"processes": 2}, {"places": ["a=b"]}, {"remote": ["a"]}, {"external": ["a"]}])
-def test_one_process_and_several_processes_exclude_each_other(more: dict[str, Any]) -> None:
+def test_options_for_one_process_and_for_several_exclude_each_other_in_runs_of_models(more: dict[str, Any]) -> None:
     assert run("chain(3)", in_process=True, **more).startswith("in_process: all models run in this process; leave out")

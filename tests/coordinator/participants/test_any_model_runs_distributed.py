@@ -31,7 +31,7 @@ def flat(build, until):
 
 @pytest.mark.parametrize("in_process", [False, True], ids=["processes", "one process"])
 @pytest.mark.parametrize("build", [tokens, work])
-def test_the_log_is_that_of_the_flat_run(build, in_process):
+def test_the_log_of_a_distributed_run_is_that_of_the_flat_run(build, in_process):
     lines: list[Transition] = []
     run = run_models(build, until=0.101, in_process=in_process, log=lines.append)
     assert lines == flat(build, ms(101))
@@ -39,7 +39,7 @@ def test_the_log_is_that_of_the_flat_run(build, in_process):
     assert run.outcome is RunEnd.BOUND
 
 
-def test_a_model_that_falls_silent_ends_its_run():
+def test_a_run_ends_when_all_its_models_are_passive():
     run = run_models("rings:work", in_process=True)
     assert run.outcome is RunEnd.QUIET
     assert run.sim_s == 0.205  # the job that was taken at 0.18 s
@@ -61,7 +61,7 @@ def command(*arguments, **more):
     return subprocess.run([HEAVYLIFT, "devs", *arguments], capture_output=True, text=True, timeout=60, **more)
 
 
-def test_the_command_runs_a_module_of_this_folder_and_a_file(tmp_path):
+def test_the_devs_command_runs_a_module_or_a_file(tmp_path):
     by_module = command("rings:tokens", "--until", "21 ms", "-o", str(tmp_path / "ring.mcap"), cwd=HERE)
     assert by_module.returncode == 0, by_module.stderr
     assert by_module.stdout.splitlines()[0] == "last event at 0.02 s; the time bound is reached"
@@ -126,7 +126,7 @@ def test_a_mistake_in_a_model_is_reported_with_its_path_and_time(where):
         ("builtins:dict", "builtins:dict: dict() returned dict, it must return a Coupled"),
     ],
 )
-def test_an_object_that_is_no_model_is_reported_in_a_sentence(reference, sentence, monkeypatch, capsys):
+def test_something_that_is_not_a_model_is_reported_in_a_sentence(reference, sentence, monkeypatch, capsys):
     monkeypatch.chdir(HERE)
     monkeypatch.setattr(sys, "argv", ["heavylift", "devs", reference])
     with pytest.raises(SystemExit) as ended:
@@ -145,7 +145,7 @@ def test_a_file_named_like_another_module_is_reported(tmp_path, monkeypatch):
     assert str(message.value) == f"queue:build: queue is {queue.__file__}, which has no build; rename queue.py"
 
 
-def test_a_script_that_runs_its_model_at_import_is_reported(tmp_path):
+def test_a_script_that_runs_its_model_while_imported_is_reported(tmp_path):
     script = tmp_path / "study.py"
     script.write_text(
         "from heavylift import run_models\n"
@@ -157,12 +157,12 @@ def test_a_script_that_runs_its_model_at_import_is_reported(tmp_path):
     assert "runs a model while it is imported" in done.stderr.splitlines()[-1]
 
 
-def test_a_function_takes_arguments():
+def test_a_model_function_takes_arguments():
     done = command("heavylift.nodes.zoo.token_ring:ring(4, tokens=2, hold=5_000_000)", "--until", "21 ms", "--json")
     assert json.loads(done.stdout)["digest"] == run_models(tokens, until=0.021, in_process=True).digest
 
 
-def test_a_function_inside_a_function_is_refused():
+def test_a_model_function_defined_inside_a_function_is_refused():
     def build():
         return tokens()
 
@@ -195,7 +195,7 @@ def test_a_thousand_models_of_one_process_are_one_node():
     assert (run.grants, run.sim_s) == (1, 3e-6)
 
 
-def test_the_best_number_of_processes_is_reported():
+def test_the_fastest_number_of_processes_for_a_model_is_reported():
     done = command("rings:tokens", "--until", "21 ms", "--processes", "auto", cwd=HERE)
     assert done.returncode == 0, done.stderr
     message = r"--processes auto: 1, for 1 process takes 0\.\d\d s for all of the run\n"

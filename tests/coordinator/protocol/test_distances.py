@@ -24,7 +24,7 @@ def said_and_heard(couplings: list[Coupling], lookaheads: Mapping[str, int]) -> 
     return D, R
 
 
-def test_a_chain_sums_the_lookaheads_of_the_nodes_between() -> None:
+def test_the_delay_along_a_chain_is_the_sum_of_the_lookaheads_between() -> None:
     couplings = [link("a", "b"), link("b", "c"), link("c", "d")]
     D, R = said_and_heard(couplings, {"a": 7, "b": 10, "c": 5, "d": 0})
     assert D == [
@@ -41,7 +41,7 @@ def test_a_chain_sums_the_lookaheads_of_the_nodes_between() -> None:
     ]
 
 
-def test_a_node_without_lookahead_costs_a_microstep() -> None:
+def test_a_node_without_lookahead_adds_a_microstep_to_the_delay() -> None:
     couplings = [link("a", "b"), link("b", "c"), link("c", "d")]
     D, R = said_and_heard(couplings, {"a": 0, "b": 0, "c": 0, "d": 0})
     assert (D[0], R[0]) == ([None, (0, 0), (0, 1), (0, 2)], [None, (0, 1), (0, 2), (0, 3)])
@@ -49,13 +49,13 @@ def test_a_node_without_lookahead_costs_a_microstep() -> None:
     assert said_and_heard(couplings, {"a": 0, "b": 0, "c": 5, "d": 0})[0][0][3] == (5, 0)
 
 
-def test_the_shortest_path_counts_and_a_cycle_includes_other_nodes() -> None:
+def test_the_shortest_path_counts_and_a_cycle_leads_through_other_nodes() -> None:
     couplings = [link("a", "b"), link("b", "a"), link("b", "c"), link("c", "a")]
     D, _ = said_and_heard(couplings, {"a": 1, "b": 20, "c": 3})
     assert D == [[(20, 0), (0, 0), (20, 0)], [(0, 0), (1, 0), (0, 0)], [(0, 0), (1, 0), (21, 0)]]
 
 
-def test_each_port_has_its_own_lookahead() -> None:
+def test_each_port_contributes_its_own_lookahead() -> None:
     couplings = [link("a", "b", "fast"), link("a", "c", "slow"), link("c", "b")]
     D, R = distances("abc", couplings, {"a.fast": 0, "a.slow": 50, "c.o": 4}, heard="a")
     assert D == [{1: (0, 0), 2: (0, 0)}, {}, {1: (0, 0)}]
@@ -66,7 +66,7 @@ def test_nothing_arrives_at_a_port_without_coupling() -> None:
     assert distances("ab", [link("a", "b")], {"a.o": NEVER}, heard="a") == ([{}, {}], [{}, {}])
 
 
-def test_the_end_reaches_every_node_after_one_nanosecond() -> None:
+def test_the_end_of_a_run_reaches_every_node_after_one_nanosecond() -> None:
     nodes, lookaheads = [["commander"], ["west"]], {"commander.finished": 7, "west.o": 0}
     D, R = distances(nodes, [], lookaheads, ("commander", "finished"), heard=["commander"])
     assert (D, R) == ([{0: (1, 0), 1: (1, 0)}, {}], [{1: (8, 0)}, {}])
@@ -80,7 +80,7 @@ def test_delays_add_to_tags() -> None:
     assert chain((2, 1), (0, 3)) == (2, 4)
 
 
-def test_wrong_couplings_are_named() -> None:
+def test_invalid_couplings_are_named() -> None:
     with pytest.raises(ProtocolError, match=r"^coupling a\.o -> x\.i: there is no node x$"):
         distances(["a"], [link("a", "x")], {})
     with pytest.raises(

@@ -99,7 +99,7 @@ def live(seed: int, order: int, known: Script | None = None, slices: bool = True
 
 @pytest.mark.parametrize("slices", [True, False], ids=["with horizons", "as fast as it goes"])
 @pytest.mark.large(beyond=1)
-def test_external_events_have_known_message_types(slices: bool) -> None:
+def test_events_injected_from_outside_have_known_message_types(slices: bool) -> None:
     text = late = 0
     for seed in MODELS:
         logs, script, events = live(seed, seed, slices=slices)
@@ -113,7 +113,7 @@ def test_external_events_have_known_message_types(slices: bool) -> None:
     assert late > text / 2 > 300
 
 
-def test_mutant_a_safe_time_that_ignores_the_windows_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_mutant_a_safe_time_that_ignores_the_windows_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(OpenCoordinator, "safe", property(lambda core: core.floor))
     wrong = 0
     for seed in FEW:
@@ -125,7 +125,7 @@ def test_mutant_a_safe_time_that_ignores_the_windows_fails(monkeypatch: pytest.M
     assert wrong > 5
 
 
-def test_a_committed_offer_that_is_not_granted_yet_is_decided_too() -> None:
+def test_a_safe_time_respects_committed_offers_that_are_not_granted_yet() -> None:
     """j runs below x's next tag, 6; through m, which takes 3, it reaches i at 8, and i has its offer there."""
     wires = [
         ("j", "out", "m", "in"),
@@ -144,7 +144,7 @@ def test_a_committed_offer_that_is_not_granted_yet_is_decided_too() -> None:
     assert core.safe == Tag(8)  # g0 would reach i at once
 
 
-def test_nobody_sends_to_a_decided_instant_or_to_an_unknown_node() -> None:
+def test_events_for_decided_instants_or_unknown_nodes_are_refused() -> None:
     core = OpenCoordinator(["g0"], [], Tag(END), outside=[WIRE])
     core.floor = Tag(5, 1)
     with pytest.raises(

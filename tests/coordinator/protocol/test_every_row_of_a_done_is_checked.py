@@ -106,7 +106,7 @@ def verdicts(patch: pytest.MonkeyPatch, spoil: Spoiled) -> Counter[str]:
 
 
 @pytest.mark.parametrize("row", ROWS)
-def test_a_corrupt_done_is_refused_by_name_and_would_pass_without_its_check(
+def test_a_corrupt_done_message_is_refused_by_name_and_would_pass_without_its_check(
     row: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     sentence, spoil = ROWS[row]
@@ -118,12 +118,12 @@ def test_a_corrupt_done_is_refused_by_name_and_would_pass_without_its_check(
     assert verdicts(monkeypatch, spoil)[""] > 0.5 * text.total()
 
 
-def test_every_check_has_a_case() -> None:
+def test_every_check_of_done_messages_has_a_test_case() -> None:
     assert {*ROWS, "a lookahead is a time"} == {*EVENTS, *WHOLE}
 
 
 @pytest.mark.parametrize("ahead", [-1, NEVER + 1])
-def test_a_lookahead_that_is_no_time_is_refused(ahead: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_declared_lookahead_that_is_no_time_is_refused(ahead: int, monkeypatch: pytest.MonkeyPatch) -> None:
     hello = Hello(Tag(0), [], Tag(0), {"a.out": ahead})
     with pytest.raises(
         ProtocolError, match=rf"^a declares a lookahead of {ahead} ns for port a.out, which is not between 0"

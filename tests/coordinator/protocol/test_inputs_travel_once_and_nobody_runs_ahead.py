@@ -110,7 +110,7 @@ def sent(seed: int) -> list[tuple[str, Event]]:
     return message
 
 
-def test_each_input_is_in_one_grant(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_each_input_is_sent_in_exactly_one_grant(monkeypatch: pytest.MonkeyPatch) -> None:
     truth = [sent(seed) for seed in range(10)]
     assert [len(message) for message in truth] == [len(set(message)) for message in truth]
     assert sum(map(len, truth)) > 300
@@ -123,7 +123,7 @@ def test_each_input_is_in_one_grant(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("name", ["", "new_inputs_come_behind_those_that_are_kept"])
-def test_an_answer_is_sent_before_later_messages(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_node_answers_before_it_handles_later_messages(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The source has said 10, 20, 30 ... before b hears of 10 and speaks; c's answer of 14 comes before the 20."""
     if name:
         MUTANTS[name](monkeypatch)
@@ -135,7 +135,7 @@ def test_an_answer_is_sent_before_later_messages(name: str, monkeypatch: pytest.
     assert (b.heard == [(10, 10), (14, -1), (18, -1), (20, 20), (22, -1), (24, -1)]) is not bool(name)
 
 
-def test_a_grant_ends_after_a_number_of_events() -> None:
+def test_a_grant_ends_after_a_limited_number_of_events() -> None:
     node = nodes_of([], Clock("a", 1))["a"]
     node.hello()
     done = node.handle(Grant(1, FOREVER, None, False, []))
@@ -143,7 +143,7 @@ def test_a_grant_ends_after_a_number_of_events() -> None:
     assert (len(done.spoken), done.reached, done.next) == (SPOKEN, Tag(SPOKEN, 1), Tag(SPOKEN + 1))
 
 
-def test_a_grant_without_outputs_ends_after_a_number_of_tags() -> None:
+def test_a_grant_without_outputs_ends_after_a_limited_number_of_tags() -> None:
     node = nodes_of([], Clock("a", 1, silent=True))["a"]
     node.hello()
     for gseq in (1, 2):
@@ -162,7 +162,9 @@ NETWORKS = {
 
 @pytest.mark.parametrize("network", NETWORKS)
 @pytest.mark.parametrize("bounded", [True, False])
-def test_an_endless_source_stays_near_the_others(network: str, bounded: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_endless_source_does_not_run_far_ahead_of_the_others(
+    network: str, bounded: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """It always answers first: what it has said and others have not done exceeds the bound by a grant at most."""
     if not bounded:
         monkeypatch.setattr(core_module, "AHEAD", 10**9)
@@ -181,7 +183,7 @@ def test_an_endless_source_stays_near_the_others(network: str, bounded: bool, mo
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_whatever_the_model_time_advances_under_the_tightest_bounds(seed: int) -> None:
+def test_time_advances_under_the_tightest_bounds_for_any_model(seed: int) -> None:
     simulators, couplings = parts(seed, {})
     nodes = {name: Node(name, simulator) for name, simulator in simulators.items()}
     core, floors = Coordinator(nodes, couplings), list[Tag]()
@@ -191,7 +193,7 @@ def test_whatever_the_model_time_advances_under_the_tightest_bounds(seed: int) -
     assert core.over is not None or floors[-1].t > floors[len(floors) // 2].t
 
 
-def test_a_sampling_node_stops_at_its_output_and_lets_others_go_on_before_its_done() -> None:
+def test_a_sampling_node_stops_at_its_output_and_releases_others_before_its_done() -> None:
     """a is at 700 in a grant without an end: what b has said up to there leaves, and nothing of a's can come before."""
     left: list[int] = []
     core = Coordinator("ab", [], on_event=lambda event: left.append(event.t))

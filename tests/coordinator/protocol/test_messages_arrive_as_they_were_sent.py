@@ -134,7 +134,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("field", "value", "why"), REFUSED, ids=[f"{row[0]}-{i}" for i, row in enumerate(REFUSED)])
-def test_a_value_of_another_type_is_refused_alike_in_the_flat_simulator_and_between_nodes(
+def test_a_value_of_a_wrong_type_is_refused_alike_in_the_flat_simulator_and_between_nodes(
     field: str, value: Any, why: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     place = "base.n" if value == Base("x") else field  # type: ignore[arg-type]
@@ -157,7 +157,7 @@ def anything(r: Random) -> dict[str, Any]:
     return {field: r.choice(values) for field in fields}
 
 
-def test_any_value_of_any_field_arrives_unchanged_or_is_refused_alike() -> None:
+def test_any_field_value_arrives_unchanged_or_is_refused_alike() -> None:
     r, arrived, refused = Random(1), 0, 0
     for _ in range(500):
         fields = anything(r)
@@ -173,7 +173,7 @@ def test_an_int_in_a_float_field_arrives_as_a_float() -> None:
     assert [(type(x.real), type(x.point.x)) for x in heard if isinstance(x, Everything)] == [(float, float)]
 
 
-def test_a_type_that_cannot_be_decoded_is_refused_with_its_port() -> None:
+def test_a_message_type_that_cannot_be_decoded_is_refused_with_its_port() -> None:
     class Level(Enum):
         LOW = 0.5
 

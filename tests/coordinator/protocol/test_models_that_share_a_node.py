@@ -56,7 +56,7 @@ def test_random_placements_give_the_log_of_the_flat_run_and_the_events_of_separa
     assert inside > 1_000
 
 
-def test_a_finish_port_ends_all_placements_alike() -> None:
+def test_a_finish_port_ends_the_run_alike_in_all_placements() -> None:
     finished = 0
     for seed in MODELS:
         finish = [*_build(seed)(seed).children][seed % 2], "uv"[seed % 2]
@@ -162,7 +162,7 @@ MUTANTS = [
 
 
 @pytest.mark.parametrize("mutant", MUTANTS)
-def test_mutants_are_found(mutant: Callable[[Patch], None], monkeypatch: Patch) -> None:
+def test_mutants_of_shared_nodes_are_detected(mutant: Callable[[Patch], None], monkeypatch: Patch) -> None:
     mutant(monkeypatch)
     found = (seed for seed in MANY if told(seed))
     assert [next(found, None) is not None for _ in range(2)] == [True] * 2
@@ -188,7 +188,7 @@ def test_events_between_models_of_one_node_are_waited_for(mutant: Callable[[Patc
         relayed()
 
 
-def test_an_error_names_some_of_many_models() -> None:
+def test_an_error_about_very_many_models_names_only_some() -> None:
     assert together(["a"]) == "a"
     assert together(["a", "b", "c", "d"]) == "a, b, c, d"
     assert together([f"m{i}" for i in range(1024)]) == "m0, m1, m2 and 1021 others"

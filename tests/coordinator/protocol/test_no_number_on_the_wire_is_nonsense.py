@@ -41,7 +41,7 @@ def spoiled(value: Any) -> Iterator[Any]:
 
 
 @pytest.mark.parametrize("message", MESSAGES, ids=lambda message: type(message).__name__)
-def test_nonsense_in_messages_of_the_time_protocol_is_refused(message: m.AnyMessage) -> None:
+def test_invalid_numbers_in_messages_of_the_time_protocol_are_refused(message: m.AnyMessage) -> None:
     wire = m.encode(message)
     assert m.decode(wire) == message
     found = list(spoiled(msgspec.msgpack.decode(wire)))
@@ -56,6 +56,6 @@ def test_nonsense_in_messages_of_the_time_protocol_is_refused(message: m.AnyMess
     [{"do": "step", "by_ns": by} for by in (-5, 0, 2**63, 2**64 - 1, 0.5)]
     + [{"do": "rate", "factor": by} for by in (-1.0, 0.0, math.nan)],
 )
-def test_nonsense_in_commands_of_an_operator_is_refused(order: dict[str, object]) -> None:
+def test_invalid_numbers_in_operator_commands_are_refused(order: dict[str, object]) -> None:
     with pytest.raises(msgspec.ValidationError):
         msgspec.msgpack.decode(msgspec.msgpack.encode(order), type=RunOrder)

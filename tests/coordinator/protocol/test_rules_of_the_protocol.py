@@ -25,7 +25,7 @@ from heavylift.nodes.devs import FOREVER, Atomic, AtomicResult, Bag, Event, In, 
 from in_memory import run_in_memory
 
 
-def test_nothing_is_granted_before_all_nodes_have_said_hello() -> None:
+def test_no_grant_is_sent_before_all_nodes_have_sent_hello() -> None:
     core = Coordinator(["a", "b"], PAIR)
     core.hello("a", hello(5, [event(5)]))
     assert (core.ready(), core.over) == ([], None)
@@ -69,7 +69,7 @@ def test_an_earlier_input_voids_an_offer_that_is_not_committed() -> None:
     assert grants["b"].inputs == [event(5)]
 
 
-def test_events_leave_in_total_order_once_no_earlier_one_can_come() -> None:
+def test_events_are_released_in_total_order_once_no_earlier_one_is_possible() -> None:
     left: list[Event] = []
     core = Coordinator(["a", "b"], [], on_event=left.append)
     core.hello("a", hello(5, [event(5)]))
@@ -85,7 +85,7 @@ def test_events_leave_in_total_order_once_no_earlier_one_can_come() -> None:
 
 
 @pytest.mark.parametrize("order", range(5))
-def test_a_run_ends_in_three_ways(order: int) -> None:
+def test_a_run_ends_by_time_bound_by_passivity_or_by_a_finish_event(order: int) -> None:
     message: list[Event] = []
     nodes = started(Clockwork("a", [5, 7, 9]), Clockwork("b", delay=0))
     core = Coordinator(["a", "b"], PAIR, Tag(9), on_event=message.append)
@@ -131,7 +131,7 @@ def test_undelivered_events_stay_with_the_coordinator() -> None:
     assert (done.reached, [e.tag for e in done.spoken], done.next) == (Tag(5, 2), [Tag(5, 1)], FOREVER)
 
 
-def test_the_digest_depends_on_every_event_and_their_order() -> None:
+def test_the_digest_depends_on_every_event_and_on_their_order() -> None:
     hashes = []
     for n in (1, 1, 2):
         (node,) = started(Clockwork("a", delay=0))
@@ -161,7 +161,7 @@ def test_welcome_and_stop_frame_a_run() -> None:
             node.handle(message)
 
 
-def test_the_last_message_reports_how_long_lookaheads_could_have_been() -> None:
+def test_the_last_message_reports_the_largest_possible_lookaheads() -> None:
     class Slow(Atomic):
         into, out, other = In(Word), Out(Word, lookahead=10), Out(Word)
 
@@ -184,7 +184,7 @@ def test_the_last_message_reports_how_long_lookaheads_could_have_been() -> None:
     assert node.handle(Stop(Tag(90))) == Bye(slack=[Slack("a.out", declared_ns=10, observed_ns=15, count=3)])
 
 
-def test_every_message_is_decoded_as_it_was_sent_and_nothing_else_is() -> None:
+def test_only_valid_messages_are_decoded_and_as_they_were_sent() -> None:
     messages: list[AnyMessage] = [
         hello(3, [event(3)]),
         Welcome(1, b"x"),

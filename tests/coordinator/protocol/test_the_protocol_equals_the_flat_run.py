@@ -22,7 +22,7 @@ PATIENCE = 20_000  # decisions after which a mutant counts as stuck; no model ne
 truth = cache(flat)
 
 
-def test_logs_are_equal_in_any_order_with_any_cut_any_bound_and_any_work_ahead() -> None:
+def test_logs_equal_the_flat_run_for_any_message_order_any_cut_any_bound_and_any_work_ahead() -> None:
     transitions = confluent = crossing = 0
     for seed in MODELS:
         runs = [
@@ -83,13 +83,13 @@ def told(seed: int) -> bool:
 
 @pytest.mark.parametrize("name", MUTANTS)
 @pytest.mark.large(beyond=8)
-def test_mutants_are_found(name: str, impatient: pytest.MonkeyPatch) -> None:
+def test_mutants_of_the_protocol_are_detected(name: str, impatient: pytest.MonkeyPatch) -> None:
     MUTANTS[name](impatient)
     found = (seed for seed in MANY if told(seed))
     assert [next(found, None) is not None for _ in range(ENOUGH)] == [True] * ENOUGH
 
 
-def test_mutant_outputs_that_arrive_a_microstep_later() -> None:
+def test_mutant_outputs_that_arrive_a_microstep_later_are_detected() -> None:
     assert sum(wave(seed) != truth(seed) for seed in FEW) > 10
 
 

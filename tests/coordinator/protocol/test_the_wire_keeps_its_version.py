@@ -36,7 +36,7 @@ def framed() -> dict[str, str]:
     return {name: writer.frame(m.encode(message)).hex() for name, message in SAID.items()}
 
 
-def test_every_message_has_its_frame() -> None:
+def test_every_message_type_has_a_stored_frame() -> None:
     assert list(FRAMES) == [str(version) for version in range(1, WIRE + 1)]
     tags = {msgspec.inspect.type_info(kind).tag for kind in m.AnyMessage.__args__}  # type: ignore[attr-defined]
     assert tags == SAID.keys() == FRAMES[str(WIRE)].keys()
@@ -46,12 +46,12 @@ def test_frames_are_encoded_as_in_stored_versions() -> None:
     assert framed() == FRAMES[str(WIRE)]
 
 
-def test_frames_of_stored_versions_are_decoded() -> None:
+def test_frames_of_earlier_stored_versions_are_decoded() -> None:
     reader = FrameReader("9c1f0e6b2a7d4583", "crane", FrameTopic.OUT, 1)
     assert {name: m.decode(reader.open(bytes.fromhex(x))) for name, x in FRAMES[str(WIRE)].items()} == SAID
 
 
-def test_frames_of_another_version_are_refused_by_name() -> None:
+def test_frames_of_another_wire_version_are_refused_by_name() -> None:
     others = {version: bytes.fromhex(FRAMES[version]["hello"]) for version in FRAMES if version != str(WIRE)}
     tomorrow = bytes.fromhex(FRAMES[str(WIRE)]["hello"]).replace(MAGIC, b"HLF%d" % (WIRE + 1))
     for version, frame in (others | {str(WIRE + 1): tomorrow}).items():

@@ -62,7 +62,7 @@ def ways(*names: str) -> list[tuple[str, str, str, str]]:
 
 
 @pytest.mark.parametrize("order", range(3))
-def test_two_nodes_that_exchange_messages_without_delay_are_named(order: int) -> None:
+def test_a_cycle_of_two_nodes_without_delay_is_named(order: int) -> None:
     assert ended([Player("b"), Player("a", serve=ms(5))], ways("a", "b"), order) == (
         "a, b at (0.005 s, 200): zero-time loop between nodes, 200 microsteps in which no time passes: "
         "a.out -> b.into, b.out -> a.into; let one of them hold for more than 0 ns" + LONGER
@@ -70,7 +70,7 @@ def test_two_nodes_that_exchange_messages_without_delay_are_named(order: int) ->
 
 
 @pytest.mark.parametrize("order", range(3))
-def test_three_nodes_and_a_listener_without_delay_are_named(order: int) -> None:
+def test_a_cycle_of_three_nodes_without_delay_is_named_even_if_a_fourth_listens(order: int) -> None:
     players = [Player("c"), Player("a", serve=ms(5)), Player("b"), Player("x")]
     assert ended(players, [*ways("c", "b", "a"), ("b", "aside", "x", "into")], order) == (
         "a, c, b at (0.005 s, 200): zero-time loop between nodes, 200 microsteps in which no time passes: "
@@ -79,7 +79,7 @@ def test_three_nodes_and_a_listener_without_delay_are_named(order: int) -> None:
 
 
 @pytest.mark.parametrize("order", range(3))
-def test_a_cycle_within_a_cycle_is_named(order: int) -> None:
+def test_a_cycle_without_delay_inside_another_cycle_is_named(order: int) -> None:
     """a, b and c go around; b and c go around faster."""
     players = [Player("a", serve=ms(5)), Player("b"), Player("c")]
     assert ended(players, [*ways("a", "b", "c"), ("c", "aside", "b", "into")], order) == (
@@ -89,14 +89,14 @@ def test_a_cycle_within_a_cycle_is_named(order: int) -> None:
 
 
 @pytest.mark.parametrize("rests", [1, 2, 7])
-def test_a_node_that_reaches_the_limit_through_messages_is_named(rests: int) -> None:
+def test_a_node_that_reaches_the_microstep_limit_by_messages_is_named(rests: int) -> None:
     assert ended([Player("a", serve=ms(5), rests=rests), Player("b")], ways("a", "b")).endswith(
         ", 200): zero-time loop between nodes, 200 microsteps in which no time passes: "
         "a.out -> b.into, b.out -> a.into; let one of them hold for more than 0 ns" + LONGER
     )
 
 
-def test_a_loop_inside_a_node_is_named_by_its_atomics() -> None:
+def test_a_loop_without_delay_inside_a_node_is_named_by_its_atomics() -> None:
     pair = Coupled("pair")
     left, right = pair.add(Player("left", serve=ms(5))), pair.add(Player("right"))
     pair.connect(left.out, right.into)
@@ -133,7 +133,7 @@ class Chatterbox:
         self.next_time = self.quiet = succ(tag)
 
 
-def test_a_node_without_an_own_limit_is_named() -> None:
+def test_a_node_without_a_microstep_limit_of_its_own_is_named() -> None:
     wires = ways("a", "b")
     core = Coordinator(["a", "b"], wires, microsteps=LIMIT)
     nodes = [Node("a", Chatterbox()), Node("b", Simulator(Player("b", rests=10**6), microsteps=10**6, wires=wires))]

@@ -67,7 +67,7 @@ TO_C = [("a", "out", "c", "into"), ("b", "out", "c", "into"), ("d", "out", "c", 
 ONE_WAY = [("a", "out", "b", "into")]
 
 
-def test_simultaneous_events_are_ordered_by_source_whoever_answers_first() -> None:
+def test_simultaneous_events_are_ordered_by_source_whichever_node_answers_first() -> None:
     for order in permutations("abd"):
         core = Coordinator("abcd", TO_C)
         for name in "abcd":
@@ -90,7 +90,7 @@ def test_a_node_whose_next_tag_equals_that_of_a_message_is_confluent() -> None:
         assert log["b"] == [(5, 0, "c", [1])]
 
 
-def test_a_node_that_is_due_again_at_once_is_due_a_microstep_later() -> None:
+def test_a_node_that_reschedules_with_zero_delay_is_due_one_microstep_later() -> None:
     for order in range(6):
         log = lines(Coordinator("ab", ONE_WAY), Timer("a", 5, 5, 5), Timer("b", 5, 5), order=order)
         assert log["b"] == [(5, 0, "c", [1]), (5, 1, "c", [2]), (5, 2, "e", [3])]
@@ -114,7 +114,7 @@ def test_a_finish_leaves_pending_what_comes_after_its_time() -> None:
     assert log["b"] == [(5, 0, "e", [1]), (5, 1, "e", [2])]
 
 
-def test_a_repeated_grant_is_answered_with_the_stored_done_and_a_done_counts_once() -> None:
+def test_repeated_grants_are_answered_with_the_stored_done_and_a_done_counts_once() -> None:
     timer = Timer("a", 5)
     node = Node("a", Simulator(timer))
     core = Coordinator("a", [])
@@ -154,7 +154,7 @@ def test_a_message_in_the_past_is_refused_with_its_port() -> None:
     )
 
 
-def test_a_late_message_is_refused_with_its_sender() -> None:
+def test_a_message_that_arrives_too_late_is_refused_with_its_sender() -> None:
     node = Node("b", Simulator(Timer("b", 7), wires=ONE_WAY))
     node.hello()
     node.handle(Grant(1, Tag(9), None, True, []))
@@ -162,13 +162,13 @@ def test_a_late_message_is_refused_with_its_sender() -> None:
     assert fail.sentence == "b at (0.000000007 s, 0): late message a.out for (0.000000006 s, 0)"  # type: ignore[union-attr]
 
 
-def test_outputs_a_microstep_later_would_miss_the_confluent_transition() -> None:
+def test_outputs_delayed_by_a_microstep_would_miss_the_confluent_transition() -> None:
     """Two nodes, one message: b's own event and a's message meet at (5, 0); at (5, 1) b has moved alone already."""
     log = lines(Coordinator("ab", ONE_WAY), Timer("a", 5), Timer("b", 5))
     assert log["b"] == [(5, 0, "c", [1])] != [(5, 0, "i", []), (5, 1, "e", [1])]
 
 
-def test_a_window_of_next_event_plus_lookahead_would_let_a_message_be_late(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_window_of_next_event_plus_lookahead_would_admit_late_messages(monkeypatch: pytest.MonkeyPatch) -> None:
     """Two nodes, one message: a is due at 5 since the start, and its lookahead of 10 says nothing of that."""
 
     def window_of_b() -> Tag:

@@ -33,7 +33,7 @@ def test_forbidden_messages_of_a_node_are_refused() -> None:
 
 
 @pytest.mark.parametrize(("reached", "then"), [(Tag(6), Tag(8)), (Tag(5, 1), Tag(4))])
-def test_a_done_covers_at_most_its_grant_and_executes_all_of_it(reached: Tag, then: Tag) -> None:
+def test_a_done_covers_no_more_than_its_grant_and_all_events_in_it(reached: Tag, then: Tag) -> None:
     core = Coordinator(["a", "b"], PAIR)
     core.hello("a", hello(5, [event(5)]))
     core.hello("b", hello(FOREVER.t))
@@ -46,7 +46,7 @@ def test_a_done_covers_at_most_its_grant_and_executes_all_of_it(reached: Tag, th
     )
 
 
-def test_a_node_that_sends_earlier_than_declared_is_reported_with_its_port() -> None:
+def test_a_node_that_sends_earlier_than_its_lookahead_is_reported_with_its_port() -> None:
     (node,) = started(Clockwork("a", delay=10))
     node.model.lookahead = {"a.out": 50}  # type: ignore[misc]
     node.hello()
@@ -58,7 +58,7 @@ def test_a_node_that_sends_earlier_than_declared_is_reported_with_its_port() -> 
     )
 
 
-def test_a_late_message_is_fatal_and_named() -> None:
+def test_a_late_message_ends_the_run_and_is_named() -> None:
     (node,) = started(Clockwork("a", [5]))
     node.hello()
     node.handle(Grant(1, Tag(6), None, True, []))
@@ -67,7 +67,7 @@ def test_a_late_message_is_fatal_and_named() -> None:
     assert fail.sentence == "a at (0.000000005 s, 0): late message b.out for (0.000000004 s, 0)"
 
 
-def test_an_exception_in_a_model_is_a_fail_message_with_sentence_and_traceback() -> None:
+def test_an_exception_in_a_model_becomes_a_fail_message_with_sentence_and_traceback() -> None:
     class Broken(Clockwork):
         def internal(self) -> None:
             raise ValueError("no rope")

@@ -30,14 +30,14 @@ def test_the_tension_of_a_loaded_rope_oscillates_about_its_static_tension(record
         assert abs(over - 1.0).max() < 1.0 / 6.0, name
 
 
-def test_the_path_at_rest_has_the_times_of_the_run(recording: Recording) -> None:
+def test_the_equilibrium_path_has_the_times_of_the_run(recording: Recording) -> None:
     (t, _), *_ = at_rest(recording).values()
     stages = [start for start, _ in recording.stages()]
     assert np.all(np.diff(t) >= 0.0)
     assert all(np.abs(t - start).min() < 1e-6 for start in stages), "a point of the path where each stage begins"
 
 
-def test_the_figure_has_a_panel_of_dynamic_tensions(recording: Recording, tmp_path: Path) -> None:
+def test_the_plot_has_a_panel_of_dynamic_over_static_tensions(recording: Recording, tmp_path: Path) -> None:
     plain = plot(recording, tmp_path / "plain.svg").read_text()
     assert "over its static value" not in plain
     assert "over its static value" in plot(recording, tmp_path / "over.svg", rest=at_rest(recording)).read_text()

@@ -56,7 +56,7 @@ def played(run: RecordedRun, keys: dict[float, str], rate: float, **options: boo
     return times
 
 
-def test_an_observer_receives_the_recorded_events(recorded: RecordedRun) -> None:
+def test_an_observer_of_a_replay_receives_the_recorded_events(recorded: RecordedRun) -> None:
     heard: queue.SimpleQueue[zenoh.Sample] = queue.SimpleQueue()
     text: list[PublishedItem] = []
     with Publisher("lift", recorded.path) as publisher:
@@ -86,14 +86,14 @@ def test_an_observer_receives_the_recorded_events(recorded: RecordedRun) -> None
     assert [s.t_ns for s in text] == sorted(s.t_ns for s in text)
 
 
-def test_time_runs_at_the_rate_asked_for(recorded: RecordedRun) -> None:
+def test_a_replay_runs_at_the_requested_rate(recorded: RecordedRun) -> None:
     times = played(recorded, {}, rate=2.0)
     assert times
     for wall, t in times:
         assert wall == pytest.approx((t - 1.0) / 2.0, abs=1e-6)
 
 
-def test_keys_pause_step_change_the_rate_and_quit(recorded: RecordedRun) -> None:
+def test_keys_pause_step_change_the_rate_of_and_quit_a_replay(recorded: RecordedRun) -> None:
     free = [t for _, t in played(recorded, {}, rate=1.0)]
     times = played(recorded, {0.55: " ", 5.0: "s", 6.0: "s", 7.0: " "}, rate=1.0)
     before = [x for x in times if x[0] <= 0.55]
@@ -107,7 +107,7 @@ def test_keys_pause_step_change_the_rate_and_quit(recorded: RecordedRun) -> None
     assert played(recorded, {0.5: "q"}, rate=1.0, paused=True) == []
 
 
-def test_only_the_selected_part_is_replayed(recorded: RecordedRun) -> None:
+def test_only_the_selected_part_of_a_recording_is_replayed(recorded: RecordedRun) -> None:
     stages = [group for _, group in Replay(recorded, ["commander/stage"], 1.0)]
     expected = [e for e in recorded.events if e.port == "stage" and e.t >= SECOND]
     assert [text.event for group in stages for text in group] == expected

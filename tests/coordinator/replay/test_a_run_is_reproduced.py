@@ -44,7 +44,7 @@ def faster(asked: Motion) -> Motion:
     return msgspec.structs.replace(asked, speed=2.0 * asked.speed)
 
 
-def test_every_event_and_sample_is_reproduced(recorded: RecordedRun) -> None:
+def test_verification_reproduces_every_event_and_sample(recorded: RecordedRun) -> None:
     outcome = verify(recorded)
     assert outcome.same
     assert outcome.events == len(recorded.recording.events()) >= 50
@@ -66,7 +66,7 @@ def test_the_first_event_that_deviates_is_reported_with_both_values(recorded: Re
     }
 
 
-def test_a_sample_that_deviates_is_reported(lift: Path, tmp_path: Path) -> None:
+def test_the_first_sample_that_deviates_is_reported(lift: Path, tmp_path: Path) -> None:
     signal = Recording(lift).signal("rope/tension")
 
     def forge(parts: Parts) -> None:
@@ -82,7 +82,7 @@ def test_a_sample_that_deviates_is_reported(lift: Path, tmp_path: Path) -> None:
     assert (message.recorded, message.now) == (signal.values[7, 1] + 0.5, signal.values[7, 1])
 
 
-def test_the_exit_code_reports_both_outcomes(
+def test_the_exit_code_tells_whether_a_verification_succeeded(
     lift: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], request: pytest.FixtureRequest
 ) -> None:
     digest = Recording(lift).result["digest"]
@@ -95,7 +95,7 @@ def test_the_exit_code_reports_both_outcomes(
     assert "deviates after 17 equal events, at (0 s, 1) on /crane/input: recorded" in capsys.readouterr().out
 
 
-def test_verification_opens_no_player(
+def test_verification_starts_no_player(
     lift: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     says = f"heavylift: {lift}: {{}} runs models as fast as possible, without a replay; leave {{}} out\n"
@@ -105,7 +105,7 @@ def test_verification_opens_no_player(
     assert capsys.readouterr().err == says.format("--live", "--from")
 
 
-def test_a_recording_that_cannot_be_run_again_is_refused_in_a_sentence(tmp_path: Path) -> None:
+def test_a_recording_that_cannot_be_simulated_again_is_refused_in_a_sentence(tmp_path: Path) -> None:
     def recording(name: str, attachments: dict[str, bytes]) -> RecordedRun:
         with Recorder(tmp_path / name, {"scene": "lift"}, attachments) as rec:
             return RecordedRun(rec.close())
@@ -116,7 +116,7 @@ def test_a_recording_that_cannot_be_run_again_is_refused_in_a_sentence(tmp_path:
         verify(recording("old.mcap", {"resolved.json": b'{"gravity": 9.81}'}))
 
 
-def test_orders_of_an_operator_are_repeated(tmp_path: Path) -> None:
+def test_verification_repeats_the_commands_of_an_operator(tmp_path: Path) -> None:
     scene, words = load("lift", ["end=20 s"]), "trolleys: traverse 10 m/min by 0.5 m"
     text = encode(OperatorCommand(words, msgspec.msgpack.encode(spoken(scene, words))))
     run(scene, tmp_path / "run.mcap", True, commands=[TimedCommand(Tag(3_000_000_000), text)])
@@ -144,7 +144,7 @@ def build():
 """
 
 
-def test_the_limit_of_microsteps_is_that_of_the_run(tmp_path: Path) -> None:
+def test_verification_uses_the_microstep_limit_of_the_run(tmp_path: Path) -> None:
     (tmp_path / "patient.py").write_text(PATIENT)
     with allowed([str(tmp_path)]):
         run_models(f"{tmp_path / 'patient.py'}:build", 1.0, tmp_path / "run.mcap", True, microsteps=11_000)

@@ -207,14 +207,14 @@ ONCE = (
 )
 
 
-def test_a_recording_that_is_rewritten_unchanged_is_equal(lift: Path, tmp_path: Path) -> None:
+def test_a_recording_rewritten_without_changes_is_equal(lift: Path, tmp_path: Path) -> None:
     same = altered(lift, tmp_path / "same.mcap", lambda parts: None)
     assert compare(lift, same).equal, compare(lift, same)
     assert verify(RecordedRun(same)).same
 
 
 @pytest.mark.parametrize("alter", ALL, ids=lambda f: f.__name__)
-def test_an_alteration_is_detected(alter: Alter, lift: Path, tmp_path: Path) -> None:
+def test_any_alteration_of_a_recording_is_detected(alter: Alter, lift: Path, tmp_path: Path) -> None:
     for seed in range(1 if alter in ONCE else TIMES):
         path = altered(lift, tmp_path / f"{seed}.mcap", lambda parts, seed=seed: alter(parts, random.Random(seed)))
         with suppress(RecordingError):  # where it cannot be read any more
@@ -239,7 +239,7 @@ def test_missing_rows_are_counted_and_named(lift: Path, tmp_path: Path) -> None:
     assert "signals are equal in the rows that both have" in str(found)
 
 
-def test_a_forged_verdict_is_reported_as_recorded(lift: Path, tmp_path: Path) -> None:
+def test_a_forged_verdict_is_detected(lift: Path, tmp_path: Path) -> None:
     path = altered(lift, tmp_path / "forged.mcap", lambda parts: verdict_forged(parts, random.Random(0)))
     line = next(line for line in info(path).splitlines() if "all ropes break" in line)
     assert "as recorded" in line

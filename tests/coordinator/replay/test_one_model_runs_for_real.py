@@ -15,7 +15,7 @@ from heavylift.nodes.models.parts import DriveActor, Order
 HEAVYLIFT = Path(sys.executable).parent / "heavylift"
 
 
-def test_every_model_alone_repeats_its_outputs(recorded: RecordedRun) -> None:
+def test_every_model_replayed_alone_repeats_its_recorded_outputs(recorded: RecordedRun) -> None:
     assert list(recorded.cast.models) == [
         "crane/crane", "loader/loader-1", "loader/loader-2", "loader/loader-3", "block", "commander", "kernel",
     ]  # fmt: skip
@@ -27,7 +27,7 @@ def test_every_model_alone_repeats_its_outputs(recorded: RecordedRun) -> None:
     assert heard == len(recorded.events), "each event is that of one model"
 
 
-def test_changed_code_is_what_runs(recorded: RecordedRun, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_replaying_one_model_executes_its_present_code(recorded: RecordedRun, monkeypatch: pytest.MonkeyPatch) -> None:
     halt = DriveActor.halt
     late: list[int] = []
 
@@ -45,7 +45,7 @@ def test_changed_code_is_what_runs(recorded: RecordedRun, monkeypatch: pytest.Mo
     assert single(recorded, "block").same, "who has not changed does not deviate"
 
 
-def test_another_gravity_shows_in_the_kernel_at_its_first_sample(
+def test_a_change_of_gravity_shows_in_the_first_sample_of_the_replayed_kernel(
     recorded: RecordedRun, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     make = Simulation.__init__
@@ -61,7 +61,9 @@ def test_another_gravity_shows_in_the_kernel_at_its_first_sample(
     assert message.now != message.recorded
 
 
-def test_a_model_that_fails_names_itself_and_the_time(recorded: RecordedRun, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_replayed_model_that_fails_is_named_with_the_time(
+    recorded: RecordedRun, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def broken(self: DriveActor, order: Order, asked: object) -> None:
         raise ZeroDivisionError("speed")
 
@@ -73,7 +75,7 @@ def test_a_model_that_fails_names_itself_and_the_time(recorded: RecordedRun, mon
         single(recorded, "crane")
 
 
-def test_an_unknown_model_is_answered_with_the_known_ones(recorded: RecordedRun) -> None:
+def test_replaying_an_unknown_model_lists_the_known_ones(recorded: RecordedRun) -> None:
     with pytest.raises(RecordingError) as error:
         single(recorded, "crane/west")
     assert str(error.value) == (
@@ -93,7 +95,7 @@ def build():
 
 
 @pytest.mark.large
-def test_a_users_model_is_debugged_with_an_old_recording(tmp_path: Path) -> None:
+def test_a_user_model_is_debugged_with_an_old_recording(tmp_path: Path) -> None:
     def heavylift(*arguments: str) -> subprocess.CompletedProcess[str]:
         return subprocess.run([HEAVYLIFT, *arguments], cwd=tmp_path, capture_output=True, text=True, timeout=60)
 

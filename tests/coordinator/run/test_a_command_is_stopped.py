@@ -40,7 +40,7 @@ signal.raise_signal(signal.SIGHUP)
 """
 
 
-def test_a_signal_that_was_ignored_at_the_start_stays_ignored():
+def test_a_signal_that_was_ignored_at_the_start_of_a_command_stays_ignored():
     assert subprocess.run([sys.executable, "-c", IGNORANT], capture_output=True, timeout=PATIENCE_s).returncode == 0
 
 
@@ -134,7 +134,7 @@ except KeyboardInterrupt as error:
 """
 
 
-def test_a_signal_waits_until_the_process_that_is_being_started_is_known():
+def test_a_signal_during_the_start_of_a_process_is_handled_after_the_start():
     done = subprocess.run([sys.executable, "-c", HELD], capture_output=True, text=True, timeout=PATIENCE_s)
     started, stopped = done.stdout.splitlines()
     assert stopped == "SIGTERM"
@@ -153,7 +153,7 @@ cli.main()
 
 
 @pytest.mark.parametrize("number", CODES, ids=lambda n: n.name)
-def test_a_signal_that_comes_again_while_the_process_ends_changes_nothing(number):
+def test_repeated_signals_while_a_process_ends_change_nothing(number):
     code = AGAIN.replace("NUMBER", number.name)
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PATIENCE_s)
     assert (done.returncode, done.stderr) == (130, "heavylift: stopped\n")
@@ -189,7 +189,7 @@ with LocalHub(["west"]) as hub:
 """
 
 
-def test_a_signal_in_the_middle_of_a_put_loses_no_message():
+def test_a_signal_during_a_queue_operation_loses_no_message():
     done = subprocess.run([sys.executable, "-c", PUT], capture_output=True, text=True, timeout=PATIENCE_s)
     assert (done.stdout, done.stderr) == ("SIGTERM\nSIGTERM\n[('west', b'a batch')] b'a message'\n", "")
 
@@ -220,7 +220,7 @@ scene._Run.greet = greet
 
 
 @pytest.mark.parametrize("where", [[], ["--in-process"]], ids=["processes", "one process"])
-def test_a_run_that_fails_before_all_nodes_have_answered_ends_in_a_sentence(where, tmp_path):
+def test_a_run_that_fails_during_start_up_ends_in_a_sentence(where, tmp_path):
     done = patched(FAILING, tmp_path, *where)
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1].startswith("heavylift: the system gives no more memory")
@@ -244,7 +244,7 @@ Conversation.play = play
 
 
 @pytest.mark.parametrize("where", [[], ["--in-process"]], ids=["processes", "one process"])
-def test_a_run_that_loses_its_ctrl_c_is_stopped_nevertheless(where, tmp_path):
+def test_a_run_that_has_lost_its_ctrl_c_can_still_be_stopped(where, tmp_path):
     done = patched(SWALLOWING, tmp_path, "--rate", "1", *where)
     assert done.returncode == 130
     assert done.stderr.splitlines()[-1].startswith("heavylift: stopped by the user at ")

@@ -26,7 +26,7 @@ def lift():
     return simulate("lift")
 
 
-def test_a_pendulum_swings_as_its_closed_form() -> None:
+def test_simulate_reproduces_the_closed_form_of_a_pendulum() -> None:
     period = 2.0 * pi / sqrt(STICK.gravity)
     swung = simulate(STICK, until=2.0 * period, every=0.01)
     assert swung.t[-1] == pytest.approx(2.0 * period, abs=1e-9)
@@ -35,7 +35,7 @@ def test_a_pendulum_swings_as_its_closed_form() -> None:
     assert swung["joint/position"]["pin.angle"] == pytest.approx(expected, abs=1e-6)
 
 
-def test_simulating_a_scene_gives_the_run_that_would_be_recorded(lift, tmp_path: Path) -> None:
+def test_simulate_gives_the_same_results_as_a_recorded_run(lift, tmp_path: Path) -> None:
     recorded = run("lift", tmp_path / "lift.mcap", in_process=True)
     assert lift.digest == recorded.digest
     assert lift.verdict == recorded.verdict
@@ -73,14 +73,14 @@ def test_concurrent_simulations_in_threads_do_not_interfere(lift) -> None:
     assert [x.digest for x in found] == [simulate(scene).digest for scene in scenes]
 
 
-def test_commands_from_python_take_times_in_seconds() -> None:
+def test_commands_given_in_python_have_times_in_seconds() -> None:
     text = simulate("lift", until=60.0, orders=[(58.0, "crane H1: hoist 0.3 m/min by 0.01 m")])
     assert [(e.t, e.value["text"]) for e in text.events if e.source == "operator"] == [
         (58.0, "crane H1: hoist 0.3 m/min by 0.01 m")
     ]
 
 
-def test_a_system_is_reported_by_functions() -> None:
+def test_a_system_can_be_inspected_by_functions() -> None:
     quiet = simulate(STICK, 1.0, every=0.1, orders=[(0.5, lambda s: None)])
     assert quiet["joint/position"]["pin.angle"][-1] == pytest.approx(
         simulate(STICK, 1.0)["joint/position"]["pin.angle"][-1]
@@ -112,7 +112,7 @@ def test_a_system_is_reported_by_functions() -> None:
         (lambda: simulate("nowhere"), "there is no scene 'nowhere'"),
     ],
 )
-def test_impossible_calls_are_one_sentence(asked, told: str) -> None:
+def test_impossible_arguments_of_simulate_are_one_sentence(asked, told: str) -> None:
     with pytest.raises(HeavyliftError) as found:
         asked()
     assert told in str(found.value)

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from heavylift import run_models
 from heavylift.coordinator.protocol import RunEnd
-from heavylift.coordinator.run import Branch
+from heavylift.coordinator.run import RunBranch
 from heavylift.kernel import ModelError, RecordingError
 from heavylift.nodes.devs import Atomic, Coupled, Message, Model, Out, Simulator, seconds
 from heavylift.nodes.zoo import Counted, workshop
@@ -67,7 +67,7 @@ TRUTH = {
 
 @pytest.mark.parametrize("where", [HERE, {}, {"places": ["frame,processor=yard"]}], ids=["here", "apart", "placed"])
 @pytest.mark.parametrize("end", ENDS)
-def test_results_do_not_depend_on_where_a_model_ran(end: str, where: dict[str, Any], tmp_path: Path) -> None:
+def test_results_of_models_do_not_depend_on_their_process(end: str, where: dict[str, Any], tmp_path: Path) -> None:
     outcome, arrivals, solutions, seconds = TRUTH[end]
     run = run_models(work, output=tmp_path / "run.mcap", **ENDS[end], **where)
     assert run.outcome is outcome
@@ -80,7 +80,7 @@ def test_results_do_not_depend_on_where_a_model_ran(end: str, where: dict[str, A
     assert recorded["workshop.frame.transducer"]["value"] == {"arrivals": arrivals, "solutions": solutions}
 
 
-def test_a_flat_simulator_reports_the_same_and_goes_on() -> None:
+def test_a_flat_simulator_returns_results_and_can_continue() -> None:
     assert flat(work()) == run_models(work, **HERE).results
     assert flat(work(), seconds(5), seconds(5)) == run_models(work, until=5.0, **HERE).results
     simulator = Simulator(work())
@@ -118,7 +118,7 @@ def test_a_result_that_breaks_a_rule_is_reported_by_path(result: Any, sentence: 
     assert str(message.value).startswith(f"yard.one at (7 s, 0): {sentence}")
 
 
-def test_a_port_that_cannot_stop_a_run_is_refused() -> None:
+def test_a_port_that_cannot_end_a_run_is_refused() -> None:
     for stop in ("processor.into", "frame.transducer.stop", "done"):
         with pytest.raises(ModelError, match=rf"^--stop {stop}: no child of workshop has this out port; "):
             run_models(work, stop=stop, **HERE)
@@ -138,11 +138,11 @@ def test_a_script_defines_messages_and_runs_its_model(tmp_path: Path) -> None:
     assert done.stdout == "{'top.one': Answer(value=42)}\n"
 
 
-def test_a_recording_of_models_names_the_command_that_runs_them_again(tmp_path: Path) -> None:
+def test_a_recording_of_models_names_the_command_that_repeats_it(tmp_path: Path) -> None:
     reference = "heavylift.nodes.zoo.multi_server_queue:mmc(c=2, seed=3)"
     run_models(reference, until=5.0, output=tmp_path / "queue.mcap", in_process=True)
     with pytest.raises(RecordingError) as error:
-        Branch.of(tmp_path / "queue.mcap", "2 s", ["c=3"])
+        RunBranch.of(tmp_path / "queue.mcap", "2 s", ["c=3"])
     assert str(error.value).endswith(
         f"holds no scene, so it cannot be run again; `heavylift devs '{reference}'` runs its model again"
     )

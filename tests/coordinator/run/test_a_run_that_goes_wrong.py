@@ -15,7 +15,7 @@ from heavylift.nodes.scene import bundled
 from heavylift.recordings import Recording
 
 
-def test_ctrl_c_finishes_the_recording_and_takes_all_processes_along(tmp_path):
+def test_ctrl_c_completes_the_recording_and_ends_all_processes(tmp_path):
     run = start(tmp_path, "run", "turnover", "--rate", "100")
     until(run, "load")
     processes = descendants(run.pid)
@@ -106,7 +106,7 @@ def test_no_node_outlives_a_killed_coordinator(tmp_path):
 
 
 @pytest.mark.large
-def test_a_second_run_cannot_replace_a_file_that_is_being_written_and_the_first_goes_on(tmp_path):
+def test_a_second_run_cannot_overwrite_a_file_being_written_and_the_first_continues(tmp_path):
     first = start(tmp_path, "run", "turnover", "-o", "both.mcap")
     until(first, "take up slack")
     code, _, error = finish(tmp_path, "run", "lift", "-o", "both.mcap", "--force")
@@ -119,7 +119,7 @@ def test_a_second_run_cannot_replace_a_file_that_is_being_written_and_the_first_
     first.communicate()
 
 
-def test_a_model_that_contradicts_itself_reports_where(tmp_path):
+def test_a_model_that_contradicts_its_declaration_is_reported_with_its_path(tmp_path):
     again = "  - stage: again\n    all hooks: hook\n  - stage: up"
     text = bundled()["lift"].read_text().replace("  - stage: up", again)
     (tmp_path / "twice.yaml").write_text(text)
@@ -129,7 +129,7 @@ def test_a_model_that_contradicts_itself_reports_where(tmp_path):
     assert "Traceback" not in error
 
 
-def test_a_condition_that_never_comes_ends_the_run_with_what_it_waits_for(tmp_path):
+def test_a_condition_that_never_holds_ends_the_run_with_what_it_waits_for(tmp_path):
     (tmp_path / "never.yaml").write_text(
         """heavylift: 1
 name: never
@@ -181,7 +181,7 @@ def test_output_files_that_cannot_be_written_are_named_before_the_run(tmp_path, 
     assert sorted(tmp_path.rglob("*")) == before
 
 
-def test_a_misspelt_scene_is_answered_with_the_right_name(tmp_path):
+def test_a_misspelt_scene_name_is_answered_with_the_right_one(tmp_path):
     code, _, error = finish(tmp_path, "run", "turnovr")
     assert code == 1
     assert "turnover" in error
@@ -194,7 +194,7 @@ def test_a_wrong_command_line_is_one_sentence(tmp_path):
 
 
 @pytest.mark.parametrize("arguments", [["doctor", "--help"], ["--help"]])
-def test_a_standard_output_without_room_is_one_sentence(tmp_path, arguments):
+def test_a_full_disk_behind_standard_output_is_one_sentence(tmp_path, arguments):
     with Path("/dev/full").open("w") as full:
         done = subprocess.run([HEAVYLIFT, *arguments], cwd=tmp_path, stdout=full, stderr=subprocess.PIPE, text=True)
     assert done.returncode == 1

@@ -164,7 +164,7 @@ def test_steps_beyond_the_end_or_back_in_time_are_discarded(tmp_path: Path, stop
     unit.freeInstance()
 
 
-def test_fmpy_simulates_it_to_its_default_end(tmp_path: Path) -> None:
+def test_fmpy_simulates_an_fmu_up_to_its_default_end(tmp_path: Path) -> None:
     found = fmpy.simulate_fmu(str(export(load("pendulum", ("end=1 s",)), tmp_path / "pendulum.fmu")))
     assert (found["time"][0], found["time"][-1], len(found)) == (0.0, 1.0, 21)
     run = play(load("pendulum", ("end=1 s", "samples=20 Hz")).plan)

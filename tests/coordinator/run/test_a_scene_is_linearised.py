@@ -28,12 +28,12 @@ def frequencies(model: LinearModel) -> np.ndarray:
     ("scene", "want"),
     [("pendulum", {(G / 60.0) ** 0.5}), ("trolley", {(G / 24.0) ** 0.5}), (CRANE, {(G / 5.0) ** 0.5})],
 )
-def test_what_hangs_swings_at_its_closed_form(scene, want):
+def test_a_linearised_pendulum_has_the_frequency_of_its_closed_form(scene, want):
     found = frequencies(heavylift.linearise(scene, [], ["joint/position/*"]))
     assert all(np.abs(found - w).min() < 1e-9 * w for w in want)
 
 
-def test_a_bundled_crane_carries_its_load_along_as_a_pendulum_on_ropes():
+def test_linearising_a_bundled_crane_gives_the_pendulum_mode_of_its_load():
     """Its trolley as the input: at low frequencies the load follows with the swing of its hoist rope."""
     model = heavylift.linearise("hall", ["hall.traversing"], ["pose/block/y"], at="up")
     assert [x.unit for x in model.inputs] == ["m/s2"]
@@ -42,7 +42,7 @@ def test_a_bundled_crane_carries_its_load_along_as_a_pendulum_on_ropes():
     assert complex(follows(s) * s**2) == pytest.approx(1.0, abs=2e-2)
 
 
-def test_about_a_state_in_motion_and_about_rest():
+def test_a_scene_is_linearised_in_motion_and_at_rest():
     at_start = heavylift.linearise(CRANE, [], ["joint/position/hook.angle"], at=0.0)
     assert frequencies(at_start) == pytest.approx([(G / 5.0 * np.cos(0.3)) ** 0.5], rel=1e-12)
     assert at_start.outputs[0].value == 0.3
@@ -61,14 +61,14 @@ def test_about_a_state_in_motion_and_about_rest():
         (("trolley", ["drive"], ["joint/position/*"], -1.0), "at: "),
     ],
 )
-def test_what_is_wrong_is_one_sentence(arguments, sentence):
+def test_invalid_arguments_of_linearise_are_one_sentence(arguments, sentence):
     with pytest.raises(HeavyliftError) as error:
         heavylift.linearise(*arguments)
     assert sentence in str(error.value)
     assert "\n" not in str(error.value)
 
 
-def test_sensitivities_are_a_function_of_python():
+def test_sensitivities_can_be_called_from_python():
     found = heavylift.sensitivities("snatch", ["mechanism.bodies.load.mass +- 1 %"], at_once=0)
     (effect,) = found.effects[found.figures[0].name]
     assert effect.input == "mechanism.bodies.load.mass"

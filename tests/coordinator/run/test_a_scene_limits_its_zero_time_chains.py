@@ -9,7 +9,7 @@ from heavylift.nodes.scene import load
 LONGER = "or allow more microsteps (a scene's key microsteps, heavylift devs --microsteps)"
 
 
-def test_a_chain_of_more_microsteps_than_the_limit_ends_the_run(tmp_path):
+def test_exceeding_the_microstep_limit_of_a_scene_ends_the_run(tmp_path):
     with pytest.raises(ModelError) as error:
         run(load("lift", ["microsteps=1"]), tmp_path / "lift.mcap", in_process=True)
     assert str(error.value) == (
@@ -18,7 +18,7 @@ def test_a_chain_of_more_microsteps_than_the_limit_ends_the_run(tmp_path):
     )
 
 
-def test_each_model_of_the_scene_has_its_limit(tmp_path, monkeypatch):
+def test_each_model_of_a_scene_has_the_microstep_limit_of_the_scene(tmp_path, monkeypatch):
     seen = set()
 
     def start(self, before=Simulator.start):
@@ -39,6 +39,6 @@ def test_each_model_of_the_scene_has_its_limit(tmp_path, monkeypatch):
         ("many", "a whole number is needed here"),
     ],
 )
-def test_an_invalid_limit_is_refused(given, told):
+def test_an_invalid_microstep_limit_in_a_scene_is_refused(given, told):
     with pytest.raises(SceneError, match=f"error: microsteps: {told}\n"):
         load("pendulum", [f"microsteps={given}"])

@@ -26,7 +26,7 @@ C = {"LC_ALL": "C", "PYTHONUTF8": "0"}
 @pytest.mark.parametrize("command", COMMANDS)
 @pytest.mark.parametrize("closed", CLOSED, ids=str)
 @pytest.mark.large(beyond=2)
-def test_closed_streams_change_nothing(closed: tuple[int, ...], command: str, tmp_path: Path) -> None:
+def test_closed_standard_streams_do_not_change_a_run(closed: tuple[int, ...], command: str, tmp_path: Path) -> None:
     digests = []
     for name, which in ("open.mcap", ()), ("closed.mcap", closed):
         shell = " ".join(["exec", *(f"{fd}>&-" for fd in which)]) + '; exec "$@"'

@@ -39,7 +39,7 @@ def conversation(arrived, recorder):
     return talk
 
 
-def test_every_received_batch_is_recorded_before_the_run_stops():
+def test_after_a_signal_every_received_batch_is_recorded_before_the_run_stops():
     recorder = Struck()
     talk = conversation([[("kernel", b"first"), ("kernel", b"second"), ("kernel", b"third")]], recorder)
     stopping = Stopping()

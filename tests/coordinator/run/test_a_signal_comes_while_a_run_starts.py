@@ -104,7 +104,9 @@ CASES = [(number, i) for i in range(POINTS) for number in (signal.SIGINT, signal
 
 @pytest.mark.parametrize(("number", "case"), CASES, ids=[f"{number.name}-{i}" for number, i in CASES])
 @pytest.mark.large(beyond=1)
-def test_a_signal_leaves_no_files_behind(number: signal.Signals, case: int, lines: list[str], tmp_path: Path) -> None:
+def test_a_signal_during_the_start_leaves_no_files_behind(
+    number: signal.Signals, case: int, lines: list[str], tmp_path: Path
+) -> None:
     point = Random(f"{number.name} {case}").choice(lines)
     code, error = started(tmp_path / "run", number, point)
     assert (code, "Traceback" in error) == (128 + number, False), f"at {point}: {error}"
@@ -136,7 +138,7 @@ def fresh() -> dict[str, str]:
     return {k: v for k, v in os.environ.items() if k not in ("PYTHONHASHSEED", "PYTHONUTF8")}
 
 
-def test_hardly_anything_is_imported_before_signals_are_held_back() -> None:
+def test_signals_are_deferred_before_most_imports() -> None:
     done = subprocess.run([sys.executable, "-c", FIRST], env=fresh(), stdout=subprocess.PIPE, text=True, check=True)
     assert json.loads(done.stdout) == ["heavylift", "heavylift.coordinator", "heavylift.coordinator.cli"]
 
@@ -146,7 +148,7 @@ ROOMS = ("coordinator", "kernel", "nodes", "recordings")
 
 
 @pytest.mark.large(beyond=1)
-def test_an_early_ctrl_c_ends_in_one_line_of_ours_or_in_python_itself(tmp_path: Path) -> None:
+def test_an_early_ctrl_c_ends_in_one_line_of_heavylift_or_of_python_itself(tmp_path: Path) -> None:
     """Before our first line, Python dies of the signal in silence, or prints a traceback of its own files alone."""
     ours = [Path(heavylift.__file__), *(Path(kernel.__file__).parents[1] / room for room in ROOMS)]
     script = Path(sysconfig.get_path("scripts")) / "heavylift"

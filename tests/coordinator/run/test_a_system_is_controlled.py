@@ -44,14 +44,14 @@ def test_a_pole_that_falls_is_held_upright_by_the_gains_of_its_linear_model():
 
 
 @pytest.mark.parametrize("kind", ["prescribed", "speed"])
-def test_a_drive_has_the_speed_asked_of_it_a_period_later(kind):
+def test_a_drive_reaches_the_requested_speed_one_control_period_later(kind):
     system = cart(drives=(Drive("travel", "rail", kind, kv=1e6),))
     found = simulate(system, 1.0, every=0.1, control=lambda t, now: {"travel": 0.5 * t}, period=0.1)
     speed = found.at([0.5, 0.8])["joint/velocity"]["rail.speed"]
     assert speed == pytest.approx([0.2, 0.35], abs=1e-4)
 
 
-def test_a_control_is_called_at_its_period_with_all_samples():
+def test_a_control_function_is_called_every_period_with_all_samples():
     calls = []
 
     def note(t, now):
@@ -66,15 +66,15 @@ def test_a_control_is_called_at_its_period_with_all_samples():
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        ({"control": lambda t, now: {}}, "give both, or none"),
-        ({"period": 0.1}, "give both, or none"),
+        ({"control": lambda t, now: {}}, "give both, or neither"),
+        ({"period": 0.1}, "give both, or neither"),
         ({"control": lambda t, now: 3.0, "period": 0.1}, "3.0 at 0 s; return a dict of values by name"),
         ({"control": lambda t, now: {"hoist": 1.0}, "period": 0.1}, "'hoist'"),
         ({"control": lambda t, now: {"push": float("nan")}, "period": 0.1}, "nan is no value of a signal"),
         ({"control": lambda t, now: {}, "period": 0.0}, "period"),
     ],
 )
-def test_what_is_wrong_is_one_sentence(arguments, sentence):
+def test_invalid_control_functions_are_one_sentence(arguments, sentence):
     with pytest.raises(HeavyliftError) as error:
         simulate(cart(forces=(PUSH,)), 0.3, **arguments)
     assert sentence in str(error.value)

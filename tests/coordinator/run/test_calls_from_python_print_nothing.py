@@ -8,7 +8,7 @@ from pathlib import Path
 
 CALLS = """
 from heavylift import Recording, load, replicate, run, run_models, simulate, sweep
-from heavylift.coordinator.run.branch import Branch, branch
+from heavylift.coordinator.run.branch import RunBranch, branch
 from heavylift.coordinator.sweeps.limiting import limits_of_all
 from heavylift.coordinator.sweeps.planning import planned
 from heavylift.coordinator.ladder.sensitivities import sensitivities
@@ -23,7 +23,7 @@ if __name__ == "__main__":
     sensitivities(scene, ["mechanism.bodies.load.mass +- 1 %"], at_once=0)
     planned(scene, 1.0)
     limits_of_all(scene, ["mechanism.bodies.load.mass=9..10 t"])
-    branch(Branch.of("run.mcap", "1 s", ["end=1.5 s"]))
+    branch(RunBranch.of("run.mcap", "1 s", ["end=1.5 s"]))
     run_models("heavylift.nodes.zoo.token_ring:ring(2, 2, 5000000)", until=0.01)
     replicate("heavylift.nodes.zoo.multi_server_queue:mmc()", 2, until=10.0)
     try:

@@ -50,7 +50,7 @@ READERS: dict[str, Callable[[object], object]] = {
 
 
 @pytest.mark.parametrize("kind", [str, Path])
-def test_a_run_takes_its_scene_and_its_recording_by_either(kind: type, tmp_path: Path) -> None:
+def test_scenes_and_recordings_can_be_named_by_text_or_path(kind: type, tmp_path: Path) -> None:
     (tmp_path / "pendulum.yaml").write_text(TEXT)
     scene, out = kind(tmp_path / "pendulum.yaml"), kind(tmp_path / "out.mcap")
     assert isinstance(loaded(scene), LoadedScene)

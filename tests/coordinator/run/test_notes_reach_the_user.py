@@ -53,7 +53,7 @@ class Listening(RunObserver):
     ids=["a mode that steps miss", "a rope that rattles"],
 )
 @pytest.mark.large(beyond=1)
-def test_a_note_is_shown_in_every_output(text, word, tmp_path: Path):
+def test_a_note_of_the_kernel_is_shown_in_every_output(text, word, tmp_path: Path):
     path, watch = tmp_path / "hung.mcap", Listening()
     result = run(parse(text), path, in_process=True, watch=watch)
     assert any(word in note for note in result.notes)
@@ -67,7 +67,7 @@ def test_a_note_is_shown_in_every_output(text, word, tmp_path: Path):
     assert "note: " not in page
 
 
-def test_a_run_without_notes_has_none(tmp_path: Path):
+def test_a_run_without_kernel_notes_shows_none(tmp_path: Path):
     path = tmp_path / "hung.mcap"
     assert run(parse(FOLLOWS), path, in_process=True).notes == ()
     assert Recording(path).notes() == []

@@ -41,7 +41,7 @@ def test_queue_lengths_of_a_jackson_network_agree_with_theory(parameters: tuple[
     assert abs(found["net.station.stay"].mean - stay) < 2 * found["net.station.stay"].half < 0.8 * stay
 
 
-def test_results_do_not_depend_on_the_executor_and_few_seeds_are_the_first_of_many() -> None:
+def test_replications_do_not_depend_on_the_executor_and_fewer_seeds_give_the_first_results_of_many() -> None:
     with ThreadPoolExecutor(2) as threads:
         some = replicate(MMC, 3, 7, until=20.0, executor=threads)
         other = replicate(MMC, 3, 8, until=20.0, executor=threads)
@@ -50,7 +50,7 @@ def test_results_do_not_depend_on_the_executor_and_few_seeds_are_the_first_of_ma
 
 
 @pytest.mark.filterwarnings("ignore:.*fork")
-def test_a_process_that_is_forked_after_a_run_reports_that_it_cannot_run() -> None:
+def test_a_process_forked_after_a_run_reports_that_it_cannot_simulate() -> None:
     with ThreadPoolExecutor(1) as threads:
         replicate(MMC, 1, until=1.0, executor=threads)
     with (
@@ -60,7 +60,7 @@ def test_a_process_that_is_forked_after_a_run_reports_that_it_cannot_run() -> No
         replicate(MMC, 1, until=1.0, executor=forks)
 
 
-def test_the_confidence_interval_is_students() -> None:
+def test_the_confidence_interval_is_that_of_students_t() -> None:
     found = Replications([1, 2, 3], {"a.x": [1.0, 2.0, 3.0], "a.y": [1.0, float("nan"), 1.0]}).estimates
     assert found["a.x"].half == pytest.approx(4.302652729911275 / sqrt(3), rel=1e-9)
     assert (found["a.x"].mean, found["a.x"].deviation) == (2.0, 1.0)
@@ -69,7 +69,7 @@ def test_the_confidence_interval_is_students() -> None:
     assert (alone.mean, isnan(alone.half)) == (4.0, True)
 
 
-def test_the_command_reports_means_and_their_samples(tmp_path: Path) -> None:
+def test_the_replication_command_reports_means_and_their_samples(tmp_path: Path) -> None:
     asked = ("devs", MMC, "--until", "20s", "--json")
     message = json.loads(finish(tmp_path, *asked, "--replications", "2", "--processes", "1", "--seed", "7")[1])
     with ThreadPoolExecutor(1) as executor:
@@ -128,7 +128,7 @@ def test_options_that_exclude_replications_are_refused(more: str) -> None:
 @pytest.mark.parametrize(
     ("option", "sentence"),
     [
-        ("--until -5s", "--until -5s: a time is zero or more"),
+        ("--until -5s", "--until -5s: a time must be zero or more"),
         ("--replications 0", "0 replications, confidence 0.95: give one"),
     ],
 )

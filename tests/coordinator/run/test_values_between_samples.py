@@ -19,7 +19,7 @@ FALLING = System((BODY,), (SLIDE,), locks=(Lock("l", "j"),))
 RANDOM = np.random.default_rng(7)
 
 
-def test_free_fall_between_two_samples() -> None:
+def test_values_between_two_samples_of_a_free_fall_are_exact() -> None:
     result = simulate(FALLING, until=3.0, every=3.0)
     assert len(result.t) == 2
     t = RANDOM.uniform(0.0, 3.0, 40)
@@ -30,7 +30,7 @@ def test_free_fall_between_two_samples() -> None:
 
 
 @pytest.mark.parametrize("method", ["dopri5", "radau5"])
-def test_an_oscillation_between_its_samples(method: str) -> None:
+def test_values_between_samples_of_an_oscillation_are_exact(method: str) -> None:
     w = 7.0
     spring = JointSpring("s", "j", k=2.0 * w * w)
     level = Joint("j", "prismatic", "world", "b", axis=(1, 0, 0), q0=(1.0,))
@@ -41,7 +41,7 @@ def test_an_oscillation_between_its_samples(method: str) -> None:
     assert abs(straight - np.cos(w * t)).max() > 1.0, "samples alone would do"
 
 
-def test_an_instant_of_an_event_has_a_value_before_and_after_it() -> None:
+def test_at_the_instant_of_an_event_there_are_values_before_and_after_it() -> None:
     result = simulate(FALLING, until=2.0, every=0.5, orders=[(1.0, lambda s: s.set_lock("l", True))])
     assert result.t.tolist().count(1.0) == 2
     for t, before, after in ((1.0, -G, 0.0), (0.75, -0.75 * G, -0.75 * G), (1.25, 0.0, 0.0)):
@@ -51,7 +51,7 @@ def test_an_instant_of_an_event_has_a_value_before_and_after_it() -> None:
     assert result.at(times)["joint/position"]["j.travel"] == pytest.approx([-G / 2, -G / 8, -G / 2, -G / 8], abs=CLOSE)
 
 
-def test_values_between_samples_agree_with_denser_samples() -> None:
+def test_dense_output_agrees_with_denser_samples() -> None:
     coarse, dense = simulate("lift", until=60.0), simulate("lift", until=60.0, every=0.11)
     apart = np.flatnonzero(np.diff(dense.t) > 0)[1:]
     t = dense.t[apart]
@@ -61,7 +61,7 @@ def test_values_between_samples_agree_with_denser_samples() -> None:
         assert found[name].values == pytest.approx(dense[name].values[apart], rel=1e-6, abs=CLOSE)
 
 
-def test_the_end_that_was_asked_for_is_a_time_of_the_run() -> None:
+def test_the_requested_end_is_a_sample_time_of_the_run() -> None:
     """Of a scene, too, of which nothing at that very instant happens any more."""
     for what, until in ((FALLING, 1.0), ("pendulum", 1.0), ("lift", 0.3)):
         result = simulate(what, until=until)
@@ -71,7 +71,7 @@ def test_the_end_that_was_asked_for_is_a_time_of_the_run() -> None:
             assert signal.values[-1] == pytest.approx(result[name].values[-1], rel=1e-6, abs=CLOSE)
 
 
-def test_events_agree_with_those_of_the_recording(tmp_path: Path) -> None:
+def test_events_from_simulate_agree_with_those_of_the_recording(tmp_path: Path) -> None:
     recording = Recording(run("lift", tmp_path / "lift.mcap", in_process=True).recording)
     assert simulate("lift").events == recording.events()
     assert [e.t for e in recording.events()] == [e.t_ns / 1e9 for e in recording.events()]
@@ -89,7 +89,7 @@ def test_a_time_outside_the_run_is_refused() -> None:
         pickle.loads(pickle.dumps(result)).at(0.5)
 
 
-def test_an_edited_law_does_not_replace_that_of_the_run(own_modules: Path) -> None:
+def test_editing_a_law_after_a_run_does_not_change_its_dense_output(own_modules: Path) -> None:
     (own_modules / "pull.py").write_text("def pull(x):\n    return 1.0\n")
     system = System((BODY,), (SLIDE,), forces=(UserLaw("l", "pull.py:pull", joint="j"),))
     result = simulate(system, until=1.0)

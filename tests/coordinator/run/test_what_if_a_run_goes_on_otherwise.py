@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from heavylift.coordinator.cli import main
 from heavylift.coordinator.live import TimedCommand
-from heavylift.coordinator.run import Branch, RunObserver, conversation, run
+from heavylift.coordinator.run import RunBranch, RunObserver, conversation, run
 from heavylift.coordinator.run.branch import branch
 from heavylift.kernel import HeavyliftError, ModelError, RecordingError, SceneError
 from heavylift.nodes.devs import Tag, encode
@@ -44,12 +44,12 @@ def branched(
 ) -> tuple[Path, list[str]]:
     """The new recording, and what was said."""
     heard = Heard()
-    return branch(Branch.of(path, at, settings, scene), out, heard, force).recording, heard.said
+    return branch(RunBranch.of(path, at, settings, scene), out, heard, force).recording, heard.said
 
 
 def refusal(path: Path, at: str, *settings: str) -> str:
     with pytest.raises(HeavyliftError) as refused:
-        branch(Branch.of(path, at, settings), path.with_name("refused.mcap"))
+        branch(RunBranch.of(path, at, settings), path.with_name("refused.mcap"))
     assert not list(path.parent.glob("refused*")), "a branch that is refused leaves nothing"
     return str(refused.value)
 
@@ -89,7 +89,7 @@ def test_a_branch_goes_on_from_a_checkpoint_and_equals_the_run_of_the_changed_sc
     assert fact == {"of": "lift.mcap", "digest": digest(lift), "t": UP, "stage": "up"}
 
 
-def test_a_branch_can_be_branched(lift: Path, tmp_path: Path) -> None:
+def test_a_branch_of_a_branch_can_be_made(lift: Path, tmp_path: Path) -> None:
     first, _ = branched(lift, "stage up", SLOWER, out=tmp_path / "first.mcap")
     settings = [SLOWER, "stage sideways/trolleys=traverse 10 m/min by 1 m"]
     second, text = branched(first, "end of stage up", settings[1], out=tmp_path / "second.mcap")
@@ -99,7 +99,7 @@ def test_a_branch_can_be_branched(lift: Path, tmp_path: Path) -> None:
     assert text[0] == "continues from the checkpoint at 9.148 s", "those of the past are passed on"
 
 
-def test_a_change_that_would_have_acted_before_the_branch_is_refused(lift: Path) -> None:
+def test_a_change_that_would_act_before_the_branch_point_is_refused(lift: Path) -> None:
     message = refusal(lift, "stage up", "block.mass=310 t")
     assert "the changes affect the run before 23.680 s (stage up), at (0 s, 0) on " in message
     assert "300000.0 -> 310000.0" in message
@@ -113,7 +113,7 @@ def test_a_change_that_would_have_acted_before_the_branch_is_refused(lift: Path)
     assert "tolerance" in refusal(lift, "stage up", "accuracy=0.1 %")
 
 
-def test_a_scene_with_other_mechanics_is_simulated_from_its_start(lift: Path, tmp_path: Path) -> None:
+def test_a_branch_with_changed_mechanics_is_simulated_from_its_start(lift: Path, tmp_path: Path) -> None:
     sling = "stage sideways/when=moves done and tension of loader-1.sling-1 >= 350 kN"
     assert 'recorded nothing, now {"Order"' in refusal(lift, "end of stage up", sling), "it is watched before"
     path, text = branched(lift, "stage up", sling, out=tmp_path / "b.mcap")
@@ -122,7 +122,7 @@ def test_a_scene_with_other_mechanics_is_simulated_from_its_start(lift: Path, tm
     assert digest(path) == run(load("lift", [sling]), tmp_path / "whole.mcap", in_process=True).digest
 
 
-def test_an_edited_scene_replaces_the_recorded_one(lift: Path, tmp_path: Path) -> None:
+def test_an_edited_scene_replaces_the_recorded_one_in_a_branch(lift: Path, tmp_path: Path) -> None:
     edited = tmp_path / "edited.yaml"
     text = Recording(lift).attachments["lift.yaml"].decode()
     edited.write_text(text.replace("traverse 20 m/min by 2 m", "traverse 5 m/min by 1 m"))
@@ -144,31 +144,31 @@ def test_an_edited_scene_replaces_the_recorded_one(lift: Path, tmp_path: Path) -
         ("nan", "write 'stage NAME'"),
     ],
 )
-def test_the_earliest_time_of_a_branch_is_reported(lift: Path, at: str, told: str) -> None:
+def test_a_branch_reports_the_earliest_possible_time(lift: Path, at: str, told: str) -> None:
     with pytest.raises(RecordingError) as refused:
-        Branch.of(lift, at, [SLOWER])
+        RunBranch.of(lift, at, [SLOWER])
     assert f"{lift}: --at '{at}': " in str(refused.value)
     assert told in str(refused.value)
 
 
 def test_changes_that_allow_no_branch_are_reported(lift: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(SceneError, match="the branch changes nothing"):
-        Branch.of(lift, "stage up")
+        RunBranch.of(lift, "stage up")
     with pytest.raises(SceneError, match=r"end 20 s: lies before the branch at 23\.680 s"):
-        Branch.of(lift, "stage up", ["end=20 s"])
+        RunBranch.of(lift, "stage up", ["end=20 s"])
     with pytest.raises(RecordingError, match="is the recording itself, which stays as it is"):
-        branch(Branch.of(lift, "stage up", [SLOWER]), lift, force=True)
+        branch(RunBranch.of(lift, "stage up", [SLOWER]), lift, force=True)
     other = tmp_path / "other.mcap"
     other.write_bytes(b"mine")
     with pytest.raises(HeavyliftError, match="a file that heavylift has not made"):
-        branch(Branch.of(lift, "stage up", [SLOWER]), other, force=True)
+        branch(RunBranch.of(lift, "stage up", [SLOWER]), other, force=True)
     assert other.read_bytes() == b"mine"
     monkeypatch.setattr("heavylift.coordinator.run.branch.__version__", "9.9")
     with pytest.raises(RecordingError, match=r"was made by heavylift \S+, this is 9\.9, .*; "):
-        Branch.of(lift, "stage up", [SLOWER])
+        RunBranch.of(lift, "stage up", [SLOWER])
 
 
-def test_existing_outputs_are_kept(lift: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_branch_keeps_existing_files(lift: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     mine = tmp_path / "lift.mcap"
     mine.write_bytes(lift.read_bytes())
     monkeypatch.setattr("sys.argv", ["heavylift", "branch", str(mine), "--at", "stage up", "--set", "end=30 s"])
@@ -206,7 +206,7 @@ def test_checkpoints_change_no_message_and_no_sample(
     assert counted[0] == counted[1]
 
 
-def test_orders_of_an_operator_are_repeated(tmp_path: Path) -> None:
+def test_a_branch_repeats_the_commands_of_an_operator(tmp_path: Path) -> None:
     scene = load("lift", ["end=12 s"])
     words = "crane: travel 10 m/min by 0.2 m"
     order = encode(OperatorCommand(words, msgspec.msgpack.encode(spoken(scene, words))))
@@ -218,7 +218,7 @@ def test_orders_of_an_operator_are_repeated(tmp_path: Path) -> None:
     assert len(Recording(path).events("operator")) == 2
 
 
-def test_a_failed_run_is_corrected_from_where_it_failed(tmp_path: Path) -> None:
+def test_a_failed_run_is_branched_from_the_point_of_failure(tmp_path: Path) -> None:
     never = ["stage swing/when=moves done and tension of loader-1.sling-1 >= 9 MN", "stage swing/timeout=13 s"]
     with pytest.raises(ModelError, match="timeout of 13 s"):
         run(load("lift", [*never, "end=60 s"]), tmp_path / "a.mcap", in_process=True)
@@ -228,7 +228,7 @@ def test_a_failed_run_is_corrected_from_where_it_failed(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["lift", "snatch", "tackle", "linkage", "trolley", "gust"])
-def test_a_branch_from_any_time_ends_alike(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_branches_from_different_times_end_alike(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(conversation, "KEEP_s", 0.0)  # a checkpoint at each GRANT of the kernel
     end = run(name, tmp_path / "a.mcap", in_process=True)
     choice = random.Random(name)

@@ -7,14 +7,14 @@ from heavylift.coordinator.record import Budget, ClockedWork, clocked
 from typer.testing import CliRunner
 
 
-def test_the_shares_of_time_sum_to_the_whole():
+def test_the_shares_of_wall_clock_time_sum_to_the_whole():
     """Four instants with the recording until then: 2 s of start, 5 s of rounds and kernel, 1 s of exit."""
     budget = Budget.of((10.0, 0.0), (12.5, 0.5), (18.0, 1.0), (19.25, 1.25), 3.0)
     assert budget == Budget(start=2.0, kernel=3.0, rounds=2.0, recording=1.25, exit=1.0)
     assert str(budget) == "start 2.00, kernel 3.00, rounds 2.00, recording 1.25, exit 1.00"
 
 
-def test_a_kernel_that_computes_while_others_record_has_no_negative_round_time():
+def test_a_kernel_that_computes_while_others_record_gives_no_negative_round_time():
     assert Budget.of((0.0, 0.0), (1.0, 0.0), (5.0, 2.0), (5.0, 2.0), 3.5).rounds == 0.0
 
 
@@ -33,7 +33,7 @@ def test_time_is_counted_even_if_the_work_fails():
             assert work.spent_s > before
 
 
-def test_a_run_ends_with_its_budget(tmp_path):
+def test_a_verbose_run_prints_the_seconds_of_each_of_its_parts(tmp_path):
     message = (
         CliRunner().invoke(app, ["run", "lift", "--in-process", "--verbose", "-o", str(tmp_path / "lift.mcap")]).output
     )

@@ -84,7 +84,7 @@ def part(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path.with_name("lift.mcap.part")
 
 
-def test_a_resumed_run_equals_the_whole_run(part: Path, whole: str) -> None:
+def test_a_resumed_run_equals_an_uninterrupted_one(part: Path, whole: str) -> None:
     before = part.read_bytes()
     begun = Beginning.of(part)
     assert 0 < len(begun.events) <= EVENTS
@@ -95,7 +95,7 @@ def test_a_resumed_run_equals_the_whole_run(part: Path, whole: str) -> None:
 
 
 @pytest.mark.large
-def test_a_difference_is_reported_with_time_and_port(part: Path, tmp_path: Path) -> None:
+def test_a_difference_found_while_resuming_is_reported_with_time_and_port(part: Path, tmp_path: Path) -> None:
     begun = Beginning.of(part)
     events = list(begun.events)
     events[20] = msgspec.structs.replace(events[20], port="other")
@@ -103,19 +103,19 @@ def test_a_difference_is_reported_with_time_and_port(part: Path, tmp_path: Path)
         resume(part, replace(begun, events=events), tmp_path / "new.mcap", in_process=True)
 
 
-def test_the_interrupted_recording_is_kept(part: Path) -> None:
+def test_resuming_keeps_the_interrupted_recording(part: Path) -> None:
     with pytest.raises(RecordingError, match="would overwrite what is to be resumed"):
         resume(part, Beginning.of(part), part.with_name("lift.mcap"))
 
 
-def test_a_file_without_a_run_is_refused(tmp_path: Path) -> None:
+def test_resuming_a_file_without_a_run_is_refused(tmp_path: Path) -> None:
     (tmp_path / "notes.mcap.part").write_text("no recording")
     with pytest.raises(RecordingError, match="is not a recording"):
         Beginning.of(tmp_path / "notes.mcap.part")
 
 
 @pytest.mark.large
-def test_orders_of_an_operator_are_repeated(tmp_path: Path) -> None:
+def test_a_resumed_run_repeats_the_commands_of_an_operator(tmp_path: Path) -> None:
     """The scene extends another one and has a setting laid over it; both files are gone when the run is resumed."""
     (tmp_path / "sledge.yaml").write_text(SLEDGE)
     (tmp_path / "case.yaml").write_text("heavylift: 1\nextends: sledge.yaml\nname: case\n")
@@ -149,7 +149,7 @@ def test_a_recording_without_checkpoint_is_resumed_from_the_start(tmp_path: Path
     assert resume(path, Beginning.of(path), in_process=True).digest == whole
 
 
-def test_a_complete_run_is_not_repeated(tmp_path: Path) -> None:
+def test_resuming_a_complete_run_does_nothing(tmp_path: Path) -> None:
     run(load("pendulum", ["end=1 s"]), tmp_path / "pendulum.mcap", in_process=True)
     with pytest.raises(RecordingError, match=r"pendulum\.mcap: is whole"):
         Beginning.of(tmp_path / "pendulum.mcap")

@@ -23,7 +23,7 @@ def digest(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 @pytest.mark.parametrize("often", [False, True], ids=["told in full", "from checkpoints"])
 @pytest.mark.large(beyond=1)
-def test_the_digest_is_that_of_the_undisturbed_run(
+def test_a_lift_with_killed_processes_has_the_digest_of_the_undisturbed_run(
     tmp_path: Path, digest: str, often: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if not often:

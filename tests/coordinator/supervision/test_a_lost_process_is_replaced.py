@@ -39,7 +39,7 @@ def replaced(notes: list[str]) -> list[str]:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_processes_are_killed_at_random_points(digest: str, seed: int) -> None:
+def test_processes_killed_at_random_times_are_replaced(digest: str, seed: int) -> None:
     rng = random.Random(seed)
     points = rng.sample(range(1, MESSAGES + 1), 8)
     victims = {point: rng.choice(["north", "east", "south"]) for point in points}
@@ -49,7 +49,7 @@ def test_processes_are_killed_at_random_points(digest: str, seed: int) -> None:
 
 
 @pytest.mark.parametrize(("point", "what"), [(1, "the start"), (4, "the first grant"), (MESSAGES, "the last message")])
-def test_processes_are_killed_at_the_edges_of_a_run(digest: str, point: int, what: str) -> None:
+def test_processes_killed_at_the_start_and_end_of_a_run_are_replaced(digest: str, point: int, what: str) -> None:
     run, notes = play({point: strike("north", "east", "south")})
     assert run.digest == digest
     assert len(set(replaced(notes))) >= 2 or point == MESSAGES  # who has said all that it had to say may die
@@ -63,12 +63,12 @@ def test_a_message_reports_which_process_ended_when_and_how(digest: str) -> None
     assert run.digest == digest
 
 
-def test_two_processes_are_lost_at_once(digest: str) -> None:
+def test_two_processes_lost_at_once_are_replaced(digest: str) -> None:
     run, notes = play({50: strike("north", "south")})
     assert (run.digest, sorted(replaced(notes))) == (digest, ["north", "south"])
 
 
-def test_a_successor_is_killed_while_it_receives_the_history(digest: str) -> None:
+def test_a_successor_killed_while_it_receives_the_history_is_replaced(digest: str) -> None:
     message: list[int] = []
 
     def twice(hub: Troubled) -> None:
@@ -96,7 +96,7 @@ STOPPED = r"its process \d+ is stopped \(SIGSTOP\) and was not continued within 
 @pytest.mark.parametrize("point", [70, MESSAGES], ids=["run", "exit"])
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP], ids=["killed", "stopped"])
 @pytest.mark.large(beyond=3)
-def test_a_lost_keeper_without_further_work_does_no_harm(digest: str, point: int, number: int) -> None:
+def test_a_process_manager_lost_when_no_longer_needed_does_no_harm(digest: str, point: int, number: int) -> None:
     run, notes = play({point: keeper(number)}, deadline=1.0)
     assert (run.digest, notes) == (digest, [])
 
@@ -104,7 +104,7 @@ def test_a_lost_keeper_without_further_work_does_no_harm(digest: str, point: int
 @pytest.mark.parametrize("point", [1, 3, 70, MESSAGES], ids=["start", "all welcomed", "run", "exit"])
 @pytest.mark.parametrize(("number", "how"), [(signal.SIGKILL, KILLED), (signal.SIGSTOP, STOPPED)])
 @pytest.mark.large(beyond=5)
-def test_a_lost_keeper_is_replaced_when_it_is_needed(digest: str, point: int, number: int, how: str) -> None:
+def test_a_process_manager_lost_is_replaced_when_it_is_needed(digest: str, point: int, number: int, how: str) -> None:
     run, notes = play({point: both(strike("south"), keeper(number))}, deadline=1.0)
     assert run.digest == digest
     message = [note.split(": ", 1)[1] for note in notes]
@@ -115,7 +115,7 @@ def test_a_lost_keeper_is_replaced_when_it_is_needed(digest: str, point: int, nu
         assert set(replaced(notes)) == {"east", "north", "south"}
 
 
-def test_a_keeper_that_is_resumed_in_time_is_not_replaced(digest: str) -> None:
+def test_a_process_manager_that_is_resumed_in_time_is_not_replaced(digest: str) -> None:
     def soon(hub: Troubled) -> None:
         threading.Timer(0.3, keeper(signal.SIGCONT), (hub,)).start()
 
@@ -123,7 +123,7 @@ def test_a_keeper_that_is_resumed_in_time_is_not_replaced(digest: str) -> None:
     assert (run.digest, replaced(notes)) == (digest, ["south"])
 
 
-def test_keepers_that_are_lost_repeatedly_end_the_run() -> None:
+def test_process_managers_lost_repeatedly_end_the_run() -> None:
     with pytest.MonkeyPatch.context() as patch:
         original = Processes._launch
 
@@ -141,7 +141,7 @@ def test_keepers_that_are_lost_repeatedly_end_the_run() -> None:
     )
 
 
-def test_the_history_is_short_after_a_checkpoint(digest: str) -> None:
+def test_a_checkpoint_shortens_the_history(digest: str) -> None:
     undisturbed = MESSAGES
     run, _ = play({120: strike("south")})
     assert run.digest == digest
@@ -154,7 +154,7 @@ def test_the_history_is_short_after_a_checkpoint(digest: str) -> None:
     assert (run.digest, len(notes)) == (digest, 8)
 
 
-def test_successors_report_results_even_at_the_last_message(undisturbed_run: ModelRun) -> None:
+def test_replaced_nodes_report_results_even_if_lost_at_the_last_message(undisturbed_run: ModelRun) -> None:
     for points in ((30, 60), range(MESSAGES - 2, MESSAGES + 1)):
         run, _ = play({point: strike("south", "east") for point in points})
         assert (run.results, len(run.results)) == (undisturbed_run.results, 3)

@@ -38,14 +38,14 @@ class Seen:
         return self.vigil.lost("west", 0.0, now)
 
 
-def test_before_the_deadline_no_node_is_asked() -> None:
+def test_no_node_is_queried_before_its_deadline() -> None:
     seen = Seen()
     seen.answers = False
     assert seen.at(9.9) is None
     assert seen.message == []
 
 
-def test_a_node_that_makes_progress_may_compute_for_ever() -> None:
+def test_a_node_that_makes_progress_may_compute_for_any_time() -> None:
     seen = Seen()
     for n in range(1, 100):
         seen.sign = Alive(n)
@@ -68,7 +68,7 @@ def test_a_new_message_restarts_the_deadline() -> None:
     assert seen.vigil.lost("west", 12.0, 22.0) == ""
 
 
-def test_a_node_that_does_not_answer_is_lost() -> None:
+def test_a_node_that_does_not_answer_a_liveness_query_is_lost() -> None:
     seen = Seen()
     seen.answers = False
     assert seen.at(10.0) == (
@@ -99,13 +99,13 @@ def digest() -> str:
     return run_models(f"{MODELS}:build", in_process=True).digest
 
 
-def test_a_step_longer_than_the_deadline_is_answered(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_node_answers_queries_during_a_step_longer_than_the_deadline(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("DOOM", "dawdle")
     run, notes = play({}, "doomed", deadline=0.5)
     assert (run.digest, notes) == (digest(), [])
 
 
-def test_a_process_that_is_stopped_and_continued_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_process_that_is_stopped_and_continued_stays_in_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(vigil, "NOTICE_s", 0.1)
 
     def rest(hub: Succession) -> None:

@@ -30,7 +30,7 @@ def pairs(*numbers: int) -> list[tuple[bytes, bytes]]:
 GREETING = (b"WELCOME", b"HELLO")
 
 
-def test_a_node_that_was_never_greeted_gets_no_history(tmp_path: Path) -> None:
+def test_a_node_that_was_never_greeted_has_no_replay_log(tmp_path: Path) -> None:
     log = ReplayLog(tmp_path / "west.journal")
     assert list(log.retell()) == []
     log.sent(b"WELCOME")
@@ -38,20 +38,20 @@ def test_a_node_that_was_never_greeted_gets_no_history(tmp_path: Path) -> None:
     assert (log.last, log.open) == (b"WELCOME", True)
 
 
-def test_all_answered_messages_are_sent_again(log: ReplayLog) -> None:
+def test_the_replay_log_repeats_all_answered_messages(log: ReplayLog) -> None:
     say(log, 1, 2, 3)
     assert list(log.retell()) == [GREETING, *pairs(1, 2, 3)]
     assert not log.open
 
 
-def test_pending_messages_follow_the_answered_ones(log: ReplayLog) -> None:
+def test_the_replay_log_sends_pending_messages_after_the_answered_ones(log: ReplayLog) -> None:
     say(log, 1, 2)
     log.sent(b"GRANT 3")
     assert list(log.retell()) == [GREETING, *pairs(1, 2)]
     assert (log.last, log.open) == (b"GRANT 3", True)
 
 
-def test_a_checkpoint_replaces_the_history_before_it(log: ReplayLog) -> None:
+def test_a_checkpoint_replaces_the_replay_log_before_it(log: ReplayLog) -> None:
     say(log, 1, 2)
     log.kept(b"CHECKPOINT 2")
     assert list(log.retell()) == [GREETING, (b"CHECKPOINT 2", b"DONE 2")]
@@ -59,7 +59,7 @@ def test_a_checkpoint_replaces_the_history_before_it(log: ReplayLog) -> None:
     assert list(log.retell()) == [GREETING, (b"CHECKPOINT 2", b"DONE 2"), *pairs(3)]
 
 
-def test_a_checkpoint_may_arrive_while_a_message_waits(log: ReplayLog) -> None:
+def test_a_checkpoint_may_arrive_while_a_message_is_unanswered(log: ReplayLog) -> None:
     say(log, 1, 2)
     log.sent(b"GRANT 3")
     log.kept(b"CHECKPOINT 2")
@@ -70,7 +70,7 @@ def test_a_checkpoint_may_arrive_while_a_message_waits(log: ReplayLog) -> None:
 
 
 @pytest.mark.parametrize("heard", range(5))
-def test_an_idle_node_may_receive_more_while_its_successor_connects(log: ReplayLog, heard: int) -> None:
+def test_an_idle_node_may_receive_more_messages_while_its_successor_connects(log: ReplayLog, heard: int) -> None:
     say(log, 1, 2, 3)
     message = log.retell()
     before = [next(message) for _ in range(heard)]
@@ -79,7 +79,7 @@ def test_an_idle_node_may_receive_more_while_its_successor_connects(log: ReplayL
     assert (log.last, log.open) == (b"GRANT 4", True)
 
 
-def test_the_end_of_a_run_removes_the_file(log: ReplayLog, tmp_path: Path) -> None:
+def test_the_replay_log_is_deleted_at_the_end_of_the_run(log: ReplayLog, tmp_path: Path) -> None:
     say(log, 1)
     log.close()
     assert list(tmp_path.iterdir()) == []

@@ -32,7 +32,7 @@ def whole_before(place: int) -> list[bytes]:
     return [entry for entry, end in zip(ENTRIES, STARTS[1:], strict=True) if end <= place]
 
 
-def test_what_was_appended_is_read_in_order(written: Path) -> None:
+def test_journal_entries_are_read_in_order(written: Path) -> None:
     assert list(read(written)) == ENTRIES
 
 
@@ -43,7 +43,7 @@ def test_a_file_cut_at_any_byte_gives_its_complete_entries(written: Path) -> Non
         assert list(read(written)) == whole_before(place)
 
 
-def test_any_flipped_bit_ends_the_reading_there(written: Path) -> None:
+def test_a_journal_is_read_up_to_the_first_flipped_bit(written: Path) -> None:
     data = written.read_bytes()
     for place in range(len(data)):
         for bit in range(8):
@@ -53,7 +53,7 @@ def test_any_flipped_bit_ends_the_reading_there(written: Path) -> None:
             assert list(read(written)) == whole_before(place)
 
 
-def test_a_file_of_zeros_holds_no_entry(written: Path) -> None:
+def test_a_journal_of_zeros_has_no_entry(written: Path) -> None:
     """As a file system may leave it when the power fails: the length is there, the data is not."""
     written.write_bytes(bytes(64))
     assert list(read(written)) == []
@@ -63,7 +63,7 @@ def test_a_missing_file_is_an_empty_journal(tmp_path: Path) -> None:
     assert list(read(tmp_path / "none.journal")) == []
 
 
-def test_a_killed_writer_loses_no_appended_entry(tmp_path: Path) -> None:
+def test_a_killed_writer_loses_no_journal_entry(tmp_path: Path) -> None:
     path = tmp_path / "run.journal"
     pid = os.fork()
     if pid == 0:
@@ -75,7 +75,7 @@ def test_a_killed_writer_loses_no_appended_entry(tmp_path: Path) -> None:
     assert list(read(path)) == [i.to_bytes(4, "little") for i in range(1000)]
 
 
-def test_a_reader_follows_a_journal_that_grows(tmp_path: Path) -> None:
+def test_a_reader_follows_a_growing_journal(tmp_path: Path) -> None:
     with closing(Journal(tmp_path / "run.journal")) as journal:
         journal.append(b"one")
         entries = read(journal.path)
@@ -84,7 +84,7 @@ def test_a_reader_follows_a_journal_that_grows(tmp_path: Path) -> None:
         assert list(entries) == [b"two"]
 
 
-def test_a_checkpoint_drops_the_entries_before_it(written: Path) -> None:
+def test_a_checkpoint_drops_earlier_journal_entries(written: Path) -> None:
     with closing(Journal(written)) as journal:
         journal.append(b"granted")
         journal.restart([b"checkpoint", b"outstanding"])
@@ -93,19 +93,19 @@ def test_a_checkpoint_drops_the_entries_before_it(written: Path) -> None:
         assert [p.name for p in written.parent.iterdir()] == ["run.journal"]
 
 
-def test_an_ordered_end_removes_the_file(written: Path) -> None:
+def test_the_journal_is_deleted_after_an_ordered_end(written: Path) -> None:
     journal = Journal(written)
     journal.append(b"last")
     journal.delete()
     assert not written.exists()
 
 
-def test_an_unwritable_folder_is_named(tmp_path: Path) -> None:
+def test_an_unwritable_folder_for_the_journal_is_named(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match=r"nowhere/run\.journal: the journal cannot be written"):
         Journal(tmp_path / "nowhere" / "run.journal")
 
 
-def test_a_signal_anywhere_in_a_restart_leaves_a_journal_that_can_be_deleted(tmp_path: Path) -> None:
+def test_a_signal_during_a_journal_restart_leaves_a_file_that_can_be_deleted(tmp_path: Path) -> None:
     lines = 0
     while True:
         journal, countdown = Journal(tmp_path / "run.journal"), lines

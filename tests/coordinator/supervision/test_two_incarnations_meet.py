@@ -22,7 +22,7 @@ def received(hub: Hub) -> list[tuple[str, bytes]]:
     return found
 
 
-def test_the_older_incarnation_is_not_received_and_refuses_orders_of_the_newer_one() -> None:
+def test_messages_of_an_older_process_incarnation_are_ignored_and_it_refuses_new_orders() -> None:
     with Hub(["west"]) as hub, NodeLink(hub.ticket("west")) as old:
         hub.send("west", b"grant 1")
         assert old.receive() == ("west", b"grant 1")

@@ -18,7 +18,7 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="watches process
     ("doom", "how"),
     [("crash", r"was ended by signal 11 \(SIGSEGV\)"), ("leave", "ended with exit code 7")],
 )
-def test_three_losses_at_one_tag_end_the_run(monkeypatch: pytest.MonkeyPatch, doom: str, how: str) -> None:
+def test_three_process_losses_at_one_tag_end_the_run(monkeypatch: pytest.MonkeyPatch, doom: str, how: str) -> None:
     monkeypatch.setenv("DOOM", doom)
     with pytest.raises(ProtocolError) as message:
         play({}, "doomed")
@@ -49,7 +49,7 @@ def test_a_nondeterministic_model_is_reported(monkeypatch: pytest.MonkeyPatch) -
 
 
 @pytest.mark.large
-def test_a_model_that_hangs_is_reported_with_its_place(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_model_that_hangs_is_reported_with_its_code_line(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("DOOM", "hang")
     with pytest.raises(ProtocolError) as message:
         play({}, "doomed", deadline=0.3)

@@ -9,9 +9,9 @@ from heavylift.nodes.scene import load
 
 
 @pytest.mark.parametrize("limit", [0.5, 7.2, 30.0])
-def test_one_smallest_clearance_is_enough_to_be_red(limit: float) -> None:
+def test_one_small_clearance_makes_a_row_of_a_study_red(limit: float) -> None:
     run = play(load("lift", ["end=30 s", f"limits.clearance={limit} m"]).plan)
-    verdict, uses = run.judging(smallest=1)
+    verdict, uses = run.judge.fine
     full = run.verdict
     assert (verdict.line, verdict.red, verdict.findings) == (full.line, full.red, full.findings)
     assert list(uses) == list(run.uses)
@@ -30,7 +30,7 @@ def test_one_smallest_clearance_is_enough_to_be_red(limit: float) -> None:
         (("cranes.crane.at=1 m",), 0, 2),
     ],
 )
-def test_a_row_without_a_check_has_the_same_digest(settings: tuple[str, ...], digests: int, refused: int) -> None:
+def test_a_row_without_checks_has_the_same_digest(settings: tuple[str, ...], digests: int, refused: int) -> None:
     scene, variant = load("lift", ["end=1 s"]), Variant(0, settings, ())
     rows = [played(Task.of(scene, 60.0, "none", checked), variant) for checked in (True, False)]
     assert len({row["digest"] for row in rows if "digest" in row}) == digests

@@ -29,7 +29,7 @@ CHANGES: dict[Path, str] = {
 }
 
 
-def test_values_change_and_keys_are_added_while_comments_keep_their_columns() -> None:
+def test_rewriting_values_and_adding_keys_keeps_comments_and_their_columns() -> None:
     assert (
         rewritten(TEXT, "x.yaml", CHANGES)
         == """\
@@ -47,7 +47,7 @@ actions:
     )
 
 
-def test_a_new_key_follows_the_name_of_its_stage() -> None:
+def test_a_new_key_is_written_after_the_name_of_its_stage() -> None:
     lines = rewritten(load("turnover").text, "turnover.yaml", {("actions", 3, "when"): "after 210 s"}).splitlines()
     at = lines.index("    when: after 210 s")
     assert lines[at - 1 : at + 2 : 2] == ["  - stage: travel", "    cranes: travel 30 m/min ramp 0.03234 m/s2 by 120 m"]
@@ -61,6 +61,6 @@ def test_a_new_key_follows_the_name_of_its_stage() -> None:
         ("actions: []\n", ("actions", 0, "when")),  # of nothing
     ],
 )
-def test_values_without_an_own_place_are_refused(text: str, path: Path) -> None:
+def test_values_that_are_not_written_in_the_file_cannot_be_rewritten(text: str, path: Path) -> None:
     with pytest.raises(SceneError, match="cannot be written with its comments"):
         rewritten(text, "x.yaml", {path: "2 m"})

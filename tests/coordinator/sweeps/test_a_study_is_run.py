@@ -53,7 +53,7 @@ def digests(study: Study) -> dict[int, str | None]:
     return {number: study.rows[number].get("digest") for number in sorted(study.rows)}
 
 
-def test_a_row_equals_the_run_with_its_settings(tmp_path: Path) -> None:
+def test_a_row_of_a_study_equals_the_run_with_its_settings(tmp_path: Path) -> None:
     study = studied(tmp_path / "study")
     assert statuses(study) == ["done", "done", "done", "done", "refused", "refused"]
     assert "mass" in study.rows[4]["sentence"]
@@ -78,13 +78,13 @@ def test_settings_and_extended_scenes_are_part_of_a_study(tmp_path: Path) -> Non
     assert "--set:1:9: error: gravity" in message.rows[0]["sentence"]
 
 
-def test_every_engine_gives_the_same_results(tmp_path: Path) -> None:
+def test_every_execution_engine_gives_the_same_study(tmp_path: Path) -> None:
     with ThreadPoolExecutor(2) as threads:
         found = studied(tmp_path / "threads", threads)
     assert digests(found) == digests(studied(tmp_path / "at once"))
 
 
-def test_an_object_with_submit_is_an_executor(tmp_path: Path) -> None:
+def test_an_object_with_a_submit_method_is_accepted_as_executor(tmp_path: Path) -> None:
     """As those of submitit, whose jobs are no futures of Python's."""
 
     class Job:
@@ -136,7 +136,7 @@ def test_rows_of_another_study_are_refused(tmp_path: Path) -> None:
         studied(tmp_path / "study")
 
 
-def test_a_run_that_exceeds_its_time_is_ended_and_reported(tmp_path: Path) -> None:
+def test_a_run_that_exceeds_its_wall_time_limit_is_ended_and_reported(tmp_path: Path) -> None:
     study = studied(tmp_path / "study", limit=1e-6)
     assert statuses(study)[:4] == ["cut"] * 4
     assert "4 WERE CUT" in page_of(study_sheet(study))
@@ -152,7 +152,7 @@ def test_recordings_are_written_where_requested(tmp_path: Path) -> None:
     assert (tmp_path / "study" / study.rows[0]["recording"]).stat().st_size > 1000
 
 
-def test_a_dead_worker_takes_one_variant_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_dead_worker_loses_only_one_variant(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     made: list[AtOnce] = []
 
     def pool(workers: int) -> AtOnce:
@@ -171,7 +171,7 @@ def test_an_external_executor_that_dies_is_named(tmp_path: Path) -> None:
         studied(tmp_path / "study", AtOnce([False, True, True]))
 
 
-def test_a_pool_of_processes_works_from_the_command_line(tmp_path: Path, monkeypatch, capsys) -> None:
+def test_a_process_pool_works_from_the_command_line(tmp_path: Path, monkeypatch, capsys) -> None:
     monkeypatch.chdir(tmp_path)
     command = "heavylift sweep pendulum --vary 'end={1 s, 2 s}' --workers 1 --verify 2 -o study"
     monkeypatch.setattr("sys.argv", shlex.split(command))
@@ -200,7 +200,7 @@ def test_a_pool_of_processes_works_from_the_command_line(tmp_path: Path, monkeyp
         ("into", 3, "3 names no file"),
     ],
 )
-def test_impossible_options_are_one_sentence(tmp_path: Path, option: str, value, told: str) -> None:
+def test_impossible_study_options_are_one_sentence(tmp_path: Path, option: str, value, told: str) -> None:
     with pytest.raises(HeavyliftError) as found:
         sweep("pendulum", **{"vary": VARY, "into": tmp_path / "study", option: value})
     assert str(found.value).startswith(told)
@@ -214,7 +214,9 @@ def test_impossible_options_are_one_sentence(tmp_path: Path, option: str, value,
         ("SALib", {"vary": ["end=1..2 s"], "sample": 8}, "--sample needs SALib; install heavylift[sweep]"),
     ],
 )
-def test_a_missing_extra_is_one_sentence(tmp_path: Path, monkeypatch, missing: str, options, told) -> None:
+def test_a_missing_optional_package_for_studies_is_one_sentence(
+    tmp_path: Path, monkeypatch, missing: str, options, told
+) -> None:
     monkeypatch.setitem(sys.modules, missing, None)
     with pytest.raises(HeavyliftError) as found:
         sweep("pendulum", **{"vary": VARY, "into": tmp_path / "study"} | options)
@@ -222,7 +224,7 @@ def test_a_missing_extra_is_one_sentence(tmp_path: Path, monkeypatch, missing: s
     assert not (tmp_path / "study").exists()
 
 
-def test_an_unknown_design_is_refused(tmp_path: Path) -> None:
+def test_an_unknown_sampling_design_is_refused(tmp_path: Path) -> None:
     with pytest.raises(HeavyliftError, match="--design 'random': there is none; choose sobol or lhs"):
         studied(tmp_path / "study", sample=10, design="random")
 
@@ -251,7 +253,7 @@ studied({str(tmp_path / "study")!r})
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_earlier_variants_of_a_worker_change_no_digest(tmp_path: Path, seed: int) -> None:
+def test_a_worker_that_ran_other_variants_gives_the_same_digest(tmp_path: Path, seed: int) -> None:
     """Random variants of several structures in one process, in two orders, and as `run` has them."""
     random = Random(seed)
     masses = ", ".join(f"{random.uniform(0.5, 5.0)!r} kg" for _ in range(2))

@@ -62,13 +62,13 @@ def test_a_scene_that_ends_too_soon_is_reported_with_a_remedy(told) -> None:
     )
 
 
-def test_limits_are_found_downwards_as_well(told) -> None:
+def test_limits_are_also_found_downwards(told) -> None:
     found = told(lambda x: x >= 400.0, "block.mass=900..300 t")
     assert found.red < 400.0 <= found.green
     assert found.green - found.red <= 3.0
 
 
-def test_a_linear_utilisation_is_solved_at_once(lift, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_limit_of_a_linear_utilisation_is_found_in_one_step(lift, monkeypatch: pytest.MonkeyPatch) -> None:
     def played(task, variant):
         (x,) = variant.values
         row = {"use": x / 512.0, "use/hook": x / 512.0, "limit": "hook", "limit stage": "up", "limit at [s]": None}
@@ -103,7 +103,9 @@ def test_a_limit_has_the_error_estimate_of_the_governing_utilisation(lift) -> No
         ("hoist accel", "hoist 0.3 m/min ramp 2 m/s2 until all slings taut", [0.3, 0.3, 3.0]),
     ],
 )
-def test_speeds_of_one_kind_keep_their_proportions(lift, name: str, first: str, all_orders: list[float]) -> None:
+def test_limits_of_speeds_of_one_kind_keep_their_proportions(
+    lift, name: str, first: str, all_orders: list[float]
+) -> None:
     motion = motion_of(lift, name)
     text = motion.setting(f"2 {motion.unit}")
     assert text[0].partition("=")[2] == first
@@ -113,7 +115,7 @@ def test_speeds_of_one_kind_keep_their_proportions(lift, name: str, first: str, 
         assert [action.orders[0].accel for action in moved] == [2.0] * 3
 
 
-def test_ramps_without_residual_swing_are_kept() -> None:
+def test_searching_a_limit_keeps_ramps_without_residual_swing() -> None:
     swingless = load("lift", ["actions[3].trolleys=traverse 20 m/min ramp one swing by 2 m"])
     assert motion_of(swingless, "trolley accel") is None
     (text,) = motion_of(swingless, "trolley speed").setting("10 m/min")
@@ -157,6 +159,6 @@ def test_runs_that_ended_early_give_no_limit(told) -> None:
 @pytest.mark.parametrize(
     "asked", ["block.mas", "stage up/all hooks/hoist", "block.mass=3 t", "block.mass=3..3 t", "block.mass=3 t..4 kg"]
 )
-def test_texts_that_are_no_number_are_refused(lift, asked: str) -> None:
+def test_limits_of_texts_that_are_no_numbers_are_refused(lift, asked: str) -> None:
     with pytest.raises(SceneError, match=f"--of '{asked}'"):
         limiting.limits_of(lift, asked)

@@ -35,7 +35,7 @@ def test_the_planned_timing_is_quicker_and_green(found) -> None:
     assert found.gain == pytest.approx(87.0, abs=0.5)  # of 137 s
 
 
-def test_after_a_red_run_the_step_is_halved(found, told: list[str]) -> None:
+def test_a_step_whose_run_is_red_is_halved(found, told: list[str]) -> None:
     runs = [line for line in told if line.startswith("run ")]
     assert len(runs) == 5
     assert all("worst: hook load of crane.H3 was 172." in run for run in runs[1:3])
@@ -49,7 +49,7 @@ def test_after_a_red_run_the_step_is_halved(found, told: list[str]) -> None:
     assert rows["sideways"][:2] == pytest.approx((12.65, 12.65), abs=0.01)
 
 
-def test_the_scene_keeps_its_comments_and_settings(found) -> None:
+def test_the_planned_scene_keeps_its_comments_and_settings(found) -> None:
     lines = difflib.ndiff(bare("lift").text.splitlines(), found.after.text.splitlines())
     new = [line[2:].strip() for line in lines if line.startswith("+ ")]
     assert new == [
@@ -60,7 +60,7 @@ def test_the_scene_keeps_its_comments_and_settings(found) -> None:
     ]
 
 
-def test_the_written_scene_runs_as_planned(found) -> None:
+def test_the_planned_scene_runs_as_predicted(found) -> None:
     run = play(parse(found.after.text, "lift.yaml").plan)
     assert run.digest == found.run_after.digest
 
@@ -75,7 +75,7 @@ def test_scenes_that_cannot_be_planned_are_reported(tmp_path: Path) -> None:
         planned(load(tmp_path / "mine.yaml"), 60.0)
 
 
-def test_steps_are_those_of_the_list() -> None:
+def test_the_planner_proposes_speeds_ramps_and_overlaps_of_the_action_list() -> None:
     """Hooks of one action keep their ratio."""
     scene = load("turnover")
     found = [(scene.plan.actions[s.action].stage, len(s.paths), s.most, s.why) for s in speeds(scene)]

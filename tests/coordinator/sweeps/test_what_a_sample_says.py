@@ -41,7 +41,7 @@ def test_only_the_base_rows_of_a_sobol_design_are_independent() -> None:
 
 
 @pytest.mark.parametrize(("beyond", "count"), [(0, 40), (3, 40), (40, 40), (1, 1000)])
-def test_the_interval_is_that_of_clopper_and_pearson(beyond: int, count: int) -> None:
+def test_the_interval_of_a_fraction_is_that_of_clopper_and_pearson(beyond: int, count: int) -> None:
     found = _chance("use/hook", np.array([1.5] * beyond + [0.5] * (count - beyond)))
     known = binomtest(beyond, count).proportion_ci(0.95, "exact")
     assert (found.limit, found.beyond, found.part) == ("hook", beyond, beyond / count)
@@ -49,7 +49,7 @@ def test_the_interval_is_that_of_clopper_and_pearson(beyond: int, count: int) ->
 
 
 @pytest.mark.parametrize("values", [[0.5] * 3, [0.5, 0.5 + 1e-16, 0.5 - 1e-16], [8e6, 8e6 * (1 + 1e-15)], [1.0, 2.0]])
-def test_values_that_differ_by_rounding_only_can_be_drawn(values: list[float]) -> None:
+def test_a_histogram_of_values_that_differ_only_by_rounding_is_drawn(values: list[float]) -> None:
     least, most = _around(np.array(values)) or (0.0, 0.0)
     bins = np.histogram(values, 40, (least, most))[0]
     assert bins.sum() == len(values)

@@ -27,7 +27,7 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_the_slow_node_works_and_the_fast_one_waits_for_it(file: Path) -> None:
+def test_the_trace_shows_the_slow_node_working_and_the_fast_one_waiting(file: Path) -> None:
     nodes = {node["node"]: node for node in data(Timeline(file))["nodes"]}
     slow, quick = nodes["slow"], nodes["quick"]
     assert slow["busy_s"] >= TICKS * PAUSE_s
@@ -38,7 +38,7 @@ def test_the_slow_node_works_and_the_fast_one_waits_for_it(file: Path) -> None:
     assert quick["inputs"] == slow["outputs"] == TICKS
 
 
-def test_the_times_of_each_node_sum_up(file: Path) -> None:
+def test_the_traced_times_of_each_node_sum_up(file: Path) -> None:
     found = data(Timeline(file))
     for node in found["nodes"]:
         assert node["granted_s"] + node["held_s"] + node["idle_s"] == pytest.approx(found["wall_s"], abs=SLACK_s)
@@ -49,21 +49,21 @@ def test_the_times_of_each_node_sum_up(file: Path) -> None:
     )
 
 
-def test_spans_of_a_node_follow_each_other(file: Path) -> None:
+def test_traced_spans_of_a_node_follow_each_other(file: Path) -> None:
     for lane in Timeline(file).lanes.values():
         spans = sorted((span.begin, span.end) for span in (*lane.grants, *lane.held))
         assert all(begin <= end for begin, end in spans)
         assert all(before[1] <= after[0] for before, after in pairwise(spans))
 
 
-def test_models_of_one_process_share_a_lane(tmp_path: Path) -> None:
+def test_models_of_one_process_share_a_lane_of_the_trace(tmp_path: Path) -> None:
     run_models("slow_and_quick:pair", until=0.025, output=tmp_path / "run.mcap", in_process=True)
     found = data(Timeline(tmp_path / "run.mcap"))
     assert [(node["node"], node["process"], node["inputs"]) for node in found["nodes"]] == [("slow, quick", "local", 0)]
     assert "pair.slow.out" in [port["port"] for port in found["lookahead"]]
 
 
-def test_a_chain_of_waiting_ends_at_the_working_node() -> None:
+def test_a_traced_chain_of_waiting_ends_at_the_working_node() -> None:
     timeline = Timeline.__new__(Timeline)
     timeline.lanes = {name: Lane(name, name) for name in "abc"}
     timeline.lanes["a"].held = [HeldTime(0, 100, "b")]
@@ -80,7 +80,7 @@ def test_a_chain_of_waiting_ends_at_the_working_node() -> None:
     ]
 
 
-def test_the_text_reports_it_in_tables(file: Path) -> None:
+def test_the_trace_is_printed_as_tables(file: Path) -> None:
     lines = text(Timeline(file)).splitlines()
     assert lines[0].endswith("no node was granted: the coordinator decided or recorded")
     assert [line.split()[0] for line in lines[3:5]] == ["slow", "quick"]
@@ -90,7 +90,7 @@ def test_the_text_reports_it_in_tables(file: Path) -> None:
     assert any(line.split()[:3] == ["pair.slow.out", "0", "10"] for line in lines), lines
 
 
-def test_a_trace_viewer_can_read_it(file: Path) -> None:
+def test_a_trace_viewer_reads_the_exported_trace(file: Path) -> None:
     """The rules of the Trace Event Format that viewers rely on."""
     trace = json.loads(json.dumps(trace_events(Timeline(file))))
     events = trace["traceEvents"]
@@ -122,14 +122,14 @@ def test_a_trace_viewer_can_read_it(file: Path) -> None:
     assert all(isinstance(v, int | float) for e in events if e["ph"] == "C" for v in e["args"].values())
 
 
-def test_the_command_prints_and_writes(file: Path, tmp_path: Path) -> None:
+def test_the_trace_command_prints_and_writes(file: Path, tmp_path: Path) -> None:
     command = [HEAVYLIFT, "trace", file, "--json", "--perfetto", tmp_path / "trace.json"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
     assert json.loads(done.stdout) == data(Timeline(file))
     assert json.loads((tmp_path / "trace.json").read_text()) == trace_events(Timeline(file))
 
 
-def test_a_recording_without_rounds_is_reported(tmp_path: Path) -> None:
+def test_a_recording_without_protocol_messages_has_no_trace(tmp_path: Path) -> None:
     with Recorder(tmp_path / "empty.mcap", {"nodes": ["a"]}):
         pass
     with pytest.raises(RecordingError, match="has no GRANT"):

@@ -84,7 +84,7 @@ def test_two_runs_at_once_do_not_disturb_each_other(start: Start) -> None:
     assert first.receive(5) == ("east", b"still here")
 
 
-def test_a_node_cannot_write_in_the_name_of_another(start: Start) -> None:
+def test_a_node_cannot_send_under_the_name_of_another(start: Start) -> None:
     hub, _ = start(west=())
     with Hub(["west"]) as other, node_session(other.ticket("west")) as session:
         for at in (
@@ -106,7 +106,7 @@ def test_a_node_with_a_wrong_password_is_refused(monkeypatch: pytest.MonkeyPatch
             node_session(wrong)
 
 
-def test_an_observer_sees_events_and_nothing_else(start: Start) -> None:
+def test_an_observer_receives_only_events(start: Start) -> None:
     hub, _ = start(west=())
     seen: queue.SimpleQueue[tuple[str, bytes]] = queue.SimpleQueue()
 
@@ -132,7 +132,7 @@ def test_an_observer_sees_events_and_nothing_else(start: Start) -> None:
         assert heard == ("event/block/lifted", b"2")
 
 
-def test_a_frozen_observer_does_not_stop_the_run(start: Start) -> None:
+def test_an_observer_that_stops_reading_does_not_stop_the_run(start: Start) -> None:
     hub, processes = start(west=(), watcher=("observe",))
     os.kill(processes.pids["watcher"], 19)
     for _ in range(2000):

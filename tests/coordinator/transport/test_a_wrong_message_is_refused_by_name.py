@@ -24,12 +24,12 @@ def refusal(frame: bytes) -> str:
     return str(error.value)
 
 
-def test_frames_in_order_give_their_payloads() -> None:
+def test_frames_in_order_are_decoded_to_their_payloads() -> None:
     w, r = writer(), reader()
     assert [r.open(w.frame(p)) for p in (b"", b"a", b"b" * 1_000_000)] == [b"", b"a", b"b" * 1_000_000]
 
 
-def test_every_single_flipped_bit_is_noticed() -> None:
+def test_every_single_flipped_bit_of_a_frame_is_detected() -> None:
     frame = writer().frame(b"grant")
     for bit in range(8 * len(frame)):
         damaged = bytearray(frame)
@@ -75,7 +75,7 @@ def test_a_message_of_another_topic_is_refused() -> None:
     assert "a message of topic 'samples' arrived" in refusal(writer(topic=FrameTopic.SAMPLES).frame(b""))
 
 
-def test_a_message_of_an_older_incarnation_is_refused() -> None:
+def test_a_message_of_an_earlier_process_incarnation_is_refused() -> None:
     assert refusal(writer(epoch=0).frame(b"")) == (
         "node west, message 0 on 'out': a message of epoch 0 arrived in epoch 1, end the node's older process"
     )
@@ -144,7 +144,7 @@ def test_a_client_without_a_password_is_not_admitted() -> None:
             zenoh.open(zenoh.Config.from_json5(json.dumps(config)))
 
 
-def test_messages_of_an_older_incarnation_are_distinguished() -> None:
+def test_messages_of_an_earlier_process_incarnation_are_recognised() -> None:
     def spoiled(frame: bytes) -> bytes:
         return frame[:-1] + b"?"
 

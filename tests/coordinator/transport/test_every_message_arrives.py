@@ -17,13 +17,13 @@ def test_a_node_process_answers(start: Start) -> None:
         assert answers == {("west", b"to west %d" % number), ("east", b"to east %d" % number)}
 
 
-def test_fresh_interpreters_behave_as_forked_nodes(start: Start) -> None:
+def test_nodes_in_fresh_interpreters_behave_like_forked_ones(start: Start) -> None:
     hub, _ = start(fork=False, west=())
     hub.send("west", b"x")
     assert hub.receive(5) == ("west", b"x")
 
 
-def test_a_burst_arrives_whole(start: Start) -> None:
+def test_a_burst_of_messages_arrives_completely(start: Start) -> None:
     hub, _ = start(west=("burst", "20000"))
     hub.send("west", b"go")
     time.sleep(0.3)  # longer than the queues on the way can hold
@@ -76,7 +76,7 @@ def test_nodes_of_one_process_answer_in_the_order_of_the_messages() -> None:
             assert hub.receive() == ("west", b"%d heard" % number)
 
 
-def test_one_process_takes_bursts_and_large_messages_too() -> None:
+def test_a_run_in_one_process_transmits_bursts_and_large_messages_too() -> None:
     with LocalHub(["west"]) as hub:
         link = hub.link("west")
         for number in range(20_000):
@@ -97,7 +97,7 @@ def test_an_exception_of_a_node_in_this_process_reaches_the_coordinator() -> Non
             hub.receive()
 
 
-def test_waiting_without_nodes_is_an_error() -> None:
+def test_waiting_for_messages_without_any_node_is_an_error() -> None:
     with LocalHub(["west"]) as hub:
         assert hub.receive(timeout=5) is None
         with pytest.raises(ProtocolError, match="no node of this process has one to answer"):

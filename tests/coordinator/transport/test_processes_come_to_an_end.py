@@ -59,21 +59,21 @@ def test_a_node_that_never_joins_is_named(start: Start) -> None:
         hub.send("east", b"x")
 
 
-def test_messages_sent_before_an_end_arrive_first(start: Start) -> None:
+def test_messages_sent_before_the_end_of_a_process_arrive_first(start: Start) -> None:
     hub, _ = start(hello=False, west=("say-and-die",))
     assert hub.receive(PATIENCE_s) == ("west", b"hello")
     assert hub.receive(PATIENCE_s) == ("west", b"my last words")
     assert "node west is gone: its process ended with exit code 3" in sentence(hub)
 
 
-def test_a_coordinator_in_a_long_computation_notices_the_end_later(start: Start) -> None:
+def test_a_coordinator_busy_with_a_long_computation_notices_the_end_later(start: Start) -> None:
     hub, processes = start(west=())
     os.kill(processes.pids["west"], signal.SIGSEGV)
     time.sleep(0.5)
     assert "signal 11 (SIGSEGV)" in sentence(hub)
 
 
-def test_an_ordered_end_leaves_nothing_behind(start: Start) -> None:
+def test_an_ordered_end_leaves_no_process_or_file_behind(start: Start) -> None:
     hub, processes = start(west=(), east=())
     hub.dismiss(b"stop")
     processes.end()
@@ -117,7 +117,7 @@ def vanished(directory: Path) -> bool:
     return not directory.exists()
 
 
-def test_nothing_outlives_a_killed_coordinator() -> None:
+def test_no_process_outlives_a_killed_coordinator() -> None:
     coordinator, directory, pids = launch()
     assert all(running(pid) for pid in pids)
     coordinator.kill()
@@ -128,7 +128,7 @@ def test_nothing_outlives_a_killed_coordinator() -> None:
 
 @pytest.mark.parametrize("before", ["stopped", "dead"])
 @pytest.mark.parametrize("whom", ["keeper", "nodes", "all"])
-def test_nothing_outlives_a_coordinator_whose_processes_cannot_notice(before: str, whom: str) -> None:
+def test_no_process_outlives_a_coordinator_even_if_it_cannot_notice_the_end(before: str, whom: str) -> None:
     coordinator, directory, (keeper, *nodes) = launch()
     number = signal.SIGSTOP if before == "stopped" else signal.SIGKILL
     os.kill(coordinator.pid, signal.SIGSTOP)  # it must not replace anybody
@@ -152,7 +152,7 @@ def test_ctrl_c_reaches_a_waiting_coordinator() -> None:
     assert not directory.exists()
 
 
-def test_without_a_keeper_the_nodes_go_on_and_a_lost_node_is_named(start: Start) -> None:
+def test_without_a_process_manager_the_nodes_continue_and_a_lost_node_is_named(start: Start) -> None:
     hub, processes = start(west=(), east=())
     processes._keeper.kill()
     hub.send("west", b"still here")
@@ -166,13 +166,13 @@ def test_without_a_keeper_the_nodes_go_on_and_a_lost_node_is_named(start: Start)
     assert gone(*processes.pids.values())
 
 
-def test_a_keeper_that_cannot_begin_reports_why() -> None:
+def test_a_process_manager_that_cannot_start_reports_why() -> None:
     with Processes(["no_such_module"]) as processes, Hub(["west"], directory=processes.directory) as hub:
         processes.start(hub, {"west": ("echo_node",)})
         assert "it ended with exit code 1 and last wrote \"ModuleNotFoundError: No module named 'no_s" in sentence(hub)
 
 
-def test_a_stopped_keeper_does_not_delay_the_end(start: Start) -> None:
+def test_a_stopped_process_manager_does_not_delay_the_end(start: Start) -> None:
     hub, processes = start(**{f"node{number}": () for number in range(3)})
     os.kill(processes._keeper.pid, signal.SIGSTOP)
     processes._order(do="signal", signal=0, name="x" * 200_000)  # more than its pipe holds

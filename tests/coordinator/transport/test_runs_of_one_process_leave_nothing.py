@@ -69,7 +69,7 @@ def test_two_runs_at_once_have_a_session_each() -> None:
         assert [talk(hub) for hub in (one, other)] == [b"word heard"] * 2
 
 
-def test_a_run_removes_files_of_runs_that_were_killed_at_any_moment(tmp_path: Path) -> None:
+def test_a_run_removes_the_files_of_runs_killed_at_any_moment(tmp_path: Path) -> None:
     left = {"0": [], "1": ["users"], "2": ["users", "operator", "hub.sock"], "3": ["hub.sock", "west.log"]}
     stays = {"a": ["thesis.txt"], "b": ["users", "thesis.txt"]}
     for last, names in (left | stays).items():

@@ -24,12 +24,12 @@ SHORT_us = 200_000  # in place of Zenoh's 5 s before a blocked transport is clos
 
 
 @pytest.mark.large
-def test_a_burst_that_DROP_would_lose_arrives_completely(tmp_path: Path) -> None:
+def test_a_burst_that_zenohs_drop_would_lose_arrives_completely(tmp_path: Path) -> None:
     assert len(heard_by_a_sleeper(tmp_path, BURST, DROP, SLEEP_s)) < BURST
     assert heard_by_a_sleeper(tmp_path, BURST, BLOCK, SLEEP_s) == list(range(BURST))
 
 
-def test_a_reader_that_pauses_longer_than_the_default_wait_of_BLOCK_loses_nothing(tmp_path: Path) -> None:
+def test_a_reader_that_pauses_longer_than_zenohs_block_waits_loses_nothing(tmp_path: Path) -> None:
     """With the shortened wait the transport is closed without an error; ours waits ten minutes, twice any lease."""
     assert len(heard_by_a_sleeper(tmp_path, BURST, BLOCK, SLEEP_s, SHORT_us)) < BURST
     queue = _config("client")["transport"]["link"]["tx"]["queue"]
@@ -37,7 +37,7 @@ def test_a_reader_that_pauses_longer_than_the_default_wait_of_BLOCK_loses_nothin
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="watches processes in /proc, which only Linux has")
-def test_a_default_session_listens_to_the_network_and_ours_does_not() -> None:
+def test_a_default_zenoh_session_listens_to_the_network_and_ours_does_not() -> None:
     before = network_sockets(os.getpid())
     with zenoh.open(zenoh.Config()):
         kinds = {line.split()[0].rstrip("6") for line in network_sockets(os.getpid()) if line not in before}
@@ -46,7 +46,7 @@ def test_a_default_session_listens_to_the_network_and_ours_does_not() -> None:
         assert network_sockets(os.getpid()) == before
 
 
-def test_what_is_put_before_a_subscriber_is_known_is_lost_and_the_hub_waits_for_that(tmp_path: Path) -> None:
+def test_zenoh_loses_messages_before_a_subscriber_is_known_so_the_hub_waits_for_it(tmp_path: Path) -> None:
     heard: list[bytes] = []
     with pair(tmp_path) as (hub, client):
         for number in range(10):
@@ -61,7 +61,7 @@ def test_what_is_put_before_a_subscriber_is_known_is_lost_and_the_hub_waits_for_
     assert heard == [b"known"] * 10
 
 
-def test_two_priorities_overtake_each_other_and_ours_is_one(tmp_path: Path) -> None:
+def test_zenoh_priorities_overtake_each_other_and_all_messages_have_one(tmp_path: Path) -> None:
     heard: list[int] = []
     with pair(tmp_path) as (hub, client):
 
@@ -85,7 +85,7 @@ def test_two_priorities_overtake_each_other_and_ours_is_one(tmp_path: Path) -> N
             assert publisher.congestion_control == BLOCK
 
 
-def test_more_liveliness_tokens_than_a_default_channel_holds_are_all_received(tmp_path: Path) -> None:
+def test_all_liveliness_tokens_are_received_even_beyond_the_default_channel_size(tmp_path: Path) -> None:
     """The default channel holds 256 and then stops the session; a hub takes them by a callback."""
     heard: list[str] = []
     with pair(tmp_path) as (hub, client):
@@ -99,7 +99,7 @@ def test_more_liveliness_tokens_than_a_default_channel_holds_are_all_received(tm
         assert len(heard) == 1200
 
 
-def test_messages_sent_while_the_hub_restarts_are_lost_and_reported(tmp_path: Path) -> None:
+def test_messages_sent_while_the_hub_restarts_are_lost_and_the_loss_is_reported(tmp_path: Path) -> None:
     heard: list[bytes] = []
     writer, reader = Writer("run", "west", FrameTopic.OUT, 1), FrameReader("run", "west", FrameTopic.OUT, 1)
     at = [f"unixsock-stream/{tmp_path / 's'}"]
@@ -127,7 +127,7 @@ def test_messages_sent_while_the_hub_restarts_are_lost_and_reported(tmp_path: Pa
         reader.open(heard[1])
 
 
-def test_a_node_does_not_receive_messages_for_another(start: Start) -> None:
+def test_a_node_does_not_receive_messages_for_other_nodes(start: Start) -> None:
     heard: list[bytes] = []
     hub, _ = start(west=())
     with node_session(hub.ticket("west")) as session:

@@ -14,7 +14,7 @@ CASES = {"jib": ("jib main", "legs"), "hall": ("hall main", "legs"), "crawler": 
 
 @pytest.mark.parametrize("name", sorted(CASES))
 @pytest.mark.large(beyond=1)
-def test_a_drop_is_red_and_its_impact_agrees_with_samples(name: str) -> None:
+def test_the_impact_of_a_dropped_block_agrees_with_samples_and_is_red(name: str) -> None:
     who, slings = CASES[name]
     drop = f'{{{who}: "hoist 1 m/min by 20 mm"}}, {{wait: 5 s}}, {{{slings}: release}}, {{wait: 2 s}}'
     given = [f"actions=[{UP.format(who=who)}, {drop}]", "end=120 s", "block.supports.capacity=100 t"]
@@ -25,7 +25,7 @@ def test_a_drop_is_red_and_its_impact_agrees_with_samples(name: str) -> None:
         (one,) = (x for x in run.uses if x.limit.quantity == "support load")
         found.append((use.value, use.use))
         loads.append(one.value)
-        tensions = run.past().part(0, len(run.t)).tensions
+        tensions = run.past.part(0, len(run.t)).tensions
         pads = [tensions[x] for x in use.limit.elements if x in tensions]
         shown = float(np.sum(pads, axis=0).max())
         assert [f.quantity for f in run.verdict.findings if f.state == "red"] == ["impact"]
@@ -36,13 +36,13 @@ def test_a_drop_is_red_and_its_impact_agrees_with_samples(name: str) -> None:
     assert use.use > 1.0
 
 
-def test_a_block_that_is_set_down_as_ordered_presses_little_more_than_its_weight() -> None:
+def test_a_block_set_down_as_ordered_presses_with_little_more_than_its_weight() -> None:
     for name in ("hall", "jib"):
         (use,) = (x for x in play(load(name).plan).uses if x.limit.quantity == "impact")
         assert use.value == pytest.approx(use.limit.value / 1.5, rel=0.05)
 
 
-def test_a_landing_without_damping_agrees_with_the_closed_form() -> None:
+def test_the_force_of_landing_without_damping_agrees_with_the_closed_form() -> None:
     """m g (1 + sqrt(1 + v^2 k / (m g^2))), and without what ropes hold v sqrt(k m)."""
     rng = np.random.default_rng(4)
     for m, k, v in zip(rng.uniform(1e3, 1e6, 50), rng.uniform(1e6, 1e9, 50), rng.uniform(0.0, 2.0, 50), strict=True):
@@ -52,7 +52,7 @@ def test_a_landing_without_damping_agrees_with_the_closed_form() -> None:
         assert landing_force(m, 0.0, k, 0.0, v) == pytest.approx(v * np.sqrt(k * m), rel=1e-9)
 
 
-def test_a_landing_with_damping_agrees_with_numerical_integration() -> None:
+def test_the_force_of_landing_with_damping_agrees_with_numerical_integration() -> None:
     rng = np.random.default_rng(5)
     for m, k, v, share, free in rng.uniform([1e3, 1e6, 0, 0.01, 0], [1e6, 1e9, 2, 0.9, 1], (30, 5)):
         d, weight = 2.0 * share * np.sqrt(k * m), free * m * 9.80665

@@ -62,22 +62,22 @@ def run(plan: Plan, level: str) -> Played:
 
 
 def probe(run: Played, i: int) -> NDArray[np.float64]:
-    return run.past().part(0, len(run.t)).poses[f"crane.probe-{i}"][:, :3]
+    return run.past.part(0, len(run.t)).poses[f"crane.probe-{i}"][:, :3]
 
 
-def test_a_boom_bends_on_elastic_levels_only(run: Played, level: str) -> None:
+def test_a_boom_bends_only_on_elastic_model_levels(run: Played, level: str) -> None:
     foot, tip = probe(run, 0), probe(run, len(PLACES) - 1)
     shorter = np.abs(np.linalg.norm(tip - foot, axis=1) - LENGTH)
-    pose = run.past().part(0, len(run.t)).poses
+    pose = run.past.part(0, len(run.t)).poses
     straight = pose["crane.boom"][:, :3] + 2.0 * (probe(run, 2) - foot)
     sags = np.linalg.norm(tip - straight, axis=1).max()
     assert bool(sags > 0.02) is (level == "elastic")
     assert shorter.max() < 0.05
 
 
-def test_its_parts_hold_all_points_of_its_axis(run: Played, plan: Plan, level: str) -> None:
+def test_the_drawn_parts_of_a_bent_boom_contain_its_axis(run: Played, plan: Plan, level: str) -> None:
     shapes = Shapes(at_level(plan, Fidelity(girder=level)))
-    parts = [x for x in moving(shapes, run.past().part(0, len(run.t))) if x.shape.thing == "crane.boom"]
+    parts = [x for x in moving(shapes, run.past.part(0, len(run.t))) if x.shape.thing == "crane.boom"]
     assert sum(part.half[0] for part in parts) == pytest.approx(LENGTH / 2.0)
     for i, x in enumerate(PLACES):
         misses = []
@@ -96,8 +96,8 @@ def test_drawing_and_clearance_use_the_same_bent_shape(plan: Plan) -> None:
     assert {size for _, size in drawn} == {(LENGTH / 6.0, DEEP, DEEP)}
 
 
-def test_its_hook_rope_begins_at_the_bent_tip(run: Played, plan: Plan, level: str) -> None:
-    history = run.past().part(0, len(run.t))
+def test_the_hook_rope_begins_at_the_tip_of_the_bent_boom(run: Played, plan: Plan, level: str) -> None:
+    history = run.past.part(0, len(run.t))
     ropes = [x for x in moving(Shapes(plan), history) if getattr(x.shape, "rope", "") == "crane.main"]
     tops = [frame.place(p) for frame, p in (rope.on[0] for rope in ropes)]
     assert np.abs((tops[0] + tops[1]) / 2.0 - probe(run, len(PLACES) - 1)).max() < 0.01

@@ -19,7 +19,7 @@ def played(name: str, *settings: str) -> Played:
     return play(load(name, list(settings)).plan)
 
 
-def test_each_stage_has_its_radius_load_and_chart() -> None:
+def test_each_stage_lists_radius_load_and_load_chart() -> None:
     """At rest: the tip of 42 m stands 14 m out, then luffs by the scene; the next longer radius of the chart counts."""
     scene = load("crawler", [LIGHT])
     found = HookReach(scene.plan).see_path(scene.states)
@@ -50,7 +50,7 @@ def test_the_largest_value_of_a_run_agrees_with_its_check() -> None:
     assert (hook.t, hook.value) == (most["at"], pytest.approx(most["load"] * 1e3, rel=1e-12))
 
 
-def test_an_interlock_that_never_trips_has_a_row_with_its_margin() -> None:
+def test_an_interlock_that_never_trips_is_listed_with_its_margin() -> None:
     heavy, light = played("crawler"), played("crawler", LIGHT)
     (own,) = (c for c in light.verdict.checks if c.quantity == "interlock")
     hook = next(c for c in light.verdict.checks if c.quantity == "hook load")
@@ -63,7 +63,7 @@ def test_an_interlock_that_never_trips_has_a_row_with_its_margin() -> None:
 
 
 @pytest.mark.parametrize(("most", "state"), [("0.9 m/min", "red"), ("1.1 m/min", "green")])
-def test_hooks_lift_off_slowly(most: str, state: str) -> None:
+def test_the_lift_off_speed_of_hooks_is_checked_against_its_limit(most: str, state: str) -> None:
     """The crawler hoists with 1 m/min until its load is lifted."""
     checks = load("crawler", [LIGHT, f"limits={{touch: {most}}}"]).checks
     (own,) = (c for c in checks if c.quantity == "lift-off speed")

@@ -61,7 +61,7 @@ def some(x: SignalColumns, k: slice) -> SignalColumns:
     return replace(x, t=x.t[k], tensions=columns[0], lengths=columns[1], poses=poses, known={})
 
 
-def test_the_worst_of_each_limit_is_that_of_the_whole() -> None:
+def test_the_worst_value_of_each_limit_is_the_same_in_parts_and_as_a_whole() -> None:
     plan = load("lift").plan
     plan = msgspec.structs.replace(plan, limits=LIMITS)
     message = 0
@@ -83,26 +83,28 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Recording:
     return rec
 
 
-def test_the_verdict_is_that_of_the_whole(recorded: Recording, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_verdict_is_the_same_in_parts_and_as_a_whole(recorded: Recording, monkeypatch: pytest.MonkeyPatch) -> None:
     expected = verdict_of(recorded)
     for module in (looking, kept):
         monkeypatch.setattr(module, "BLOCK", 50)
     found = verdict_of(recorded)
     assert found is not None
     assert expected is not None
-    assert (found.line, found.findings, found.rows) == (expected.line, expected.findings, expected.rows)
+    assert (found.line, found.findings, found.tables[0]) == (expected.line, expected.findings, expected.tables[0])
     assert len(found.clearances) == len(expected.clearances) == 10
     for a, b in zip(found.clearances, expected.clearances, strict=True):
         assert abs(a.distance - b.distance) <= SHARP
 
 
-def test_long_intervals_are_searched_in_pieces(recorded: Recording, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_long_runs_are_searched_for_clearances_in_pieces(recorded: Recording, monkeypatch: pytest.MonkeyPatch) -> None:
     expected = verdict_of(recorded)
     monkeypatch.setattr(intervals, "PIECE", 37)
     assert verdict_of(recorded) == expected
 
 
-def test_the_bound_of_a_part_holds_for_the_whole(recorded: Recording, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_clearance_bound_found_in_one_part_holds_for_the_whole_run(
+    recorded: Recording, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Each stretch is in one part and as wide apart there; what steps may stray is the same."""
     plan, history = load("lift").plan, history_of(recorded)
     n, size = len(history.t), 64

@@ -37,7 +37,7 @@ def kinds(found: RecordedVerdict) -> list[str]:
     return [f.quantity for f in found.findings if f.state == "red"]
 
 
-def test_a_lift_without_trouble_counts_its_checks_and_lists_what_was_not_checked(tmp_path: Path) -> None:
+def test_a_verdict_counts_its_checks_and_lists_what_was_not_checked(tmp_path: Path) -> None:
     found = verdict(tmp_path, LIFT)
     assert found.line.startswith("AMBER: ")
     assert ", 0 red, 0 undecided, 14 not checked, " in found.line
@@ -58,7 +58,7 @@ def test_a_lift_without_trouble_counts_its_checks_and_lists_what_was_not_checked
         assert (a.a, a.b, a.distance) == (b.a, b.b, pytest.approx(b.distance, abs=0.01))
 
 
-def test_the_verdict_is_the_same_in_one_process_and_in_many(tmp_path: Path) -> None:
+def test_the_verdict_is_the_same_in_one_process_and_in_several(tmp_path: Path) -> None:
     scene = parse(LIFT, overrides=["end=30 s"])
     together = run(scene, tmp_path / "together.mcap", in_process=True)
     apart = run(scene, tmp_path / "apart.mcap")
@@ -66,7 +66,7 @@ def test_the_verdict_is_the_same_in_one_process_and_in_many(tmp_path: Path) -> N
     assert together.digest == apart.digest
 
 
-def test_a_loader_that_goes_through_the_block_is_red_with_depth_time_and_place(tmp_path: Path) -> None:
+def test_a_lifting_beam_that_enters_the_block_is_red_with_depth_time_and_place(tmp_path: Path) -> None:
     """Its hook is unhooked and lowered on: 10 m of sling, then 4 m into the block of 8 m."""
     down = "  - stage: unhook\n    crane H3: unhook\n  - stage: through\n    crane H3: lower 10 m/min by 14.2 m\n"
     text = LIFT[: LIFT.index("actions:")] + "actions:\n" + down
@@ -80,7 +80,7 @@ def test_a_loader_that_goes_through_the_block_is_red_with_depth_time_and_place(t
     assert found.red
 
 
-def test_an_end_that_cuts_the_lift_is_red_and_check_knows_it_before(tmp_path: Path) -> None:
+def test_an_end_time_that_cuts_off_the_lift_is_red_in_check_and_run(tmp_path: Path) -> None:
     cut = parse(LIFT, overrides=["end=20 s"])
     assert [(f.quantity, f.word) for f in cut.findings if f.quantity == "cut"] == [("cut", "red")]
     found = verdict(tmp_path, LIFT, "end=20 s")
@@ -89,7 +89,7 @@ def test_an_end_that_cuts_the_lift_is_red_and_check_knows_it_before(tmp_path: Pa
     assert parse(LIFT).findings == (), "a last wait may be cut"
 
 
-def test_a_stage_that_ended_at_once_is_red_with_its_line(tmp_path: Path) -> None:
+def test_a_stage_that_ends_at_once_is_red_with_its_line(tmp_path: Path) -> None:
     landed = "  - stage: set down\n    all hooks: lower 0.3 m/min until landed\n"
     text = LIFT.replace("actions:\n", "actions:\n" + landed)
     found = verdict(tmp_path, text)
@@ -128,7 +128,7 @@ def test_a_centre_of_mass_outside_the_block_is_red_with_its_line(tmp_path: Path)
     assert found.findings[0].where.startswith("scene.yaml:10:"), "its com"
 
 
-def test_an_operator_who_stops_the_run_is_reported(tmp_path: Path) -> None:
+def test_a_stop_by_the_operator_is_reported_in_the_verdict(tmp_path: Path) -> None:
     stop = TimedCommand(Tag(seconds(5.0)), msgspec.msgpack.encode(OperatorCommand(STOP)))
     found = verdict(tmp_path, LIFT, commands=(stop,))
     assert kinds(found) == ["operator"]
@@ -147,7 +147,7 @@ class Ends(RunObserver):
 
 
 @pytest.mark.parametrize("error", [KernelError("it broke"), ModelError("stuck"), KeyboardInterrupt(), None])
-def test_a_run_that_ends_with_an_error_is_red_with_all_that_is_known(
+def test_a_run_that_ends_with_an_error_has_a_red_verdict_with_all_that_is_known(
     error: BaseException | None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     text = LIFT.replace("P1: [-8 m, -6 m, 4.3 m]", "P1: [-8 m, -6 m, 5.2 m]").replace("sling: 10 m", "sling: 12 m")
@@ -172,14 +172,14 @@ def test_a_run_that_ends_with_an_error_is_red_with_all_that_is_known(
         assert (failed.value.verdict, out) == (found, "")
 
 
-def test_a_mechanism_has_a_verdict_too(tmp_path: Path) -> None:
+def test_a_mechanism_without_a_lift_has_a_verdict_too(tmp_path: Path) -> None:
     found = verdict(tmp_path, bundled()["pendulum"].read_text(), "end=2 s")
     assert found.state == "amber"
     assert found.line.endswith("; the scene has no limits to check")
     assert "they have no shapes" in " ".join(found.not_looked_at)
 
 
-def test_strict_turns_red_into_an_exit_code_and_the_verdict_is_the_first_line(tmp_path: Path) -> None:
+def test_with_strict_a_red_verdict_gives_an_exit_code_and_is_the_first_line(tmp_path: Path) -> None:
     def heavylift(*words: str) -> subprocess.CompletedProcess[str]:
         return subprocess.run(
             [sys.executable, "-c", "from heavylift.coordinator.cli import main; main()", *words],
@@ -218,7 +218,7 @@ def test_info_and_report_print_the_verdict_and_name_the_tolerance(tmp_path: Path
     assert "rope tension within " in asked, "the measured error"
 
 
-def test_the_length_of_a_rope_with_mass_is_that_of_all_its_pieces(tmp_path: Path) -> None:
+def test_the_length_of_a_rope_with_mass_is_the_sum_of_its_pieces(tmp_path: Path) -> None:
     """None of the pieces is as long as the shortest rope of its winch, 8 m; together they are."""
     found = verdict(tmp_path, LIFT, "fidelity={ropes: massive, lumps: 4}")
     assert not found.red

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from functools import cache
 from math import asin, atan2, degrees, hypot
 from pathlib import Path
+from typing import get_args
 
 import pytest
 from heavylift.coordinator.ladder import Played, play
 from heavylift.kernel import SceneError
 from heavylift.kernel.description import NOT_CHECKED
-from heavylift.nodes.plan import Shapes
+from heavylift.nodes.plan import Plan, Quantity, Shapes, carried_hooks, frames_on_hooks, is_root
 from heavylift.nodes.scene import bundled, load, new_scene_with, parse
 from heavylift.nodes.scene.text import library
 
@@ -48,7 +50,7 @@ def test_slings_are_checked_for_their_angle() -> None:
     assert len(red(run, "bridle angle")) == 4
 
 
-def test_a_load_that_is_picked_out_of_plumb_is_red() -> None:
+def test_a_load_hoisted_out_of_plumb_is_red() -> None:
     """The hook hangs plumb at x = 14 m, the lugs lie 3 m aside: the rope leads there from the tip of the boom."""
     lugs = {f"N{i}": [f"{x} m", f"{y} m", "1.6 m"] for i, (x, y) in enumerate([(-3, 2), (3, 2), (-3, -2), (3, -2)], 1)}
     lateral = ["block.at=[17 m, 0 m, 2 m]", f"block.lugs={json.dumps(lugs)}", "block.mass=20 t"]
@@ -60,7 +62,7 @@ def test_a_load_that_is_picked_out_of_plumb_is_red() -> None:
     assert len(red(played("crawler", *lateral), "off-lead")) == 1
 
 
-def test_two_cranes_with_one_load_are_derated() -> None:
+def test_two_cranes_that_share_a_load_are_derated() -> None:
     """By their charts over 1.20, or what the scene says, is the row of the pair."""
     crane = "{type: jib-60, at: [%s, 0 m, 0 m]}"
     text = (
@@ -104,7 +106,7 @@ WALL = "obstacles={{wall: {{box: [1 m, 30 m, 30 m], at: [{:g} m, 20 m, 15 m]}}}}
 
 
 @pytest.mark.parametrize("gap", [0.2, 0.8])
-def test_a_load_keeps_clear_of_obstacles(gap: float) -> None:
+def test_a_load_that_comes_near_an_obstacle_is_reported(gap: float) -> None:
     """A block 6 m long about x = -20 m ends at -17 m, a wall 1 m thick begins so far from it."""
     run = played("hall", WALL.format(-17.0 + gap + 0.5), 'actions=[{hall: "hoist 1 m/min until lifted"}]')
     found = next(c for c in run.verdict.clearances if (c.a, c.b) == ("block", "wall"))
@@ -117,9 +119,57 @@ def test_an_obstacle_that_begins_inside_a_block_is_refused() -> None:
         load("hall", [WALL.format(-16.8)])
 
 
+def _drives(plan: Plan, kind: str, axis: tuple[float, float, float] | None = None, *, ends: bool = False) -> bool:
+    """Whether a drive moves a joint of a kind, along an axis, between ends."""
+    known = {a.name: a for machine in plan.machines for a in machine.actuators}
+    joints = {j.name: j for machine in plan.machines for j in machine.system.joints}
+    found = [(joints[d.joint], known[d.name]) for m in plan.machines for d in m.system.drives if d.name in known]
+    return any(j.kind == kind and axis in (None, j.axis) and (a.upper is not None or not ends) for j, a in found)
+
+
+def _footing(plan: Plan) -> str:
+    return next((m.footing.kind for m in plan.machines if m.footing), "foundation")
+
+
+def _hung(plan: Plan) -> list[int]:
+    """How many hooks each body carries that is itself carried."""
+    bodies = ((m, b.name) for m in plan.machines for b in m.system.bodies if m.hooks and not is_root(m, b.name))
+    return [len(carried_hooks(m, body)) for m, body in bodies]
+
+
+ALONG, ACROSS = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
+OF_THE_SCENE = "the scene has none"
+NONE: dict[str, tuple[str, Callable[[Plan], bool]]] = {  # why a check has no row, and whether that is so
+    "trolley load": ("no part carries several hooks", lambda plan: max(_hung(plan), default=0) < 2),
+    "crane load": ("it has one hook", lambda plan: [len(m.hooks) for m in plan.machines if m.hooks] == [1]),
+    "tandem load": ("one crane lifts", lambda plan: sum(bool(m.hooks) for m in plan.machines) == 1),
+    "loader load": ("no frame hangs on a hook", lambda plan: not frames_on_hooks(plan.machines)),
+    "frame load": (OF_THE_SCENE, lambda plan: True),
+    "assembly load": ("its legs are rated singly", lambda plan: True),
+    "sharing": ("its legs are rated singly", lambda plan: True),
+    "heavy sling": (OF_THE_SCENE, lambda plan: True),
+    "inputs": (OF_THE_SCENE, lambda plan: True),
+    "factor": (OF_THE_SCENE, lambda plan: True),
+    "signal": (OF_THE_SCENE, lambda plan: True),
+    "off-lead": ("along and across have limits of their own", lambda plan: True),
+    **{f"off-lead {way}": ("one limit holds in any direction", lambda plan: True) for way in ("along", "across")},
+    "side force": ("nothing slides", lambda plan: not _drives(plan, "prismatic")),
+    "drive moment": ("nothing turns", lambda plan: not _drives(plan, "revolute")),
+    "rails": ("nothing slides along x between ends", lambda plan: not _drives(plan, "prismatic", ALONG, ends=True)),
+    "girder": ("nothing slides along y between ends", lambda plan: not _drives(plan, "prismatic", ACROSS, ends=True)),
+    "hook height": ("the shortest rope is its end", lambda plan: not any(
+        a.highest for m in plan.machines for a in m.actuators
+    )),
+    "interlock": ("its type has none", lambda plan: not plan.interlocks),
+    "ground pressure": ("it stands on wheels", lambda plan: _footing(plan) == "wheels"),
+    "wheel load": ("it stands on no wheels", lambda plan: _footing(plan) != "wheels"),
+    "uplift": ("it stands on a foundation", lambda plan: _footing(plan) == "foundation"),
+}  # fmt: skip
+
+
 def checks(crane: str, folder: Path) -> dict[str, str]:
-    """Of a lift by a crane of a type: each quantity of its limits with the source of its value, or why there is none;
-    and what no clearance is known of."""
+    """Of a lift by a crane of a type: each quantity of limits with the source of its value, or why there is none; and
+    what no clearance is known of."""
     head = "name,mass [t],size x [m],size y [m],size z [m]\n"
     long, wide = (30, 24) if crane.startswith(("goliath", "twin", "mobile")) else (6, 5)
     (folder / "blocks.csv").write_text(f"{head}B,10,{long},{wide},4\n", encoding="utf-8")
@@ -133,6 +183,10 @@ def checks(crane: str, folder: Path) -> dict[str, str]:
             missing[c.quantity].append(c.basis)
     found |= {quantity: f"not checked; {', '.join(message)}" for quantity, message in missing.items()}
     found |= {c.quantity: "cannot occur" for c in scene.checks if c.state == "none" and not c.why}
+    for quantity in (quantity for quantity in get_args(Quantity) if quantity not in found):
+        why, holds = NONE[quantity]
+        assert holds(plan), f"{crane} has no row of {quantity}, though not {why}"
+        found[quantity] = f"cannot occur: {why}"
     return (
         found
         | {f"clearance of {x.thing}": "judged" for x in Shapes(plan).solids}

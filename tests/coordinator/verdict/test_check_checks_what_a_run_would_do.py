@@ -20,14 +20,14 @@ def test_slings_without_slack_are_taut_at_the_start(slack: str) -> None:
     assert (scene.statics.cut, scene.states[-1].stage) == ("", "sideways"), "followed to the end"
 
 
-def test_a_move_of_length_zero_is_reported_as_a_stage_that_ended_at_once(tmp_path: Path) -> None:
+def test_a_move_of_length_zero_is_reported_as_a_stage_that_ends_at_once(tmp_path: Path) -> None:
     still = LIFT.replace(SIDEWAYS, "    trolleys: traverse 20 m/min by 0 m\n")
     result = run(parse(still), tmp_path / "run.mcap", in_process=True)
     assert result.verdict is not None
     assert [(f.quantity, f.subject) for f in result.verdict.findings] == [("stage", "sideways")]
 
 
-def test_a_list_that_never_ends_is_reported_in_planners_terms() -> None:
+def test_an_action_list_that_never_ends_is_reported_in_the_words_of_planners() -> None:
     up = "actions:\n  - stage: up\n    all hooks: hoist 10 m/min until tension of crane.H1 >= 5 MN\n"
     off = "actions:\n  - stage: unhook\n    all hooks: unhook\n" + up.partition("\n")[2]
     found = parse(LIFT[: LIFT.index("actions:")].replace("end: 60 s\n", "") + off).findings

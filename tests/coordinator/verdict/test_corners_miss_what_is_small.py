@@ -38,7 +38,7 @@ actions:
 """
 
 
-def test_a_plinth_smaller_than_the_corners_spacing_is_not_missed(tmp_path: Path) -> None:
+def test_a_plinth_smaller_than_the_spacing_of_corner_contacts_is_not_missed(tmp_path: Path) -> None:
     """Ten metres on four: it hangs on and is 1 m deep, as far as it was lowered after it had landed."""
     result = run(parse(TEXT, passing=True), tmp_path / "run.mcap", in_process=True)
     assert result.verdict is not None
@@ -51,7 +51,7 @@ def test_a_plinth_smaller_than_the_corners_spacing_is_not_missed(tmp_path: Path)
     assert red.t == pytest.approx(Recording(tmp_path / "run.mcap")["pose/block"].t[-1], abs=2.0)
 
 
-def test_with_boxes_a_block_stands_on_it(tmp_path: Path) -> None:
+def test_with_box_contacts_a_block_stands_on_a_small_plinth(tmp_path: Path) -> None:
     """Two metres above the plinth's top is its middle."""
     boxes = TEXT.replace("lower corners", "boxes")
     result = run(parse(boxes, passing=True), tmp_path / "run.mcap", in_process=True)
@@ -63,7 +63,7 @@ def test_with_boxes_a_block_stands_on_it(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("meets", ["corners", "lower corners"])
 @pytest.mark.parametrize("overlap", [0.0, 0.3])
-def test_an_overlap_of_any_size_is_red(meets: str, overlap: float) -> None:
+def test_an_overlap_of_any_size_with_corner_contacts_is_red(meets: str, overlap: float) -> None:
     """Along the axes the overlap is the least of three; it is red if it is deeper than what touches and is meant."""
     draw, reds = Random(f"{meets} {overlap}"), 0
     for _ in range(40):
@@ -87,6 +87,6 @@ def test_an_overlap_of_any_size_is_red(meets: str, overlap: float) -> None:
     assert 0 < reds < 40, "of both kinds"
 
 
-def test_boxes_without_overlap_are_not_red() -> None:
+def test_box_contacts_without_overlap_are_not_red() -> None:
     with pytest.raises(SceneError, match=r"scene\.yaml:7:.*leave 'overlap' out"):
         parse(TEXT.replace("lower corners", "boxes, overlap: 0.1 m"), passing=True)

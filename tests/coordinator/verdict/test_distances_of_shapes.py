@@ -169,7 +169,7 @@ def test_distances_of_random_capsules_to_a_box_agree_with_a_search_along_them() 
             assert found.distance[0] == pytest.approx(apart - 0.05, abs=SEARCHED)
 
 
-def test_shapes_that_just_touch_are_not_deep_in_one_another() -> None:
+def test_shapes_that_just_touch_have_no_penetration_depth() -> None:
     """Where the search of a library for the depth failed, and told 60 m."""
     sizes = [np.array(s) / 2 for s in ((54, 28, 10), (4, 4, 102), (2, 2, 2), (4, 1.2, 1.2))]
     turns = [Rotation.from_euler(axis, angle, degrees=True) for axis in "xyz" for angle in (0, 1e-7, 90, 180)]
@@ -182,7 +182,7 @@ def test_shapes_that_just_touch_are_not_deep_in_one_another() -> None:
                     assert found.distance[0] == pytest.approx(gap, abs=CLOSE)
 
 
-def test_a_bound_on_a_straight_path_is_below_all_distances_on_it() -> None:
+def test_the_lower_bound_along_a_straight_path_is_below_all_distances() -> None:
     rng = np.random.default_rng(5)
     for _ in range(CASES):
         half, other = rng.uniform(0.1, 5.0, 3), rng.uniform(0.1, 5.0, 3)

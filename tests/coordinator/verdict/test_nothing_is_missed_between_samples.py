@@ -89,7 +89,7 @@ def test_a_pass_at_a_distance_is_reported_with_its_time() -> None:
     assert when == pytest.approx(2.25, abs=0.05)
 
 
-def test_a_reversal_between_samples_is_not_missed() -> None:
+def test_a_reversal_of_motion_between_samples_is_not_missed() -> None:
     """A swing of period 1.3 s, sampled each 0.1 s: the bound is below the apex, and not far below."""
     t = np.arange(0.0, 4.0, 0.1)
     x = 2.0 - 1.0 * np.cos(2 * np.pi * (t - 0.55) / 1.3)
@@ -171,7 +171,7 @@ def test_a_vibration_faster_than_samples_is_bounded_by_its_speeds() -> None:
     assert calm.max() < 3 * size, "the ways between samples alone"
 
 
-def test_calm_motion_strays_no_more_than_its_accelerations_tell() -> None:
+def test_slow_motion_deviates_from_chords_no_more_than_its_accelerations_allow() -> None:
     """Of a constant acceleration, straight and turning: twice h^2 / 8 times it."""
     t, a = np.arange(0.0, 5.0, 0.5), 0.3
     pose = np.zeros((len(t), 7))
@@ -184,7 +184,7 @@ def test_calm_motion_strays_no_more_than_its_accelerations_tell() -> None:
         assert found == pytest.approx(np.full(len(t) - 1, a * 0.25 / 4))
 
 
-def test_speeds_of_bodies_agree_with_their_positions(tmp_path: Path) -> None:
+def test_computed_speeds_of_bodies_agree_with_their_positions(tmp_path: Path) -> None:
     scene = load("lift", ["samples=50 Hz", "end=4 s"])
     run(scene, tmp_path / "run.mcap", in_process=True)
     past = history_of(Recording(tmp_path / "run.mcap")).part(0, 200)

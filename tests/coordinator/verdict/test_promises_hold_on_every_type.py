@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import isfinite
+from pathlib import Path
 from random import Random
 
 import msgspec
@@ -32,7 +33,7 @@ def apart(scene: LoadedScene) -> list[Check]:
     return [x for x in checks if x.quantity == "clearance" and "block" in x.subject and "wall" in x.subject]
 
 
-def test_a_clearance_that_fails_at_the_worst_of_uncertain_inputs_is_red(lift: Lift) -> None:
+def test_a_clearance_below_its_limit_at_the_worst_corner_of_uncertain_inputs_is_red(lift: Lift) -> None:
     """The gap of the wall as it is written, and a scene in which it stands where it is worst."""
     random = Random(lift.x)
     for _ in range(2):
@@ -47,11 +48,33 @@ def test_a_clearance_that_fails_at_the_worst_of_uncertain_inputs_is_red(lift: Li
 
 
 @pytest.mark.large(beyond=3)
-def test_in_a_run_it_comes_nearer_by_as_much(lift: Lift) -> None:
+def test_a_run_reduces_clearances_at_the_worst_corner_as_check_does(lift: Lift) -> None:
     text = lift.beginning(STILL)
     scene = with_worst_clearances(lift.read(wall(lift, 0.7, " +- 0.3 m"), text=text))
     rows = [x for x in play(scene.plan).verdict.checks if x.quantity == "clearance" and "wall" in x.subject]
     assert [(x.state, x.value) for x in rows if "block" in x.subject] == [("red", pytest.approx(0.4, abs=0.05))]
+
+
+def test_lifts_side_by_side_keep_what_each_keeps_alone(lift: Lift) -> None:
+    """One with a wall at an uncertain place and a limit of its own, beside one without both."""
+    random = Random(lift.y)
+    gap, half, limit = random.uniform(0.7, 1.2), random.uniform(0.02, 0.4), random.uniform(0.55, 0.9)
+    text = lift.beginning(STILL)
+    own = (wall(lift, gap, f" +- {half!r} m"), f"limits={{clearance: {limit!r} m, off-lead: 3 deg}}")
+    alone = with_worst_clearances(lift.read(*own, text=text))
+    Path(lift.name).with_name("one.yaml").write_text(text, encoding="utf-8")
+    made = ", ".join(["extends: one.yaml", "at: [0 m, 400 m]", *(x.replace("=", ": ", 1) for x in own)])
+    pair = f"heavylift: 1\nname: pair\nlifts:\n  a: {{extends: one.yaml}}\n  b: {{{made}}}\n"
+    both = with_worst_clearances(lift.read(text=pair))
+    (one,), (other,) = (
+        [x for x in apart(scene) if "at the worst of" in f"{x.basis} {x.sentence}"] for scene in (alone, both)
+    )
+    assert (other.subject, other.state) == ("b-block and b-wall", one.state)
+    assert other.value == pytest.approx(one.value, abs=2e-3)
+    assert other.limit == one.limit == pytest.approx(limit)
+    assert "lifts.b.obstacles.wall.at.x" in f"{other.basis} {other.sentence}"
+    kept = {x.subject: x.value for x in both.plan.limits if x.quantity == "clearance" and not x.inputs}
+    assert kept == {"a": 0.5, "b": pytest.approx(limit)}
 
 
 def test_an_obstacle_that_begins_inside_the_block_is_a_sentence_with_its_line(lift: Lift) -> None:
@@ -64,7 +87,7 @@ def test_an_obstacle_that_begins_inside_the_block_is_a_sentence_with_its_line(li
     assert text.splitlines()[line - 1].startswith("  wall: ")
 
 
-def test_all_cranes_stop_as_one_does(lift: Lift) -> None:
+def test_stopping_all_cranes_equals_stopping_each(lift: Lift) -> None:
     one, all_ = (lift.read(text=lift.beginning(f"  - {{stage: halt, {x}: stop}}\n")).plan for x in ("crane", "cranes"))
     halted = [{order.actuator for order in plan.actions[-1].orders} for plan in (one, all_)]
     assert halted[0] == halted[1]
@@ -90,7 +113,7 @@ def moved(use: Use, share: float) -> Use | None:
 
 
 @pytest.mark.parametrize("share", [0.95, 1.2])
-def test_each_limit_alone_turns_red_where_it_is_used_beyond(lift: Lift, share: float) -> None:
+def test_each_limit_alone_turns_red_when_it_is_exceeded(lift: Lift, share: float) -> None:
     scene, seen = lift.read(), set()
     states = scene.statics.states
     ran = replace(signals_of(states), dynamic=True)
@@ -102,5 +125,11 @@ def test_each_limit_alone_turns_red_where_it_is_used_beyond(lift: Lift, share: f
         assert (check.state == "red") == (share > 1.0), (use.limit.quantity, use.limit.subject)
         (check,) = (x for x in checks_of(plan, uses_of(plan, [ran]), (), {}, ()) if x.basis)
         assert check.state == "red" if share > 1.0 else check.why == UNKNOWN, (use.limit.quantity, use.limit.subject)
+        error = {f"use of {row.limit.subject} {row.limit.quantity}": 0.04}
+        (check,) = (x for x in checks_of(plan, uses_of(plan, [ran]), (), error, ()) if x.basis)
+        assert check.state == ("red" if share > 1.0 else "green"), (use.limit.quantity, use.limit.subject)
+        error = {f"use of {row.limit.subject} {row.limit.quantity}": 0.3}
+        (check,) = (x for x in checks_of(plan, uses_of(plan, [ran]), (), error, ()) if x.basis)
+        assert check.state == "undecided", (use.limit.quantity, use.limit.subject)
         seen.add(use.limit.quantity)
     assert len(seen) >= 8, seen

@@ -38,7 +38,7 @@ def near(poses: dict[str, Floats], sling: float = TAUT, **more: list[tuple[float
     n = len(next(iter(poses.values())))
     t = np.arange(n) / FINE
     history = History(t, poses, {name: np.full(n, sling) for name in slings(PLAN)}, {}, [])
-    return [c for c in clearances(PLAN, history, 0.5, **more) if c.b == "ground"]
+    return [c for c in clearances(PLAN, history, **more) if c.b == "ground"]
 
 
 def told(*args: object, **more: object) -> list[str]:
@@ -49,7 +49,7 @@ STANDS = HALF + STOOL
 UP = [STANDS, STANDS, STANDS + 0.1, STANDS + 0.4, STANDS + 1.0, STANDS + 2.0]
 
 
-def test_lift_off_and_setting_down_are_no_findings() -> None:
+def test_lift_off_and_setting_down_give_no_findings() -> None:
     there = UP + UP[::-1]
     assert told(went(there)) == []
     assert told(went(there, [0.0] * 6 + [9.0] * 6)) == [], "it is set down elsewhere"
@@ -66,6 +66,13 @@ def test_a_load_that_is_carried_low_is_red_with_its_place() -> None:
     assert told(went(low)) == [], "up and down in its place"
 
 
+def test_the_smallest_clearance_is_that_of_the_way() -> None:
+    """Not that of the last sample before it counts as being set down."""
+    y = [0.0] * 6 + [3.0 * i for i in range(1, 5)] + [12.0] * 6
+    (found,) = (c for c in near(went([*UP, *[STANDS + 2.0] * 4, *UP[::-1]], y)) if c.a == "block")
+    assert (found.distance, found.limit) == (pytest.approx(STOOL + 2.0, abs=EXACT), 0.5)
+
+
 def test_an_order_to_land_is_no_finding_even_if_the_run_ends_before_it() -> None:
     down = [STANDS + 2.0 - 0.2 * i for i in range(10)]
     assert len(told(went(down))) == 1
@@ -79,7 +86,7 @@ def test_penetration_of_the_ground_is_red_for_every_body() -> None:
     assert told(went([STANDS - 0.05] * 3)) == [], "the supports yield"
 
 
-def test_clearance_between_samples_is_bounded_by_turning_speeds() -> None:
+def test_ground_clearance_between_samples_is_bounded_by_turning_speeds() -> None:
     """A box of 16 m by 8 m that rolls is lowest with its diagonal upright, here between two samples."""
     upright, step, height = np.arctan2(8.0, HALF), np.radians(8.0), 10.0
     rolls = np.array([upright + (i - 4.5) * step for i in range(10)])
@@ -96,7 +103,7 @@ def hook(z: float, sling: float) -> list[Clearance]:
     return near({"loader-1.upper": pose}, sling)
 
 
-def test_an_empty_hook_may_be_near_the_ground_but_not_in_it() -> None:
+def test_an_empty_hook_may_be_near_the_ground_but_not_below_it() -> None:
     below = -machine(PLAN, "loader-1").system.joints[1].p_PJ[2]  # of the hook block
     assert hook(below + 0.2, SLACK) == []
     (loaded,) = hook(below + 0.2, TAUT)

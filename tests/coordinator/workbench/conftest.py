@@ -1,4 +1,4 @@
-"""A folder with a scene in it, and a workbench that serves it to a browser."""
+"""A folder with a scene in it, a workbench that serves it to a browser, and a planner before it."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 from heavylift.nodes.scene import bundled
+from planner import Hands, PATIENCE_s
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 FLAGS = ["--no-sandbox", "--enable-unsafe-swiftshader"]
@@ -37,7 +38,7 @@ def address(folder: Path) -> Iterator[str]:
         thread.join()
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def chromium() -> Iterator[Any]:
     """Debian's browser, driven by Playwright."""
     playwright = pytest.importorskip("playwright.sync_api")
@@ -47,3 +48,23 @@ def chromium() -> Iterator[Any]:
         browser = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         yield browser
         browser.close()
+
+
+@pytest.fixture
+def page(chromium: Any, address: str) -> Iterator[Any]:
+    """The page of the folder when its checks are there."""
+    page = chromium.new_page(viewport={"width": 1500, "height": 950}, color_scheme="light")
+    complaints: list[str] = []
+    page.on("pageerror", lambda error: complaints.append(str(error)))
+    page.goto(address)
+    page.wait_for_selector("html[data-checks][data-schema]", timeout=1e3 * PATIENCE_s)
+    page.set_default_timeout(1e3 * PATIENCE_s)
+    yield page
+    assert complaints == []
+    page.close()
+
+
+@pytest.fixture
+def hands(page: Any, folder: Path) -> Hands:
+    """A planner before the page."""
+    return Hands(page, folder / "my-lift.yaml")

@@ -34,7 +34,7 @@ def steps(name: str, *changes: tuple[str, str]) -> list[tuple[str, dict[str, obj
     return [(kind, data) for kind, data, _ in previewed(path, text)]
 
 
-def test_start_pose_first_then_the_path_and_its_checks() -> None:
+def test_a_preview_shows_the_start_pose_first_then_the_path_and_its_checks() -> None:
     kinds, data = zip(*steps("lift"), strict=True)
     assert kinds == ("picture", "faults", "picture", "checks")
     start, _, path, checks = data
@@ -50,14 +50,14 @@ def test_start_pose_first_then_the_path_and_its_checks() -> None:
 
 
 @pytest.mark.parametrize("name", ["crawler", "pendulum", "in-turn", "floating"])
-def test_scenes_of_all_kinds_are_pictured(name: str) -> None:
+def test_scenes_of_all_kinds_are_drawn_in_the_preview(name: str) -> None:
     found = steps(name)
     assert [data["faults"] for kind, data in found if kind == "faults"] == [[]]
     assert next(kind for kind, _ in found) == "picture"
     assert found[-1][0] == "checks"
 
 
-def test_faults_have_their_places_and_none_is_raised() -> None:
+def test_the_preview_shows_faults_with_their_lines_and_raises_none() -> None:
     ((kind, data),) = steps("lift", ("mass: 300 t", "mass: 300 bananas"), ("crane H2", "crane H7"))
     assert kind == "faults"
     lines = bundled()["lift"].read_text().splitlines()
@@ -66,7 +66,7 @@ def test_faults_have_their_places_and_none_is_raised() -> None:
         assert lines[fault["line"] - 1].strip().startswith(("mass", "loader-2"))
 
 
-def test_where_orders_cannot_be_carried_out_the_start_is_still_seen() -> None:
+def test_if_orders_cannot_be_carried_out_the_preview_shows_the_start() -> None:
     found = steps("lift", ("traverse 20 m/min by 2 m", "traverse 20 m/min by 200 m"))
     assert [kind for kind, _ in found][:2] == ["picture", "faults"]
     (fault,) = found[1][1]["faults"]  # type: ignore[misc]
@@ -74,7 +74,7 @@ def test_where_orders_cannot_be_carried_out_the_start_is_still_seen() -> None:
     assert "checks" not in [kind for kind, _ in found]
 
 
-def test_no_code_of_a_scene_runs_that_is_not_trusted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_preview_runs_no_untrusted_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "configuration"))
     ran = tmp_path / "ran"
@@ -99,7 +99,7 @@ def last(opened: OpenScene, kind: str, version: str) -> dict[str, object]:
     raise AssertionError(f"no {kind} of {version}; {[(m.kind, m.data[:200]) for m in opened.since(0)]}")
 
 
-def test_any_editor_may_save_and_pages_follow(folder: Path) -> None:
+def test_any_editor_may_save_a_scene_and_all_pages_follow(folder: Path) -> None:
     scene = folder / "my-lift.yaml"
     with OpenScene(folder, scene) as opened:
         text = scene.read_text()
@@ -115,3 +115,15 @@ def test_any_editor_may_save_and_pages_follow(folder: Path) -> None:
         assert opened.drawings(number, 3)
         assert opened.drawings(number - 1, 3) is None
         assert opened.drawings(number, len(picture.states)) is None
+
+
+def test_folders_that_are_made_meanwhile_are_watched(folder: Path) -> None:
+    with OpenScene(folder, folder / "my-lift.yaml") as opened:
+        last(opened, "checks", version_of((folder / "my-lift.yaml").read_text()))
+        deep = folder / "yard" / "north"
+        deep.mkdir(parents=True)
+        (deep / "other.yaml").write_text((folder / "my-lift.yaml").read_text())
+        deadline = time.monotonic() + PATIENCE_s
+        while not any(m.kind == "scene" and b"yard/north/other.yaml" in m.data for m in opened.since(0)):
+            assert time.monotonic() < deadline
+            time.sleep(0.02)

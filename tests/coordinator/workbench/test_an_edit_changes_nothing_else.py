@@ -19,14 +19,14 @@ def comments(text: str) -> list[str]:
     return [line.partition("#")[2] for line in text.splitlines() if "#" in line]
 
 
-def test_a_value_is_replaced_in_its_line() -> None:
+def test_editing_a_value_changes_only_its_line() -> None:
     changed = edited(LIFT, ["block", "mass"], "310 t")
     assert changed == LIFT.replace("mass: 300 t", "mass: 310 t")
     changed = edited(LIFT, ["cranes", "crane", "at"], "41 m")
     assert changed == LIFT.replace("at: 40 m}  ", "at: 41 m}  ")
 
 
-def test_keys_are_added_and_removed_where_they_belong() -> None:
+def test_editing_adds_and_removes_keys_where_they_belong() -> None:
     added = edited(LIFT, ["block", "com"], "[0 m, 0 m, 1 m]")
     assert read(added, "x").data["block"] == {**read(LIFT, "x").data["block"], "com": ["0 m", "0 m", "1 m"]}  # type: ignore[dict-item]
     assert added.splitlines()[23:25] == ["    R2: [2 m, 6 m, 4.3 m]", "  com: [0 m, 0 m, 1 m]"]
@@ -39,7 +39,7 @@ def test_keys_are_added_and_removed_where_they_belong() -> None:
 
 
 @pytest.mark.parametrize("name", ["lift", "turnover", "in-turn"])
-def test_actions_are_reordered_with_their_comments(name: str) -> None:
+def test_editing_reorders_actions_together_with_their_comments(name: str) -> None:
     text, rng = bundled()[name].read_text(), random.Random(name)
     actions = read(text, "x").data["actions"]
     assert isinstance(actions, list)
@@ -56,7 +56,7 @@ def test_actions_are_reordered_with_their_comments(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["lift", "crawler", "jib", "linkage", "edge"])
-def test_random_edits_of_bundled_scenes_change_one_value(name: str) -> None:
+def test_random_edits_of_bundled_scenes_change_one_value_each(name: str) -> None:
     text, rng = bundled()[name].read_text(), random.Random(name)
     paths = [path for path in read(text, "x").values if path]
     for path in rng.sample(paths, min(12, len(paths))):
@@ -81,13 +81,15 @@ def test_random_edits_of_bundled_scenes_change_one_value(name: str) -> None:
         ([], "3", "name the key"),
     ],
 )
-def test_what_cannot_be_written_is_refused_in_a_sentence(path: list[str | int], value: str | None, why: str) -> None:
+def test_a_value_that_cannot_be_written_is_refused_in_a_sentence(
+    path: list[str | int], value: str | None, why: str
+) -> None:
     with pytest.raises(SceneError, match=why) as refused:
         edited(LIFT, path, value)
     assert "\n" not in str(refused.value)
 
 
-def test_a_file_that_has_changed_meanwhile_stays(tmp_path: Path) -> None:
+def test_an_edit_of_a_file_that_has_changed_meanwhile_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "lift.yaml"
     path.write_text(LIFT)
     write(path, "heavylift: 1\n", version_of(LIFT))

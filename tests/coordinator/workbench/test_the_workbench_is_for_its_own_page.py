@@ -29,7 +29,7 @@ def page(opened: OpenScene) -> TestClient:
     return TestClient(application(opened, WORD, PORT), base_url=HERE)
 
 
-def test_the_page_needs_the_word(page: TestClient) -> None:
+def test_workbench_requests_without_the_secret_word_are_refused(page: TestClient) -> None:
     answer = page.get(f"/{WORD}/")
     assert answer.status_code == 200
     assert "default-src 'none'" in answer.text
@@ -50,7 +50,9 @@ def test_the_page_needs_the_word(page: TestClient) -> None:
         {"Sec-Fetch-Site": "same-site"},
     ],
 )
-def test_other_sites_are_refused(page: TestClient, folder: Path, headers: dict[str, str]) -> None:
+def test_workbench_requests_from_other_sites_are_refused(
+    page: TestClient, folder: Path, headers: dict[str, str]
+) -> None:
     before = (folder / "my-lift.yaml").read_text()
     assert page.get(f"/{WORD}/", headers=headers).status_code == 403
     body = {"text": "heavylift: 1\n", "version": version_of(before)}
@@ -58,7 +60,7 @@ def test_other_sites_are_refused(page: TestClient, folder: Path, headers: dict[s
     assert (folder / "my-lift.yaml").read_text() == before
 
 
-def test_a_save_needs_the_version_that_it_replaces(page: TestClient, folder: Path) -> None:
+def test_saving_requires_the_version_that_is_replaced(page: TestClient, folder: Path) -> None:
     path = folder / "my-lift.yaml"
     before = path.read_text()
     answer = page.post(f"/{WORD}/save", json={"text": "heavylift: 1\n", "version": version_of(before)})
@@ -81,7 +83,9 @@ def test_edits_of_a_form_are_all_made_or_none(page: TestClient, folder: Path) ->
 
 
 @pytest.mark.parametrize("name", ["../secret.yaml", "/etc/passwd", "sub/../../secret.yaml", "link.yaml", "notes.txt"])
-def test_nothing_outside_the_folder_is_opened(page: TestClient, opened: OpenScene, folder: Path, name: str) -> None:
+def test_the_workbench_opens_no_file_outside_its_folder(
+    page: TestClient, opened: OpenScene, folder: Path, name: str
+) -> None:
     (folder.parent / "secret.yaml").write_text("heavylift: 1\n")
     (folder / "notes.txt").write_text("heavylift: 1\n")
     (folder / "link.yaml").symlink_to(folder.parent / "secret.yaml")
@@ -89,7 +93,7 @@ def test_nothing_outside_the_folder_is_opened(page: TestClient, opened: OpenScen
     assert opened.scene == folder / "my-lift.yaml"
 
 
-def test_a_bundled_scene_is_read_only_and_copied(page: TestClient, opened: OpenScene, folder: Path) -> None:
+def test_a_bundled_scene_is_read_only_and_can_be_copied(page: TestClient, opened: OpenScene, folder: Path) -> None:
     assert page.post(f"/{WORD}/open", json={"name": "jib"}).status_code == 200
     assert opened.scene is not None
     text = opened.scene.read_text()
@@ -109,7 +113,9 @@ time.sleep(60)
 """
 
 
-def test_one_run_at_a_time_is_stopped(page: TestClient, opened: OpenScene, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_workbench_runs_one_simulation_at_a_time_and_can_stop_it(
+    page: TestClient, opened: OpenScene, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def ask(do: str) -> tuple[int, str]:
         answer = page.post(f"/{WORD}/run", json={"do": do})
         return answer.status_code, answer.json().get("error", "")
@@ -122,13 +128,42 @@ def test_one_run_at_a_time_is_stopped(page: TestClient, opened: OpenScene, monke
 
     monkeypatch.setattr(runs, "COMMAND", [sys.executable, "-c", SLEEPER])
     assert ask("stop") == (409, "no run goes on")
-    assert ask("live") == (200, "")
-    said("live", "http://127.0.0.1:8/word/")
+    assert page.get(f"/{WORD}/live").status_code == 404
+    assert ask("run") == (200, "")
+    said("live", True)
     assert "a run goes on" in ask("run")[1]
     assert "is no order" in ask("dance")[1]
     assert ask("stop") == (200, "")
     said("code", 130)
     assert ask("stop") == (409, "no run goes on")
+
+
+@pytest.mark.parametrize(
+    "name", ["../secret.svg", "my-lift.yaml", "link.svg", "page.html", "nothing.pdf", "x/../../secret.svg"]
+)
+def test_only_documents_of_the_folder_are_handed_out(page: TestClient, folder: Path, name: str) -> None:
+    (folder.parent / "secret.svg").write_text("<svg/>")
+    (folder / "page.html").write_text("<script>alert(1)</script>")
+    (folder / "link.svg").symlink_to(folder.parent / "secret.svg")
+    assert page.get(f"/{WORD}/kept/{name}").status_code in (404, 409)
+
+
+def test_pages_of_studies_run_no_scripts(page: TestClient, folder: Path) -> None:
+    (folder / "my-lift-limits.html").write_text("<script>alert(1)</script>")
+    answer = page.get(f"/{WORD}/kept/my-lift-limits.html")
+    assert answer.status_code == 200
+    assert answer.headers["Content-Security-Policy"].startswith("sandbox; default-src 'none'")
+    assert page.get(f"/{WORD}/folder").json()["studies"] == ["my-lift-limits.html"]
+
+
+def test_a_new_scene_never_replaces_another(page: TestClient, opened: OpenScene, folder: Path) -> None:
+    before = (folder / "my-lift.yaml").read_text()
+    for name, like in (("my-lift", "tandem"), ("../out", "tandem"), ("", "tandem"), ("pair", "../lift")):
+        assert page.post(f"/{WORD}/new", json={"name": name, "like": like}).status_code == 409
+    assert (folder / "my-lift.yaml").read_text() == before
+    assert page.post(f"/{WORD}/new", json={"name": "pair", "like": "tandem"}).status_code == 200
+    assert (folder / "pair.yaml").read_text().count("name: pair\n") == 1
+    assert opened.scene == folder / "pair.yaml"
 
 
 @pytest.mark.parametrize(
@@ -140,5 +175,5 @@ def test_one_run_at_a_time_is_stopped(page: TestClient, opened: OpenScene, monke
         (b" " * (2 << 20), "application/json", 413),
     ],
 )
-def test_what_is_no_request_is_refused(page: TestClient, body: bytes, kind: str, status: int) -> None:
+def test_a_malformed_workbench_request_is_refused(page: TestClient, body: bytes, kind: str, status: int) -> None:
     assert page.post(f"/{WORD}/save", content=body, headers={"Content-Type": kind}).status_code == status

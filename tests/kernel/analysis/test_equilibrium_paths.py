@@ -47,7 +47,7 @@ def lifted(slack):
 
 
 @pytest.mark.parametrize("slack", [0.01, 0.3, 7.0])
-def test_a_rope_goes_taut_and_lifts_its_load_when_the_closed_form_says(slack):
+def test_a_rope_becomes_taut_and_lifts_its_load_when_the_closed_form_says(slack):
     path, speed = following(lifted(slack), ("rope", "pad")), 0.05
     moved(path, "rope", -speed, -slack - 2.0)
     (taut,) = path.run(1000 * SECOND)
@@ -64,7 +64,7 @@ def test_a_rope_goes_taut_and_lifts_its_load_when_the_closed_form_says(slack):
     assert path.points[-1].row.poses[2] == pytest.approx(-(LENGTH - slack - 2.0) * (1.0 + MASS * G / EA), rel=EXACT)
 
 
-def test_ropes_of_two_winches_share_as_their_lengths_say():
+def test_ropes_of_two_winches_share_the_load_by_their_lengths():
     """A bar on two ropes 10 m apart; one winch alone hoists by 1 m: the bar leans, and each carries its half."""
     ropes = tuple(
         Rope(f"r{i}", (Line(Point("world", (x, 0.0, 50.0)), Point("bar", (x, 0.0, 0.0))),), EA, 50.0, winch=True)
@@ -88,7 +88,7 @@ def test_ropes_of_two_winches_share_as_their_lengths_say():
     assert about == pytest.approx(np.zeros(3), abs=1e-6 * MASS * G)
 
 
-def test_the_path_ends_where_the_kernel_comes_to_rest_from_there():
+def test_the_equilibrium_path_ends_where_the_simulation_comes_to_rest():
     path = following(hung(LENGTH, winch=True))
     moved(path, "rope", -0.05, -3.0)
     path.run(1000 * SECOND)
@@ -100,7 +100,7 @@ def test_the_path_ends_where_the_kernel_comes_to_rest_from_there():
 # ---- friction -------------------------------------------------------------------------------------------------
 
 
-def test_friction_keeps_its_state_there_and_back():
+def test_friction_keeps_its_state_along_the_path_and_back():
     """A brake that slips at M on a servo kp: it follows M / kp behind, holds over 2 M / kp, and comes back so."""
     M, kp = 2e3, 1e4
     joint = Joint("guide", "prismatic", "world", "load", axis=Y)
@@ -140,7 +140,7 @@ def dragged(l, mu=0.3, m=1e3):
     )
 
 
-def test_a_load_dragged_by_a_rope_goes_along_a_tractrix():
+def test_a_load_dragged_by_a_rope_follows_a_tractrix():
     """Friction is against the way, so the way is along the rope: tan(theta / 2) falls as exp(-s / l) (Huygens)."""
     l, distance = 5.0, 12.0
     path = following(dragged(l))
@@ -152,7 +152,7 @@ def test_a_load_dragged_by_a_rope_goes_along_a_tractrix():
     assert tension(path) == pytest.approx(0.3 * 1e3 * G, rel=EXACT)
 
 
-def test_a_load_that_friction_does_not_hold_finds_no_rest():
+def test_a_load_that_friction_does_not_hold_has_no_equilibrium():
     with pytest.raises(KernelError, match=r"body 'load' finds no rest: joint 'load-guide' still accelerates by 9\.81"):
         following(slider(q0=1.0))
 
@@ -167,7 +167,7 @@ def pendulum(kp, m=100.0, l=2.0):
     return System((body,), (joint,), drives=(Drive("drive", "pivot", "servo", kp, 10.0),))
 
 
-def test_a_rod_that_its_servo_cannot_hold_falls_at_the_fold():
+def test_a_rod_that_its_servo_cannot_hold_falls_at_the_fold_of_the_path():
     """Leaning from -2.6 rad, the stable branch ends where m g l cos(theta) = kp."""
     torque = 100.0 * G * 2.0
     kp = 0.5 * torque
@@ -187,7 +187,7 @@ def test_a_rod_that_its_servo_cannot_hold_falls_at_the_fold():
 
 
 @pytest.mark.parametrize("above", [-0.3, -0.01, 0.01, 0.3])
-def test_a_load_with_its_centre_above_the_lugs_is_stable_up_to_its_metacentre(above):
+def test_a_load_with_its_centre_above_the_lugs_is_stable_below_its_metacentre(above):
     """Two ropes k, 2 a apart, L long: K = W [[1/L, -h/L], [-h/L, 2 k a^2 / W - h + h^2 / L]], whose determinant is
     W / L (2 k a^2 - W h): the metacentre lies 2 k a^2 / W above the lugs, however long the ropes are."""
     k, a, L, m, I = 2e6, 1.0, 30.0, 2e5, 4e5
@@ -226,7 +226,7 @@ def crossed():
     return System((body,), (Joint("free", "free", "world", "block"),), ropes=ropes, supports=(pad,), gravity=G)
 
 
-def test_the_native_tangent_agrees_with_floats_and_with_differences():
+def test_the_native_tangent_stiffness_agrees_with_interpreted_floats_and_differences():
     native, floats = (Poses(s) for s in (Simulation(crossed()), Simulation(crossed(), native=False)))
     for poses in (native, floats):
         poses.simulation.start()
@@ -239,7 +239,7 @@ def test_the_native_tangent_agrees_with_floats_and_with_differences():
         assert K[:, j] == pytest.approx((ends[0] - ends[1]) / (2.0 * h), rel=DIFFERENCES, abs=1e-5 * np.abs(K).max())
 
 
-def test_steps_of_the_tangent_solve_its_equations():
+def test_steps_of_the_tangent_stiffness_solve_its_equations():
     poses = Poses(Simulation(crossed()))
     poses.simulation.start()
     K, a = poses.stiffness(poses.q), np.arange(1.0, 7.0)
@@ -265,7 +265,7 @@ def corrected(monkeypatch):
 
 
 @pytest.mark.parametrize("slack", [1e-3, 0.01, 0.3, 2.0, 7.0])
-def test_events_on_the_path_need_few_equilibria(slack, corrected):
+def test_events_on_the_path_need_few_equilibria_to_be_located(slack, corrected):
     """A guard of a slack rope is a length, of a taut one a force, 1e9 times as steep: no chord between them converges;
     a bracket of hours has 34 halves down to a microsecond."""
     path = following(lifted(slack), ("rope", "pad"))
@@ -277,7 +277,7 @@ def test_events_on_the_path_need_few_equilibria(slack, corrected):
         assert len(corrected) - behind <= 18, "of which some follow from it"
 
 
-def test_steps_are_as_long_as_the_path_is_straight(corrected):
+def test_steps_along_a_straight_path_are_long(corrected):
     """A load is hoisted by 40 of 50 m: its rope is stretched by a nanometre for a newton, but its path is a line."""
     path = following(hung(LENGTH, winch=True))
     moved(path, "rope", -0.05, -0.8 * LENGTH)

@@ -47,7 +47,7 @@ def crane(kind: str = "prescribed", m: float = 3.0, load: float = 2.0, l: float 
     return System(bodies, joints, drives=(Drive("travel", "rail", kind, 4.0, 7.0),), gravity=G)
 
 
-def test_a_pushed_trolley_with_a_load_is_the_closed_form_of_the_textbook():
+def test_a_trolley_with_a_pendulum_load_has_the_linear_model_of_the_textbook():
     m, load, l = 3.0, 2.0, 5.0
     found = linear_model(started(crane("force", m, load, l)), ["push"], ["joint/position/*", "pose/load/x"])
     system = control.ss(*found)
@@ -62,7 +62,7 @@ def test_a_pushed_trolley_with_a_load_is_the_closed_form_of_the_textbook():
     ]  # fmt: skip
 
 
-def test_a_prescribed_trolley_is_driven_by_its_acceleration():
+def test_the_input_of_a_prescribed_trolley_is_its_acceleration():
     l, outputs = 5.0, ["joint/position/rail.*", "pose/trolley/x", "joint/position/hook.angle"]
     found = linear_model(started(crane("prescribed", l=l)), ["travel"], outputs)
     assert [(x.name, x.unit) for x in found.states[2:]] == [("reference/travel", "m"), ("reference/travel rate", "m/s")]
@@ -74,7 +74,7 @@ def test_a_prescribed_trolley_is_driven_by_its_acceleration():
 
 
 @pytest.mark.parametrize("kind", ["servo", "speed"])
-def test_other_drives_are_driven_by_their_speed(kind):
+def test_the_input_of_other_drives_is_their_speed(kind):
     m, load, l, kp, kv = 3.0, 2.0, 5.0, 4.0, 7.0
     found = linear_model(started(crane(kind, m, load, l)), ["travel"], ["joint/position/rail.travel"])
     assert [(x.name, x.unit) for x in found.inputs] == [("travel", "m/s")]
@@ -86,7 +86,7 @@ def test_other_drives_are_driven_by_their_speed(kind):
     assert complex(control.ss(*found)(s)) == pytest.approx(plant * law / (1.0 + plant * law * s), rel=1e-9)
 
 
-def test_a_double_pendulum_swings_at_the_frequencies_of_its_closed_form():
+def test_the_linear_model_of_a_double_pendulum_has_its_exact_frequencies():
     bodies = Body("upper", 1.0, (0.0, 0.0, -1.0)), Body("lower", 1.0, (0.0, 0.0, -1.0))
     joints = (
         Joint("shoulder", "revolute", WORLD, "upper", axis=Y),
@@ -98,7 +98,7 @@ def test_a_double_pendulum_swings_at_the_frequencies_of_its_closed_form():
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_moving_trees_equal_differences_of_the_compiled_equations(seed):
+def test_linear_models_of_moving_systems_equal_differences_of_the_compiled_equations(seed):
     """About any state: also coordinates that are quaternions, and bodies that turn while they are disturbed."""
     system = random_system(seed, 5, 2.0)
     q, v = random_state(build_graph(system), seed)
@@ -137,7 +137,7 @@ def test_moving_trees_equal_differences_of_the_compiled_equations(seed):
 
 
 @pytest.mark.parametrize("links", [2, 3])
-def test_loops_leave_the_states_of_one_link(links):
+def test_the_linear_model_of_a_closed_linkage_has_the_states_of_one_link(links):
     found = linear_model(_at_rest(swing(links)), [], ["joint/position/*", "pose/platform/x"])
     n = links * LINK
     want = sqrt((M + n / 2.0) * G / ((M + n / 3.0) * LENGTH))
@@ -161,7 +161,7 @@ def hung_rigidly(l: float = 5.0) -> System:
     return System(bodies, joints, drives=(Drive("travel", "rail", "prescribed"),), rigid_ropes=(rope,), gravity=G)
 
 
-def test_a_rigid_rope_takes_a_state_away_and_lifts_with_its_winch():
+def test_a_rigid_rope_removes_a_state_and_its_winch_is_an_input():
     found = linear_model(_at_rest(hung_rigidly()), ["travel", "hoist"], ["pose/load/[xyz]"])
     assert len(found.states) == 2 * 5 + 4
     assert [x.unit for x in found.inputs] == ["m/s2", "m/s2"]
@@ -183,7 +183,7 @@ SCENES = {
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_the_scene_moves_by_small_inputs_as_its_linear_model(scene):
+def test_small_inputs_move_the_scene_as_its_linear_model_predicts(scene):
     build, names, a = SCENES[scene]
     T, ns = 0.25, 250_000_000
 
@@ -216,7 +216,7 @@ def test_the_scene_moves_by_small_inputs_as_its_linear_model(scene):
         assert found == pytest.approx(want, abs=2e-3 * np.abs(want).max() + 1e-12), name
 
 
-def test_what_cannot_be_is_one_sentence():
+def test_a_system_that_cannot_be_linearised_is_refused_in_one_sentence():
     simulation = started(crane())
     with pytest.raises(KernelError, match=r"there is no input 'hoist'; known: travel$"):
         linear_model(simulation, ["hoist"], ["joint/position/*"])
@@ -226,7 +226,7 @@ def test_what_cannot_be_is_one_sentence():
         linear_model(started(windows(1)), [], ["joint/position/*"])
 
 
-def test_modes_are_its_eigenvalues():
+def test_natural_modes_are_the_eigenvalues_of_the_linear_model():
     simulation = _at_rest(replace(yard(), brakes=()))  # which would rest at the limit of its friction
     found = linear_model(simulation, [], ["joint/position/*"])
     s = np.linalg.eigvals(found.A)

@@ -34,7 +34,7 @@ def swing(links: int = 2) -> System:
     return System(tuple(bodies), tuple(joints), gravity=G)
 
 
-def test_the_printed_equations_know_the_joint_that_closes_the_loop():
+def test_printed_equations_include_the_joint_that_closes_a_loop():
     text = equations(swing())
     assert "-  platform  low1   revolute  link1 (closes a loop)" in text
     assert '    m2 r2" = F2 + Fc2 + Fc(low1)\n' in text
@@ -44,7 +44,7 @@ def test_the_printed_equations_know_the_joint_that_closes_the_loop():
 
 
 @pytest.mark.parametrize("links", [2, 3])
-def test_a_parallel_swing_has_one_mode_and_hangs_straight(links):
+def test_a_parallel_linkage_has_one_mode_and_hangs_straight(links):
     simulation = started(swing(links))
     found = equilibrium(simulation)
     assert found.q == pytest.approx(np.zeros(len(found.q)), abs=1e-8)
@@ -56,7 +56,7 @@ def test_a_parallel_swing_has_one_mode_and_hangs_straight(links):
     assert result.oscillations[0].bodies[0][0] == "platform"
 
 
-def test_both_links_carry_half_of_the_platform_and_each_itself():
+def test_both_links_of_a_hanging_platform_carry_half_of_it_and_their_own_weight():
     simulation = started(swing())
     equilibrium(simulation)
     carried = reactions(simulation)
@@ -68,7 +68,7 @@ def test_both_links_carry_half_of_the_platform_and_each_itself():
         assert carried[f"low{n}"].moment == pytest.approx([0.0, 0.0, 0.0], abs=1e-3)
 
 
-def test_in_motion_the_tops_carry_weight_and_inertia():
+def test_in_motion_the_upper_joints_carry_weight_and_inertia():
     simulation = started(swing(), native=False)
     carried = reactions(simulation)
     sum_of_tops = carried["top0"].force + carried["top1"].force
@@ -96,14 +96,14 @@ def test_a_load_on_a_rigid_rope_rests_below_its_end():
     assert 2.0 * pi * mode.frequency == pytest.approx(sqrt(G / L), rel=1e-6)
 
 
-def test_a_slack_rigid_rope_lets_its_load_fall_and_then_holds_it():
+def test_a_load_on_a_slope_with_friction_stays_where_it_is():
     simulation = started(on_slope(0.1, 0.5))
     where = simulation.state[:3].copy()
     assert equilibrium(simulation).q[:3] == pytest.approx(where, abs=1e-9)
     assert "    F1 = m1 g + f(slope)\n" in equations(on_slope(0.1, 0.5))
 
 
-def test_a_slack_rigid_rope_lets_its_load_down_and_then_holds_it():
+def test_a_load_on_a_slack_rigid_rope_comes_to_rest_when_the_rope_is_taut():
     rope = RigidRope("rope", (Line(Point(WORLD), Point("load")),), L)
     guide = Joint("up", "prismatic", WORLD, "load", axis=Z, q0=(0.5 - L,))
     found = equilibrium(started(System((Body("load", M),), (guide,), rigid_ropes=(rope,), gravity=G)))

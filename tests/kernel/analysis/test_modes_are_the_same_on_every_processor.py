@@ -75,7 +75,7 @@ def bits(flexible: Flexible) -> str:
     return hashlib.sha256(b"".join(np.ascontiguousarray(x).tobytes() for x in parts)).hexdigest()
 
 
-def test_libraries_without_wide_instructions_give_the_same_bits():
+def test_modes_have_the_same_bits_with_and_without_wide_cpu_instructions():
     here = Path(__file__)
     folders = [str(here.parent), str(here.parents[1])]
     code = f"import sys; sys.path[:0] = {folders!r}; from {here.stem} import bits, bodies; "
@@ -86,7 +86,7 @@ def test_libraries_without_wide_instructions_give_the_same_bits():
 
 
 @pytest.mark.parametrize(("n", "sought"), [(1, 1), (2, 2), (5, 3), (30, 30), (60, 4), (90, 7)])
-def test_eigenvalues_agree_with_lapack(n, sought):
+def test_our_eigenvalues_agree_with_lapack(n, sought):
     random = np.random.default_rng(n)
     A, B = (x @ x.T + np.eye(n) for x in random.normal(size=(2, n, n)))
     values, vectors = largest(B, A, sought)
@@ -97,7 +97,7 @@ def test_eigenvalues_agree_with_lapack(n, sought):
 
 
 @pytest.mark.parametrize("n", [1, 2, 7, 40])
-def test_products_solutions_and_sums_agree_with_lapack(n):
+def test_our_products_solutions_and_sums_agree_with_lapack(n):
     random = np.random.default_rng(n)
     A, X = random.normal(size=(n, n)), random.normal(size=(n, 3))
     S = A @ A.T + np.eye(n)
@@ -122,7 +122,7 @@ def test_modes_of_a_beam_agree_with_lapack(held, elements):
     assert stiffness / mass == pytest.approx(scipy.linalg.eigh(K, M)[0][first : first + 8], rel=FINE)
 
 
-def test_a_tube_bends_in_one_plane_at_a_time():
+def test_a_round_tube_bends_in_one_plane_at_a_time():
     """Its frequencies are equal in both, so that any mixture would be modes as well."""
     parts = modes_of("tube", Flexible(6, TUBE, frame="simply supported")).shapes.reshape(-1, 6, 6)
     across, up = np.abs(parts[:, 1]).max(axis=0), np.abs(parts[:, 2]).max(axis=0)
@@ -131,14 +131,14 @@ def test_a_tube_bends_in_one_plane_at_a_time():
 
 
 @pytest.mark.parametrize("degree", [1, 3, 5, 7])
-def test_splines_agree_with_scipy(degree):
+def test_our_splines_agree_with_scipy(degree):
     x, values = np.linspace(0.0, 150.0, 33), np.random.default_rng(degree).normal(size=(33, 4))
     at = 75.0 * (1.0 + roots(50))
     assert spline(x, values, degree, at) == pytest.approx(make_interp_spline(x, values, k=degree)(at), abs=EXACT)
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 9])
-def test_series_agree_with_numpy(n):
+def test_our_chebyshev_series_agree_with_numpy(n):
     random = np.random.default_rng(n)
     a, b, values = random.normal(size=n), random.normal(size=n), random.normal(size=12)
     x = np.linspace(-1.0, 1.0, 7)

@@ -31,7 +31,7 @@ def hinge(name: str, parent: str, child: str, z: float = 0.0, q0: float = 0.0) -
     return Joint(name, "revolute", parent, child, (0.0, 0.0, z), axis=Y, q0=(q0,))
 
 
-def test_c02_a_physical_pendulum_wherever_it_starts():
+def test_c02_a_physical_pendulum_has_its_frequency_from_any_start_pose():
     x, want = FORMS["C02"]["given"], FORMS["C02"]["expected"]
     m, d, I = x["m"], x["d"], want["I_G"]
     body = Body("block", m, (0.0, 0.0, -d), ((I, 0.0, 0.0), (0.0, I, 0.0), (0.0, 0.0, I)))
@@ -83,7 +83,7 @@ def test_c04_a_pendulum_takes_its_free_trolley_along():
     assert pivot > 0.0
 
 
-def test_c07a_a_load_bounces_on_its_rope():
+def test_c07a_a_load_bounces_on_its_rope_with_the_expected_frequency():
     form = FORMS["C07a"]
     rope = replace(hung(LENGTH + 0.1).ropes[0], EA=form["given"]["k"] * LENGTH)
     assert pulsations(replace(hung(LENGTH + 0.1), ropes=(rope,))) == pytest.approx(
@@ -99,7 +99,7 @@ def test_a_damped_rope_reports_its_damping_ratio(zeta):
     assert 2.0 * pi * mode.frequency == pytest.approx(w, rel=DAMPED)
 
 
-def test_an_overdamped_rope_only_creeps():
+def test_an_overdamped_rope_has_decay_rates_only():
     w = sqrt(EA / LENGTH / MASS)
     result = found(hung(LENGTH + 0.1, damping=2.0 * 2.0 * w * MASS))
     assert result.oscillations == ()
@@ -123,7 +123,7 @@ def test_a_beam_on_two_springs_bounces_and_pitches():
     assert pulsations(scene) == pytest.approx([bounce, pitch], rel=CLOSE)
 
 
-def test_a_chain_of_masses_has_scipy_s_eigenvalues():
+def test_a_chain_of_masses_has_the_eigenvalues_of_scipy():
     n, random = 7, np.random.default_rng(5)
     m, k = random.uniform(1.0, 9.0, n), random.uniform(1e2, 1e4, n)
     bodies = tuple(Body(f"m{i}", float(m[i])) for i in range(n))
@@ -136,14 +136,14 @@ def test_a_chain_of_masses_has_scipy_s_eigenvalues():
     assert pulsations(System(bodies, joints, springs, gravity=G)) == pytest.approx(want, rel=CLOSE)
 
 
-def test_an_inverted_pendulum_that_stands_upright_grows_away():
+def test_an_upright_inverted_pendulum_has_its_exact_growth_rate():
     body = Body("rod", 1.0, (0.0, 0.0, 2.0))
     simulation = started(System((body,), (hinge("foot", "world", "rod"),), gravity=G))
     equilibrium(simulation)  # exactly upright: at rest, though not stable
     assert modes(simulation).decays == pytest.approx([-sqrt(G / 2.0), sqrt(G / 2.0)], rel=CLOSE)
 
 
-def test_modes_do_not_move_the_scene():
+def test_computing_modes_does_not_move_the_scene():
     simulation = started(hung(LENGTH + 0.1))
     equilibrium(simulation)
     before = simulation.state.copy()
@@ -152,7 +152,7 @@ def test_modes_do_not_move_the_scene():
 
 
 @pytest.mark.parametrize(("start", "growth"), [(0.0, sqrt(G / 2.0)), (0.3, 0.0)])
-def test_a_bob_that_stands_upright_is_unstable_and_a_hanging_one_is_stable(start, growth):
+def test_an_upright_pendulum_is_unstable_and_a_hanging_one_is_stable(start, growth):
     bob = Body("bob", 3.0, (0.0, 0.0, 2.0))
     stands = found(System((bob,), (hinge("pivot", "world", "bob", q0=start),), gravity=G))
     assert stands.growth == pytest.approx(growth, rel=CLOSE)

@@ -45,7 +45,7 @@ def test_c08b_six_equal_ropes_share_like_a_plane():
     assert list(equilibrium(started(scene)).tensions.values()) == pytest.approx(want["T"], rel=STATIC)
 
 
-def test_c08d_a_rope_too_short_loads_its_diagonal():
+def test_c08d_a_rope_that_is_too_short_loads_its_diagonal():
     x, want = FORMS["C08d"]["given"], FORMS["C08d"]["expected"]
     lugs = [(-10.0, -9.0, 0.0), (10.0, -9.0, 0.0), (-10.0, 9.0, 0.0), (10.0, 9.0, 0.0)]
     weight, L = 8e6, 4e6  # long ropes: that each is as stiff as the closed form says, and plumb
@@ -54,7 +54,7 @@ def test_c08d_a_rope_too_short_loads_its_diagonal():
     assert [skew[r] - even[r] for r in even] == pytest.approx(want["dT"], rel=1e-5)
 
 
-def test_a_rope_that_would_push_goes_slack_and_the_rest_is_shared_anew():
+def test_a_rope_that_would_push_goes_slack_and_the_others_share_anew():
     lugs = [(-10.0, -9.0, 0.0), (10.0, -9.0, 0.0), (-10.0, 9.0, 0.0), (10.0, 9.0, 0.0)]
     scene = hanging(lugs, 1e6, k=1e8, errors=(0.0, 0.0, 0.0, 0.5))  # one half a metre too long
     found = equilibrium(started(scene)).tensions
@@ -81,7 +81,7 @@ def test_c10b_two_inclined_ropes_meet_above_the_centre():
     assert found.tensions["A"] * sin(a) == pytest.approx(want["H"], rel=STATIC)
 
 
-def test_c10c_a_difference_in_height_shifts_the_load():
+def test_c10c_a_height_difference_of_hooks_shifts_the_load():
     x, want = FORMS["C10c"]["given"], FORMS["C10c"]["expected"]
     s, h, dz, L = x["s"], x["h"], x["dz"], 1e4
     m = x["W"] / G
@@ -101,7 +101,7 @@ def test_c10c_a_difference_in_height_shifts_the_load():
 
 
 @pytest.mark.parametrize("theta", [0.0, 30.0, 60.0])
-def test_c10a_shares_while_a_block_is_turned(theta):
+def test_c10a_shares_change_with_the_angle_of_the_block(theta):
     """Plumb ropes over the lugs of a block held at an angle; ropes stiff, so it stays there."""
     x, want = FORMS["C10a"]["given"], FORMS["C10a"]["expected"][f"half1_{theta:.0f}deg"]
     L, t = 2e3, radians(theta)
@@ -120,14 +120,14 @@ def _above(p, t, L):
     return (p[0] * cos(t) + p[2] * sin(t), 0.0, -p[0] * sin(t) + p[2] * cos(t) + L)
 
 
-def test_a_slack_rope_lets_the_load_down_until_it_carries():
+def test_a_slack_rope_lowers_the_load_until_the_rope_carries():
     simulation = started(hung(LENGTH - 5.0))
     found = equilibrium(simulation)
     assert found.tensions["rope"] == pytest.approx(MASS * G, rel=1e-9)
     assert -found.q[0] - LENGTH == pytest.approx(MASS * G * LENGTH / EA, rel=1e-9)
 
 
-def test_a_body_comes_down_on_its_pads():
+def test_a_body_comes_to_rest_on_its_pads():
     m = 1e3
     body = Body("box", m, inertia=cube(m))
     pads = tuple(
@@ -142,7 +142,7 @@ def test_a_body_comes_down_on_its_pads():
     assert momentum(simulation).centre[2] == pytest.approx(1.0 - m * G / 4e6, abs=1e-9)
 
 
-def test_a_brake_holds_a_pendulum_that_leans():
+def test_a_brake_holds_an_inclined_pendulum():
     m, L, q = 100.0, 3.0, 0.5
     joint = Joint("pivot", "revolute", "world", "load", axis=Y, q0=(q,))
     scene = System((Body("load", m, (0.0, 0.0, -L)),), (joint,), gravity=G)
@@ -153,17 +153,17 @@ def test_a_brake_holds_a_pendulum_that_leans():
     assert equilibrium(started(scene)).q[0] == pytest.approx(0.0, abs=1e-8)
 
 
-def test_what_nothing_holds_is_refused_by_name():
+def test_a_body_that_nothing_holds_is_refused_by_name():
     with pytest.raises(KernelError, match=r"body 'load' finds no rest: joint 'load-guide' still accelerates by 9\.8"):
         equilibrium(started(slider()))
 
 
-def test_a_rope_that_is_off_holds_nothing():
+def test_an_unhooked_rope_holds_nothing():
     with pytest.raises(KernelError, match="body 'load' finds no rest"):
         equilibrium(started(hung(50.0, hooked=False)))
 
 
-def test_c09_an_equaliser_beam_leans_until_its_ropes_differ_as_the_formula_says():
+def test_c09_an_equaliser_beam_tilts_until_its_ropes_differ_as_the_formula_says():
     x, want = FORMS["C09"]["given"], FORMS["C09"]["expected"]
     c, h, phi, L, W = x["c"], x["h"], radians(x["phi_deg"]), 1e4, 1e6
     bodies = (Body("beam", 1e-3, inertia=cube(1e-3)), Body("load", W / G))

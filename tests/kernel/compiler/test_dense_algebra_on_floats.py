@@ -33,7 +33,7 @@ def null_space(A, n, least):
 
 
 @pytest.mark.parametrize(("m", "n", "rank"), SHAPES)
-def test_singular_values_and_null_space(m, n, rank):
+def test_singular_values_and_null_spaces_agree_with_numpy(m, n, rank):
     A = matrix(m, n, rank)
     want = np.linalg.svd(A, compute_uv=False)
     got = singular_values(A.tolist())
@@ -45,7 +45,7 @@ def test_singular_values_and_null_space(m, n, rank):
 
 
 @pytest.mark.parametrize(("m", "n", "rank"), SHAPES)
-def test_the_least_norm_is_that_of_the_pseudo_inverse(m, n, rank):
+def test_the_least_norm_solution_is_that_of_the_pseudo_inverse(m, n, rank):
     A = matrix(m, n, rank, 1)
     b = np.random.default_rng(m).normal(size=m)
     want = np.linalg.pinv(A, ZERO) @ b
@@ -53,7 +53,7 @@ def test_the_least_norm_is_that_of_the_pseudo_inverse(m, n, rank):
 
 
 @pytest.mark.parametrize(("m", "n", "rank"), SHAPES)
-def test_combinations_of_rows_that_vanish(m, n, rank):
+def test_linear_combinations_of_rows_that_vanish_are_found(m, n, rank):
     A = matrix(m, n, rank, 2)
     found = combinations(A.tolist(), ZERO)
     Z = np.array([[distance.get(i, 0.0) for i in range(m)] for distance in found]).reshape(-1, m)
@@ -62,7 +62,7 @@ def test_combinations_of_rows_that_vanish(m, n, rank):
     assert pytest.approx(np.zeros((m - rank, n)), abs=1e2 * CLOSE * np.abs(A).max()) == Z @ A
 
 
-def test_combinations_stay_local():
+def test_combinations_do_not_mix_independent_blocks():
     """Two blocks that share nothing: no combination has a part in both."""
     A = np.zeros((6, 4))
     A[:3, :2], A[3:, 2:] = matrix(3, 2, 2), matrix(3, 2, 1)
@@ -70,7 +70,7 @@ def test_combinations_stay_local():
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 6, 15])
-def test_eigenvalues_and_solutions(n):
+def test_eigenvalues_and_linear_solutions_are_exact(n):
     S = matrix(n, n, n)
     S = S + S.T
     assert eigenvalues(S.tolist()) == pytest.approx(np.linalg.eigvalsh(S), abs=CLOSE * np.abs(S).max() * n)
@@ -80,7 +80,7 @@ def test_eigenvalues_and_solutions(n):
     assert product(A.tolist(), want.tolist()) == pytest.approx(b, rel=1e-8)
 
 
-def test_zero_matrices_and_no_rows():
+def test_zero_and_empty_matrices_are_handled():
     assert singular_values([[0.0, 0.0], [0.0, 0.0]]) == []
     assert null_space([], 2, ZERO) == [[1.0, 0.0], [0.0, 1.0]]
     assert eigenvalues([[0.0, 0.0], [0.0, 0.0]]) == [0.0, 0.0]
@@ -88,7 +88,7 @@ def test_zero_matrices_and_no_rows():
         solve([[1.0, 2.0], [2.0, 4.0]], [1.0, 2.0])
 
 
-def test_a_product_does_not_depend_on_the_order_of_its_terms():
+def test_a_sum_of_products_does_not_depend_on_the_order_of_terms():
     random = np.random.default_rng(7)
     a, b = random.normal(size=1000) * 10.0 ** random.integers(-8, 8, 1000), random.normal(size=1000)
     order = random.permutation(1000)
@@ -96,7 +96,7 @@ def test_a_product_does_not_depend_on_the_order_of_its_terms():
     assert norm([3.0, 4.0]) == 5.0
 
 
-def test_the_bits_are_these_on_every_processor():
+def test_dense_algebra_has_the_same_bits_on_every_processor():
     """Additions, products, divisions and roots of IEEE 754: any machine that has them gives this digest."""
     rows = [[((7 * i + 3 * j) % 11 - 5) / 7.0 for j in range(5)] for i in range(6)]
     numbers = [*singular_values(rows), *least_norm(rows, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0], ZERO)]

@@ -96,7 +96,7 @@ def worst(got: list[float], want: list[Decimal]) -> float:
     ],
     ids=["sin", "cos", "atan2", "power", "exp"],
 )
-def test_within_one_unit_of_the_last_place(f, exact, arguments):
+def test_elementary_functions_are_within_one_unit_of_the_last_place(f, exact, arguments):
     with localcontext(prec=70):
         want = [exact(*a) for a in arguments]
     error = worst([f(*a) for a in arguments], want)
@@ -104,14 +104,14 @@ def test_within_one_unit_of_the_last_place(f, exact, arguments):
     assert 0.4 < error < 1.0, "at least the last rounding, at most one unit"
 
 
-def test_values_that_are_known_exactly():
+def test_elementary_functions_return_known_exact_values():
     assert [sin(0.0), cos(0.0), atan2(0.0, 0.0), atan2(0.0, 2.0), power(1.0, 0.3)] == [0.0, 1.0, 0.0, 0.0, 1.0]
     assert [atan2(1.0, 0.0), atan2(-1.0, 0.0), atan2(0.0, -1.0)] == [pi / 2, -pi / 2, pi]
     assert [power(2.0**40, 0.5), power(2.0**-40, 0.25), power(8.0, 1.0)] == [2.0**20, 2.0**-10, 8.0]
     assert power(inf, -0.2) > 0.0, "a step that failed without a number is followed by a shorter one"
 
 
-def test_very_large_angles_lose_no_more_than_their_own_last_place():
+def test_trigonometric_functions_of_very_large_angles_lose_only_their_last_place():
     random = Random(4)
     for _ in range(300):
         x = ldexp(random.uniform(1.0, 2.0), random.randint(21, 48))
@@ -120,7 +120,7 @@ def test_very_large_angles_lose_no_more_than_their_own_last_place():
 
 
 @pytest.mark.parametrize("opt", [0, 1, 2, 3])
-def test_machine_code_gives_the_bits_of_the_float_text(opt):
+def test_elementary_functions_have_the_same_bits_in_machine_code(opt):
     f = Function(
         "f",
         lambda x: {"y": [sin(x[0]), cos(x[0]), atan2(x[1], x[2]), power(x[3], x[4])]},

@@ -54,7 +54,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_the_most_recently_used_entries_stay(folder: Path, seed: int) -> None:
+def test_the_most_recently_used_cache_entries_stay(folder: Path, seed: int) -> None:
     rng = random.Random(seed)
     used = list(range(rng.randrange(1, 30)))
     rng.shuffle(used)
@@ -72,7 +72,7 @@ def test_the_most_recently_used_entries_stay(folder: Path, seed: int) -> None:
         assert held() <= LEFT * bound < held() + last.size
 
 
-def test_a_process_that_writes_much_checks_the_bound(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_process_that_writes_much_checks_the_cache_bound(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("HEAVYLIFT_CACHE_MB", "0.5")
     most = 0
     for number in range(200):
@@ -82,7 +82,7 @@ def test_a_process_that_writes_much_checks_the_bound(folder: Path, monkeypatch: 
     assert LEFT * 0.5e6 < most <= (1 + CHECK_EVERY) * 0.5e6 + 2 * BLOCK + 10_000
 
 
-def test_what_is_read_counts_as_used(folder: Path) -> None:
+def test_reading_a_cache_entry_counts_as_use(folder: Path) -> None:
     for number in range(10):
         write_cached(name(number), bytes(BLOCK))
         os.utime(folder / name(number), ns=(0, number * HOURS_ns))
@@ -101,7 +101,7 @@ def test_foreign_files_in_the_cache_stay(folder: Path) -> None:
     assert sorted(x.name for x in folder.iterdir()) == ["fmu-data", "thesis.tex"]
 
 
-def test_two_processes_write_and_evict_at_once(folder: Path) -> None:
+def test_two_processes_may_write_and_evict_cache_entries_at_once(folder: Path) -> None:
     environment = os.environ | {"HEAVYLIFT_CACHE_MB": "0.2"}
     command = [sys.executable, "-c", WRITER]
     both = [subprocess.Popen([*command, str(seed)], env=environment, stderr=subprocess.PIPE) for seed in range(2)]
@@ -111,7 +111,7 @@ def test_two_processes_write_and_evict_at_once(folder: Path) -> None:
     assert all(x.name.endswith(".o") for x in kept())
 
 
-def test_a_folder_in_use_stays(folder: Path) -> None:
+def test_a_cache_folder_in_use_is_not_evicted(folder: Path) -> None:
     """As that of a unit of FMI, whose files are read while it runs."""
     folder.mkdir(mode=0o700)
     code = f"""
@@ -142,14 +142,16 @@ def test_a_failed_write_leaves_no_file(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("given", ["much", "-1", "nan", "inf", "512 MB"])
-def test_an_invalid_bound_is_reported_in_a_sentence(folder: Path, monkeypatch: pytest.MonkeyPatch, given: str) -> None:
+def test_an_invalid_cache_bound_is_reported_in_a_sentence(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, given: str
+) -> None:
     monkeypatch.setenv("HEAVYLIFT_CACHE_MB", given)
     for use in (lambda: read_cached("x"), lambda: write_cached("x", b""), _cache):
         with pytest.raises(OutputError, match=rf"HEAVYLIFT_CACHE_MB='{given}' is no size; give megabytes, such as 512"):
             use()
 
 
-def test_the_doctor_reports_how_much_is_kept(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_doctor_reports_the_size_of_the_cache(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("HEAVYLIFT_CACHE_MB", "20")
     write_cached(name(1), bytes(1_500_000))
     assert _cache().message.endswith("; 1 files, 1.5 MB of at most 20 MB (HEAVYLIFT_CACHE_MB)")

@@ -47,7 +47,7 @@ def test_a_second_start_compiles_nothing_and_has_the_same_bits(folder):
     ],
     ids=["empty", "half", "text", "one bit", "one byte short", "zeros"],
 )
-def test_a_damaged_file_is_compiled_again(folder, damage):
+def test_a_damaged_cached_file_is_compiled_again(folder, damage):
     Simulation(slider())
     (path,) = folder.iterdir()
     code = path.read_bytes()
@@ -58,13 +58,13 @@ def test_a_damaged_file_is_compiled_again(folder, damage):
     assert path.read_bytes() == code
 
 
-def test_a_folder_that_cannot_be_written_is_no_error(tmp_path, monkeypatch):
+def test_an_unwritable_cache_folder_is_no_error(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("in the way")
     monkeypatch.setenv("HEAVYLIFT_CACHE", str(tmp_path / "file"))
     falls(Simulation(slider()))
 
 
-def test_masses_and_lengths_share_code(folder):
+def test_scenes_that_differ_in_masses_and_lengths_share_machine_code(folder):
     """Other numbers are other parameters; 0, 1 and -1 are structure."""
     Simulation(slider(mass=2.0))
     assert Simulation(slider(mass=3.0)).native.code.cached
@@ -99,7 +99,7 @@ def test_bodies_that_swap_their_names_are_another_scene(folder):
     assert found == [False, True]
 
 
-def test_a_scene_with_more_of_a_law_is_another_scene(folder):
+def test_a_scene_with_one_more_force_is_another_scene(folder):
     Simulation(slider())
     spring = JointSpring("s", "load-guide", 2.0)
     assert not Simulation(replace(slider(), springs=(spring,))).native.code.cached

@@ -35,7 +35,7 @@ def random_box_problem(rng):
     return B @ B.T + 0.1 * np.eye(n), rng.normal(size=n), lo, hi
 
 
-def test_the_active_set_is_that_of_an_exhaustive_search():
+def test_the_active_set_found_by_pivoting_is_that_of_an_exhaustive_search():
     rng = np.random.default_rng(3)
     for _ in range(100):
         problem = random_box_problem(rng)
@@ -46,7 +46,7 @@ def test_the_active_set_is_that_of_an_exhaustive_search():
 
 
 @pytest.mark.parametrize("n", [1, 5, 6, 9])
-def test_machine_code_makes_the_same_pivots_to_the_same_bits(n):
+def test_machine_code_makes_the_same_pivots_with_the_same_bits(n):
     """Filled up with rows that have no part in it."""
     rng = np.random.default_rng(7)
     for _ in range(20):
@@ -62,7 +62,7 @@ def test_machine_code_makes_the_same_pivots_to_the_same_bits(n):
         assert (native.budget, native.number, native.run) == (s.budget, s.number, s.run)
 
 
-def test_four_equal_ropes_share_one_load_and_an_eccentric_load_leaves_one_slack():
+def test_of_four_equal_ropes_one_goes_slack_under_an_eccentric_load():
     """A table on four legs: three equations for four forces; the solver neither fails nor prefers one leg."""
     corners = np.array([(1.0, 1.0), (1.0, -1.0), (-1.0, -1.0), (-1.0, 1.0)])
     G = np.column_stack([np.ones(4), corners])
@@ -74,7 +74,7 @@ def test_four_equal_ropes_share_one_load_and_an_eccentric_load_leaves_one_slack(
     assert G.T @ far.x == pytest.approx([1.0, 0.7, 0.7], abs=1e-8)
 
 
-def test_an_unsolvable_problem_is_reported_as_such():
+def test_an_unsolvable_complementarity_problem_is_reported_as_such():
     assert not solve(np.array([[-1.0]]), np.array([-1.0]), np.zeros(1), np.full(1, np.inf)).found
 
 
@@ -119,7 +119,7 @@ def test_pivoting_and_sweeping_agree_where_forces_are_unique():
         assert settle(c).x == pytest.approx(x, abs=1e-9)
 
 
-def test_a_rod_that_scrapes_steeply_has_no_consistent_force():
+def test_a_steeply_scraping_rod_has_no_consistent_contact_force():
     """Painleve: m = 1, half length 1, I = 1/3, at 60 degrees: with mu = 2 pushing the tip lowers it."""
     angle, mu = np.radians(60.0), 2.0
     r = np.array([np.cos(angle), -np.sin(angle)])  # from the centre to the tip
@@ -136,7 +136,7 @@ def test_a_rod_that_scrapes_steeply_has_no_consistent_force():
     )
 
 
-def test_block_pivoting_stays_far_below_its_budget():
+def test_block_pivoting_needs_few_of_its_allowed_rounds():
     rng = np.random.default_rng(5)
     B = rng.normal(size=(12, 12))
     A, b = B @ B.T, rng.normal(size=12)

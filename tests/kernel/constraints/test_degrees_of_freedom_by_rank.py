@@ -149,13 +149,13 @@ def hinges(n):
     ids=["four-bar", "crossed", "parallelogram", "windows", "three-cranks", "bennett", "long-bennett", "sarrus", "rssr",
          "hexapod", "half-driven", "driven", "hinge", "two-hinges", "three-hinges"],
 )  # fmt: skip
-def test_published_linkages(system, dof, redundant):
+def test_published_linkages_have_their_degrees_of_freedom(system, dof, redundant):
     m = found(system)
     assert (m.dof, m.at_start, m.conditions - m.rank, m.open) == (dof, dof, redundant, ())
 
 
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
-def test_degrees_of_freedom_depend_neither_on_size_nor_on_mass(size):
+def test_degrees_of_freedom_do_not_depend_on_size_or_mass(size):
     """Bennett's linkage of a millimetre and of a kilometre, with masses from a gram to a million tons."""
     small = bennett(a=size)
     masses = zip(small.bodies, (1e-3, 1.0, 1e9), strict=True)
@@ -163,7 +163,7 @@ def test_degrees_of_freedom_depend_neither_on_size_nor_on_mass(size):
     assert (m.dof, m.conditions - m.rank) == (1, 3)
 
 
-def test_printed_digits_of_a_start_pose_are_enough():
+def test_the_printed_digits_of_a_start_pose_determine_its_degrees_of_freedom():
     """Bennett's linkage with angles to four digits: its loop is closed first, then counted."""
     rounded = bennett()
     rounded = replace(rounded, joints=tuple(replace(j, q0=tuple(round(x, 4) for x in j.q0)) for j in rounded.joints))
@@ -176,12 +176,12 @@ def test_a_folded_parallelogram_is_singular_at_that_instant_only():
     assert "the start pose is singular: 2 degrees of freedom at that instant, 1 in motion" in m.lines
 
 
-def test_many_folded_windows_move_as_one_chain_of_branches():
+def test_many_folded_four_bar_windows_move_as_one_chain_of_branches():
     m = found(windows(3, pi / 2))
     assert (m.at_start, m.dof) == (4, 1)
 
 
-def test_a_stretched_pair_of_bars_yields_by_rounding_only():
+def test_a_stretched_pair_of_bars_yields_only_by_rounding():
     """Two bars in line between two pins: infinitesimally movable, and rigid."""
     bars = (
         Joint("left", "revolute", WORLD, "a", axis=Y),
@@ -193,14 +193,14 @@ def test_a_stretched_pair_of_bars_yields_by_rounding_only():
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_random_trees_have_the_freedoms_of_their_joints(seed):
+def test_random_trees_have_as_many_degrees_of_freedom_as_their_joints(seed):
     system = random_system(seed, 12, 1.0)
     m, model = found(system), pinocchio_model(Program(system).graph)
     assert (m.bodies, m.dof, m.at_start, m.conditions) == (12, model.nv, model.nv, 0)
 
 
 @pytest.mark.parametrize("seed", [2, 12, 24, 34, 39, 55])
-def test_random_loops_have_the_rank_of_pinocchio_s_jacobian(seed):
+def test_random_loops_have_the_jacobian_rank_that_pinocchio_finds(seed):
     system, q, _ = looped(seed, ("spherical",) * (1 + seed % 3))
     graph = Program(system).graph
     model = pinocchio_model(graph)
@@ -227,13 +227,13 @@ def test_random_loops_have_the_rank_of_pinocchio_s_jacobian(seed):
 
 
 @pytest.mark.parametrize("kind", ["revolute", "cylindrical", "universal", "planar", "spherical", "screw"])
-def test_a_doubled_joint_removes_no_freedom(kind):
+def test_doubling_a_joint_removes_no_degree_of_freedom(kind):
     once, twice = map(found, doubled(kind))
     assert once.dof == twice.dof
     assert twice.conditions == twice.conditions - twice.rank, "every row of the second one is redundant"
 
 
-def test_driven_and_locked_coordinates_are_not_free():
+def test_driven_and_locked_coordinates_are_no_degrees_of_freedom():
     joints = tuple(Joint(f"j{i}", "revolute", "b0" if i else WORLD, f"b{i}", axis=Y) for i in range(3))
     system = System(
         tuple(link(f"b{i}") for i in range(3)), joints, drives=(Drive("d", "j0", "prescribed"),),
@@ -244,7 +244,7 @@ def test_driven_and_locked_coordinates_are_not_free():
     assert m.lines == ["degrees of freedom: 3 of joints, less 1 prescribed by drives, less 1 locked"]
 
 
-def test_a_driven_loop_follows_its_drive_and_has_no_freedom():
+def test_a_driven_loop_follows_its_drive_without_degrees_of_freedom():
     m = found(replace(four_bar(), drives=(Drive("d", "a", "prescribed"),)))
     assert (m.dof, m.driven, m.rank) == (0, 1, 2)
 
@@ -259,7 +259,7 @@ def test_taut_rigid_ropes_count_and_slack_ones_do_not():
     assert m.redundant[0].names == ("rope 'r0'", "rope 'r1'", "rope 'r2'")
 
 
-def test_freedoms_are_reported_by_body():
+def test_remaining_degrees_of_freedom_are_reported_by_body():
     bodies = (
         link("load"), Body("carrier", 0.0), link("plate"),
         Body("beam", 0.0, flexible=Flexible(2, Beam(10.0, 100.0, EI_y=1e6), loads=(10.0,))), link("tip"),

@@ -40,7 +40,7 @@ def at(system, t_ns, **options):
     return s
 
 
-def test_locking_a_moving_elbow_keeps_the_angular_momentum_about_the_shoulder():
+def test_locking_a_moving_elbow_conserves_the_angular_momentum_about_the_shoulder():
     """Stretched out: H = J1 w1 + J2 (w1 + w2) with arms about the shoulder; locked, both turn at H / (J1 + J2')."""
     s = at(double_pendulum(), 0)
     upper = I + M * A * A
@@ -62,7 +62,7 @@ def test_locking_a_moving_elbow_keeps_the_angular_momentum_about_the_shoulder():
     assert imbalance(s) < ROUNDED
 
 
-def test_a_locked_tree_moves_as_one_with_a_fixed_joint_and_freed_goes_on_without_a_jump():
+def test_a_locked_tree_moves_as_with_a_fixed_joint_and_continues_without_a_jump_when_freed():
     system = double_pendulum((0.0, 0.0), gravity=G)
     s = at(system, SECOND)
     s.set_lock("bolt", True)
@@ -107,7 +107,7 @@ def test_locking_in_random_trees_conserves_momentum(seed):
     assert s.row().kinetic == pytest.approx(event.value, rel=1e-9), "the jump is H-orthogonal to what is left"
 
 
-def test_a_motor_that_goes_on_turning_pays_for_the_impulse():
+def test_a_motor_that_keeps_turning_supplies_the_impulse_of_a_lock():
     """A prescribed shoulder keeps its speed while the elbow is locked; its work and the lock's heat are accounted."""
     s = at(double_pendulum((0.0, 2.0), drives=(Drive("motor", "shoulder", "prescribed"),)), 0)
     s.references.set_profile("motor", 0, 1.0, 4.0, None)
@@ -123,7 +123,7 @@ def test_a_motor_that_goes_on_turning_pays_for_the_impulse():
 
 
 @pytest.mark.parametrize("kind", ["spherical", "free", "planar"])
-def test_joints_of_several_freedoms_are_locked_whole(kind):
+def test_joints_with_several_degrees_of_freedom_are_locked_completely(kind):
     body = Body("a", M, (0.1, 0.2, 0.3), sphere(I))
     n = {"spherical": 3, "free": 6, "planar": 3}[kind]
     joint = Joint("j", kind, "world", "a", axis=Z, second=X, v0=(0.4,) * n)
@@ -157,7 +157,7 @@ def four_bar(v0, **parts):
     return System((*cranks, bar), joints, locks=(Lock("bolt", "a"),), gravity=G, **parts)
 
 
-def test_a_lock_in_a_closed_loop_stops_what_the_loop_couples():
+def test_a_lock_in_a_closed_loop_stops_everything_that_the_loop_couples():
     """A crank locked: the whole parallelogram stands; its kinetic energy is the lock's heat; freed, it swings again."""
     s = at(four_bar(2.0), SECOND // 10)
     kinetic = s.row().kinetic
@@ -174,7 +174,7 @@ def test_a_lock_in_a_closed_loop_stops_what_the_loop_couples():
     assert imbalance(s) < 1e-7
 
 
-def test_a_loop_that_a_motor_turns_is_not_locked():
+def test_a_joint_in_a_loop_turned_by_a_motor_cannot_be_locked():
     system = replace(four_bar(0.0), locks=(Lock("bolt", "b"),), drives=(Drive("motor", "a", "prescribed"),))
     s = at(system, 0)
     s.references.set_profile("motor", 0, 1.0, 4.0, None)
@@ -187,7 +187,7 @@ def test_a_loop_that_a_motor_turns_is_not_locked():
     )
 
 
-def test_every_variant_is_compiled_once(monkeypatch):
+def test_each_set_of_locked_joints_is_compiled_once(monkeypatch):
     compiled = []
     real = native.Library._compile
     monkeypatch.setattr(native.Library, "_compile", lambda *x: compiled.append(1) or real(*x))
@@ -200,7 +200,7 @@ def test_every_variant_is_compiled_once(monkeypatch):
     assert s.set_lock("bolt", False) is None, "it is free already"
 
 
-def test_a_lock_may_hold_from_the_start():
+def test_a_lock_may_be_engaged_from_the_start():
     system = double_pendulum((0.5, 0.0), gravity=G)
     s = started(replace(system, locks=(Lock("bolt", "elbow", engaged=True),)))
     hand_over(s, SECOND)
@@ -212,7 +212,7 @@ def test_a_lock_may_hold_from_the_start():
 
 
 @pytest.mark.parametrize("grants", [(), (0.13, 0.5000001, 1.1, 1.2, 1.9)])
-def test_the_bits_do_not_depend_on_grants_nor_on_the_oracle(grants):
+def test_locking_gives_the_same_bits_for_any_grants_and_on_floats(grants):
     def run(grants, native):
         s = started(double_pendulum(gravity=G), tolerance=1e-5, native=native)
         for lock, until in ((True, 1.0), (False, 2.0)):

@@ -25,7 +25,7 @@ def five_bar(**parts):
     return System(bodies, joints, springs, locks=locks, **parts)
 
 
-def test_one_crank_of_five_bars_is_locked_and_the_others_go_on():
+def test_one_locked_crank_of_a_five_bar_linkage_lets_the_others_move():
     s = started(five_bar(), tolerance=1e-11, sample_ns=SECOND // 20)
     assert [j.name for j in s.program.graph.loops] == ["meet"]
     hand_over(s, SECOND // 2)
@@ -50,7 +50,7 @@ def test_one_crank_of_five_bars_is_locked_and_the_others_go_on():
     assert imbalance(s) < BALANCED
 
 
-def test_a_locked_carriage_leaves_the_load_on_its_rigid_rope_swinging():
+def test_a_locked_carriage_lets_the_load_swing_on_its_rigid_rope():
     """The carriage that it stops carries a load on a taut rope, whose swing goes on."""
     bodies = (Body("carriage", 100.0), Body("sheave", 0.0), Body("load", 40.0))
     joints = (

@@ -28,7 +28,7 @@ def accelerations(s):
 
 
 @pytest.mark.parametrize("seed", [2, 12, 24, 34, 39, 55])
-def test_random_loops_accelerate_as_in_pinocchio(seed):
+def test_random_loops_have_the_accelerations_of_pinocchio(seed):
     """One to three ball joints between the bodies of random trees; what is cut must be a row type of Pinocchio."""
     system, _, _ = looped(seed, ("spherical",) * (1 + seed % 3))
     s = started(system, native=False)
@@ -164,7 +164,7 @@ def test_two_four_bar_windows_follow_the_exact_motion_through_singular_poses():
         assert R[:, 2] == pytest.approx([x, 0.0, z], rel=0.0, abs=FOLLOWS)
 
 
-def test_nothing_drifts_in_a_thousand_seconds():
+def test_closed_loops_do_not_drift_in_a_thousand_seconds():
     s = started(windows(1, omega=0.0, theta=2.5), sample_ns=SECOND)
     s.run(1001 * SECOND)
     _, left = column(s, "pose/bar0")
@@ -175,7 +175,7 @@ def test_nothing_drifts_in_a_thousand_seconds():
     assert np.abs(end - top).max() < DRIFT
 
 
-def test_equal_redundant_joints_share_their_load():
+def test_equal_redundant_joints_share_their_load_equally():
     """A crate on four equal hinges; the joint that carries it in the tree lets it go where its weight pulls."""
     crate = Body("crate", 100.0, (0.0, 0.0, -1.0), cube(100.0))
     plane = Joint("plane", "planar", WORLD, "crate", axis=Y, second=X)
@@ -195,7 +195,7 @@ def test_native_code_and_floats_agree_on_loops():
     assert native.state == pytest.approx(floats.state, rel=0.0, abs=1e-12)
 
 
-def test_a_closed_pose_is_kept_and_an_open_one_is_closed():
+def test_a_closed_start_pose_is_kept_and_an_open_one_is_closed():
     closed = started(windows(1))
     assert closed.state[: closed.program.nq].tolist() == [0.0, np.pi / 2, 0.0]
     system = windows(1)
@@ -242,7 +242,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("system", "sentence"), REFUSED, ids=[s[:40] for _, s in REFUSED])
-def test_impossible_linkages_are_refused(system, sentence):
+def test_linkages_that_cannot_close_are_refused(system, sentence):
     with pytest.raises(KernelError) as e:
         started(system)
     assert fullmatch(sentence, str(e.value))

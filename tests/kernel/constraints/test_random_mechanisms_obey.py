@@ -55,7 +55,7 @@ def attempted(act) -> str:
 
 @SOME
 @SEEDS
-def test_random_mechanisms_run_and_balance_their_energy(seed, n):
+def test_random_mechanisms_run_and_conserve_their_energy_balance(seed, n):
     s = started(roped(seed, n, 2.0), tolerance=1e-9, sample_ns=SECOND // 20, native=True)
     s.run(SECOND // 2)
     s.interrupt(SECOND // 2)
@@ -78,7 +78,7 @@ def test_inertias_over_twelve_decades_give_finite_motion_or_an_error(seed, n):
 @SOME
 @SEEDS
 @pytest.mark.large
-def test_at_rest_the_outermost_joints_and_ropes_carry_all_weight(seed, n):
+def test_at_rest_the_outermost_joints_and_ropes_carry_all_the_weight(seed, n):
     s = started(roped(seed, n, 2.0))
     sentence = attempted(lambda: equilibrium(s))
     assert sentence == "" or "finds no rest" in sentence  # it may hang where nothing holds it
@@ -99,7 +99,7 @@ def test_at_rest_the_outermost_joints_and_ropes_carry_all_weight(seed, n):
 
 @SOME
 @SEEDS
-def test_all_formulations_accelerate_alike_under_springs_and_ropes(seed, n):
+def test_all_formulations_give_the_same_accelerations_under_springs_and_ropes(seed, n):
     system = roped(seed, n, 3.0)
     rates = []
     for name in FORMULATIONS:

@@ -19,7 +19,7 @@ SEEDS = given(st.integers(0, 2**31))
 
 @SOME
 @SEEDS
-def test_masses_of_two_decades(seed):
+def test_random_mechanisms_with_loops_and_masses_over_two_decades_run(seed):
     sentence, error = outcome(mechanism(seed, 2.0), SECOND // 20)
     assert "\n" not in sentence
     assert not sentence.startswith(":"), "it names what is wrong"
@@ -29,7 +29,7 @@ def test_masses_of_two_decades(seed):
 @SOME
 @SEEDS
 @pytest.mark.large
-def test_masses_of_twelve_decades(seed):
+def test_random_mechanisms_with_loops_and_masses_over_twelve_decades_run_or_end_in_an_error(seed):
     system = mechanism(seed, 12.0)
     sentence, error = outcome(system, SECOND // 200)
     assert "\n" not in sentence
@@ -37,7 +37,7 @@ def test_masses_of_twelve_decades(seed):
     assert error < CLOSES or has_loops(system), "rows of loops share rounding that is relative to the heaviest body"
 
 
-def test_every_type_of_loop_is_drawn():
+def test_the_random_mechanisms_contain_every_type_of_loop():
     drawn = [j.kind for seed in range(60) for j in mechanism(seed, 2.0).joints if j.name.startswith("loop")]
     assert set(drawn) == set(LOOPS)
 
@@ -60,7 +60,7 @@ def test_a_rigid_rope_between_points_that_cannot_move_is_no_constraint():
 
 
 @pytest.mark.large
-def test_a_heavy_body_is_stopped_by_a_rope_while_a_light_one_closes_its_loop():
+def test_a_rope_stops_a_heavy_body_while_a_light_one_closes_its_loop():
     """8e11 kg on the rope, 1e4 kg in the loop: the impulse of each is found in its own size."""
     s = started(mechanism(105, 12.0), tolerance=1e-9, sample_ns=SECOND // 100)
     hand_over(s, SECOND // 25)

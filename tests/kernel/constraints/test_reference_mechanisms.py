@@ -32,7 +32,7 @@ def coordinates(s, names):
 
 @methods
 @pytest.mark.large(beyond=1)
-def test_the_squeezing_mechanism(method, tolerance):
+def test_the_squeezing_mechanism_agrees_with_its_published_solution(method, tolerance):
     """Seven bodies, three loops: nine redundant rows of fifteen, since everything stays in one plane."""
     reference = LINKAGES["A03"]
     s = started(squeezer(tuple(reference["start"])), method=method, tolerance=tolerance, sample_ns=SECOND)
@@ -43,7 +43,7 @@ def test_the_squeezing_mechanism(method, tolerance):
 
 
 @methods
-def test_the_heavy_top_on_a_point_that_a_loop_holds(method, tolerance):
+def test_the_heavy_top_held_by_a_loop_agrees_with_its_published_solution(method, tolerance):
     """The top floats as a free body (a lock that nobody uses wants its joint in the tree); a ball holds its point."""
     I = TOP["parameters"]["J_com"]
     body = Body("top", 15.0, (0.0, 1.0, 0.0), tuple(tuple(I[i] * (i == j) for j in range(3)) for i in range(3)))
@@ -88,7 +88,7 @@ def car_axis():
 
 
 @methods
-def test_the_car_axis(method, tolerance):
+def test_the_car_axis_agrees_with_its_published_solution(method, tolerance):
     s = started(car_axis(), method=method, tolerance=tolerance, sample_ns=SECOND)
     s.set_follow("bumps", "phase", (0.0, 0.0, BUMP))
     s.references.set_profile("phase", 0, 10.0, 10.0, None)

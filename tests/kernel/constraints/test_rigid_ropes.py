@@ -37,7 +37,7 @@ def test_a_load_at_rest_hangs_on_its_weight():
     assert T[0, 0] == pytest.approx(MASS * G, rel=1e-12)
 
 
-def test_a_load_that_falls_into_a_rigid_rope_stops_dead():
+def test_a_load_that_falls_into_a_rigid_rope_stops_at_once():
     """It falls 2 m, the rope takes its momentum, and the heat is the energy of the fall."""
     s = started(on_rope(point(z=-18.0), 20.0), **FINE)
     s.run(3 * SECOND)
@@ -52,7 +52,7 @@ def test_a_load_that_falls_into_a_rigid_rope_stops_dead():
     assert imbalance(s) < CLOSES
 
 
-def test_a_load_thrown_up_flies_free_and_comes_back_when_gravity_says():
+def test_a_load_thrown_up_leaves_its_rigid_rope_slack_and_returns_at_the_exact_time():
     s = started(on_rope(point(z=-20.0, vz=3.0), 20.0), **FINE)
     s.run(2 * SECOND)
     assert events(s) == [("rope", "taut")]
@@ -60,7 +60,7 @@ def test_a_load_thrown_up_flies_free_and_comes_back_when_gravity_says():
     assert imbalance(s) < CLOSES
 
 
-def test_a_swing_too_slow_for_the_loop_goes_slack_where_its_tension_ends():
+def test_a_pendulum_too_slow_for_the_full_circle_goes_slack_where_its_tension_ends():
     """Started at the bottom with v0^2 = 3.5 g L, T = 0 at height angle a above the horizontal, sin a = 1/2."""
     L = 10.0
     s = started(on_rope(point(z=-L, vx=sqrt(3.5 * G * L)), L), **FINE)
@@ -80,7 +80,7 @@ def reference(name):
     return json.loads((Path(__file__).parents[2] / "data" / "linkages.json").read_text())[name]
 
 
-def test_a_load_reeled_in_at_constant_speed_swings_as_the_reference_says():
+def test_a_load_reeled_in_at_constant_speed_swings_as_the_reference_predicts():
     theta = 0.1
     system = on_rope(point(20.0 * sin(theta), -20.0 * cos(theta), -sin(theta), cos(theta)), 20.0, winch=True)
     s = started(replace(system, gravity=9.81), **FINE)
@@ -106,14 +106,14 @@ def six(lugs, com):
     return System((block,), (Joint("block-joint", "free", WORLD, "block"),), rigid_ropes=ropes, gravity=G)
 
 
-def test_an_indeterminate_group_shares_its_load_by_the_least_norm():
+def test_an_indeterminate_group_of_rigid_ropes_shares_its_load_by_least_norm():
     case = reference("C08b")
     s = started(six(case["lugs"], case["cg"]))
     _, T = column(s, "rope/tension")
     assert T[0] == pytest.approx(case["T"], rel=1e-6)
 
 
-def test_ropes_of_a_group_that_would_have_to_push_are_slack():
+def test_rigid_ropes_that_would_push_are_slack():
     """With the load outside the lugs' middle some ropes carry nothing; the others carry the weight and its moment."""
     case = reference("C08b")
     s = started(six(case["lugs"], (9.0, 0.0)))

@@ -114,13 +114,13 @@ def test_impossible_commands_are_refused(simulation, command, sentence):
         lambda s: s.hook("rope"),
     ],
 )
-def test_nothing_can_be_reported_to_a_simulation_before_its_start(command):
+def test_no_command_is_accepted_before_the_start_of_a_simulation(command):
     with pytest.raises(KernelError) as e:
         command(Simulation(driven()))
     assert str(e.value) == "the simulation has no state yet; start it first"
 
 
-def test_a_rope_is_hooked_at_an_array():
+def test_a_rope_can_be_hooked_at_points_given_as_arrays():
     s = started(driven())
     s.unhook("sling")
     s.hook("sling", a=np.array([1.0, 0.0, 0.0]))
@@ -138,7 +138,7 @@ def test_unknown_names_are_refused():
             call("x")
 
 
-def test_a_winch_that_pays_in_more_rope_than_there_is():
+def test_a_winch_that_winds_up_more_rope_than_there_is_ends_the_run():
     s = started(hung(60.1, winch=True))
     s.references.set_profile("rope", 0, -9.0, 10.0, None)
     s.settle()
@@ -147,7 +147,7 @@ def test_a_winch_that_pays_in_more_rope_than_there_is():
     assert str(e.value) == "rope 'rope' at 7.117 s: all of it is wound up; stop its winch before"
 
 
-def test_motion_that_is_not_finite_names_the_body():
+def test_infinite_motion_is_reported_with_its_body():
     scene = System(
         (Body("a", 1.0), Body("b", 1e-300)),
         (Joint("j", "prismatic", "world", "a", axis=X), Joint("k", "prismatic", "a", "b", axis=Z)),
@@ -172,7 +172,7 @@ def test_a_force_law_that_jumps_is_named_with_its_body():
     )
 
 
-def test_a_drive_that_pushes_a_body_into_the_ground_is_named_by_the_contact():
+def test_a_drive_that_pushes_a_body_into_the_ground_is_reported_with_the_contact():
     ground = Contact("ground", Ball("a", radius=0.1), Plane(p=(0.0, 0.0, -0.2)))
     s = started(replace(slider("a", 1.0), drives=(Drive("press", "a-guide", "prescribed"),), contacts=(ground,)))
     s.references.set_profile("press", 0, -0.5, 0.5, None)
@@ -185,7 +185,7 @@ def test_a_drive_that_pushes_a_body_into_the_ground_is_named_by_the_contact():
     )
 
 
-def test_states_that_switch_without_end_are_named():
+def test_discrete_states_that_switch_without_end_are_named():
     """A guard that falls again at the same instant, whatever its law does, for ever."""
     s = started(hung(59.0))
 
@@ -201,12 +201,12 @@ def test_states_that_switch_without_end_are_named():
 
 @pytest.mark.parametrize("value", [nan, inf, -inf])
 @pytest.mark.parametrize("place", ["q0", "v0"])
-def test_states_that_are_not_finite_are_refused(value, place):
+def test_infinite_start_states_are_refused(value, place):
     with pytest.raises(KernelError, match=f"joint 'a-guide': {place} is {value}; it must be a finite number"):
         Simulation(with_(joints=(replace(GUIDE, **{place: (value,)}),)))
 
 
-def test_a_rope_whose_ends_coincide_has_no_direction():
+def test_a_rope_whose_ends_coincide_is_refused_for_lack_of_direction():
     s = started(hung(0.0))
     with pytest.raises(KernelError) as e:
         s.run(SECOND)

@@ -122,25 +122,25 @@ def _run(system: System) -> None:
     simulate(system, 1e-7, 500_000_000, frozenset(), "dopri5", None).start()
 
 
-def test_the_system_itself_runs() -> None:
+def test_the_system_for_the_tests_of_names_runs() -> None:
     _run(SYSTEM)
 
 
 @pytest.mark.parametrize(("system", "name"), CASES)
-def test_an_unknown_name_is_answered_with_similar_ones(system: System, name: str) -> None:
+def test_an_unknown_name_in_a_system_is_answered_with_similar_ones(system: System, name: str) -> None:
     with pytest.raises(KernelError) as caught:
         _run(system)
     assert f"'{name}x'; did you mean '{name}'?" in str(caught.value)
 
 
-def test_a_name_unlike_any_other_is_answered_with_all() -> None:
+def test_a_name_unlike_any_other_is_answered_with_all_names() -> None:
     with pytest.raises(KernelError, match="lock 'k': there is no joint 'j'; the system has no joint at all"):
         _run(System(locks=(Lock("k", "j"),)))
     with pytest.raises(KernelError, match="lock 'k': there is no joint 'z'; known: rail, hinge, track"):
         _run(replace(SYSTEM, locks=(Lock("k", "z"),)))
 
 
-def test_there_is_a_case_for_each_kind_of_item() -> None:
+def test_every_kind_of_named_item_has_a_test_case() -> None:
     spoiled = {case.id.partition(".")[0] for case in CASES}  # type: ignore[union-attr]
     names = {x.name for group in GROUPS for x in getattr(RICH, group)}
     assert names - spoiled == {"upper", "lower", "cart", "master"}

@@ -55,7 +55,7 @@ def evaluated(text: str, known: dict[str, float]) -> dict[str, float]:
     return values
 
 
-def test_the_printed_arm_has_the_inertia_matrix_and_forces_of_the_kernel():
+def test_the_printed_equations_of_the_arm_have_the_inertia_matrix_and_forces_of_the_kernel():
     system = arm()
     known = {}
     for i, p in enumerate(PARENT):
@@ -76,7 +76,7 @@ def test_the_printed_arm_has_the_inertia_matrix_and_forces_of_the_kernel():
     assert total == pytest.approx(F[0][5], rel=SAME)
 
 
-def test_the_printed_rope_has_the_tension_of_the_kernel():
+def test_the_printed_equation_of_a_rope_gives_the_tension_of_the_kernel():
     system = hung(LENGTH + 0.2, v0=0.3, damping=1e5)
     known = {"q(load-guide.travel)": -LENGTH - 0.2, "v(load-guide.speed)": 0.3, "m(load)": 4.5e5}
     known |= {"EA(rope)": EA, "c(rope)": 1e5, "hooked(rope)": 1.0, "taut(rope)": 1.0, "share1(rope)": 1.0}
@@ -100,7 +100,7 @@ def two_of_a_kind() -> System:
     )
 
 
-def test_every_body_and_every_law_is_there_under_its_own_name():
+def test_every_body_and_every_law_is_printed_under_its_own_name():
     text = equations(two_of_a_kind())
     for line in (
         "    F1 = m1 g + f(tie.1)",
@@ -116,7 +116,7 @@ def test_every_body_and_every_law_is_there_under_its_own_name():
     assert re.search(r"\nsoft +a-rail +3 +0 +0\b", text)
 
 
-def test_a_description_that_was_compiled_before_keeps_its_names():
+def test_a_description_that_was_compiled_before_keeps_its_printed_names():
     """Programs of one description, and trees of one kind, are made once in a process."""
     system = two_of_a_kind()
     text = equations(system)
@@ -125,7 +125,7 @@ def test_a_description_that_was_compiled_before_keeps_its_names():
     assert "  V(b).x = v(b-rail.speed)\n" in text
 
 
-def test_the_recursion_of_the_arm_is_the_paper_s_figure_6():
+def test_the_printed_recursion_of_the_arm_is_that_of_figure_6_of_the_paper():
     text = equations(arm())
     for line in (
         "    v2 = v1 + S2 q2'             (a)",
@@ -141,7 +141,7 @@ def test_the_recursion_of_the_arm_is_the_paper_s_figure_6():
 
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 @pytest.mark.parametrize("make", [arm, two_of_a_kind, lambda: hung(60.0)], ids=["arm", "carts", "rope"])
-def test_latex_has_the_same_equations_and_closes_what_it_opens(make, formulation):
+def test_latex_output_has_the_same_equations_and_balanced_brackets(make, formulation):
     system = make()
     text, latex = equations(system, formulation), equations(system, formulation, latex=True)
     assert latex.startswith("\\documentclass")

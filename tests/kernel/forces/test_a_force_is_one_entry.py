@@ -46,7 +46,7 @@ def _eddy_brake(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     field_types._hints.cache_clear()
 
 
-def test_a_disc_is_slowed_as_the_closed_form_says() -> None:
+def test_a_rotating_disc_with_eddy_current_brake_slows_as_the_closed_form_says() -> None:
     """ln(u0/u) + (u0^2 - u^2)/2 = 2 T t/(I w0)."""
     disc = Body("disc", 100.0, inertia=tuple(tuple(INERTIA * (i == j) for j in range(3)) for i in range(3)))
     hinge = Joint("hinge", "revolute", "world", "disc", v0=(BEGINS,))

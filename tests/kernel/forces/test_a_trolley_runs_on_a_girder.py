@@ -40,7 +40,7 @@ def crossing(system: System):
     return t, q[:, link.q_modes] @ link.modes.at(LENGTH / 2)[2]
 
 
-def test_a_moving_force():
+def test_a_force_moving_along_a_girder_bends_it_as_theory_says():
     """w = sum of 2 P/(m L) sin(n pi x/L) (sin W_n t - W_n/w_n sin w_n t)/(w_n^2 - W_n^2), W_n = n pi v/L."""
     P, mu = 9.0e6, GIRDER / LENGTH
     force = Load("weight", Point("trolley"), (0.0, 0.0, -P))
@@ -100,7 +100,7 @@ def mass_of_gravity(beam: Beam) -> np.ndarray:
     return M @ up
 
 
-def test_a_trolley_of_a_third_of_the_girders_mass():
+def test_a_trolley_of_a_third_of_the_girder_mass_bends_it_as_theory_says():
     t, w = crossing(crane(TROLLEY, gravity=G))
     steps = np.linspace(0.0, t[-1], 2001)
     want = np.interp(t, steps, sixty_elements(TROLLEY, steps))
@@ -108,7 +108,7 @@ def test_a_trolley_of_a_third_of_the_girders_mass():
     assert np.abs(w - want).max() < CLOSE * np.abs(want).max()
 
 
-def test_a_trolley_rolls_into_the_sag_and_the_energy_balance_closes():
+def test_a_trolley_that_rolls_into_the_sag_conserves_the_energy_balance():
     """Undriven, it accelerates downhill; energy goes between its motion, its height and the girder."""
     system = crane(TROLLEY, drive=False, gravity=G)
     rail = replace(system.joints[1], q0=(50.0,))
@@ -119,7 +119,7 @@ def test_a_trolley_rolls_into_the_sag_and_the_energy_balance_closes():
     assert imbalance(s) < 1e-8
 
 
-def test_an_end_stop_holds_a_trolley_and_leaving_the_beam_is_reported():
+def test_an_end_stop_holds_a_trolley_and_leaving_the_girder_is_reported():
     system = crane(TROLLEY, drive=False, gravity=G)
     joints = (system.joints[0], replace(system.joints[1], q0=(140.0,), v0=(10.0,)))
     stop = Stop("bumper", "rail", 1.0, 148.0, 5.0e7, 5.0e6)
@@ -131,7 +131,7 @@ def test_an_end_stop_holds_a_trolley_and_leaving_the_beam_is_reported():
         hand_over(loose, 3 * SECOND)
 
 
-def test_a_slider_needs_a_beam():
+def test_a_slider_joint_needs_a_beam():
     joint = Joint("rail", "slider", "world", "trolley")
     with pytest.raises(KernelError, match="joint 'rail': a slider needs a flexible beam; 'world' is rigid"):
         Program(System((Body("trolley", 1.0),), (joint,)))

@@ -61,7 +61,7 @@ def _tip(t: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize("t", [0.0, 7.3, 20.0, 71.9])
-def test_the_tip_of_a_crane_moves_as_the_formula_says(t):
+def test_the_tip_of_a_crane_on_a_vessel_moves_as_the_formula_says(t):
     """Place, velocity and acceleration of a point of a vessel whose motion is given, within and after the ramp."""
     program = Program(given())
     P = program.parameters.initial.copy()
@@ -94,7 +94,7 @@ def _second(name: str, t: float) -> float:
     return float(rate(t + 1e-30j).imag / 1e-30)
 
 
-def test_the_drives_of_a_vessel_bring_all_the_energy():
+def test_the_drives_that_move_a_vessel_supply_all_its_energy():
     """What the load and the barge gain and the damper takes is the work of the six drives, to 1e-9 of it."""
     s = started(given(), tolerance=1e-9)
     start = s.row()
@@ -122,7 +122,7 @@ def rigid(body: Body) -> np.ndarray:
     return np.block([[m * np.eye(3), -m * c], [m * c, np.array(body.inertia) - m * c @ c]])
 
 
-def test_a_body_in_an_ideal_fluid_follows_kirchhoff():
+def test_a_body_in_an_ideal_fluid_follows_kirchhoffs_equations():
     """Twist after 3 s of a tumbling body with a full added mass, against Kirchhoff's equations by SciPy."""
     v0 = (0.5, -0.2, 0.1, 0.3, 0.7, -0.4)
     free = Joint("free", "free", "world", "hull", q0=(0.0,) * 6 + (1.0,), v0=v0)
@@ -142,7 +142,7 @@ def test_a_body_in_an_ideal_fluid_follows_kirchhoff():
 
 
 @pytest.mark.parametrize("formulation", ["recursive", "articulated", "embedding", "augmented"])
-def test_added_mass_resists_and_weighs_nothing(formulation):
+def test_added_mass_resists_acceleration_and_has_no_weight(formulation):
     """Let go in gravity, a body starts with (M + A)^-1 times its own weight, by every formulation."""
     free = Joint("free", "free", "world", "hull", q0=(1.0, 2.0, 3.0, 0.0, 0.0, 0.0, 1.0))
     program = Program(System((SLENDER,), (free,)), formulation)
@@ -152,7 +152,7 @@ def test_added_mass_resists_and_weighs_nothing(formulation):
     assert np.array(x.dv, float) == pytest.approx(want, rel=1e-9, abs=1e-12)
 
 
-def test_a_floating_body_answers_as_its_equations_in_the_frequency_domain():
+def test_a_floating_body_responds_as_its_frequency_domain_equations_predict():
     """Amplitude and phase of all six motions: x = (K - w^2 (M + A) + i w B)^-1 F, with full A and B, by NumPy."""
     m = 1.2e7
     hull = Body("hull", m, (0.5, 0.0, 1.0), ((1.2e9, 0.0, 0.0), (0.0, 6e9, 0.0), (0.0, 0.0, 6.5e9)))
@@ -185,7 +185,7 @@ def test_a_floating_body_answers_as_its_equations_in_the_frequency_domain():
     assert np.abs(found - want).max() < 2e-4 * np.abs(want).max()
 
 
-def test_its_printed_equations_contain_the_water():
+def test_printed_equations_contain_added_mass():
     """Of the body that has an added mass, in both forms of its equations."""
     free = Joint("free", "free", "world", "hull", q0=(0.0,) * 6 + (1.0,))
     message = equations(System((SLENDER,), (free,)))
@@ -198,5 +198,7 @@ def test_only_prescribed_drives_follow_waves():
     distances = {"servo": 1.0, "prescribed": 0.0}
     for kind, ramp in distances.items():
         system = replace(given(), drives=(Drive("d", "heave", kind, 1.0, 1.0, wave=Wave(1.0, W, ramp)),))
-        with pytest.raises(KernelError, match="drive 'd': only a prescribed one follows a wave, with a ramp"):
+        with pytest.raises(
+            KernelError, match=r"drive .d.: (only a prescribed one follows a wave|it has a wave with a ramp)"
+        ):
             Program(system)

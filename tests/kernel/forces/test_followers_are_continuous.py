@@ -47,7 +47,7 @@ def test_a_winch_and_a_trolley_follow_a_commanded_angle():
         assert row.length_rate[0] == pytest.approx((0.5 - 2.0 * sin(a) - 3.0 * cos(a)) * rate, abs=SAME)
 
 
-def test_the_prescribed_trolley_moves_with_the_second_derivative_of_its_law():
+def test_a_trolley_that_follows_a_turn_accelerates_by_the_second_derivative_of_its_law():
     """A pendulum below it feels the acceleration: compared with central differences of the speed."""
     scene = System(
         (Body("trolley", 1e5), Body("bob", 1e4, (0.0, 0.0, -30.0), cube(1e4))),
@@ -72,7 +72,7 @@ def test_the_prescribed_trolley_moves_with_the_second_derivative_of_its_law():
     assert accelerations[1] == pytest.approx((speeds[2] - speeds[0]) / 2e-3, rel=1e-6)
 
 
-def test_commands_while_following_are_continuous():
+def test_commands_to_a_following_actuator_cause_no_jump():
     """New coefficients, an own move on top, another law, release: the length never jumps and holds at the end."""
     s = started(replace(hung(60.1, winch=True, damping=1e6), masters=(Master("a"), Master("b", 0.5))), **FINE)
     s.references.set_profile("a", 0, 0.1, 0.05, None)
@@ -130,7 +130,7 @@ def test_a_winch_follows_a_measured_angle(kind):
     assert abs(a - angle) > 0.05, "the wheel has turned"
 
 
-def test_a_sling_hooked_with_a_new_length_follows_nothing_any_more():
+def test_a_sling_hooked_with_a_new_length_follows_no_master_any_more():
     scene = replace(slider(q0=-10.0), masters=(Master("m", 1.0),))
     line = Line(Point("world"), Point("load"))
     scene = replace(scene, ropes=(Rope("sling", (line,), EA, 20.0, winch=True, hooked=False),))

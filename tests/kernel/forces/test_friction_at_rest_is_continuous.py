@@ -10,7 +10,7 @@ STICKS, SLIPS = 1.0, -1.0
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_the_force_does_not_jump_where_a_slip_ends(seed):
+def test_the_friction_force_does_not_jump_when_slip_ends(seed):
     random = np.random.default_rng(seed)
     k, limit = 10.0 ** random.uniform(3.0, 9.0), 10.0 ** random.uniform(1.0, 7.0)
     along = np.array([np.cos(seed), np.sin(seed)])

@@ -35,7 +35,7 @@ def run(system, seconds=2, **options):
     return s
 
 
-def test_each_coordinate_of_a_cylinder_has_its_own_laws():
+def test_each_coordinate_of_a_cylindrical_joint_has_its_own_laws():
     """Sliding decays under viscous damping while turning meets dry friction: v exp(-d t/m); stops after w I/M."""
     system = one(
         "cylindrical",
@@ -52,7 +52,7 @@ def test_each_coordinate_of_a_cylinder_has_its_own_laws():
     assert imbalance(s) < INTEGRATED
 
 
-def test_a_stop_and_a_watch_on_one_direction_of_a_plane():
+def test_an_end_stop_and_a_threshold_act_on_one_direction_of_a_planar_joint():
     system = one(
         "planar",
         (1.0, -0.5, 0.7),

@@ -37,14 +37,14 @@ def reference(rate, y, t):
     return solve_ivp(rate, (0.0, t), y, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
 
 
-def test_an_oscillator_of_van_der_pol():
+def test_a_user_law_makes_an_oscillator_of_van_der_pol():
     s = started(cart(own("van_der_pol", parameters=(3.0, 2.0)), q0=0.5), **FINE)
     expected = reference(lambda t, y: [y[1], (3.0 * (1 - y[0] ** 2) * y[1] - 4.0 * y[0]) / 2.0], [0.5, 0.0], 12.0)
     assert end(s, 12.0) == pytest.approx(tuple(expected), abs=AS_SCIPY)
     assert imbalance(s) < CLOSES
 
 
-def test_a_law_knows_the_time_of_the_run_and_its_signal():
+def test_a_user_law_receives_the_time_of_the_run_and_its_signal():
     """Across an interrupt, after which local time starts again."""
     law = own("shaker", signal=InputSignal(times=(0.0, 2.0), values=(0.0, 6.0)))
     s = started(cart(law), **FINE)
@@ -54,7 +54,7 @@ def test_a_law_knows_the_time_of_the_run_and_its_signal():
     assert end(s, 2.0) == pytest.approx(tuple(expected), abs=AS_SCIPY)
 
 
-def test_a_law_on_a_free_body_gives_force_and_moment():
+def test_a_user_law_on_a_free_body_gives_force_and_moment():
     ball = System(
         (Body("ball", 0.4, inertia=cube(0.4, 0.3)),),
         (Joint("f", "free", "world", "ball", v0=(20.0, 0.0, 4.0, 0.0, 9.0, 40.0)),),
@@ -73,13 +73,13 @@ def test_a_law_on_a_free_body_gives_force_and_moment():
     assert imbalance(s) < CLOSES
 
 
-def test_a_law_between_two_ends_acts_on_both():
+def test_a_user_law_between_two_points_acts_on_both():
     law = UserLaw("tether", f"{HERE}:tether", ends=(Point("world"), Point("load")))
     s = started(cart(law, q0=2.0), **FINE)
     assert end(s, 0.3)[0] == pytest.approx(1.0 + np.cos(sqrt(40.0 / 2.0) * 0.3), abs=AS_SCIPY)
 
 
-def test_modes_of_a_law_switch_at_located_events():
+def test_modes_of_a_user_law_switch_at_located_events():
     """A relay at 0.1 m makes parabolas: force -2 beyond it, +2 before; quarter period sqrt(2 x m / F)."""
     s = started(cart(own("relay", guards=f"{HERE}:beyond_the_middle", modes=1), q0=0.6), **FINE)
     s.run(6 * SECOND)
@@ -89,13 +89,13 @@ def test_modes_of_a_law_switch_at_located_events():
     assert imbalance(s) < CLOSES
 
 
-def test_a_mode_begins_with_the_sign_of_its_guard():
+def test_a_mode_of_a_user_law_begins_with_the_sign_of_its_guard():
     s = started(cart(own("relay", guards=f"{HERE}:beyond_the_middle", modes=1), q0=-0.4))
     assert events(s) == []
     assert s.row().shown[0] == 2.0
 
 
-def test_an_edited_law_is_compiled_anew(tmp_path, monkeypatch):
+def test_an_edited_user_law_is_compiled_anew(tmp_path, monkeypatch):
     monkeypatch.setenv("HEAVYLIFT_CACHE", str(tmp_path / "cache"))
     monkeypatch.setattr(native_state, "MOST_LOADED", 0)
     monkeypatch.setattr(native_state, "_loaded", {})
@@ -137,7 +137,7 @@ BAD = [
 
 @pytest.mark.parametrize(("function", "told", "do"), BAD)
 @pytest.mark.parametrize("native", [True, False])
-def test_a_law_that_cannot_be_traced_is_refused_with_its_line(function, told, do, native):
+def test_a_user_law_that_cannot_be_traced_is_refused_with_its_line(function, told, do, native):
     with pytest.raises(KernelError) as e:
         Simulation(cart(own(function)), native=native)
     sentence = str(e.value)
@@ -162,13 +162,13 @@ def test_a_law_that_cannot_be_traced_is_refused_with_its_line(function, told, do
         (UserLaw("own", f"{HERE}:shaker", "guide"), "there is no joint 'guide'"),
     ],
 )
-def test_invalid_laws_are_refused(law, told):
+def test_invalid_user_laws_are_refused(law, told):
     with pytest.raises(KernelError) as e:
         Simulation(cart(law))
     assert told in str(e.value)
 
 
-def test_a_motor_runs_up_along_its_torque_speed_curve():
+def test_a_motor_runs_up_along_its_torque_speed_characteristic():
     """Constant torque to 10 rad/s, then falling to zero at 20: an exact line, then an exact exponential."""
     rotor = Body("rotor", 1.0, inertia=((2.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.0, 0.0, 4.0)))
     motor = Characteristic("motor", "shaft", "speed", (10.0, 20.0), (8.0, 0.0))
@@ -180,7 +180,7 @@ def test_a_motor_runs_up_along_its_torque_speed_curve():
     assert imbalance(s) < CLOSES
 
 
-def test_a_buffer_with_a_kinked_curve_keeps_its_energy():
+def test_a_buffer_with_a_kinked_characteristic_conserves_energy():
     """Force over travel; no step crosses a kink, so a coarse tolerance returns the speed as well."""
     curve = Characteristic("buffer", "load-guide", "position", (0.0, 0.1, 0.3), (0.0, -40.0, -50.0))
     s = started(cart(curve, mass=2.0, q0=-0.1, v0=1.7), tolerance=1e-7)
@@ -198,7 +198,7 @@ def test_a_buffer_with_a_kinked_curve_keeps_its_energy():
         ((0.0, 0.0), (1.0, 2.0), "does not rise at 0.0"),
     ],
 )
-def test_invalid_curves_are_refused(x, effort, told):
+def test_invalid_characteristics_are_refused(x, effort, told):
     with pytest.raises(KernelError, match="characteristic 'c': ") as e:
         Simulation(cart(Characteristic("c", "load-guide", "speed", x, effort)))
     assert told in str(e.value)
@@ -210,7 +210,7 @@ def test_two_forces_of_one_name_are_refused():
         Simulation(replace(slider(), forces=loads))
 
 
-def test_a_pendulum_with_a_law_of_its_user_has_the_expected_period():
+def test_a_pendulum_with_a_user_law_has_the_expected_period():
     """Half a period of the small pendulum, as a check that q is the joint's own coordinate."""
     s = started(cart(own("van_der_pol", parameters=(0.0, 3.0)), mass=1.0, q0=0.2), **FINE)
     assert end(s, pi / 3.0)[0] == pytest.approx(-0.2, abs=AS_SCIPY)

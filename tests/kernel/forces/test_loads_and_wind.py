@@ -47,7 +47,7 @@ def test_a_load_in_the_wind_hangs_where_the_closed_form_says():
     assert q[:, 0] == pytest.approx(np.full(len(t), theta), rel=PERMILLE)
 
 
-def test_the_wind_acts_on_the_projected_sides_of_a_turned_box():
+def test_wind_acts_on_the_projected_sides_of_a_turned_box():
     """Of a box a x b x c that is turned by R, the wind sees A = sum |R_ji w_j| A_i, the area of its shadow."""
     turn = Rotation.from_euler("zyx", [0.5, -0.3, 1.1])
     size, sides, v = np.array([20.0, 16.0, 8.0]), (16.0 * 8.0, 20.0 * 8.0, 20.0 * 16.0), 15.0
@@ -60,7 +60,7 @@ def test_the_wind_acts_on_the_projected_sides_of_a_turned_box():
     assert column(s, "wind/force")[1][0, 0] == pytest.approx(0.5 * 1.225 * 1.2 * shadow * v**2, rel=1e-12)
 
 
-def test_a_sudden_gust_swings_the_load_twice_as_far():
+def test_a_sudden_gust_swings_a_load_twice_as_far_as_steady_wind():
     F, theta = FORMS["C16"]["expected"]["F"], atan(FORMS["C16"]["expected"]["F"] / (C16["m"] * G))
     gust = Load("gust", BOB, (F, 0.0, 0.0), signal=InputSignal(times=(1.0, 1.0), values=(0.0, 1.0)))
     s = started(replace(pendulum(C16["m"], C16["L"]), forces=(gust,)), **PEAKS)
@@ -98,7 +98,7 @@ def test_gust_spectra_agree_with_scipy():
     assert imbalance(s) < CLOSES
 
 
-def test_breakpoints_of_a_history_are_step_boundaries():
+def test_breakpoints_of_a_force_history_are_step_boundaries():
     """A piecewise linear force makes a piecewise cubic motion, which DOPRI5 integrates exactly in steps of any length
     as long as none crosses a breakpoint; the force of the first and last value holds outside."""
     times, values = (0.3, 0.5, 0.5, 1.7, 2.1), (2.0, -1.0, 4.0, 0.0, 1.5)
@@ -116,7 +116,7 @@ def test_breakpoints_of_a_history_are_step_boundaries():
     assert s.row().v[0] == pytest.approx(v, rel=EXACT)
 
 
-def test_a_scene_at_rest_wakes_for_its_force_history():
+def test_a_scene_at_rest_moves_again_when_its_force_history_does():
     late = Load("late", Point("load"), (1.0, 0.0, 0.0), signal=InputSignal(times=(100.0, 100.0), values=(0.0, 1.0)))
     s = started(replace(slider(mass=1.0, axis=X), forces=(late,)))
     s.run(102 * SECOND)
@@ -140,7 +140,7 @@ def test_a_driven_load_follows_its_commands_and_its_master():
     assert imbalance(s) < CLOSES
 
 
-def test_body_axes_turn_with_the_body():
+def test_a_load_in_body_axes_turns_with_the_body():
     """A thruster that pushes across a turning rod spins it up with constant moment."""
     rod = Body("rod", 3.0, (1.0, 0.0, 0.0), ((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
     joint = Joint("pin", "revolute", "world", "rod")
@@ -179,7 +179,7 @@ def _hung(m: float, k: float, share: float) -> System:
 
 
 @pytest.mark.parametrize(("ts", "key"), [(0.4, "phi"), (1e-6, "phi_instant")])
-def test_an_emergency_stop_while_lowering(ts, key):
+def test_an_emergency_stop_while_lowering_is_a_closed_form(ts, key):
     """C23: phi = 1 + v w/g |sin(w ts/2)/(w ts/2)|, and the whole of it if the brake bites at once."""
     given = FORMS["C23"]["given"]
     m, k, v = given["m"], given["k"], given["v"]

@@ -45,7 +45,7 @@ def accelerations(system: System) -> np.ndarray:
     return s.X[s.native.at["f"]][nq : nq + nv].copy()
 
 
-def test_a_spring_between_two_bodies_is_mujocos_tendon():
+def test_a_spring_between_two_bodies_acts_as_mujocos_tendon():
     A, B = (0.4, -0.3, 0.2), (-0.5, 0.1, 0.6)
     system = pair((0.3, -0.2, 0.7), (-0.4, 0.9, 0.1), v=SPIN)
     ours = accelerations(replace(system, forces=(Spring("s", Point("a", A), Point("b", B), 1.2, 340.0, 25.0),)))
@@ -81,7 +81,7 @@ def test_a_spring_between_two_bodies_is_mujocos_tendon():
     assert ours == pytest.approx(theirs, abs=SAME * np.abs(theirs).max())
 
 
-def test_a_spring_pulls_and_pushes_with_its_own_period():
+def test_a_spring_pulls_and_pushes_with_its_natural_period():
     k, m, rest = 50.0, 2.0, 3.0
     spring = Spring("s", Point("world", (0.0, 0.0, 5.0)), Point("load"), rest, k)
     s = started(replace(slider(mass=m, q0=1.9), gravity=0.0, forces=(spring,)), **FINE)
@@ -92,7 +92,7 @@ def test_a_spring_pulls_and_pushes_with_its_own_period():
     assert imbalance(s) < CLOSES
 
 
-def test_a_spring_whose_ends_meet_at_rest_length_zero_swings_through():
+def test_a_spring_of_rest_length_zero_swings_through_its_other_end():
     spring = Spring("s", Point("world"), Point("load"), 0.0, 8.0)
     s = started(replace(slider(mass=2.0, q0=0.5), gravity=0.0, forces=(spring,)), **FINE)
     s.interrupt(round(pi * 1e9 / 2))
@@ -139,7 +139,7 @@ P_A, P_B = Point("a", (0.4, -0.3, 0.2)), Point("b", (-0.5, 0.1, 0.6))
 
 
 @pytest.mark.parametrize("turn", [(-0.4, 0.9, 0.1), (0.0, 0.0, 0.0), (1.5, -1.2, 1.0)])
-def test_a_bushings_force_is_the_gradient_of_its_energy(turn):
+def test_the_force_of_a_bushing_is_the_gradient_of_its_energy(turn):
     system = pair((0.3, -0.2, 0.7), turn)
     bushing = Bushing("m", P_A, P_B, K, D, R_A, R_B)
     ours = generalised_force(system, accelerations(replace(system, forces=(bushing,))))
@@ -155,7 +155,7 @@ def test_a_bushings_force_is_the_gradient_of_its_energy(turn):
     assert ours == pytest.approx(theirs, abs=GRADIENT * np.abs(theirs).max())
 
 
-def test_a_torsion_bar_twists_about_its_axis_only():
+def test_a_torsion_spring_acts_about_its_axis_only():
     """The gradient of k/2 twist^2, twist by SciPy's swing-twist: 2 atan2(quaternion along the axis, w)."""
     axis = (0.6, 0.0, 0.8)
     system = pair((0.3, -0.2, 0.7), (-0.4, 0.9, 0.1))
@@ -189,14 +189,14 @@ def test_a_torsional_pendulum_keeps_its_period_nearly_half_a_turn_wide():
         Bushing("s", P_A, P_B, K, D, R_A, R_B),
     ],
 )
-def test_the_energy_balance_closes_for_tumbling_bodies(force):
+def test_springs_on_tumbling_bodies_conserve_the_energy_balance(force):
     s = started(replace(pair((0.3, -0.2, 0.7), (-0.4, 0.9, 0.1), v=SPIN), forces=(force,)), **FINE)
     s.run(5 * SECOND)
     assert imbalance(s) < CLOSES
     assert column(s, "account")[1][-1, 0] > 1.0, "dampers are warm"
 
 
-def test_equal_bushings_share_one_function():
+def test_equal_bushings_share_one_compiled_function():
     other = Bushing("n", Point("a"), Point("world"), D, K)
     program = Simulation(replace(pair(X, Z), forces=(Bushing("m", P_A, P_B, K, D, R_A, R_B), other))).program
     assert program.laws[0].function is program.laws[1].function
@@ -224,7 +224,7 @@ def test_invalid_springs_are_refused(force, told):
     assert told in str(e.value)
 
 
-def test_a_frame_is_held_by_a_bushing_at_its_static_deflection():
+def test_a_frame_on_a_bushing_rests_at_its_static_deflection():
     """Weight over stiffness, at rest."""
     k = 5.0e4
     stiff = tuple(tuple(k if i == j else 0.0 for j in range(6)) for i in range(6))

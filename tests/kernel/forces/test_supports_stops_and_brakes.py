@@ -25,7 +25,7 @@ def block_on_pads(mass, com, feet, z, mu=0.0, v0=(0.0,) * 6):
     )
 
 
-def test_three_pads_share_a_block_by_its_centre_of_mass():
+def test_three_pads_share_a_block_by_the_position_of_its_centre_of_mass():
     """Barycentric shares of C08a: area opposite each foot over the whole."""
     feet = ((-10.0, -8.0), (-10.0, 8.0), (11.0, 0.0))
     mass = 5883990.0 / G
@@ -51,7 +51,7 @@ def test_a_block_settles_by_five_millimetres_on_its_supports():
     assert all(sum(r) == pytest.approx(9.0e5 * G, rel=1e-6) for r in [s.row().normal])
 
 
-def test_a_sliding_block_stops_after_half_v_squared_over_mu_g():
+def test_a_sliding_block_stops_after_v_squared_over_two_mu_g():
     feet = ((-4.0, -4.0), (-4.0, 4.0), (4.0, -4.0), (4.0, 4.0))
     mu, v = 0.2, hypot(1.2, 0.5)
     scene = block_on_pads(1.0e5, (0.0, 0.0, 0.0), feet, -5e-3, mu, (1.2, 0.5, 0.0, 0.0, 0.0, 0.0))
@@ -66,7 +66,7 @@ def test_a_sliding_block_stops_after_half_v_squared_over_mu_g():
 
 
 @pytest.mark.parametrize(("pull", "slips"), [(0.9, False), (1.1, True)])
-def test_a_pulled_block_sticks_below_the_limit_of_friction_and_slips_above(pull, slips):
+def test_a_pulled_block_sticks_below_the_friction_limit_and_slips_above(pull, slips):
     """Pads are level, so a tow rope takes the part of the slope; its sudden pull makes the block slip first."""
     mass, mu = 1.0e5, 0.2
     feet = ((-4.0, -4.0), (-4.0, 4.0), (4.0, -4.0), (4.0, 4.0))
@@ -121,7 +121,7 @@ def test_a_door_bounces_between_stop_and_closer_with_the_period_of_two_half_swin
         assert b - a == pytest.approx(pressed, abs=1e-7)
 
 
-def test_a_stop_separates_without_pulling():
+def test_an_end_stop_separates_without_pulling():
     """With damping its force vanishes while the joint is still beyond the limit."""
     scene = replace(slider(axis=X, mass=1.0e4, v0=1.0), stops=(Stop("buffer", "load-guide", -1.0, 0.5, 4.0e5, 4.0e4),))
     s = started(scene, **FINE)
@@ -141,7 +141,7 @@ def _lead(zeta):
     return atan2(2 * zeta * sqrt(1 - zeta**2), 1 - 2 * zeta**2)
 
 
-def test_a_brake_stops_a_trolley_within_half_v_squared_over_a():
+def test_a_brake_stops_a_trolley_within_v_squared_over_two_a():
     mass, v, force = 3.0e5, 0.5, 3.0e4
     brake = Brake("brake", "load-guide", force, 1.0e9, 1.0e6)
     s = started(replace(slider(axis=X, mass=mass, v0=v), brakes=(brake,)), **FINE)
@@ -172,7 +172,7 @@ def test_a_brake_holds_a_light_load_and_slips_under_a_heavy_one(load):
         assert s.state[1] == pytest.approx(-a * s.now, rel=1e-3)  # the last step ends behind 4 s
 
 
-def test_an_inclined_guide_acts_as_a_slope():
+def test_a_brake_on_an_inclined_guide_acts_as_coulomb_friction():
     """Coulomb friction as a brake of moment mu m g cos: slides with g (sin - mu cos)."""
     angle, mu, mass = radians(20.0), 0.2, 1.0e3
     brake = Brake("friction", "load-guide", mu * mass * G * cos(angle), 1.0e8, 1.0e6, True)
@@ -183,7 +183,7 @@ def test_an_inclined_guide_acts_as_a_slope():
     assert s.state[1] == pytest.approx(a * 3.0, abs=0.01)  # the spring gives way first
 
 
-def test_a_pad_that_opens_does_not_slip_at_that_instant():
+def test_a_pad_does_not_slip_at_the_instant_it_opens():
     """Friction and normal force vanish together, so that both guards can fall within one nanosecond."""
     s = started(block_on_pads(1e4, (0.0, 0.0, 0.0), ((0.0, 0.0),), -5e-3, mu=0.2), **FINE)
     both = [i for i, guard in enumerate(s.program.guards) if guard in (("support", "pad0"), ("rub", "pad0"))]
@@ -196,7 +196,7 @@ def test_a_pad_that_opens_does_not_slip_at_that_instant():
 
 @pytest.mark.parametrize("late", [0.0, 1e-9, 1e-6, 4e-6, 1e-3])
 @pytest.mark.parametrize("angle", [0.0, 0.7, 2.0, 4.5])
-def test_a_pad_found_sticking_late_is_still_held_against_its_slip(late: float, angle: float) -> None:
+def test_a_pad_found_sticking_late_keeps_the_direction_of_its_friction(late: float, angle: float) -> None:
     """Steps may find it when the pad goes back already: the force goes on from that of the slip, and does not jump to
     the other side, where the limit would be passed at once."""
     mu, normal, k, d, along = 0.4, 1e5, 1e8, 1e6, np.array([cos(angle), sin(angle)])
@@ -209,7 +209,7 @@ def test_a_pad_found_sticking_late_is_still_held_against_its_slip(late: float, a
 
 @pytest.mark.parametrize("deflection", [5e-3, 3e-5, 4e-8])
 @pytest.mark.parametrize("angle", [0.0, 0.7, 2.0, 4.5])
-def test_a_pad_unloaded_by_a_relaxing_spring_slips_a_few_times_only(deflection: float, angle: float) -> None:
+def test_a_pad_unloaded_by_a_relaxing_spring_slips_only_a_few_times(deflection: float, angle: float) -> None:
     """By halves, as the limit falls below what it holds, and wholly from a micrometre on: else without end."""
     mu, k, d, along = 0.4, 1e8, 1e6, np.array([cos(angle), sin(angle)])
     pad, velocity, times = Support("pad", Point("block"), 0.0, k, d, mu, k, d), -1e-9 * along, 0
@@ -223,7 +223,7 @@ def test_a_pad_unloaded_by_a_relaxing_spring_slips_a_few_times_only(deflection: 
 
 @pytest.mark.parametrize("angle", [0.0, 0.7, 2.0, 4.5])
 @pytest.mark.parametrize("beside", [1e-9, 1e-8, 3e-8])
-def test_a_pad_unloaded_while_creeping_does_not_alternate_between_slip_and_stick(beside: float, angle: float) -> None:
+def test_a_creeping_pad_that_is_unloaded_does_not_alternate_between_slip_and_stick(beside: float, angle: float) -> None:
     """Its spring is turned, not stretched: that the limit is passed is the limit's doing, which falls."""
     mu, k, d, normal = 0.4, 4e7, 5e5, 645.0
     along, across = np.array([cos(angle), sin(angle)]), np.array([-sin(angle), cos(angle)])

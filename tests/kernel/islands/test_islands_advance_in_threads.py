@@ -50,7 +50,7 @@ def test_the_first_failure_in_the_order_of_islands_is_raised(threads: int) -> No
 
 
 @pytest.mark.parametrize("threads", [1, *THREADS])
-def test_an_interruption_stops_all_islands_and_is_raised_when_they_stand(threads: int) -> None:
+def test_an_interruption_stops_all_islands_before_it_is_raised(threads: int) -> None:
     going = []
 
     def endless(pause: Callable[[], None]) -> None:

@@ -19,7 +19,7 @@ HOOKED: list[Stage] = [
 ]
 
 
-def test_a_rope_between_two_islands_joins_them_and_a_resting_part_is_separated_again() -> None:
+def test_a_hooked_rope_joins_two_islands_and_an_unhooked_one_lets_a_resting_part_separate() -> None:
     s, whole = islands(TIED, cut_at_once=True), played(one(TIED), HOOKED)
     s.start()
     assert len(s.parts) == 2
@@ -34,7 +34,7 @@ def test_a_rope_between_two_islands_joins_them_and_a_resting_part_is_separated_a
         assert np.abs(last[at[group]] - expected[at[group]]).max() < APART * np.abs(expected[at[group]]).max(), group
 
 
-def test_a_loose_rope_keeps_its_far_end_for_when_it_is_hooked() -> None:
+def test_an_unhooked_rope_keeps_its_far_end_until_it_is_hooked() -> None:
     """Off the origin of a body of another island: its span is shown, and from there it pulls later."""
     line = Line(Point("load-a", (0.0, 0.1, 0.3)), Point("load-b", (0.2, 0.0, -0.4)))
     scene = replace(TWO, ropes=(*TWO.ropes, Rope("tug", (line,), 1e6, 10.2, 1e4, hooked=False)))
@@ -45,7 +45,7 @@ def test_a_loose_rope_keeps_its_far_end_for_when_it_is_hooked() -> None:
 
 
 @pytest.mark.parametrize("t", [1.0, 4.0, 18.0])
-def test_a_snapshot_keeps_the_cut(t: float) -> None:
+def test_a_snapshot_keeps_the_present_division_into_islands(t: float) -> None:
     first, second = (islands(TIED, cut_at_once=True) for _ in range(2))
     before, after = ([x for x in HOOKED if (x[0] <= t) is early] for early in (True, False))
     played(first, before, end=t)
@@ -56,7 +56,7 @@ def test_a_snapshot_keeps_the_cut(t: float) -> None:
     assert [(at, row.tobytes()) for at, row in second.rows] == [(at, row.tobytes()) for at, row in first.rows]
 
 
-def test_a_failure_after_an_event_elsewhere_comes_after_it() -> None:
+def test_the_failure_of_one_island_is_raised_after_an_earlier_event_of_another() -> None:
     """The rope of one is used up at 2.6 s; at 2.0 s the other is 1 m higher, and who hears that may stop the winch."""
     s = Islands(TWO, TOLERANCE, 2 * SECOND, frozenset({"height-a"}))
     s.start()
@@ -73,7 +73,7 @@ def test_a_failure_after_an_event_elsewhere_comes_after_it() -> None:
         s.run(4 * SECOND)
 
 
-def test_an_unknown_name_is_refused() -> None:
+def test_an_unknown_name_in_a_command_to_islands_is_refused() -> None:
     s = islands()
     s.start()
     with pytest.raises(KernelError, match="'rope-c': no drive, winch or master of this name"):

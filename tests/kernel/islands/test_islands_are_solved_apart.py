@@ -17,13 +17,13 @@ from two_loads import SECOND, TIED, TOLERANCE, TWO, UP, G, assert_alike, bodies,
 # ---- what ties ----------------------------------------------------------------------------------------------
 
 
-def test_ropes_connect_islands_and_the_ground_does_not() -> None:
+def test_ropes_connect_islands_but_the_ground_does_not() -> None:
     assert bodies(islands_of(TWO)) == [["load-a"], ["load-b"]]
     assert bodies(islands_of(TIED)) == [["load-a", "load-b"]]
     assert bodies(islands_of(TIED, {"tug"})) == [["load-a"], ["load-b"]]
 
 
-def test_a_loose_rope_belongs_to_its_first_end() -> None:
+def test_an_unhooked_rope_belongs_to_the_island_of_its_first_end() -> None:
     a, b = islands_of(TIED, {"tug"})
     assert [r.name for r in a.ropes] == ["rope-a", "tug"]
     assert a.ropes[1].lines[0].b.body == "world"
@@ -31,7 +31,7 @@ def test_a_loose_rope_belongs_to_its_first_end() -> None:
     assert [h.name for h in a.thresholds] == ["height-a"]
 
 
-def test_a_measured_master_connects_its_possible_followers_only() -> None:
+def test_a_measured_master_connects_only_its_possible_followers() -> None:
     still = System((Body("swing", 1.0),), (Joint("pin", "revolute", "world", "swing", axis=(0.0, 1.0, 0.0)),))
     lean = (Measured("lean", "angle", "load-a"),)
     assert bodies(islands_of(replace(merge([TWO, still], G), measured=lean))) == [["load-a", "load-b"], ["swing"]]
@@ -40,7 +40,7 @@ def test_a_measured_master_connects_its_possible_followers_only() -> None:
         assert bodies(islands_of(replace(merge([TWO, still], G), measured=own))) == [*found, ["swing"]]
 
 
-def test_a_body_that_cannot_move_is_no_island() -> None:
+def test_a_body_that_cannot_move_forms_no_island() -> None:
     post = System((Body("post", 1.0),), (Joint("foot", "fixed", "world", "post"),))
     assert bodies(islands_of(merge([post, TWO], G))) == [["post", "load-a"], ["load-b"]]
 
@@ -56,7 +56,7 @@ def chain(name: str, links: int) -> System:
     return System(tuple(bodies), tuple(joints))
 
 
-def test_any_number_of_islands_are_independent() -> None:
+def test_islands_do_not_influence_each_other() -> None:
     many = [chain(name, links) for name, links in zip("abcdefghijklmn", [5] * 10 + [1] * 4, strict=True)]
     assert [len(names) for names in bodies(islands_of(merge(many, G)))] == [5] * 10 + [1] * 4
 
@@ -69,12 +69,12 @@ def test_equal_islands_are_compiled_once(monkeypatch: pytest.MonkeyPatch, tmp_pa
     assert len(compiled) == 1
 
 
-def test_equal_islands_share_their_code() -> None:
+def test_equal_islands_share_machine_code() -> None:
     a, b = islands(native=False).parts
     assert a.native.structure == b.native.structure
 
 
-def test_ropes_that_will_be_hooked_connect_from_the_start() -> None:
+def test_ropes_that_will_be_hooked_join_islands_from_the_start() -> None:
     for ties, kind in (([], Islands), (["tug"], Simulation)):
         s = simulate(TIED, TOLERANCE, SECOND, frozenset(), "dopri5", None, ties)
         assert type(s) is kind
@@ -83,7 +83,7 @@ def test_ropes_that_will_be_hooked_connect_from_the_start() -> None:
 # ---- steps of their own -------------------------------------------------------------------------------------
 
 
-def test_each_island_takes_the_steps_that_it_would_take_alone() -> None:
+def test_each_island_takes_the_steps_that_it_takes_alone() -> None:
     both = played(islands(), UP)
     assert isinstance(both, Islands)
     for name, part in zip("ab", both.parts, strict=True):
@@ -94,7 +94,7 @@ def test_each_island_takes_the_steps_that_it_would_take_alone() -> None:
         assert [e for e in both.log if e[1].name.split("-")[1].startswith(name)] == alone.log
 
 
-def test_islands_give_the_samples_of_one_simulation() -> None:
+def test_islands_give_the_samples_of_a_single_simulation() -> None:
     both, whole = played(islands(), UP), played(one(), UP)
     assert [(e.name, e.what) for _, e in both.log] == [(e.name, e.what) for _, e in whole.log]
     assert_alike(both, whole, "q", "tension", "elongation", "poses", "potential")
@@ -144,7 +144,7 @@ def answered(commands: list[tuple[int, str, float]], cuts: Random | None, period
 
 @pytest.mark.parametrize("seed", range(8))
 @pytest.mark.large(beyond=2)
-def test_nothing_depends_on_how_calls_are_split_or_on_observers(seed: int) -> None:
+def test_splitting_calls_or_adding_observers_changes_no_result(seed: int) -> None:
     random = Random(seed)
     commands = [
         (random.randrange(SECOND, 5 * SECOND), random.choice("ab"), random.uniform(-1.0, 0.5)) for _ in range(6)
@@ -180,7 +180,7 @@ def test_an_event_of_one_lift_adds_a_row_to_that_lift_only() -> None:
         assert len(lift_rows.rows) >= len(own)
 
 
-def test_lifts_that_may_be_connected_share_their_rows() -> None:
+def test_lifts_that_may_be_coupled_share_their_rows() -> None:
     assert islands(lifts={"a": ["load-a"], "b": ["load-b"]}).lifts[0].name == "a"
     assert not islands(TIED, lifts={"a": ["load-a"], "b": ["load-b"]}).lifts
     three = merge([TIED, lift("c", 20.0)], G)

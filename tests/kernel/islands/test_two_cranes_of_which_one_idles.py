@@ -49,7 +49,7 @@ def cost(*parts: Simulation) -> float:
     return sum((p["accepted"] + p["rejected"]) * p.native.method.f_rate.operations for p in parts)
 
 
-def test_the_idle_crane_costs_nothing_and_changes_nothing() -> None:
+def test_an_idle_crane_costs_nothing_and_changes_nothing() -> None:
     two, whole = simulated(), simulated("together")
     assert isinstance(two, Islands)
     assert isinstance(whole, Simulation)
@@ -66,14 +66,14 @@ def test_the_idle_crane_costs_nothing_and_changes_nothing() -> None:
         assert np.abs(same[at] - expected[at]).max() < APART * np.abs(expected[at]).max(), group
 
 
-def test_the_run_is_the_same_in_one_process_or_in_ten(tmp_path: Path) -> None:
+def test_a_run_with_an_idle_crane_is_the_same_in_one_process_and_in_ten(tmp_path: Path) -> None:
     together = run(scene(), tmp_path / "together.mcap", in_process=True)
     apart = run(scene(), tmp_path / "apart.mcap")
     assert apart.digest == together.digest
     assert together.energy_error < 1e-6
 
 
-def test_a_crane_without_load_is_drawn_too() -> None:
+def test_a_crane_without_load_is_drawn() -> None:
     plan = parse(unstated(bundled()["lift"].read_text()).replace(CRANE, f"{CRANE}\n{IDLE}")).plan
     drawn = boxes(plan)
     assert {"idle.main", "idle.upper", "idle.lower"} <= {box.body for box in drawn}

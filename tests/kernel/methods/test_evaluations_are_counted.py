@@ -6,7 +6,7 @@ from small_scenes import SECOND, hung, started
 
 
 @pytest.mark.parametrize("method", ["dopri5", "dop853", "radau5", *sorted(PEERS)])
-def test_counted_evaluations_are_those_made(method):
+def test_the_counted_evaluations_are_those_made(method):
     """On floats every evaluation is a call of the function that the native code calls."""
     simulation = started(hung(60.2), method=method, tolerance=1e-3, native=False)
     rate, made = simulation.method.f_rate, [0]
@@ -34,7 +34,7 @@ def test_counted_evaluations_are_those_made(method):
     assert made[0] == simulation.native.evaluations - before > 20
 
 
-def test_fixed_steps_cost_what_their_tableau_states():
+def test_fixed_steps_cost_as_many_evaluations_as_their_tableau_has_stages():
     simulation = started(hung(60.2), method="rk4", step=0.01)
     simulation.run(SECOND // 2)
     assert simulation.native.evaluations == 4 * simulation["accepted"]

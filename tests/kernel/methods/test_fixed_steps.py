@@ -32,7 +32,7 @@ def put_aside(s, x: float = 1.0) -> None:
 
 
 @pytest.mark.parametrize(("method", "name"), [("semi-implicit-euler", "h_max_leapfrog"), ("rk4", "h_max_rk4")])
-def test_the_limit_of_stability_is_that_of_theory(method, name):
+def test_the_stability_limit_of_fixed_steps_is_that_of_theory(method, name):
     limit = C21["expected"][name]
     started(oscillator(0.0), method=method, step=limit * (1.0 - AT_LIMIT))
     with pytest.raises(KernelError, match=r"since .load. on .spring. swings at 1.32 Hz; choose at most 0.\d+ s") as e:
@@ -57,7 +57,7 @@ def test_the_frequency_error_of_semi_implicit_euler_is_that_of_leapfrog():
     assert acos(cosine) / (W * H) - 1.0 == pytest.approx(C21["expected"]["leapfrog"], abs=FREQUENCY)
 
 
-def test_its_energy_error_stays_bounded():
+def test_the_energy_error_of_semi_implicit_euler_stays_bounded():
     """The modified energy H - (w h)/2 p q of Hairer, Lubich, Wanner, IX.1."""
     s = started(oscillator(), method="semi-implicit-euler", step=H, sample_ns=SECOND // 10)
     hand_over(s, 200 * SECOND)
@@ -67,14 +67,14 @@ def test_its_energy_error_stays_bounded():
     assert late < 1.01 * W * H * energy[0]
 
 
-def test_the_step_is_checked_again_when_a_rope_tightens():
+def test_the_stability_of_a_fixed_step_is_checked_again_when_a_rope_tightens():
     """A load on a slack rope has no mode at all; when the rope catches it the step is too long."""
     s = started(hung(59.9), method="rk4", step=0.5)
     with pytest.raises(KernelError, match=r"step 0.5 s at 0.143 s: too long for method 'rk4'"):
         hand_over(s, SECOND)
 
 
-def test_energy_out_of_nothing_ends_the_run():
+def test_energy_created_by_a_fixed_step_ends_the_run():
     s = started(oscillator(0.0), method="rk4", step=0.3, sample_ns=SECOND // 10)
     put_aside(s)
     at = s.program.parameters.at["spring", "spring"]
@@ -83,7 +83,7 @@ def test_energy_out_of_nothing_ends_the_run():
         hand_over(s, 60 * SECOND)
 
 
-def test_values_that_are_not_finite_are_reported():
+def test_infinite_values_with_fixed_steps_are_reported():
     s = started(slider(), method="rk4", step=0.01)
     s.P[s.program.parameters.at["gravity", ""]] = np.nan
     with pytest.raises(KernelError, match=r"body 'load' at \d.\d+ s: its motion is not finite"):
@@ -107,7 +107,7 @@ def test_the_reference_scene_runs_at_fixed_steps(method, step, error):
     assert whole["accepted"] == pytest.approx(2.0 / step, abs=2)
 
 
-def test_one_period_has_its_exact_length():
+def test_one_pendulum_period_with_fixed_steps_has_its_exact_length():
     s = started(oscillator(), method="rk4", step=2.0 * pi / W / 200.0)
     hand_over(s, round(2.0 * pi / W * SECOND))
     assert s.state[0] == pytest.approx(1.0, abs=1e-6)

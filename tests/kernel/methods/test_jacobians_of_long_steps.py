@@ -47,13 +47,13 @@ def by_central_differences(s) -> np.ndarray:
 
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.large(beyond=1)
-def test_jacobians_agree_with_central_differences(seed):
+def test_jacobians_of_implicit_methods_agree_with_central_differences(seed):
     s = moving(seed)
     mine, other = by_native_loop(s), by_central_differences(s)
     for part, true in zip(mine, other, strict=True):
         assert np.abs(part - true).max() < CLOSE * np.abs(true).max()
 
 
-def test_the_float_oracle_agrees_but_for_rounding():
+def test_jacobians_on_floats_agree_except_for_rounding():
     native, floats = by_native_loop(moving(1)), by_native_loop(moving(1, native=False))
     assert np.abs(native - floats).max() < ROUNDED * np.abs(native).max()

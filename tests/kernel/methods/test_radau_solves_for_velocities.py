@@ -43,13 +43,13 @@ def lever(t: np.ndarray, s) -> np.ndarray:
 
 
 @pytest.mark.parametrize("kind", [kind for kind, joint in JOINTS.items() if joint.n_v])
-def test_velocities_are_recovered_from_the_rates_of_coordinates(kind):
+def test_radau_recovers_velocities_from_the_rates_of_coordinates(kind):
     r, joint = Random(kind), JOINTS[kind]
     q, v = (np.array([r.uniform(-1.0, 1.0) for _ in range(n)]) for n in (joint.n_q, joint.n_v))
     assert np.abs(speeds(kind, q, rates(kind, q, v)) - v).max() < ROUNDED
 
 
-def test_a_trolley_crosses_a_hanging_beam():
+def test_a_trolley_crosses_a_hanging_beam_with_radau():
     """All is followed to the tolerance, the swing of the beam, too; the work of the drive, which grows by kilojoules in
     a step, says nothing against the iterations."""
     s = driven(tolerance=TOLERANCE)

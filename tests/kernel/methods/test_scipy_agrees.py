@@ -22,14 +22,14 @@ def tensions(method, **options):
 
 
 @pytest.mark.parametrize("method", TENSION)
-def test_the_tensions_of_the_reference_scene(method):
+def test_the_tensions_of_the_reference_scene_agree_with_scipy(method):
     exact = tensions("dop853", tolerance=1e-11)
     error = np.abs(tensions(method, tolerance=TOLERANCE) - exact).max() / exact.max()
     assert error < TENSION[method]
 
 
 @pytest.mark.parametrize("method", PEERS)
-def test_the_instants_of_a_bouncing_load(method):
+def test_the_impact_times_of_a_bouncing_load_agree_with_scipy(method):
     both = []
     for name, tolerance in ((method, 1e-9), ("dop853", 1e-11)):
         s = started(hung(59.9), method=name, tolerance=tolerance)
@@ -39,5 +39,5 @@ def test_the_instants_of_a_bouncing_load(method):
     assert both[0] == pytest.approx(both[1], abs=INSTANT)
 
 
-def test_scenes_and_kernel_know_the_same_methods():
+def test_scenes_and_kernel_offer_the_same_methods():
     assert set(get_args(MethodName)) == METHODS.keys() - PEERS.keys()

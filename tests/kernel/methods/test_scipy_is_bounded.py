@@ -12,7 +12,7 @@ NANOSECOND = 2e-9  # [s] event times are rounded up
 @pytest.mark.parametrize("method", sorted(PEERS))
 @pytest.mark.parametrize(("speed", "thickness"), [(4.0, 0.02), (60.0, 0.05), (120.0, 0.01)])
 @pytest.mark.large(beyond=4)
-def test_a_ball_does_not_pass_through_a_plate(method, speed, thickness):
+def test_scipy_steps_are_bounded_so_that_a_ball_does_not_pass_through_a_plate(method, speed, thickness):
     """With the longest steps of 0.1 s it would be behind the plate before anything is looked at."""
     size = (thickness, 2.0, 2.0)
     thrown, joint = ball("ball", 0.1, 1.0, (-3.0, 0.1, 0.2), (speed, *STILL[1:]))

@@ -52,7 +52,7 @@ def first_events(method: str, tolerance: float) -> list[int]:
 
 @pytest.mark.parametrize("method", IMPLICIT)
 @pytest.mark.large(beyond=2)
-def test_a_step_that_is_refused_leads_to_the_same_event_in_shorter_ones(method, monkeypatch):
+def test_a_refused_step_to_an_event_is_repeated_in_shorter_steps(method, monkeypatch):
     """Whatever the method: of eight attempts three are refused, and no event is lost."""
     times, refusals = first_events(method, IMPLICIT[method]), count()
     message = counted(monkeypatch, lambda: next(refusals) % 8 < 3)

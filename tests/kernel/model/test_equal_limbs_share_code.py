@@ -42,7 +42,7 @@ def accelerations(system, formulation, native):
 @pytest.mark.parametrize("native", [False, True])
 @pytest.mark.parametrize(("legs", "odd"), [(2, 0.0), (3, 0.0), (5, 0.1)])
 @pytest.mark.large(beyond=2)
-def test_shared_limbs_move_as_in_the_whole_tree(legs, odd, native):
+def test_limbs_with_shared_code_move_as_in_the_whole_tree(legs, odd, native):
     got, want = (accelerations(spider(legs, odd), f, native) for f in ("recursive", "articulated"))
     assert np.abs(got - want).max() < SAME * np.abs(want).max()
 
@@ -65,7 +65,7 @@ def test_more_than_two_equal_limbs_add_no_code():
     assert "limb0.0.bend" in code(5, 0.1)
 
 
-def test_a_mode_without_resistance_is_named_all_the_same():
+def test_a_massless_direction_in_a_limb_is_named():
     from heavylift.kernel import KernelError
 
     system = spider(3)

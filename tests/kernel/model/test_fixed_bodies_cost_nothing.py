@@ -37,7 +37,7 @@ def operations(system: System) -> int:
     return sum(n.op != "in" for n in shared.accelerate.nodes)
 
 
-def test_two_bodies_move_as_one():
+def test_two_bodies_on_a_fixed_joint_move_as_one():
     held, one = (started(s) for s in (System((ARM, TOOL), (PIN, GRIP)), System((welded(),), (PIN,))))
     for s in (held, one):
         s.run(2_000_000_000)
@@ -46,11 +46,11 @@ def test_two_bodies_move_as_one():
     assert held.state[:n] == pytest.approx(one.state[:n], rel=SAME)
 
 
-def test_a_fixed_body_leaves_no_trace_in_the_code():
+def test_a_body_on_a_fixed_joint_adds_no_code():
     one, held = System((welded(),), (PIN,)), System((ARM, TOOL), (PIN, GRIP))
     assert operations(held) == operations(one)
 
 
-def test_a_fixed_joint_still_reports_its_load():
+def test_a_fixed_joint_still_reports_its_reaction():
     s = started(System((ARM, TOOL), (replace(PIN, v0=(0.0,) * 3), GRIP)))
     assert np.linalg.norm(reactions(s)["grip"].force) > 0.5 * TOOL.mass * 9.8

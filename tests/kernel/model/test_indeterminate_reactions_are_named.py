@@ -57,7 +57,7 @@ def test_indeterminate_reactions_are_the_least_norm_of_numpy():
     assert got == pytest.approx(least, abs=SOLVED * WEIGHT)
 
 
-def test_one_hinge_or_a_hinge_and_a_ball_on_rollers_are_determined():
+def test_a_hinge_alone_or_with_a_ball_on_rollers_has_determinate_reactions():
     assert named(asked(door((0.0,)))) == {"h0": set()}
     guided = asked(door((1.0, -1.0), ("spherical", "cylindrical")))
     assert named(guided) == {"h0": {"force x", "force y"}, "h1": {"force x", "force y", "moment x", "moment y"}}
@@ -65,7 +65,7 @@ def test_one_hinge_or_a_hinge_and_a_ball_on_rollers_are_determined():
 
 
 @pytest.mark.parametrize("elastic", [False, True])
-def test_a_body_welded_twice_is_indeterminate_and_one_welded_and_sprung_is_not(elastic):
+def test_a_body_welded_twice_is_indeterminate_but_welded_and_sprung_it_is_not(elastic):
     load = Body("load", MASS, inertia=cube(MASS))
     slide = Joint("slide", "prismatic", WORLD, "carriage", axis=X)
     weld = [Joint(f"weld{i}", "fixed", "carriage", "load", p, p_CJ=p) for i, p in enumerate((X, Y))]
@@ -80,7 +80,7 @@ def test_a_body_welded_twice_is_indeterminate_and_one_welded_and_sprung_is_not(e
     assert carried["slide"].force[2] == pytest.approx(WEIGHT + G, rel=EXACT)
 
 
-def test_a_planar_linkage_in_space_is_determinate_in_its_plane_only():
+def test_a_planar_linkage_in_space_is_determinate_only_in_its_plane():
     carried = asked(replace(four_bar(), gravity=G))
     assert set(map(frozenset, named(carried).values())) == {frozenset({"force y", "moment x", "moment z"})}
     free = asked(replace(_with_balls(four_bar()), gravity=G))
@@ -100,7 +100,7 @@ def _with_balls(system):
     return replace(system, joints=tuple(joints))
 
 
-def test_the_twists_that_plates_of_a_sarrus_linkage_may_take_are_named():
+def test_the_indeterminate_twists_of_a_sarrus_linkage_are_named():
     """One redundancy: all hinges in a chain share one pattern, and nothing else is uncertain."""
     carried = asked(replace(sarrus(), gravity=G))
     assert all("force z" not in r.indeterminate for r in carried.values())
@@ -126,20 +126,20 @@ def test_three_ropes_in_a_plane_share_by_the_least_norm_and_three_in_a_triangle_
     assert not triangle.shared
 
 
-def test_only_the_ropes_that_share_are_named():
+def test_only_ropes_that_share_an_indeterminate_load_are_named():
     """Two ropes at one end of a beam, one at the other: the lone one carries its half for certain."""
     carried = asked(hung((-1.0, 0.0), (-1.0, 0.0), (1.0, 0.0)))
     assert carried.tensions == pytest.approx({"r0": WEIGHT / 4.0, "r1": WEIGHT / 4.0}, rel=SOLVED)
 
 
-def test_no_rope_is_shown_to_push():
+def test_no_rope_is_reported_to_push():
     """The least norm of six would push with one of them: that one is slack, and the others share."""
     carried = asked(hung((-0.1, 0.0), (2.0, 0.0), (0.9, 0.0), (-0.1, 0.0), (-0.1, 0.0), (-0.11, 0.0)))
     assert min(carried.tensions.values()) >= 0.0
     assert sum(carried.tensions.values()) == pytest.approx(WEIGHT, rel=SOLVED)
 
 
-def test_rigid_feet_share_a_load_and_the_contacts_are_named():
+def test_rigid_feet_share_an_indeterminate_load_and_the_contacts_are_named():
     feet = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)]
     contacts = tuple(
         Contact(f"foot{i}", Ball("table", (x, y, 0.0), 0.1), Plane(), 0.0) for i, (x, y) in enumerate(feet)
@@ -151,7 +151,7 @@ def test_rigid_feet_share_a_load_and_the_contacts_are_named():
     assert three.contacts == ()
 
 
-def test_the_table_marks_indeterminate_reactions():
+def test_the_table_of_reactions_marks_indeterminate_ones():
     simulation = started(door(), native=False)
     found = equilibrium(simulation)
     text = statics_text(found, reactions(simulation), 0.0)
@@ -171,7 +171,7 @@ def notes(system, **options):
     return [note.sentence for note in simulation.notes]
 
 
-def test_a_run_that_records_such_loads_reports_so_once():
+def test_a_run_with_indeterminate_loads_notes_it_once():
     (message,) = notes(door())
     assert message.startswith(
         "joint 'h0', joint 'h1', joint 'h2' at 0.000 s: how they share their load is not determined"

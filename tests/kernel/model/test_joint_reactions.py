@@ -16,7 +16,7 @@ PRECISE = 1e-9  # relative, as the closed form asks
 EXACT = 1e-12
 
 
-def test_the_falling_arm_carries_the_forces_of_the_closed_form():
+def test_reactions_of_a_falling_arm_agree_with_the_closed_form():
     carried = reactions(started(arm(), native=False))
     angle = [0.0, GIVEN["q"][0], GIVEN["q"][0], GIVEN["q"][0] + GIVEN["q"][2]]  # of each joint's parent
     for i in range(4):
@@ -27,7 +27,7 @@ def test_the_falling_arm_carries_the_forces_of_the_closed_form():
         assert carried[f"hinge{i}"].moment[1] == pytest.approx(0.0, abs=1e-8)  # the hinge is free
 
 
-def test_the_base_of_the_resting_arm_carries_its_weight_and_its_lever():
+def test_the_base_of_a_resting_arm_carries_its_weight_and_moment():
     simulation = started(arm(at_rest=True), native=False)
     base = reactions(simulation)["hinge0"]
     assert base.force == pytest.approx([0.0, 0.0, WANT["total_weight"]], abs=1e-9)
@@ -50,26 +50,26 @@ def test_a_cantilever_of_fixed_joints_carries_weight_shear_and_moment():
     assert carried["wall"].moment == pytest.approx([0.3 * 50.0 * G, -(100.0 + 2.5 * 50.0) * G, 0.0], rel=EXACT)
 
 
-def test_reactions_are_in_the_joint_s_own_axes():
+def test_reactions_are_given_in_the_axes_of_the_joint():
     turned = ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))  # the joint's y axis points up
     joint = Joint("weld", "prismatic", "world", "load", R_PJ=turned, axis=X)
     carried = reactions(started(System((Body("load", 10.0),), (joint,), gravity=G), native=False))
     assert carried["weld"].force == pytest.approx([0.0, 10.0 * G, 0.0], abs=1e-12)
 
 
-def test_along_a_free_axis_a_joint_carries_the_force_of_its_laws():
+def test_along_a_free_axis_a_joint_transmits_only_the_force_of_its_laws():
     spring = JointSpring("spring", "load-guide", k=1e5, d=0.0, q_rest=0.01)
     system = replace(System((Body("load", 10.0),), (Joint("load-guide", "prismatic", "world", "load", axis=Z),)))
     system = replace(system, springs=(spring,), gravity=G)
     assert reactions(started(system, native=False))["load-guide"].force[2] == pytest.approx(1e3, rel=EXACT)
 
 
-def test_a_load_on_a_rope_exerts_no_force_on_its_guide():
+def test_a_load_on_a_vertical_rope_exerts_no_force_on_its_guide():
     simulation = started(hung(60.01), native=False)
     assert reactions(simulation)["load-guide"].force == pytest.approx([0.0, 0.0, 0.0], abs=1e-6)
 
 
-def test_a_driven_trolley_carries_the_swing_of_its_pendulum():
+def test_the_joint_of_a_driven_trolley_carries_the_swing_of_its_pendulum():
     """Prescribed and braked axes: the drive's force is the reaction along it, C11b at the end of a swing."""
     form = next(f for f in FORMS if f["id"] == "C11b")
     m, L, start = form["given"]["m"], form["given"]["L"], np.radians(form["given"]["th0_deg"])

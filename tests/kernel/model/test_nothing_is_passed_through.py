@@ -16,7 +16,7 @@ def bar(size):
 
 @pytest.mark.parametrize("height", [0.3, 1.0, 1.7, 5.0])
 @pytest.mark.large
-def test_a_rod_falls_on_a_bar_across_it(height):
+def test_a_falling_rod_does_not_pass_through_a_crossing_bar(height):
     along, across = (0.1, 4.0, 0.1), (4.0, 0.1, 0.1)
     body, post = bar(across)
     pair = Contact("pair", Box("rod", along), Box("bar", across), 0.3)
@@ -29,7 +29,7 @@ def test_a_rod_falls_on_a_bar_across_it(height):
 
 @pytest.mark.parametrize("speed", [2.0, 8.0, 50.0])
 @pytest.mark.parametrize("method", ["dopri5", "dop853"])
-def test_a_ball_hits_a_thin_wall(speed, method):
+def test_a_fast_ball_does_not_pass_through_a_thin_wall(speed, method):
     size = (0.05, 2.0, 2.0)
     body, post = bar(size)
     thrown, joint = ball("ball", 0.1, 1.0, (-3.0, 0.1, 0.2), (speed, *STILL[1:]))
@@ -40,7 +40,7 @@ def test_a_ball_hits_a_thin_wall(speed, method):
     assert s.state[0] < -0.125
 
 
-def test_two_balls_meet_head_on():
+def test_two_fast_balls_do_not_pass_through_each_other():
     balls = [ball(n, 0.05, 1.0, (x, 0.0, 0.0), (v, *STILL[1:])) for n, x, v in (("a", -4.0, 9.0), ("b", 3.0, -9.0))]
     pair = Contact("pair", Ball("a", radius=0.05), Ball("b", radius=0.05), 0.0, 1.0)
     s = started(System(tuple(b for b, _ in balls), tuple(j for _, j in balls), contacts=(pair,), gravity=0.0))
@@ -50,7 +50,7 @@ def test_two_balls_meet_head_on():
 
 @pytest.mark.parametrize("method", ["rk4", "semi-implicit-euler", "radau5"])
 @pytest.mark.parametrize(("speed", "blind"), [(0.5, False), (50.0, True)])
-def test_a_fixed_step_reports_from_which_speed_it_could_miss_a_wall(method, speed, blind):
+def test_a_fixed_step_reports_the_speed_at_which_it_could_miss_a_wall(method, speed, blind):
     """Half extents of 0.125 m in steps of 0.02 s: 6.25 m/s, and more while the wall is far."""
     size = (0.05, 2.0, 2.0)
     body, post = bar(size)

@@ -20,7 +20,7 @@ def tree_of(system, prescribed=()):  # numbers of velocities
 
 
 @pytest.mark.parametrize("numbers", RANDOM[:10])
-def test_a_prescribed_slide_on_a_turning_arm(numbers):
+def test_a_prescribed_slide_on_a_turning_arm_has_its_exact_acceleration(numbers):
     angle, w, r, dr, ddr, _ = numbers
     bodies = Body("arm", 1.0), Body("trolley", 1.0)
     joints = (
@@ -35,7 +35,7 @@ def test_a_prescribed_slide_on_a_turning_arm(numbers):
 
 
 @pytest.mark.parametrize("numbers", RANDOM[10:])
-def test_a_turning_beam_carries_the_centrifugal_load_of_what_it_holds(numbers):
+def test_a_rotating_beam_carries_the_centrifugal_load_of_its_tip(numbers):
     angle, w, dw, arm, length, mass = numbers
     beam = Flexible(2, Beam(length, 10.0, EI_y=1e6, EI_z=1e6), damping=0.1)
     bodies = Body("arm", 1.0), Body("boom", 0.0, flexible=beam), Body("load", mass)

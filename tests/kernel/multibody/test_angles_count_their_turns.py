@@ -46,7 +46,7 @@ def wheel(axis=Z, q0=0.0, v0=0.0, kind="revolute", **parts) -> System:
 @pytest.mark.parametrize("kind", ["revolute", "free"])
 @pytest.mark.parametrize("axis", [0, 1])
 @pytest.mark.parametrize("goal", [150.0, 181.0, 200.0, 359.0, 725.0, -190.0, -1000.0])
-def test_a_threshold_fires_when_the_body_has_turned_that_far(kind, axis, goal):
+def test_an_angle_threshold_beyond_a_full_turn_fires_at_that_angle(kind, axis, goal):
     """A free body turns by many radians within one step: nothing holds it, so nothing makes the steps shorter."""
     speed = 3.0 if goal > 0.0 else -3.0
     scene = wheel(AXES[axis], v0=speed, kind=kind, thresholds=(Threshold("there", "angle", of="wheel", axis=axis),))
@@ -59,7 +59,7 @@ def test_a_threshold_fires_when_the_body_has_turned_that_far(kind, axis, goal):
     assert t == pytest.approx(radians(goal) / speed * 1e9, abs=ROUNDING + 1.0)
 
 
-def test_a_threshold_exceeded_at_the_start_fires_at_once_and_one_a_turn_behind_does_not():
+def test_an_angle_threshold_exceeded_at_the_start_fires_at_once_but_one_turn_less_does_not():
     parts = tuple(Threshold(name, "angle", of="wheel", axis=1) for name in ("behind", "ahead"))
     s = started(wheel(Y, q0=radians(400.0), v0=1.0, thresholds=parts))
     s.watch("behind", radians(390.0), True)
@@ -70,7 +70,7 @@ def test_a_threshold_exceeded_at_the_start_fires_at_once_and_one_a_turn_behind_d
 
 
 @pytest.mark.parametrize("turns", [0.4, 0.6, 1.2, 3.7])
-def test_a_drive_follows_a_measured_angle_past_half_a_turn(turns):
+def test_a_drive_follows_a_measured_angle_beyond_half_a_turn(turns):
     """Its reference is k times the angle, without a jump of 2 pi k; a snapshot in mid-turn changes nothing."""
     k, speed = 0.25, 2.0 * pi * turns
     slide = Joint("slide", "prismatic", "world", "slide", axis=X)
@@ -113,7 +113,7 @@ def spring(kind: str, axis=Z) -> Bushing | Torsion:
     ("start", "speed"), [(0.0, 4.0), (0.0, 9.0), (3.0, 30.0), (pi, 0.0), (-8.0, 2.0), (40.0, -3.0)]
 )
 @pytest.mark.parametrize("axis", [Z, (0.6, 0.0, -0.8)])
-def test_a_spring_is_wound_up_by_any_number_of_turns(kind, start, speed, axis):
+def test_a_torsion_spring_is_wound_up_by_any_number_of_turns(kind, start, speed, axis):
     """q'' = -w^2 q from any angle of the hinge, and all energy stays in the accounts."""
     scene = wheel(axis, q0=start, v0=speed * W, forces=(spring(kind, axis),))
     s = started(scene, tolerance=1e-9, sample_ns=SECOND // 50)
@@ -128,7 +128,7 @@ def test_a_spring_is_wound_up_by_any_number_of_turns(kind, start, speed, axis):
     assert angle == pytest.approx(q[:, 0], abs=1e-9)
 
 
-def test_a_shaft_between_two_turning_bodies_counts_the_joints_of_both():
+def test_a_shaft_between_two_turning_bodies_counts_the_rotation_of_both_joints():
     """Two discs on one axis, the second carried by the first: the spring sees their difference."""
     other = Joint("neck", "revolute", "wheel", "disc", axis=(0.0, 0.0, -1.0), q0=(7.0,))
     shaft = Torsion("shaft", "disc", "wheel", Z, K)
@@ -139,7 +139,7 @@ def test_a_shaft_between_two_turning_bodies_counts_the_joints_of_both():
 
 
 @pytest.mark.parametrize("turns", [0.3, 0.8, 1.4])
-def test_statics_wind_a_spring_beyond_half_a_turn(turns):
+def test_statics_winds_a_spring_beyond_half_a_turn(turns):
     moment = K * 2.0 * pi * turns
     push = Load("push", Point("wheel"), moment=(0.0, 0.0, moment))
     s = started(wheel(forces=(spring("torsion"), push)))
@@ -147,7 +147,7 @@ def test_statics_wind_a_spring_beyond_half_a_turn(turns):
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_a_body_that_tumbles_in_a_bushing_ends_the_run_before_its_rotation_vector_is_singular(seed):
+def test_a_body_tumbling_in_a_bushing_ends_the_run_before_the_rotation_vector_is_singular(seed):
     random = np.random.default_rng(seed)
     distance = random.normal(size=3)
     distance *= 12.0 / np.linalg.norm(distance)
@@ -173,7 +173,7 @@ def test_a_body_that_stays_below_half_a_turn_in_a_bushing_is_accepted():
     assert rz == pytest.approx(3.0 * sin(W), abs=EXACT)
 
 
-def test_cubes_turn_alike_at_fixed_steps_of_any_angle():
+def test_cubes_turn_alike_with_fixed_steps_of_any_angle():
     """100 rad/s in steps of 50 ms: five radians each."""
     scene = System((Body("wheel", 1.0, inertia=cube(1.0)),), wheel(Y, v0=100.0).joints, gravity=0.0)
     scene = replace(scene, measured=(Measured("angle", "angle", "wheel", axis=1),))
@@ -183,7 +183,7 @@ def test_cubes_turn_alike_at_fixed_steps_of_any_angle():
     assert s.commands.masters_now() == pytest.approx([100.0], abs=EXACT)
 
 
-def test_turns_are_kept_where_islands_merge():
+def test_turn_counts_are_kept_when_islands_merge():
     """A wheel that has turned one and a half times is tied to a block by a slack rope; its threshold comes at two."""
     tie = Rope("tie", (Line(Point("wheel", (0.0, 0.5, 0.0)), Point("block")),), 1e5, 100.0, hooked=False)
     scene = wheel(Y, v0=2.0 * pi, thresholds=(Threshold("two", "angle", of="wheel", axis=1),))

@@ -52,7 +52,7 @@ def relative(x, want):
 
 
 @pytest.mark.parametrize("kind", MOVING)
-def test_joints_alone_and_on_a_moving_body_agree_with_pinocchio(kind):
+def test_joints_on_the_ground_and_on_a_moving_body_agree_with_pinocchio(kind):
     alone = System((SOLID,), (joint(kind),), gravity=GRAVITY)
     carrier = Joint("carrier", "free", "world", "b")
     carried = System((Body("b", 900.0, inertia=SOLID.inertia), SOLID), (carrier, joint(kind, parent="b")))
@@ -65,7 +65,7 @@ def test_joints_alone_and_on_a_moving_body_agree_with_pinocchio(kind):
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_random_trees_of_all_joints_agree_with_pinocchio(seed):
+def test_random_trees_of_all_joint_types_agree_with_pinocchio(seed):
     system = random_system(seed, 8, 2.0, kinds=(*KINDS, "constant-velocity"))
     program = Program(system)
     q, v = random_state(program.graph, seed)
@@ -127,7 +127,7 @@ def test_random_trees_agree_with_mujoco(seed):
 # ---- closed forms --------------------------------------------------------------------------------------------
 
 
-def test_a_nut_falls_along_its_screw_as_its_turning_inertia_allows():
+def test_a_nut_falls_along_its_screw_as_its_inertia_allows():
     """q'' = -m g p / (m p^2 + I) about a vertical screw of pitch p."""
     p, m, I = 0.05, 120.0, 3.0
     nut = Body("nut", m, inertia=((5.0, 0.0, 0.0), (0.0, 5.0, 0.0), (0.0, 0.0, I)))
@@ -141,7 +141,7 @@ def test_a_nut_falls_along_its_screw_as_its_turning_inertia_allows():
 
 @pytest.mark.parametrize("bend", [0.0, 0.3, 1.2, 2.5])
 @pytest.mark.parametrize("turn", [0.0, 0.7, 2.0, 4.1])
-def test_shafts_of_a_constant_velocity_joint_turn_equally_at_any_bend(bend, turn):
+def test_shafts_of_a_constant_velocity_joint_turn_at_equal_rates_at_any_bend(bend, turn):
     """The output shaft keeps its direction in the world; the component of its angular velocity along itself is the
     input's, in every position (a universal joint lets it swing between cos and 1/cos of the bend)."""
     system = System(
@@ -166,7 +166,7 @@ def test_shafts_of_a_constant_velocity_joint_turn_equally_at_any_bend(bend, turn
 
 
 @pytest.mark.parametrize("kind", MOVING)
-def test_energy_is_conserved_in_machine_code(kind):
+def test_every_joint_type_conserves_energy_in_machine_code(kind):
     """The balance closes with a damped spring on every coordinate: columns, bias, places and laws fit each other."""
     v0 = tuple(0.3 + 0.2 * i for i in range(JOINTS[kind].n_v))
     springs = tuple(JointSpring(c, "j", 2e3, 1e2, 0.1, coordinate=c) for c in JOINTS[kind].actable)
@@ -180,7 +180,7 @@ def test_energy_is_conserved_in_machine_code(kind):
     assert bool(springs) == (e[-1, 4] > 1.0), "the damping made heat"
 
 
-def test_axes_are_those_about_which_parts_move():
+def test_joint_axes_are_those_about_which_parts_move():
     """Planar: `second` is x; universal: the first turn carries the second axis; both shown by the child's pose."""
 
     def pose(kind, q0, **axes):

@@ -40,7 +40,7 @@ def inertia(tree, q):
 
 @EVERY
 @TREES
-def test_inverse_dynamics_undoes_forward_dynamics(seed, n):
+def test_inverse_dynamics_inverts_forward_dynamics(seed, n):
     parts, random = trees(seed, n, 3.0)
     for tree, q, v in parts:
         W = [random.normal(scale=1e4, size=6) for _ in tree.bodies]
@@ -52,7 +52,7 @@ def test_inverse_dynamics_undoes_forward_dynamics(seed, n):
 
 @EVERY
 @TREES
-def test_forward_dynamics_leaves_no_force_unbalanced_over_twelve_decades_of_inertia(seed, n):
+def test_forward_dynamics_balances_forces_over_twelve_decades_of_inertia(seed, n):
     parts, random = trees(seed, n, DECADES)
     for tree, q, v in parts:
         W = [np.zeros(6)] * len(tree.bodies)
@@ -67,7 +67,7 @@ def test_forward_dynamics_leaves_no_force_unbalanced_over_twelve_decades_of_iner
 
 @EVERY
 @TREES
-def test_the_inertia_matrix_is_positive_and_the_independent_one(seed, n):
+def test_the_inertia_matrix_is_positive_definite_and_equals_the_independent_one(seed, n):
     system = random_system(seed, n, 3.0)
     graph = build_graph(system)
     q, _ = random_state(graph, seed)
@@ -82,7 +82,7 @@ def test_the_inertia_matrix_is_positive_and_the_independent_one(seed, n):
 
 @EVERY
 @TREES
-def test_over_twelve_decades_the_inertia_matrix_stays_positive(seed, n):
+def test_the_inertia_matrix_stays_positive_definite_over_twelve_decades(seed, n):
     for tree, q, _ in trees(seed, n, DECADES)[0]:
         H = inertia(tree, q)
         if len(H):
@@ -92,7 +92,7 @@ def test_over_twelve_decades_the_inertia_matrix_stays_positive(seed, n):
 
 @EVERY
 @TREES
-def test_the_inertia_matrix_changes_by_the_coriolis_matrix_and_its_transpose(seed, n):
+def test_the_rate_of_the_inertia_matrix_is_the_coriolis_matrix_plus_its_transpose(seed, n):
     system = random_system(seed, n, 3.0)
     graph = build_graph(system)
     q, v = random_state(graph, seed)
@@ -109,7 +109,7 @@ def test_the_inertia_matrix_changes_by_the_coriolis_matrix_and_its_transpose(see
 
 @EVERY
 @TREES
-def test_energy_changes_by_the_power_of_the_joint_forces(seed, n):
+def test_the_rate_of_energy_is_the_power_of_the_joint_forces(seed, n):
     parts, random = trees(seed, n, 3.0)
     for tree, q, v in parts:
         tau = random.normal(scale=1e4, size=len(v))

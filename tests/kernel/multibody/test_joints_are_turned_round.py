@@ -41,7 +41,7 @@ def hung(kind, turned):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_joint_written_from_the_load_moves_as_one_written_from_the_arm(kind):
+def test_a_joint_written_from_child_to_parent_moves_like_one_from_parent_to_child(kind):
     one, other = (started(hung(kind, turned), tolerance=1e-11) for turned in (False, True))
     assert [k.body.name for k in other.program.graph.links] == ["arm", "load"]
     for s in (one, other):
@@ -52,7 +52,7 @@ def test_a_joint_written_from_the_load_moves_as_one_written_from_the_arm(kind):
     assert Rotation.from_matrix(R_.T @ R).magnitude() < SAME
 
 
-def test_a_joint_with_the_world_as_its_child_is_driven_as_any_other():
+def test_a_joint_with_the_world_as_child_is_driven_like_any_other():
     joint = Joint("rail", "prismatic", "load", WORLD, axis=(-1.0, 0.0, 0.0), q0=(1.0,))
     system = System((Body("load", 3.0),), (joint,), stops=(Stop("end", "rail", 0.0, 5.0, 1e4, 10.0),))
     s = started(replace(system, drives=(Drive("motor", "rail", "prescribed"),)))
@@ -62,7 +62,7 @@ def test_a_joint_with_the_world_as_its_child_is_driven_as_any_other():
     assert s.row().poses[:3] == pytest.approx([3.0, 0.0, 0.0], abs=1e-12)
 
 
-def test_a_joint_whose_coordinates_would_change_is_refused():
+def test_a_joint_that_cannot_be_reversed_without_changing_coordinates_is_refused():
     load = Body("load", 3.0, inertia=cube(3.0))
     with pytest.raises(KernelError) as e:
         started(System((load,), (Joint("ball", "spherical", "load", WORLD),)))

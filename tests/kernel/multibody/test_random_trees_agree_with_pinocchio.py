@@ -25,7 +25,7 @@ def evaluated(program, q, v):
 
 @WHATEVER
 @given(st.integers(0, 2**31), st.integers(1, 12))
-def test_accelerations_of_the_float_text(seed, n):
+def test_accelerations_on_floats_agree_with_pinocchio(seed, n):
     program = Program(random_system(seed, n, DECADES))
     model = pinocchio_model(program.graph)
     q, v = random_state(program.graph, seed)
@@ -35,7 +35,7 @@ def test_accelerations_of_the_float_text(seed, n):
 
 @WHATEVER
 @given(st.integers(0, 2**31), st.integers(1, 12))
-def test_bodies_floating_on_lighter_ones_lose_no_more_digits_than_their_inertia_matrix(seed, n):
+def test_heavy_bodies_floating_on_light_ones_lose_no_more_digits_than_their_inertia_matrix(seed, n):
     program = Program(random_system(seed, n, 6.0, floating=True))
     model = pinocchio_model(program.graph)
     data = model.createData()
@@ -50,7 +50,7 @@ def test_bodies_floating_on_lighter_ones_lose_no_more_digits_than_their_inertia_
 
 @WHATEVER
 @given(st.integers(0, 2**31), st.integers(1, 12))
-def test_energies(seed, n):
+def test_kinetic_and_potential_energies_agree_with_pinocchio(seed, n):
     program = Program(random_system(seed, n, DECADES))
     model = pinocchio_model(program.graph)
     heights, want = [], []
@@ -67,7 +67,7 @@ def test_energies(seed, n):
 
 @WHATEVER
 @given(st.integers(0, 2**31), st.integers(1, 12))
-def test_the_rate_of_a_coordinate_moves_it_as_pinocchio_does(seed, n):
+def test_coordinate_rates_move_the_pose_as_in_pinocchio(seed, n):
     program = Program(random_system(seed, n, DECADES))
     model = pinocchio_model(program.graph)
     q, v = random_state(program.graph, seed)
@@ -78,7 +78,7 @@ def test_the_rate_of_a_coordinate_moves_it_as_pinocchio_does(seed, n):
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_accelerations_of_the_machine_code(seed):
+def test_accelerations_in_machine_code_agree_with_pinocchio(seed):
     simulation = Simulation(random_system(seed, 10, DECADES), cache=False)
     program = simulation.program
     model = pinocchio_model(program.graph)

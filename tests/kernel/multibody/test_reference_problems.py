@@ -29,7 +29,7 @@ def follow(system, method, tolerance, until):
 
 
 @every
-def test_the_simple_pendulum(method, tolerance, error):
+def test_the_simple_pendulum_agrees_with_its_elliptic_integral(method, tolerance, error):
     joint = Joint("pin", "revolute", "world", "bob", axis=Y, q0=(radians(90.0),))
     system = System((Body("bob", 1.0, (0.0, 0.0, -1.0)),), (joint,), gravity=9.81)
     reference = PROBLEMS["A01_simple_pendulum"]["own_reference"]
@@ -40,7 +40,7 @@ def test_the_simple_pendulum(method, tolerance, error):
 
 
 @every
-def test_the_heavy_top(method, tolerance, error):
+def test_the_heavy_top_agrees_with_its_published_solution(method, tolerance, error):
     p = PROBLEMS["heavy_top"]
     I = p["parameters"]["J_com"]
     body = Body("top", 15.0, (0.0, 1.0, 0.0), tuple(tuple(I[i] * (i == j) for j in range(3)) for i in range(3)))
@@ -54,7 +54,7 @@ def test_the_heavy_top(method, tolerance, error):
 
 
 @every
-def test_the_tumbling_brick(method, tolerance, error):
+def test_the_tumbling_brick_agrees_with_its_published_solution(method, tolerance, error):
     p = PROBLEMS["nesc_case2_tumbling_brick"]
     I = [p["parameters"][k] * 1.3558179483 for k in ("Ixx", "Iyy", "Izz")]
     body = Body("brick", 2.26796, inertia=tuple(tuple(I[i] * (i == j) for j in range(3)) for i in range(3)))
@@ -67,7 +67,7 @@ def test_the_tumbling_brick(method, tolerance, error):
 
 
 @every
-def test_a_pendulum_that_is_reeled_in(method, tolerance, error):
+def test_a_pendulum_that_is_reeled_in_agrees_with_its_reference(method, tolerance, error):
     """A revolute joint, then a driven prismatic one: the length is prescribed."""
     joints = (
         Joint("pivot", "revolute", "world", "boom", axis=Y, q0=(-0.1,)),
@@ -87,7 +87,7 @@ def test_a_pendulum_that_is_reeled_in(method, tolerance, error):
 
 
 @every
-def test_a_load_dropped_on_a_slack_rope(method, tolerance, error):
+def test_a_load_dropped_on_a_slack_rope_agrees_with_its_reference(method, tolerance, error):
     """The n-th catch, and the rest at the height of the drop after each period."""
     p = PROBLEMS["snap_load"]["own_reference"]
     EA = 1.2e7 * 20.0

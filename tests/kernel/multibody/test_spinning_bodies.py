@@ -32,7 +32,7 @@ def top(kind: str, mass: float = 5.0e5) -> System:
 
 
 @pytest.mark.parametrize("kind", ["free", "spherical"])
-def test_a_torque_free_top_turns_as_the_closed_form(kind):
+def test_a_torque_free_top_turns_as_in_the_closed_form(kind):
     s = started(top(kind), tolerance=1e-12, sample_ns=SECOND)
     lam, T = C17["expected"]["lam"], C17["expected"]["T_body"]
     hand_over(s, round(T * SECOND))
@@ -52,7 +52,7 @@ def test_a_torque_free_top_turns_as_the_closed_form(kind):
     assert np.ptp(momentum, axis=0).max() < DRIFT * np.linalg.norm(momentum[0])
 
 
-def test_the_axis_precesses_about_the_angular_momentum():
+def test_the_axis_of_a_top_precesses_about_its_angular_momentum():
     s = started(top("free"), tolerance=1e-12, sample_ns=SECOND)
     hand_over(s, 100 * SECOND)
     H = np.array([I1 * WT, 0.0, I3 * W3])
@@ -64,7 +64,7 @@ def test_the_axis_precesses_about_the_angular_momentum():
 
 
 @pytest.mark.parametrize("tolerance", [1e-5, 1e-9])
-def test_quaternions_keep_their_length_for_an_hour(tolerance):
+def test_quaternions_keep_unit_length_for_an_hour(tolerance):
     s = started(top("free"), tolerance=tolerance, sample_ns=10 * SECOND)
     s.run(3600 * SECOND)
     hand_over(s, 3600 * SECOND)
@@ -76,7 +76,7 @@ def test_quaternions_keep_their_length_for_an_hour(tolerance):
     assert np.abs(R @ R.transpose(0, 2, 1) - np.eye(3)).max() < UNIT, "rotations in samples are rotations"
 
 
-def test_a_start_quaternion_of_another_length_is_the_same_attitude():
+def test_scaling_a_start_quaternion_does_not_change_the_attitude():
     """It is brought to unit length by the first step."""
     ends = []
     for length in (1.0, 3.0):

@@ -61,14 +61,14 @@ def reactions(system: System) -> dict[str, float]:
 
 
 @pytest.mark.parametrize("native", [True, False])
-def test_joint_accelerations(native):
+def test_the_four_link_arm_has_the_published_joint_accelerations(native):
     simulation = Simulation(arm(), native=native)
     simulation.start()
     f = simulation.X[simulation.method.layout.at["f"]]
     assert f[4:8] == pytest.approx(WANT["qdd"], rel=PRECISE)
 
 
-def test_joint_forces():
+def test_the_four_link_arm_has_the_published_joint_forces():
     F = reactions(arm(cells=True))
     angle = [GIVEN["q"][0]]
     for i in (1, 2, 3):
@@ -80,7 +80,7 @@ def test_joint_forces():
         assert world == pytest.approx(WANT["F_c"][i], rel=PRECISE)
 
 
-def test_the_base_of_the_resting_arm_carries_its_weight():
+def test_the_base_of_the_resting_four_link_arm_carries_its_weight():
     F = reactions(arm(cells=True, at_rest=True))
     assert F["slide-z0"] == pytest.approx(WANT["total_weight"], rel=1e-14)
     assert F["slide-x0"] == pytest.approx(0.0, abs=1e-9)

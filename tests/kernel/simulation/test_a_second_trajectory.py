@@ -108,7 +108,7 @@ def runs():
     return by_hand(), by_the_kernel()
 
 
-def test_the_story_has_winding_two_slack_intervals_and_an_unhooking(runs):
+def test_the_reference_trajectory_contains_winding_two_slack_intervals_and_an_unhooking(runs):
     (log, _), s = runs
     assert events(s) == [(name, what) for _, name, what in log]
     sling = [what for name, what in events(s) if name == "sling"]
@@ -118,13 +118,13 @@ def test_the_story_has_winding_two_slack_intervals_and_an_unhooking(runs):
 
 
 @pytest.mark.large
-def test_events_happen_when_the_implicit_integrator_finds_them(runs):
+def test_events_agree_with_those_of_an_implicit_integrator(runs):
     (log, _), s = runs
     for (t_ns, _), (t, name, what) in zip(s.log, log, strict=True):
         assert t_ns * 1e-9 == pytest.approx(t, abs=EVENT_TIMES), (name, what)
 
 
-def test_the_bodies_end_where_the_implicit_integrator_has_them(runs):
+def test_final_poses_agree_with_those_of_an_implicit_integrator(runs):
     (_, y), s = runs
     x1, v1, x2, v2 = y.reshape(4, 3)
     state = s.state

@@ -48,7 +48,7 @@ def gap(q):
 
 
 @pytest.mark.parametrize("crank", [0.2, 0.9, 2.0, 3.0, -0.7])
-def test_free_coordinates_follow_those_that_are_given(crank):
+def test_unspecified_start_coordinates_of_a_loop_follow_the_given_ones(crank):
     """The coupler and the rocker find a place for any angle of the crank; nothing asked has changed."""
     q, v, message = begun(parallelogram((crank,), speeds=((4.0,), (), ())))
     assert q[0] == pytest.approx(crank, abs=KEPT)
@@ -57,20 +57,20 @@ def test_free_coordinates_follow_those_that_are_given(crank):
     assert message == []
 
 
-def test_the_middle_joint_may_be_the_given_one():
+def test_a_loop_is_assembled_from_a_given_middle_joint():
     q, v, message = begun(parallelogram((), (-1.2,), (), speeds=((), (0.5,), ())))
     assert (q[1], v[1]) == pytest.approx((-1.2, 0.5), abs=1e-9)
     assert gap(q) < CLOSED
     assert message == []
 
 
-def test_a_closed_pose_stays_bit_for_bit():
+def test_a_closed_start_pose_stays_bit_for_bit():
     q, _, message = begun(windows(1, 0.3))
     assert q.tolist() == [0.3, np.pi / 2 - 0.3, 0.3]
     assert message == []
 
 
-def test_the_printed_digits_of_a_start_pose_need_no_note():
+def test_a_start_pose_with_rounded_digits_gives_no_note():
     """Angles to a hundredth of a degree."""
     off = np.radians(0.005)
     q, _, message = begun(parallelogram((0.9,), (-0.9 + off,), (0.9 - off,)))
@@ -79,7 +79,7 @@ def test_the_printed_digits_of_a_start_pose_need_no_note():
 
 
 @pytest.mark.parametrize("off", [0.01, -0.05, 0.1])
-def test_a_small_correction_is_reported_with_joint_and_both_values(off):
+def test_a_small_correction_of_the_start_pose_is_reported_with_joint_and_both_values(off):
     q, _, (message,) = begun(parallelogram((0.9,), (-0.9 + off,), (0.9,)))
     assert gap(q) < CLOSED
     begins = "the start pose was changed so that the loops of joint 'x' close: joint 'a' from 51.5662 degrees"
@@ -88,7 +88,7 @@ def test_a_small_correction_is_reported_with_joint_and_both_values(off):
     assert abs(q[1] + q[0]) < 1e-9, "still the branch in which the coupler stays level"
 
 
-def test_only_joints_that_had_to_move_are_reported():
+def test_only_joints_that_had_to_move_are_reported_by_assembly():
     """The rocker may follow: crank and coupler stay as asked where the rocker can reach."""
     bar = 1.0  # the coupler's tip on a circle of 1 m about the rocker's foot
     crank = 0.9
@@ -103,7 +103,7 @@ def test_only_joints_that_had_to_move_are_reported():
 @pytest.mark.parametrize(
     "asked", [((0.9,), (2.1,), (0.9,)), ((0.9,), (-0.9,), (-2.0,)), ((0.9,), (1.5,), (2.5,))], ids=str
 )
-def test_another_branch_or_a_pose_far_away_is_refused(asked):
+def test_a_start_pose_far_from_closing_is_refused(asked):
     with pytest.raises(KernelError) as e:
         begun(parallelogram(*asked))
     message = str(e.value)
@@ -113,7 +113,7 @@ def test_another_branch_or_a_pose_far_away_is_refused(asked):
     assert "another branch or too far away to be meant" in message
 
 
-def test_no_branch_is_ever_changed_in_silence():
+def test_assembly_never_changes_to_another_branch_silently():
     """Random start values: closed near them and told, or refused; where the crank is, the branch is the asked one."""
     random = np.random.default_rng(5)
     kept, refusals = 0, []
@@ -133,7 +133,7 @@ def test_no_branch_is_ever_changed_in_silence():
     assert all("another branch or too far away" in message for message in refusals)
 
 
-def test_a_prescribed_crank_stays_where_its_drive_is():
+def test_assembly_does_not_move_a_prescribed_crank():
     driven = replace(parallelogram((0.9,), (-0.8,), (0.9,)), drives=(Drive("motor", "a", "prescribed"),))
     q, _, (message,) = begun(driven)
     assert q[0] == 0.9
@@ -142,7 +142,7 @@ def test_a_prescribed_crank_stays_where_its_drive_is():
 
 
 @pytest.mark.parametrize("asked", [0.9, 0.9 + 2.0 * np.pi, 0.5])
-def test_a_given_value_of_the_closing_joint_is_checked_too(asked):
+def test_a_given_value_of_the_closing_joint_is_checked(asked):
     """Level coupler: the rocker stands at the crank's angle from it."""
     level = parallelogram((0.9,), (-0.9,), (0.9,))
     closing = replace(level.joints[3], q0=(asked,))
@@ -154,7 +154,7 @@ def test_a_given_value_of_the_closing_joint_is_checked_too(asked):
         assert message == []
 
 
-def test_a_pose_that_cannot_close_is_refused():
+def test_a_start_pose_that_cannot_close_is_refused():
     short = parallelogram()
     short = replace(short, joints=(*short.joints[:3], replace(short.joints[3], p_CJ=(9.0, 0.0, 0.0))))
     with pytest.raises(KernelError, match=r"joint 'x': its loop does not close; .* are left"):
@@ -164,14 +164,14 @@ def test_a_pose_that_cannot_close_is_refused():
 # ---- speeds ------------------------------------------------------------------------------------------------------
 
 
-def test_a_given_speed_is_kept_and_the_others_follow():
+def test_a_given_start_speed_is_kept_and_the_others_follow():
     """Level coupler: both cranks turn alike, the coupler turns back."""
     _, v, message = begun(parallelogram((0.9,), (-0.9,), (0.9,), ((4.0,), (), ())))
     assert v == pytest.approx([4.0, -4.0, 4.0], rel=1e-9)
     assert message == []
 
 
-def test_contradictory_speeds_are_reported_with_their_loop():
+def test_contradictory_start_speeds_are_reported_with_their_loop():
     _, v, (message,) = begun(parallelogram((0.9,), (-0.9,), (0.9,), ((4.0,), (-3.0,), (4.0,))))
     assert v == pytest.approx([v[0], -v[0], v[0]], rel=1e-9)
     assert message.startswith(
@@ -180,7 +180,7 @@ def test_contradictory_speeds_are_reported_with_their_loop():
     assert f"joint 'b' from -3 to {v[1]:.6g} rad/s" in message
 
 
-def test_a_sliding_crank_is_reported_in_metres():
+def test_corrections_of_a_slider_are_reported_in_metres():
     """Slider-crank: the crank of 1 m, the rod of 2 m, the slider on the x axis."""
     theta = 0.8
     rod_angle = -acos((1.0 - (sin(theta) / 2.0) ** 2) ** 0.5)
@@ -215,7 +215,7 @@ mechanism:
 """
 
 
-def test_only_written_coordinates_of_a_scene_are_given():
+def test_only_coordinates_written_in_a_scene_count_as_given():
     (mechanism,) = parse(SCENE).plan.machines
     s = Simulation(mechanism.system, native=False)
     s.start()
@@ -224,13 +224,13 @@ def test_only_written_coordinates_of_a_scene_are_given():
     assert not [n for n in s.notes if "changed" in n.sentence]
 
 
-def test_a_written_zero_counts_as_given():
+def test_a_written_zero_counts_as_given_coordinate():
     rocker = "at: [2 m, 0, 0], axis: [0, -1, 0]"
     (mechanism,) = parse(SCENE.replace(f"{rocker}}}", f"{rocker}, start: 0 deg}}")).plan.machines
     assert [j.q0 for j in mechanism.system.joints] == [(pytest.approx(0.8726646),), (), (0.0,), ()]
 
 
-def test_a_tree_has_nothing_to_assemble():
+def test_a_tree_without_loops_needs_no_assembly():
     pendulum = System((Body("bob", 1.0, (0.0, 0.0, -1.0)),), (Joint("p", "revolute", WORLD, "bob", axis=Y, q0=(9.0,)),))
     q, _, message = begun(replace(pendulum, gravity=G))
     assert q.tolist() == [9.0]

@@ -89,7 +89,7 @@ def finished(s: Any) -> tuple[Any, ...]:
 @pytest.mark.parametrize("face", [Simulation, Islands])
 @pytest.mark.parametrize("seed", range(25))
 @pytest.mark.large(beyond=16)
-def test_calls_in_any_order_are_refused_or_act_as_in_order(face: type, seed: int) -> None:
+def test_kernel_calls_in_any_order_are_refused_or_act_as_in_order(face: type, seed: int) -> None:
     random = np.random.default_rng(seed)
     s, kept = build(face), list[tuple[str, int, Callable[[Any], object], str]]()
     for _ in range(CALLS):
@@ -132,7 +132,7 @@ def test_an_interrupt_within_the_tentative_step_does_not_step_back() -> None:
     assert s.state.tobytes() == straight.state.tobytes()
 
 
-def test_no_load_falls_through_its_rope_after_an_event_that_is_waited_for() -> None:
+def test_a_load_does_not_fall_through_its_rope_after_an_event_stops_the_run() -> None:
     s = driven(frozenset({"rope"}))
     with pytest.raises(KernelError) as e:
         s.interrupt(SECOND)
@@ -155,7 +155,7 @@ COMMANDS: dict[str, Callable[[Simulation], object]] = {
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_settling_needs_a_simulation_at_rest(name: str) -> None:
+def test_a_command_to_a_simulation_that_was_not_stopped_is_refused(name: str) -> None:
     s = driven()
     s.run(SECOND)
     before = s.P.tobytes()
@@ -173,14 +173,14 @@ def test_settling_needs_a_simulation_at_rest(name: str) -> None:
     s.run(2 * SECOND)
 
 
-def test_settling_a_run_that_was_not_stopped_is_refused() -> None:
+def test_settle_without_a_preceding_stop_is_refused() -> None:
     s = driven()
     s.run(SECOND)
     with pytest.raises(KernelError, match=r"^settle at 0\.\d+ s: the run has gone on since; call interrupt"):
         s.settle()
 
 
-def test_settling_twice_changes_nothing() -> None:
+def test_a_second_settle_changes_nothing() -> None:
     s, once = driven(), driven()
     for x, times in ((s, 2), (once, 1)):
         hand_over(x, SECOND)
@@ -190,7 +190,7 @@ def test_settling_twice_changes_nothing() -> None:
     assert s.state.tobytes() == once.state.tobytes()
 
 
-def test_a_start_during_a_run_is_refused() -> None:
+def test_starting_during_a_run_is_refused() -> None:
     s = driven()
     s.run(SECOND)
     with pytest.raises(KernelError, match="the simulation has been started and has gone on; build another one"):

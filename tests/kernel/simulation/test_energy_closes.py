@@ -38,7 +38,7 @@ def hoist(damping, **options):
     return s
 
 
-def test_a_winch_accounts_for_tension_and_for_the_strain_it_winds_up():
+def test_the_energy_account_of_a_winch_includes_the_strain_that_it_winds_up():
     s = hoist(2.0e5)
     assert events(s) == []
     assert imbalance(s) < CLOSES
@@ -47,7 +47,7 @@ def test_a_winch_accounts_for_tension_and_for_the_strain_it_winds_up():
     assert raised == pytest.approx(MASS * G * 4.0, rel=1e-2)
 
 
-def test_without_the_wound_up_strain_the_balance_does_not_close(monkeypatch):
+def test_without_wound_up_strain_the_energy_balance_does_not_close(monkeypatch):
     whole = RopeLaw.answer
 
     def tension_only(law, f, p, ends, signal, joint, t):
@@ -58,7 +58,7 @@ def test_without_the_wound_up_strain_the_balance_does_not_close(monkeypatch):
     assert imbalance(hoist(2.0e5, cache=False)) > 1e-4
 
 
-def test_a_damper_left_out_of_the_balance_is_noticed(monkeypatch):
+def test_a_damper_missing_in_the_energy_balance_is_detected(monkeypatch):
     whole = RopeLaw.answer
 
     def uncounted(*given):
@@ -70,7 +70,7 @@ def test_a_damper_left_out_of_the_balance_is_noticed(monkeypatch):
 
 
 @pytest.mark.parametrize("damping", [0.0, 3.0e5, 2.0e7])
-def test_a_load_that_falls_into_its_rope_and_bounces(damping):
+def test_a_load_bouncing_on_its_rope_conserves_the_energy_balance(damping):
     """Slack under damping leaves strain in the rope, which counts as heat; taut again, it is not for free."""
     s = started(hung(59.0, damping=damping), **FINE)
     s.run(6 * SECOND)
@@ -79,7 +79,7 @@ def test_a_load_that_falls_into_its_rope_and_bounces(damping):
     assert imbalance(s) < CLOSES_BOUNCING
 
 
-def test_strain_that_returns_after_slack_is_counted():
+def test_strain_that_returns_after_slack_is_in_the_energy_balance():
     """A drum that pays out fast makes a stretched rope slack; when it stops, the rope is taut and stretched at once."""
     s = started(hung(60.0 * (1 + STRETCH), damping=3.0e7, winch=True), **FINE)
     s.references.set_profile("rope", 0, 0.5, 50.0, 0.02)
@@ -90,7 +90,7 @@ def test_strain_that_returns_after_slack_is_counted():
     assert imbalance(s) < CLOSES
 
 
-def test_unhooking_turns_strain_into_heat():
+def test_unhooking_turns_strain_energy_into_heat():
     s = started(hung(60.0 * (1 + STRETCH)), **FINE)
     s.run(SECOND)
     hand_over(s, SECOND + SECOND // 2)
@@ -108,7 +108,7 @@ def test_unhooking_turns_strain_into_heat():
 
 
 @pytest.mark.parametrize("kind", ["prescribed", "servo", "speed"])
-def test_the_work_of_a_drive_equals_its_energy(kind):
+def test_the_work_of_a_drive_equals_the_energy_gained(kind):
     """A trolley with a spring on its joint carries a pendulum along."""
     system = System(
         (Body("trolley", 3.0e5), Body("bob", 1.0e5, (0.0, 0.0, -30.0), cube(1.0e5))),
@@ -163,7 +163,7 @@ def test_the_energy_balance_closes_with_every_element_at_once():
     assert imbalance(s) < CLOSES
 
 
-def test_closing_a_closed_brake_changes_nothing():
+def test_engaging_an_engaged_brake_changes_nothing():
     """Its elastic deflection would else vanish without heat."""
     system = replace(slider(axis=Z, mass=1.0e3), brakes=(Brake("brake", "load-guide", 5.0e4, 1.0e6, 1.0e4, True),))
     s = started(system, **FINE)
@@ -176,7 +176,7 @@ def test_closing_a_closed_brake_changes_nothing():
 
 
 @pytest.mark.parametrize("engaged", [True, False])
-def test_opening_a_brake_releases_the_energy_it_held(engaged):
+def test_releasing_a_brake_releases_its_elastic_energy(engaged):
     system = replace(slider(axis=Z, mass=1.0e3), brakes=(Brake("brake", "load-guide", 5.0e4, 1.0e6, 1.0e4, engaged),))
     s = started(system, **FINE)
     hand_over(s, SECOND)

@@ -44,7 +44,7 @@ def after(scene: System, seconds: float = END, **options) -> Simulation:
 
 @pytest.mark.parametrize("at", [0.0, 60.0])
 @pytest.mark.parametrize("amplitude", AMPLITUDES)
-def test_an_oscillation_keeps_its_amplitude_and_frequency(amplitude, at):
+def test_a_tiny_oscillation_keeps_its_amplitude_and_frequency(amplitude, at):
     end = (float(after(oscillator(amplitude, at=at)).state[0]) - at) / amplitude
     rounding = 1e3 * 2.0**-52 * at / amplitude
     assert end == pytest.approx(let_go(END), abs=FOLLOWED + rounding)
@@ -52,32 +52,32 @@ def test_an_oscillation_keeps_its_amplitude_and_frequency(amplitude, at):
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("amplitude", [1e-8, 1e-4])
-def test_with_every_method_of_error_control(method, amplitude):
+def test_a_tiny_oscillation_is_resolved_by_every_method_with_error_control(method, amplitude):
     end = float(after(oscillator(amplitude), method=method).state[0]) / amplitude
     assert end == pytest.approx(let_go(END), abs=METHODS[method])
 
 
 @pytest.mark.parametrize("method", sorted(set(PEERS) & {"scipy-dop853", "scipy-radau"}))
-def test_with_methods_of_scipy(method):
+def test_a_tiny_oscillation_is_resolved_by_methods_of_scipy(method):
     end = float(after(oscillator(1e-8), 3.0, method=method).state[0]) / 1e-8
     assert end == pytest.approx(let_go(3.0), abs=FOLLOWED)
 
 
 @pytest.mark.parametrize("omega", [0.4, 100.0])
-def test_slow_and_fast(omega):
+def test_slow_and_fast_tiny_oscillations_are_resolved(omega):
     end = float(after(oscillator(1e-8, omega), 180.0 / omega).state[0]) / 1e-8
     assert end == pytest.approx(let_go(180.0 / omega, omega), abs=FOLLOWED)
 
 
 @pytest.mark.parametrize("angle", [10.0**n for n in range(-9, -3)])
-def test_a_pendulum_of_60_m(angle):
+def test_a_tiny_swing_of_a_pendulum_of_60_m_is_resolved(angle):
     """Four swings of 15.5 s; of its finite angle's detour it feels a sixteenth of the square."""
     hinge = Joint("hinge", "revolute", "world", "bob", axis=Y, q0=(angle,))
     s = after(System((Body("bob", 1e3, (0.0, 0.0, -60.0)),), (hinge,), gravity=G), 60.0)
     assert float(s.state[0]) / angle == pytest.approx(cos(SWING_OF_60_M * 60.0), abs=1e-4)
 
 
-def test_a_rope_trembles_under_its_load():
+def test_a_tiny_bounce_of_a_load_on_its_rope_is_resolved():
     """C07a's load a micrometre below its rest, which lies 60 m below the origin."""
     rest = LENGTH * (1.0 + MASS * G / EA)
     omega = sqrt(EA / LENGTH / MASS)
@@ -88,20 +88,20 @@ def test_a_rope_trembles_under_its_load():
     assert np.abs(T[:, 0] - expected).max() < FOLLOWED * EA / LENGTH * 1e-6
 
 
-def test_on_floats_as_in_machine_code():
+def test_tiny_motions_are_the_same_on_floats_and_in_machine_code():
     for amplitude in (1e-8, 1e-3):
         native, oracle = (after(oscillator(amplitude), 2.0, native=x) for x in (True, False))
         assert native.native.evaluations == oracle.native.evaluations
         assert float(native.state[0]) == pytest.approx(float(oracle.state[0]), abs=SAME * amplitude)
 
 
-def test_effort_does_not_grow_without_end():
+def test_the_effort_for_ever_smaller_motions_is_bounded():
     """Down to a nanometre a swing costs no more than one of a metre does."""
     swift = after(oscillator(1.0)).native.evaluations
     assert all(after(oscillator(a)).native.evaluations < swift for a in AMPLITUDES if a < 1.0)
 
 
-def test_motion_of_rounding_size_counts_as_rest():
+def test_motion_of_the_size_of_rounding_counts_as_rest():
     for stiffer in (1.0, 100.0, 1e4):
         rest = LENGTH * (1.0 + MASS * G / (stiffer * EA))
         scene = hung(rest)
@@ -126,7 +126,7 @@ def side_by_side() -> Islands:
     return s
 
 
-def test_islands_have_scales_of_their_own():
+def test_each_island_has_its_own_tolerance_scale():
     s = side_by_side()
     s.settle()
     at = {p.given.bodies[0].name: p for p in s.parts}
@@ -135,7 +135,7 @@ def test_islands_have_scales_of_their_own():
     assert at["large"]["scale"] == 1.0
 
 
-def test_islands_that_merge_go_on_with_the_larger_scale():
+def test_islands_that_merge_continue_with_the_larger_tolerance_scale():
     s = side_by_side()
     s.hook("tie")
     s.settle()
@@ -143,7 +143,7 @@ def test_islands_that_merge_go_on_with_the_larger_scale():
     assert one["scale"] == 1.0
 
 
-def test_a_snapshot_keeps_the_scale():
+def test_a_snapshot_keeps_the_tolerance_scale():
     s = started(oscillator(1e-7))
     s.run(5 * SECOND)
     kept = s.snapshot()

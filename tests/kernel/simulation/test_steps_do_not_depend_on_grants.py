@@ -66,7 +66,7 @@ def story(windows, subscribed=frozenset()):
     return s
 
 
-def test_many_small_windows_leave_the_bits_of_one_run():
+def test_many_small_grants_give_the_bits_of_one_run():
     random = np.random.default_rng(5)
     whole = story(lambda t: [t])
     assert len(whole.log) > 10
@@ -75,12 +75,12 @@ def test_many_small_windows_leave_the_bits_of_one_run():
         assert bits(cut) == bits(whole)
 
 
-def test_observers_leave_the_bits_as_they_are():
+def test_observers_do_not_change_the_bits_of_a_run():
     names = frozenset({"sling0", "sling1", "deep"})
     assert bits(story(lambda t: [t], names)) == bits(story(lambda t: [t]))
 
 
-def test_the_same_run_has_the_same_bits_again_and_with_code_from_the_cache():
+def test_repeated_runs_have_the_same_bits_also_with_code_from_the_cache():
     first = bits(story(lambda t: [t]))
     assert bits(story(lambda t: [t])) == first
 
@@ -108,7 +108,7 @@ def caught():
     return s, s.next_ns
 
 
-def test_an_event_is_offered_before_it_happens_and_can_be_offered_again():
+def test_an_event_is_predicted_before_it_happens_and_can_be_predicted_again():
     s, t_ns = caught()
     before = s.P.tobytes()
     assert s.event
@@ -140,7 +140,7 @@ def test_an_input_one_nanosecond_before_an_event_can_prevent_it():
     assert not s.events.fallen
 
 
-def test_an_input_at_the_time_of_an_event_comes_after_the_switch():
+def test_an_input_at_the_time_of_an_event_acts_after_the_switch():
     s, t_ns = caught()
     assert s.fire()[0].what == "taut"
     s.unhook("rope")
@@ -151,7 +151,7 @@ def test_an_input_at_the_time_of_an_event_comes_after_the_switch():
     assert events(s) == [("rope", "taut")]
 
 
-def test_a_guard_made_true_by_an_input_fires_at_the_same_nanosecond_in_the_next_microstep():
+def test_a_guard_violated_by_an_input_fires_in_the_next_microstep():
     scene = replace(hung(59.0), thresholds=(Threshold("low", "joint", of="load-guide"),))
     s = started(scene, subscribed=frozenset({"rope", "low"}))
     s.run(FOREVER_NS)
@@ -166,7 +166,7 @@ def test_a_guard_made_true_by_an_input_fires_at_the_same_nanosecond_in_the_next_
     assert [t for t, _ in s.log] == [t_ns, t_ns]
 
 
-def test_an_input_one_nanosecond_after_an_event_finds_the_rope_taut():
+def test_an_input_one_nanosecond_after_the_event_finds_the_rope_taut():
     s, t_ns = caught()
     s.fire()
     s.settle()
@@ -179,7 +179,7 @@ def test_an_input_one_nanosecond_after_an_event_finds_the_rope_taut():
 
 
 @pytest.mark.parametrize("period", [0.25, 1.0])
-def test_a_scene_at_rest_waits_without_steps_and_goes_on_sampling(period):
+def test_a_scene_at_rest_takes_no_steps_but_continues_its_samples(period):
     scene = replace(slider(axis=(1.0, 0.0, 0.0)), springs=(JointSpring("spring", "load-guide", 1e6, 1e6),))
     s = started(scene, sample_ns=round(period * SECOND))
     s.run(3600 * SECOND)
@@ -195,7 +195,7 @@ def test_a_scene_at_rest_waits_without_steps_and_goes_on_sampling(period):
     assert times == sorted(times), "rows come in the order of time"
 
 
-def test_samples_finer_than_the_steps_are_all_there():
+def test_samples_finer_than_the_steps_are_complete():
     s = started(hung(60.2), sample_ns=200_000)
     s.run(2 * SECOND)
     hand_over(s, 2 * SECOND)
@@ -213,7 +213,7 @@ def test_dense_samples_lie_on_the_trajectory():
         assert row[0] == pytest.approx(3.0 * t - G * t * t / 2, abs=1e-11)
 
 
-def test_the_scene_of_the_reference_in_windows():
+def test_the_reference_scene_in_small_windows_has_the_same_bits():
     ends = []
     for cuts in (1, 30):
         s = started(goliath())

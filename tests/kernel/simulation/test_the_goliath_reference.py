@@ -28,7 +28,7 @@ def test_the_tensions_of_ten_seconds_are_those_of_the_reference():
 
 @pytest.mark.parametrize("opt", [0, 3])
 @pytest.mark.large(beyond=1)
-def test_the_float_oracle_and_the_machine_code_agree_at_every_optimisation_level(opt):
+def test_the_reference_agrees_on_floats_and_in_machine_code_at_every_optimisation_level(opt):
     native, oracle = (Simulation(scene(), native=n, opt=opt, cache=False) for n in (True, False))
     random = np.random.default_rng(1)
     for _ in range(5):

@@ -38,7 +38,7 @@ def test_a_falling_body_fires_its_threshold(threshold, value, rising, when):
     assert -1e-2 <= t_ns - when * 1e9 < ROUNDING
 
 
-def test_an_angle_fires_in_the_direction_that_was_asked_for():
+def test_an_angle_threshold_fires_in_the_requested_direction_only():
     """A wheel that turns about -x, w towards +y, at half a radian per second."""
     wheel = System(
         (Body("wheel", 0.0, inertia=cube(6.0)),),
@@ -58,7 +58,7 @@ def test_an_angle_fires_in_the_direction_that_was_asked_for():
     assert 0 <= second[0] - 2.0e9 < ROUNDING
 
 
-def test_tension_and_length_of_a_hoisting_winch():
+def test_thresholds_on_tension_and_length_of_a_hoisting_winch_fire_exactly():
     v = 0.05
     rest = 60.0 * (1 + MASS * G / EA)
     scene = replace(
@@ -84,7 +84,7 @@ def test_tension_and_length_of_a_hoisting_winch():
     assert 0 <= short[0] - (0.5 / v + 0.05) * 1e9 < ROUNDING  # half of the ramp of 0.1 s is lost
 
 
-def test_the_sum_of_several_tensions():
+def test_a_threshold_on_a_sum_of_tensions_fires_exactly():
     """Two slings carry half of the load each; the threshold sees both."""
     lines = [Line(Point("world", (0.0, y, 0.0)), Point("load", (0.0, y, 0.0))) for y in (-1.0, 1.0)]
     ropes = tuple(Rope(f"sling{i}", (line,), EA, 10.0, 3e6) for i, line in enumerate(lines))
@@ -101,7 +101,7 @@ def test_the_sum_of_several_tensions():
     assert T.sum() == pytest.approx(0.5 * MASS * G, rel=1e-4)
 
 
-def test_what_is_already_true_fires_at_the_same_nanosecond_and_once():
+def test_a_threshold_already_exceeded_fires_once_at_the_same_nanosecond():
     s = falling(Threshold("low", "joint", of="load-guide"))
     hand_over(s, SECOND)
     s.switches.watch("low", -1.0, False)
@@ -141,7 +141,7 @@ def test_two_crossings_in_one_nanosecond_are_one_event_in_fixed_order():
     assert s.preview() == s.fire()
 
 
-def test_a_drive_that_stops_exactly_at_a_threshold_reaches_it():
+def test_a_drive_that_stops_exactly_at_a_threshold_fires_it():
     """A trolley that is driven to 2 m and watched at 2 m less a rounding error."""
     scene = replace(
         slider(axis=X),

@@ -73,7 +73,7 @@ class Cooling(Observed):
         return Passed((), self.present)
 
 
-def test_an_event_fires_at_its_first_nanosecond_and_an_input_moves_it() -> None:
+def test_a_state_event_occurs_at_its_first_nanosecond_and_an_input_moves_it() -> None:
     alone = [(tag, m) for tag, _, m in drive(Cooling("c"), until=seconds(30))]
     assert [tag for tag, _ in alone] == [Tag(ceil(log(8) * SECOND))]
     pushed = drive(Cooling("c"), [(seconds(1), "ask", Ask(40.0))], seconds(30))
@@ -81,13 +81,13 @@ def test_an_event_fires_at_its_first_nanosecond_and_an_input_moves_it() -> None:
     assert pushed[0][0].t == pytest.approx((1 + log((start - 20) / 10)) * SECOND, abs=2)
 
 
-def test_two_inputs_change_only_their_own_terms() -> None:
+def test_two_inputs_change_only_their_own_terms_of_the_state() -> None:
     asked = [(seconds(0.1 * i), "ask", Ask()) for i in range(1, 20)]
     (tag, _, _), *_ = drive(Cooling("c"), asked, seconds(30))
     assert tag.t == pytest.approx(log(8) * SECOND, abs=3)
 
 
-def test_the_final_state_is_a_result() -> None:
+def test_the_final_state_of_a_hybrid_atomic_is_its_result() -> None:
     simulator = Simulator(Cooling("c"))
     simulator.start()
     simulator.run(seconds(1.5))
@@ -96,7 +96,7 @@ def test_the_final_state_is_a_result() -> None:
     assert message.state == pytest.approx((20 + 80 * exp(-1.5),), rel=1e-9)
 
 
-def test_a_restored_snapshot_repeats_the_run_to_the_last_bit() -> None:
+def test_a_restored_hybrid_atomic_repeats_the_run_to_the_last_bit() -> None:
     whole, cut = Simulator(FallingBall("ball", 3.0, 0.7)), Simulator(FallingBall("ball", 3.0, 0.7))
     for simulator in (whole, cut):
         simulator.start()
@@ -110,7 +110,7 @@ def test_a_restored_snapshot_repeats_the_run_to_the_last_bit() -> None:
 
 
 @pytest.mark.parametrize(("height", "e"), [(10.0, 0.8), (2.0, 0.5), (0.3, 0.9)])
-def test_a_ball_bounces_when_its_closed_form_reports_and_comes_to_rest(height: float, e: float) -> None:
+def test_a_bouncing_ball_bounces_at_its_closed_form_and_comes_to_rest(height: float, e: float) -> None:
     model = Coupled("room")
     ball = model.add(FallingBall("ball", height, e))
     model.connect(ball.bounce, model.add_out("bounce", Bounce))
@@ -125,7 +125,7 @@ def test_a_ball_bounces_when_its_closed_form_reports_and_comes_to_rest(height: f
 
 
 @pytest.mark.parametrize("name", ["state", "at", "tell", "start"])
-def test_methods_of_its_own_name_no_port(name: str) -> None:
+def test_a_port_cannot_have_the_name_of_a_hybrid_method(name: str) -> None:
     with pytest.raises(ModelError, match=rf"^m: a port cannot be called {name}: every "):
         Pendulum("m").add_in(name, Ask)
 
@@ -181,7 +181,7 @@ class Relay(Observed):
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_a_flow_that_points_at_its_guard_from_both_sides_is_named(seed: int) -> None:
+def test_a_flow_that_points_at_its_guard_from_both_sides_is_reported_by_name(seed: int) -> None:
     down, up = (10.0 ** Random(f"{seed} {side}").uniform(-3, 3) for side in "du")
     model = Relay(down, up)
     with pytest.raises(ModelError, match=r"^relay at \(\d.*\): guards 0, 1 of guards\(\) fell 1000 times") as message:
@@ -216,7 +216,7 @@ class Shrinking(Relay):
 
 
 @pytest.mark.parametrize("rest", [0.0, 1e-10])
-def test_cycles_that_shrink_must_come_to_rest(rest: float) -> None:
+def test_shrinking_cycles_of_events_must_come_to_rest(rest: float) -> None:
     model = Shrinking(1.0, 1.0, width=1e-4, start=1e-4)
     model.rest = rest
     if rest:

@@ -44,7 +44,7 @@ def test_a_port_without_messages_gives_an_empty_list(a: tuple[int, ...], b: tupl
 @pytest.mark.parametrize(
     "ask", ["a", 1, Adder("other").a, Adder("m").done, None], ids=["name", "int", "other", "out", "none"]
 )
-def test_an_unknown_port_is_refused(ask: object) -> None:
+def test_reading_an_unknown_port_of_a_bag_is_refused(ask: object) -> None:
     class Asking(Adder):
         def external(self, e: int, x: Any) -> None:
             x[ask]
@@ -55,7 +55,7 @@ def test_an_unknown_port_is_refused(ask: object) -> None:
         drive(Asking("m"), [(0, "a", Summand(1))])
 
 
-def test_a_port_of_this_instance_only_is_accepted() -> None:
+def test_reading_a_port_added_to_this_instance_only_is_accepted() -> None:
     class Wide(Adder):
         def __init__(self, name: str) -> None:
             super().__init__(name)

@@ -83,7 +83,7 @@ def stepped(file: Path, pushes: dict[int, float], steps: int) -> list[float]:
     return found
 
 
-def test_an_input_holds_from_the_first_step_that_begins_with_or_after_it(unit) -> None:
+def test_an_input_of_an_fmu_acts_from_the_first_step_that_begins_with_or_after_it(unit) -> None:
     inputs = [(ms(20), "u", Signals((("f", 3.0),))), (ms(33), "u", Signals((("f", -1.0),)))]
     text = drive(Fmu("spring", unit[0], ms(10), ["x", "steps"], {"m": 0.5}), inputs, until=ms(101))
     assert [tag for tag, _, _ in text] == [Tag(ms(10 * i)) for i in range(11)]
@@ -92,13 +92,13 @@ def test_an_input_holds_from_the_first_step_that_begins_with_or_after_it(unit) -
     assert [at["steps"] for at in values] == list(range(11))
 
 
-def test_its_step_is_its_lookahead(unit) -> None:
+def test_the_step_of_an_fmu_is_its_lookahead(unit) -> None:
     simulator = Simulator(Fmu("spring", unit[0], ms(10), ["x"]))
     simulator.start()
     assert simulator.lookahead == {"spring.y": ms(10)}
 
 
-def test_a_unit_continues_from_a_snapshot_or_reports_that_it_has_none(unit) -> None:
+def test_an_fmu_continues_from_a_snapshot_or_reports_that_it_has_none(unit) -> None:
     file, keeps = unit
     simulator = Simulator(Fmu("spring", file, ms(10), ["x"]))
     simulator.start()
@@ -119,7 +119,7 @@ def test_a_unit_continues_from_a_snapshot_or_reports_that_it_has_none(unit) -> N
 
 @pytest.mark.large(beyond=1)
 @pytest.mark.parametrize("late", [0, ms(3)])
-def test_the_digest_is_the_same_in_one_process_and_in_two_and_after_a_kill(unit, monkeypatch, late: int) -> None:
+def test_the_digest_of_an_fmu_is_the_same_in_one_process_in_two_and_after_a_kill(unit, monkeypatch, late: int) -> None:
     monkeypatch.syspath_prepend(HERE)
     monkeypatch.setattr(failover, "KEEP_s", 0.0)
     monkeypatch.setattr(failover, "KEEP_GRANTS", 4)
@@ -145,7 +145,7 @@ def test_the_digest_is_the_same_in_one_process_and_in_two_and_after_a_kill(unit,
     assert any("replayed from the start if it were lost: " in sentence for sentence in message) is not unit[1]
 
 
-def test_faults_of_a_unit_are_reported_by_name(unit, tmp_path: Path) -> None:
+def test_faults_of_an_fmu_are_reported_by_name(unit, tmp_path: Path) -> None:
     other = tmp_path / "other.fmu"
     other.write_bytes(b"no archive")
     with pytest.raises(ModelError, match=rf"^p: '{other}' is code in a folder that you have not trusted"):
@@ -168,7 +168,7 @@ def test_faults_of_a_unit_are_reported_by_name(unit, tmp_path: Path) -> None:
         drive(Fmu("p", unit[0], ms(1), ["x"], {"steps": 0.5}), [], until=ms(9))
 
 
-def test_a_unit_of_fmi_3_may_end_and_may_have_arrays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_fmu_of_fmi_3_may_end_early_and_may_have_arrays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("HEAVYLIFT_CACHE", str(tmp_path / "cache"))
     of_fmi_3(tmp_path)
     with allowed([str(tmp_path)]):

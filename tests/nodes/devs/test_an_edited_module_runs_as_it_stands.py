@@ -54,7 +54,7 @@ WAYS = {
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_the_current_text_runs(way: str, write: Callable[[str, str], Path]) -> None:
+def test_the_present_text_of_a_model_file_runs(way: str, write: Callable[[str, str], Path]) -> None:
     where, edited, text = WAYS[way]
     for package in ("pack/__init__.py", "pack/sub/__init__.py"):
         write(package, "")
@@ -70,7 +70,7 @@ def test_the_current_text_runs(way: str, write: Callable[[str, str], Path]) -> N
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_random_edits_of_random_modules(seed: int, write: Callable[[str, str], Path]) -> None:
+def test_random_edits_of_random_modules_are_all_loaded(seed: int, write: Callable[[str, str], Path]) -> None:
     """Each import is worth what its modules say now; none is executed if nothing was edited that it depends on."""
     random = Random(seed)
     names = [f"{'pack.' if random.random() < 0.4 else ''}m{seed}_{i}" for i in range(7)]
@@ -126,7 +126,7 @@ def test_what_the_session_has_imported_itself_stays_the_same(write: Callable[[st
     assert mine.Mine().x == 1
 
 
-def test_a_broken_edit_does_not_run_the_earlier_version(write: Callable[[str, str], Path]) -> None:
+def test_a_file_with_a_syntax_error_does_not_run_its_earlier_version(write: Callable[[str, str], Path]) -> None:
     write("a.py", "W = 1\n")
     for where in ("a", "a.py"):
         imported(where)

@@ -27,7 +27,7 @@ def sentence_of(**behaviour: Callable[..., Any]) -> str:
     return str(caught.value)
 
 
-def test_an_exception_keeps_its_own_sentence() -> None:
+def test_an_exception_of_a_model_keeps_its_own_text() -> None:
     text = sentence_of(internal=lambda self: {"H1": 1}["rope"])
     assert text == "r.m at (1 s, 0): internal() raised KeyError: 'rope' (test_broken_rules.py:31)"
 
@@ -38,7 +38,7 @@ def test_an_exception_keeps_its_own_sentence() -> None:
     assert sentence_of(start=slack) == "r.m at (0 s, 0): rope H1 is 2 mm too short"
 
 
-def test_a_broken_lookahead_names_the_port() -> None:
+def test_a_violated_lookahead_is_reported_with_the_port() -> None:
     def again(self: Model) -> None:
         self.hold_in(ms(9))
 
@@ -49,7 +49,7 @@ def test_a_broken_lookahead_names_the_port() -> None:
     )
 
 
-def test_an_input_that_keeps_the_schedule_does_not_break_the_lookahead() -> None:
+def test_an_input_that_keeps_the_schedule_does_not_violate_the_lookahead() -> None:
     class Standing(Model):
         def external(self, e: int, x: Bag) -> None:
             pass

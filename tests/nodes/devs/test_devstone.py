@@ -106,14 +106,14 @@ def counts(kind: str, w: int, d: int) -> tuple[int, int, int]:
 
 
 @pytest.mark.parametrize("kind", ["LI", "HI", "HO", "HOmod"])
-def test_structure_and_counts_are_exact(kind: str) -> None:
+def test_devstone_models_have_their_exact_structure_and_event_counts(kind: str) -> None:
     """64 sizes of each kind, 256 in all: atomics, couplings by their sort, transitions, events."""
     for w, d in product(range(1, 9), range(1, 9)):
         assert measured(kind, w, d) == (*structure(kind, w, d), counts(kind, w, d)), (w, d)
 
 
 @pytest.mark.parametrize(("kind", "n"), [("LI", 2402), ("HI", 60026), ("HO", 60026)])
-def test_published_sizes_are_reproduced(kind: str, n: int) -> None:
+def test_published_devstone_sizes_are_reproduced(kind: str, n: int) -> None:
     assert measured(kind, 50, 50)[2] == (n, n, n)
 
 

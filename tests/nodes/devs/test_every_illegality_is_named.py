@@ -55,7 +55,7 @@ def place(function: Callable[..., Any]) -> str:
     return f"{Path(__file__).name}:{function.__code__.co_firstlineno + 1}"
 
 
-def test_the_model_itself_is_legal() -> None:
+def test_the_model_used_for_illegal_changes_is_itself_legal() -> None:
     assert kinds(yard(M), 10)["r.m"] == "ieci"
 
 
@@ -73,7 +73,7 @@ FIVE = [
 
 
 @pytest.mark.parametrize(("function", "where"), FIVE, ids=lambda x: x.split()[0])
-def test_an_exception_in_each_of_the_five_functions_is_reported(function: str, where: str) -> None:
+def test_an_exception_in_any_of_the_five_model_functions_is_reported(function: str, where: str) -> None:
     assert sentence(**{function: raising}) == f"{where} raised ZeroDivisionError: division by zero ({place(raising)})"
 
 
@@ -82,7 +82,7 @@ def leaving(self: Atomic, *_: object) -> NoReturn:
 
 
 @pytest.mark.parametrize(("function", "where"), FIVE, ids=lambda x: x.split()[0])
-def test_a_model_cannot_leave_the_program(function: str, where: str) -> None:
+def test_a_model_cannot_end_the_program(function: str, where: str) -> None:
     assert sentence(**{function: leaving}) == f"{where} raised SystemExit: two lines ({place(leaving)})"
 
 
@@ -91,7 +91,7 @@ def endless(self: Atomic, *_: object) -> None:
 
 
 @pytest.mark.parametrize(("function", "where"), FIVE, ids=lambda x: x.split()[0])
-def test_an_endless_recursion_in_each_of_the_five_functions_is_reported(function: str, where: str) -> None:
+def test_endless_recursion_in_any_of_the_five_model_functions_is_reported(function: str, where: str) -> None:
     assert sentence(**{function: endless}).startswith(f"{where} raised RecursionError: maximum recursion depth")
 
 
@@ -141,7 +141,7 @@ OUTPUTS: list[tuple[str, Callable[[Any], object], str]] = [
 
 
 @pytest.mark.parametrize(("speak", "wrong"), [entry[1:] for entry in OUTPUTS], ids=[entry[0] for entry in OUTPUTS])
-def test_forbidden_changes_in_output_are_reported(speak: Callable[[Any], object], wrong: str) -> None:
+def test_state_changes_in_output_are_reported(speak: Callable[[Any], object], wrong: str) -> None:
     line = f"{Path(__file__).name}:{speak.__code__.co_firstlineno}"
     assert sentence(output=speak) == f"r.m at (1 s, 0): {wrong}".replace("LINE", line)
 
@@ -172,13 +172,13 @@ def test_only_output_may_send(function: str, where: str) -> None:
     assert text == f"r.m at ({where} s, 0): port out was sent to outside output(): only output() may send"
 
 
-def test_transitions_at_a_scheduled_tag_without_a_new_schedule_are_reported() -> None:
+def test_a_scheduled_transition_that_sets_no_new_schedule_is_reported() -> None:
     nothing = "() scheduled nothing: call hold_in or passivate"
     assert sentence(internal=lambda self: None) == f"r.m at (1 s, 0): internal{nothing}"
     assert sentence(confluent=lambda self, x: None) == f"r.m at (3 s, 0): confluent{nothing}"
 
 
-def test_missing_functions_are_reported() -> None:
+def test_missing_model_functions_are_reported() -> None:
     class Deaf(Atomic):
         into, out = In(Item), Out(Item)
 
@@ -211,7 +211,7 @@ def zero_time_loop(model: Coupled) -> str:
     return str(caught.value).removesuffix(limit)
 
 
-def test_a_model_that_waits_0_ns_forever_is_reported() -> None:
+def test_a_model_that_always_waits_0_ns_is_reported() -> None:
     class Restless(M):
         def internal(self) -> None:
             self.hold_in(0)
@@ -220,7 +220,7 @@ def test_a_model_that_waits_0_ns_forever_is_reported() -> None:
 
 
 @pytest.mark.parametrize("members", [2, 5])
-def test_a_cycle_without_delay_names_its_members_only(members: int) -> None:
+def test_a_cycle_without_delay_is_reported_with_its_members_only(members: int) -> None:
     ring = [Relay(name, first=1 if name == "a" else None) for name in "abcde"[:members]]
     couplings = [(m.out, ring[i - members + 1].into) for i, m in enumerate(ring)]
     model = coupled("r", [*ring, Generator("g", 1, first=0)], *couplings)
@@ -255,12 +255,12 @@ def test_a_model_that_runs_its_own_simulator_is_reported() -> None:
     assert simulator.next_time == Tag(seconds(1))
 
 
-def test_a_model_before_its_start_is_refused() -> None:
+def test_using_a_model_before_its_start_is_refused() -> None:
     with pytest.raises(ModelError, match=r"^r: nothing has begun, call start\(\) first$"):
         Simulator(yard(M)).run()
 
 
-def test_a_model_whose_init_forgets_its_base() -> None:
+def test_a_model_whose_init_forgets_its_base_class_is_reported() -> None:
     class Forgetful(Atomic):
         def __init__(self) -> None:
             self.load = 3
@@ -269,7 +269,7 @@ def test_a_model_whose_init_forgets_its_base() -> None:
         Coupled("r").add(Forgetful())
 
 
-def test_late_messages_and_steps_too_far() -> None:
+def test_messages_that_come_late_and_steps_that_go_too_far_are_refused() -> None:
     simulator = Simulator(m := M("m"))
     simulator.start()
     simulator.advance(Tag(seconds(1)))

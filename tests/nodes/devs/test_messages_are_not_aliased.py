@@ -112,12 +112,12 @@ def test_no_mutable_container_enters_a_message_with_or_without_annotations(field
     )
 
 
-def test_a_mutable_default_is_refused_with_the_class() -> None:
+def test_a_mutable_default_in_a_message_class_is_refused_with_the_class() -> None:
     with pytest.raises(ModelError, match=r"^message Heap, field parts: list\[int\] can be changed by a receiver"):
         define("Heap", (Message,), {"__annotations__": {"parts": list[int]}, "parts": []})
 
 
-def test_receivers_share_the_message_and_nothing_mutable() -> None:
+def test_receivers_share_a_message_but_nothing_mutable() -> None:
     """One spoils its bag, the others and the trace keep theirs."""
 
     class Spoiler(Relay):
@@ -140,7 +140,7 @@ def test_a_receiver_cannot_change_a_message() -> None:
         Item(1).n = 2
 
 
-def test_bags_and_decoded_copies_are_the_receivers_own() -> None:
+def test_receivers_own_their_bags_and_decoded_copies() -> None:
     a, b, seed = Relay("a"), Relay("b"), Relay("seed", first=1)
     simulator = Simulator(coupled("r", [seed, a, b], (seed.out, a.into), (seed.out, b.into)))
     simulator.start()
@@ -168,7 +168,7 @@ def test_bags_and_decoded_copies_are_the_receivers_own() -> None:
         ),
     ],
 )
-def test_bad_bytes_and_unknown_types_are_named(type_: str, payload: bytes, sentence: str) -> None:
+def test_invalid_bytes_and_unknown_message_types_are_named(type_: str, payload: bytes, sentence: str) -> None:
     simulator = Simulator(Sink("s"), wires=[("x", "o", "s", "into")])
     simulator.start()
     with pytest.raises(ModelError) as caught:

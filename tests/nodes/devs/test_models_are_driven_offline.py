@@ -24,7 +24,7 @@ def test_the_west_crane_travels_10_m_in_30_s() -> None:
     ]
 
 
-def test_a_model_is_driven_in_one_line() -> None:
+def test_a_model_is_tested_in_one_line() -> None:
     jobs = [(seconds(t), "into", Job(t)) for t in (1, 2, 4)]
     processor = Processor("p", seconds(2.5))
     assert drive(processor, jobs) == [
@@ -34,7 +34,7 @@ def test_a_model_is_driven_in_one_line() -> None:
     assert drive(processor, jobs, until=seconds(6.5)) == [(Tag(seconds(3.5)), "done", Job(1))]
 
 
-def test_inputs_of_one_tag_are_one_bag_and_tags_have_microsteps() -> None:
+def test_inputs_at_one_tag_form_one_bag_and_tags_have_microsteps() -> None:
     inputs: list[tuple[int | Tag, str, Message]] = [(5, "into", Item(1)), (5, "into", Item(2))]
     assert drive(Relay("r", 3), inputs) == [(Tag(8), "out", Item(1)), (Tag(8), "out", Item(2))]
     assert drive(Relay("r", 0), [(Tag(5, 2), "into", Item(1))]) == [(Tag(5, 3), "out", Item(1))]
@@ -75,6 +75,6 @@ def test_transitions_can_be_inspected() -> None:
         ((1, "into", Item(1)), "p.into carries Job, not Item"),
     ],
 )
-def test_inputs_that_do_not_fit_are_refused(entry: Any, sentence: str) -> None:
+def test_invalid_test_inputs_are_refused(entry: Any, sentence: str) -> None:
     with pytest.raises(ModelError, match=f"^{re.escape(sentence)}$"):
         drive(Processor("p", 10), [entry])

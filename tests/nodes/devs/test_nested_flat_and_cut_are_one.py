@@ -17,7 +17,7 @@ from random_models import END, build_deep, flat
 MODELS = range(60)
 
 
-def test_sixty_random_models_give_equal_logs() -> None:
+def test_sixty_random_models_give_equal_logs_nested_flat_and_distributed() -> None:
     transitions = confluent = microsteps = 0
     for seed in MODELS:
         by_the_book, flattened, cut = three_ways(seed)
@@ -32,7 +32,7 @@ def test_sixty_random_models_give_equal_logs() -> None:
     assert microsteps > 1_000
 
 
-def test_the_random_models_are_as_large_and_deep_as_they_say() -> None:
+def test_the_random_models_have_the_stated_size_and_depth() -> None:
     atomics = [Simulator(build_deep(seed)).atomics for seed in MODELS]
     assert 20 <= max(map(len, atomics)) <= 30
     assert max(m.path.count(".") for models in atomics for m in models) == 4
@@ -79,7 +79,7 @@ def test_external_messages_come_first_at_any_depth() -> None:
     assert sink.got == [(Tag(0), [0, 1, 2])]
 
 
-def test_an_engine_without_sorted_bags_would_be_found(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_comparison_detects_an_engine_without_sorted_bags(monkeypatch: pytest.MonkeyPatch) -> None:
     truth = [flat(seed, END, build_deep) for seed in MODELS]
     monkeypatch.setattr(bags, "place", lambda entry: -entry[0])
     assert sum(flat(seed, END, build_deep) != truth[seed] for seed in MODELS) > 10

@@ -32,16 +32,16 @@ class Shot(Atomic):
         self.passivate()
 
 
-def test_one_shot_fires_once_and_a_passive_model_never() -> None:
+def test_a_one_shot_atomic_fires_once_and_a_passive_one_never() -> None:
     assert run(Shot(seconds(5)), 100) == [(5.0, 0, "shot", "internal")]
     assert run(Shot(NEVER), 100) == []
 
 
-def test_a_period_of_2_from_0_makes_five_transitions_before_9() -> None:
+def test_an_atomic_with_period_2_makes_five_transitions_before_9() -> None:
     assert [t for t, _, _, _ in run(Generator("g", seconds(2), first=0), 9)] == [0, 2, 4, 6, 8]
 
 
-def test_output_comes_before_internal_and_asking_again_changes_nothing() -> None:
+def test_output_is_called_before_internal_and_may_be_called_again() -> None:
     g = Generator("g", seconds(10))
     simulator = Simulator(g)
     simulator.start()
@@ -53,7 +53,7 @@ def test_output_comes_before_internal_and_asking_again_changes_nothing() -> None
         assert g.n == tick + 1
 
 
-def test_an_input_before_the_first_tick_silences_the_generator() -> None:
+def test_an_input_before_the_first_tick_silences_a_generator() -> None:
     g = Generator("g", seconds(10))
     simulator = Simulator(g)
     simulator.start()
@@ -85,7 +85,7 @@ def test_elapsed_time_counts_from_the_last_transition() -> None:
     assert relay.elapsed == [seconds(0.5), seconds(0.75)]
 
 
-def test_an_external_that_schedules_nothing_leaves_the_schedule_standing() -> None:
+def test_an_external_transition_without_a_new_schedule_keeps_the_old_one() -> None:
     class Busy(Generator):
         def external(self, e: int, x: Bag) -> None:
             pass
@@ -97,7 +97,7 @@ def test_an_external_that_schedules_nothing_leaves_the_schedule_standing() -> No
     assert simulator.next_time == Tag(seconds(10))
 
 
-def test_an_input_at_the_scheduled_tag_is_one_confluent_with_zero_elapsed() -> None:
+def test_an_input_at_the_scheduled_tag_is_one_confluent_transition_with_zero_elapsed_time() -> None:
     relay = Relay("r", seconds(1))
     log: list[Transition] = []
     simulator = Simulator(relay, log.append)
@@ -135,7 +135,7 @@ def test_advancing_past_the_next_transition_or_into_the_past_is_refused() -> Non
         simulator.advance(Tag(seconds(0.5)))
 
 
-def test_a_run_is_half_open_and_can_be_continued() -> None:
+def test_a_run_excludes_its_end_and_can_be_continued() -> None:
     def log_of(*ends: int) -> list[Transition]:
         log: list[Transition] = []
         simulator = Simulator(Generator("g", seconds(1)), log.append)
@@ -148,7 +148,7 @@ def test_a_run_is_half_open_and_can_be_continued() -> None:
     assert log_of(seconds(3), seconds(6)) == log_of(seconds(6))
 
 
-def test_starting_again_is_a_fresh_run_and_two_simulators_do_not_interact() -> None:
+def test_starting_again_begins_a_new_run_and_two_simulators_do_not_interact() -> None:
     log: list[Transition] = []
     simulator = Simulator(Generator("g", seconds(1)), log.append)
     other = Simulator(Generator("g", seconds(7)))

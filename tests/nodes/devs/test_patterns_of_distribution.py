@@ -91,7 +91,7 @@ PATTERNS: dict[str, tuple[Callable[[], Coupled], list[str]]] = {
 
 
 @pytest.mark.parametrize("name", PATTERNS)
-def test_logs_are_equal_nested_flat_or_distributed(name: str) -> None:
+def test_communication_patterns_give_equal_logs_nested_flat_and_distributed(name: str) -> None:
     build, expected = PATTERNS[name]
     for log in logs_of(build, seconds(2) if name.startswith("ring") else seconds(10)):
         message = []
@@ -108,7 +108,7 @@ def branches(levels: int) -> list[list[tuple[object, ...]]]:
     return [[(line.tag, line.path.rsplit(".", 1)[1], *line[2:]) for line in log] for log in logs]
 
 
-def test_a_dual_pattern_is_dual() -> None:
+def test_the_dual_of_a_dual_pattern_is_the_pattern() -> None:
     """The same branches three boxes deep: the same times, kinds and bags."""
     assert branches(3) == branches(1)
     assert len(branches(3)[0]) == 12

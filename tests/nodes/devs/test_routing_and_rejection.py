@@ -15,7 +15,7 @@ class Other(Message):
     n: int
 
 
-def test_fan_out_fan_in_and_three_levels_of_passing_through() -> None:
+def test_messages_fan_out_fan_in_and_pass_through_three_levels() -> None:
     seed, left, right, sink = Relay("seed", first=1), Relay("left"), Relay("right"), Sink("sink")
     inside: Coupled = coupled("level2", [left, right])
     inside.connect(inside.add_in("i", Item), left.into)
@@ -37,7 +37,7 @@ def test_an_unconnected_port_has_no_receiver() -> None:
     assert run(coupled("r", [Generator("g", seconds(1), count=1), Sink("s")]), 5) == [(1.0, 0, "r.g", "internal")]
 
 
-def test_nothing_stays_in_a_bag_after_a_filter_swallowed_it() -> None:
+def test_nothing_stays_in_a_bag_after_a_filter_drops_a_message() -> None:
     class First(Relay):
         def output(self) -> None:
             if self.held[0].n == 0:
@@ -50,7 +50,7 @@ def test_nothing_stays_in_a_bag_after_a_filter_swallowed_it() -> None:
     assert sink.got == [(Tag(seconds(1), 1), [0])]
 
 
-def test_what_leaves_the_root_is_an_event_with_its_order() -> None:
+def test_what_leaves_the_root_is_an_event_with_its_place_in_the_order() -> None:
     a, b = Relay("a", first=1), Relay("b", first=2)
     model = coupled("west", [a, b])
     out = model.add_out("report", Item)
@@ -63,7 +63,7 @@ def test_what_leaves_the_root_is_an_event_with_its_order() -> None:
     assert [(e.type, e.value) for e in events] == [("Item", Item(1)), ("Item", Item(2))]
 
 
-def test_the_lookahead_of_a_root_is_the_smallest_of_those_that_leave_it() -> None:
+def test_the_lookahead_of_a_root_is_the_smallest_of_its_sending_ports() -> None:
     class Slow(Relay):
         late = Out(Item, lookahead=ms(10))
 

@@ -34,7 +34,7 @@ def test_two_halves_of_a_run_equal_the_whole() -> None:
         assert log == whole(again)
 
 
-def test_a_snapshot_taken_anywhere_continues_unchanged() -> None:
+def test_a_snapshot_at_any_time_continues_unchanged() -> None:
     rng = random.Random(1)
     for number in range(3):
         expected = whole(list(models())[number])
@@ -65,7 +65,7 @@ def test_a_snapshot_is_restored_in_another_simulator() -> None:
     assert untouched.arrivals == 5
 
 
-def test_a_condition_on_the_state_ends_a_run_after_its_tag() -> None:
+def test_a_stop_condition_on_the_state_ends_a_run_after_its_tag() -> None:
     g, s = Generator("g", seconds(1)), Sink("s")
     simulator = Simulator(coupled("line", [g, s], (g.out, s.into)))
     simulator.start()

@@ -10,7 +10,7 @@ from devs_stories import Generator, Item, Relay, Sink, coupled, kinds, run
 from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Out, Simulator, Tag, seconds
 
 
-def test_a_seed_at_time_two_makes_the_second_transition_confluent() -> None:
+def test_an_input_at_time_two_makes_the_second_transition_confluent() -> None:
     seed, a, b = Relay("seed", first=1), Relay("a"), Relay("b")
     model = coupled("r", [seed, a, b], (seed.out, a.into), (seed.out, b.into), (a.out, b.into))
     assert kinds(model, 1) == {"r.seed": "i", "r.a": "ei", "r.b": "eci"}
@@ -93,7 +93,7 @@ class Holder(Atomic):
         self.hold_in(seconds(1))
 
 
-def test_one_token_alternates_and_two_tokens_make_every_step_confluent() -> None:
+def test_one_token_in_a_ring_alternates_transitions_and_two_make_every_step_confluent() -> None:
     a, b = Holder("a", True), Holder("b", False)
     ring = coupled("ring", [a, b], (a.out, b.into), (b.out, a.into))
     there, back = ("internal", "external"), ("external", "internal")
@@ -137,7 +137,7 @@ def test_two_paths_to_one_port_deliver_twice() -> None:
     assert sink.got == [(Tag(0), [7, 7])]
 
 
-def test_every_0_3_s_meets_every_0_1_s_exactly() -> None:
+def test_every_multiple_of_0_3_s_coincides_with_one_of_0_1_s_exactly() -> None:
     a, b, sink = Generator("a", seconds(0.1)), Generator("b", seconds(0.3)), Sink("sink")
     run(coupled("r", [a, b, sink], (a.out, sink.into), (b.out, sink.into)), 30 + 1e-9)
     sizes = [len(bag) for _, bag in sink.got]
@@ -183,7 +183,7 @@ print(log, sink.got)
 """
 
 
-def test_order_does_not_depend_on_the_hash_seed() -> None:
+def test_the_order_of_a_bag_does_not_depend_on_the_hash_seed() -> None:
     message = set()
     for seed in "0123":
         run_ = [sys.executable, "-c", HASHING, str(Path(__file__).parent)]

@@ -68,14 +68,14 @@ VALUES: list[Any] = [
 
 
 @pytest.mark.parametrize("value", VALUES, ids=lambda value: type(value).__name__)
-def test_an_object_is_restored_as_it_was(value: Any) -> None:
+def test_a_restored_object_equals_the_saved_one(value: Any) -> None:
     again = thawed(frozen(value))
     assert again == value
     assert type(again) is type(value)
     assert frozen(again) == frozen(value)
 
 
-def test_a_generator_continues_where_it_was() -> None:
+def test_a_restored_random_generator_continues_where_it_was() -> None:
     first = Random(7)
     first.gauss(0, 1)
     second = thawed(frozen(first))
@@ -104,7 +104,7 @@ def test_cycles_are_restored() -> None:
     assert again.parts[1]["of"] is again
 
 
-def test_methods_stay_with_their_objects() -> None:
+def test_restored_methods_are_bound_to_their_objects() -> None:
     job = Job(4)
     again, work = thawed(frozen([job, job.work]))
     again.left = 9
@@ -179,7 +179,7 @@ def test_a_tuple_that_holds_itself_is_refused() -> None:
     ],
     ids=lambda forged: forged[0] + " " + forged[1],
 )
-def test_foreign_bytes_call_nothing(forged: list[Any], capfd: pytest.CaptureFixture[str]) -> None:
+def test_restoring_foreign_bytes_calls_nothing(forged: list[Any], capfd: pytest.CaptureFixture[str]) -> None:
     with pytest.raises((TypeError, LookupError, ValueError, AttributeError)):
         thawed(msgspec.msgpack.encode(forged))
     assert capfd.readouterr().out == ""
@@ -200,7 +200,7 @@ def test_foreign_bytes_call_nothing(forged: list[Any], capfd: pytest.CaptureFixt
         ["bytearray", 10**15],
     ],
 )
-def test_foreign_bytes_import_no_function_of_python(folded):
+def test_restoring_foreign_bytes_imports_nothing_from_python(folded):
     """What a model may call later is its own, or only computes."""
     import subprocess  # noqa: F401 - loaded, and yet not to be had
 
@@ -223,7 +223,7 @@ class Omitting(msgspec.Struct, frozen=True, omit_defaults=True):
     ],
     ids=["left to its defaults", "written out", "in part"],
 )
-def test_a_message_is_encoded_as_before(message: Omitting) -> None:
+def test_a_message_saved_and_restored_is_encoded_to_the_same_bytes(message: Omitting) -> None:
     """Encoders leave out what is identical to a default, and write what only equals it."""
     before = msgspec.msgpack.encode(message)
     assert msgspec.msgpack.encode(thawed(frozen(message))) == before

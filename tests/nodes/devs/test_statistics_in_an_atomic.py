@@ -17,14 +17,14 @@ def test_a_tally_counts_each_observation_once() -> None:
     assert tally.deviation == pytest.approx(stdev(draws), rel=1e-9)
 
 
-def test_before_the_second_observation_there_is_no_variance() -> None:
+def test_with_fewer_than_two_observations_there_is_no_variance() -> None:
     tally = Tally()
     assert (isnan(tally.mean), isnan(tally.deviation)) == (True, True)
     tally.add(3)
     assert (tally.mean, isnan(tally.deviation)) == (3.0, True)
 
 
-def test_a_time_average_weighs_how_long_a_value_holds() -> None:
+def test_a_time_average_weights_values_by_their_duration() -> None:
     length = TimeWeighted()
     length.set(2, Tag(10))
     length.set(5, Tag(10, 1))  # 2 held for no time

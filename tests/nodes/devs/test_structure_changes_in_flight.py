@@ -100,7 +100,7 @@ def test_the_other_models_keep_their_clock() -> None:
     assert (Tag(seconds(3.5)), "site.yard.relay", "internal") in lines
 
 
-def test_between_runs_the_structure_changes_before_the_next_tag() -> None:
+def test_structure_changes_between_runs_act_before_the_next_tag() -> None:
     g, sink = Generator("g", seconds(1)), Sink("sink")
     builder = coupled("yard", [g, sink], (g.out, sink.into))
     simulator = started(builder)
@@ -119,7 +119,7 @@ def test_impossible_changes_are_reported_with_place_and_time() -> None:
     assert str(error.value) == message
 
 
-def test_a_promised_lookahead_holds() -> None:
+def test_a_structure_change_may_not_reduce_a_promised_lookahead() -> None:
     class Speaker(Atomic):
         out = Out(Item, lookahead=seconds(1))
 
@@ -225,7 +225,9 @@ def run(builder: Coupled) -> None:
 
 @pytest.mark.parametrize("change", CHANGES)
 @pytest.mark.parametrize("function", WHEN)
-def test_the_root_stays_while_it_runs(function: str, change: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_models_cannot_change_the_root_while_it_runs(
+    function: str, change: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     message = (
         f"yard.m at ({WHEN[function]} s, 0): yard.{change} is out of reach: in a run each child of yard is a node "
     )
@@ -238,7 +240,7 @@ def test_the_root_stays_while_it_runs(function: str, change: str, monkeypatch: p
 
 
 @pytest.mark.parametrize("change", CHANGES)
-def test_the_root_may_change_between_runs(change: str) -> None:
+def test_the_root_model_may_change_between_runs(change: str) -> None:
     builder = changing("", change)
     simulator = Simulator(builder)
     simulator.start()

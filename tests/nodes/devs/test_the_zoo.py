@@ -14,7 +14,7 @@ def shown(inputs: list[tuple[int | Tag, str, Message]], until: float) -> list[tu
     ]
 
 
-def test_a_traffic_light_changes() -> None:
+def test_a_traffic_light_changes_its_colours_by_its_times() -> None:
     assert shown([], 130) == [
         (0.0, Colour.RED),
         (60.0, Colour.GREEN),
@@ -23,7 +23,7 @@ def test_a_traffic_light_changes() -> None:
     ]
 
 
-def test_an_operator_makes_the_light_blink_and_releases_it() -> None:
+def test_an_operator_switches_the_traffic_light_to_blinking_and_back() -> None:
     text = shown([(seconds(70), "take", Take(LightMode.MANUAL)), (seconds(71.2), "take", Take(LightMode.AUTO))], 132)
     assert text == [
         (0.0, Colour.RED),
@@ -36,7 +36,7 @@ def test_an_operator_makes_the_light_blink_and_releases_it() -> None:
     ]
 
 
-def test_one_token_circulates() -> None:
+def test_one_token_circulates_in_the_ring() -> None:
     model = ring(stations=4, tokens=1, hold=seconds(1))
     simulator = Simulator(model)
     simulator.start()
@@ -44,7 +44,7 @@ def test_one_token_circulates() -> None:
     assert [station.passed for station in simulator.atomics if isinstance(station, RingStation)] == [3, 2, 2, 2]
 
 
-def test_as_many_tokens_as_stations_make_every_step_confluent() -> None:
+def test_with_as_many_tokens_as_stations_every_step_of_the_ring_is_confluent() -> None:
     assert kinds(ring(stations=3, tokens=3, hold=seconds(1)), 5) == dict.fromkeys(
         ["ring.s0", "ring.s1", "ring.s2"], "cccc"
     )

@@ -44,7 +44,9 @@ def slept(first: int, second: int) -> Tag | str:
     ("second", "told"),
     [(2**63, "2**63 or more"), (10**400, "2**1328 or more"), (NEVER - 5, str(NEVER - 5)), (NEVER - 1, str(NEVER - 1))],
 )
-def test_a_wait_beyond_the_last_time_is_refused(second: int, told: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_wait_beyond_the_last_representable_time_is_refused(
+    second: int, told: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     end = "ends beyond 2**63 ns, 292 years, as time does; hold for less, or call passivate() to wait for ever"
     assert slept(5, second) == f"m at (0.000000005 s, 0): hold_in({told}) [ns] {end}"
     monkeypatch.setattr(models, "NEVER", 2**9999)
@@ -54,7 +56,7 @@ def test_a_wait_beyond_the_last_time_is_refused(second: int, told: str, monkeypa
     assert slept(5, second) == FOREVER, "it would never wake, without a word"
 
 
-def test_waits_up_to_the_last_time_and_for_ever_are_accepted() -> None:
+def test_waits_up_to_the_last_representable_time_and_for_ever_are_accepted() -> None:
     r = Random(1)
     for _ in range(300):
         first = r.randrange(1, 2 ** r.randrange(1, 63))
@@ -68,7 +70,7 @@ def test_waits_up_to_the_last_time_and_for_ever_are_accepted() -> None:
     assert slept(5, NEVER) == FOREVER
 
 
-def test_other_times_beyond_the_last_one_are_refused() -> None:
+def test_other_times_beyond_the_last_representable_one_are_refused() -> None:
     with pytest.raises(ModelError, match=r"^s: port o: lookahead 2\*\*63 ns or more, where time ends$"):
         Sink("s").add_out("o", Item, 2**70)
     with pytest.raises(ModelError, match=r"^r: the input for into comes at 1180591620717411303424; take a time before"):
@@ -79,7 +81,7 @@ def test_other_times_beyond_the_last_one_are_refused() -> None:
     assert simulator.next_time == FOREVER
 
 
-def test_a_helper_states_its_unit_and_the_old_name_warns() -> None:
+def test_the_helper_seconds_states_its_unit_and_its_old_name_warns() -> None:
     assert (seconds(1), ms(1), us(1)) == (1_000_000_000, 1_000_000, 1_000)
     with pytest.warns(DeprecationWarning, match=r"ns\(1\) reads as nanoseconds; write seconds\(1\)"):
         assert ns(1) == seconds(1)

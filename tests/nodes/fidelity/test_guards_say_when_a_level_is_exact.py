@@ -68,7 +68,7 @@ def test_a_lift_that_is_its_own_mirror_image_stays_in_the_plane(name: str) -> No
     assert exact(given)["motion"] == "by symmetry"
     assert not [word for word in left_out(given) if "motion" in word]
     flat, free = play(given), play(at_level(given, Fidelity()))
-    a, b = (run.past().part(0, len(run.t)).poses["block"][run.t * HZ % 1.0 == 0.0] for run in (flat, free))
+    a, b = (run.past.part(0, len(run.t)).poses["block"][run.t * HZ % 1.0 == 0.0] for run in (flat, free))
     assert np.abs(a - b).max() < 1e-5
     for rope, peak in flat.peaks.items():
         assert peak.tension == pytest.approx(free.peaks[rope].tension, rel=STEPS)
@@ -77,7 +77,7 @@ def test_a_lift_that_is_its_own_mirror_image_stays_in_the_plane(name: str) -> No
 @pytest.mark.parametrize("name", sorted(IN_PLANE))
 @pytest.mark.parametrize("broken", ["wind", "order", "length"])
 @pytest.mark.large(beyond=3)
-def test_what_is_not_symmetric_is_not_exact(name: str, broken: str) -> None:
+def test_a_lift_that_is_not_symmetric_is_not_called_exact_in_a_plane(name: str, broken: str) -> None:
     motion = IN_PLANE[name][0]
     other = "across" if motion == "along" else "along"
     change = {
@@ -90,7 +90,7 @@ def test_what_is_not_symmetric_is_not_exact(name: str, broken: str) -> None:
     assert [word for word in left_out(given) if "motion" in word]
 
 
-def test_a_locked_joint_is_exact_where_a_drive_holds_it_that_nothing_orders() -> None:
+def test_locking_a_joint_is_exact_if_its_drive_holds_it_and_no_order_moves_it() -> None:
     given = plan("overhead-100", order=OUT["across"])
     for joint, drive, held in (("crane.runway", "crane.travelling", False), ("crane.girder", "crane.traversing", True)):
         locked = at_level(given, planar(Fidelity(locked=(joint,)), given.machines))
@@ -99,8 +99,8 @@ def test_a_locked_joint_is_exact_where_a_drive_holds_it_that_nothing_orders() ->
         assert ("1 joint locked" in left_out(locked)) is not held
 
 
-def test_supports_of_another_face_are_left_out_where_a_block_turns() -> None:
+def test_supports_of_another_face_are_left_out_unless_a_block_turns() -> None:
     given = plan("overhead-100")
     assert exact(given)["supports"] == "nothing is turned"
     assert not {"slings", "ropes"} & {*exact(given)}
-    assert exact(given)["girders"] == "there is none"
+    assert exact(given)["beams"] == "there is none"

@@ -31,7 +31,7 @@ def overloaded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_the_summary_is_red(
+def test_an_overload_turns_the_summary_of_a_run_red(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("FORCE_COLOR", "1")
@@ -44,7 +44,7 @@ def test_the_summary_is_red(
     assert f"{TOLD}; likewise loader-3.sling-2, at 1:" in lines[1]
 
 
-def test_the_exact_peak_is_checked_and_not_a_sample(overloaded: Path) -> None:
+def test_overloads_are_checked_at_the_exact_peak_and_not_at_a_sample(overloaded: Path) -> None:
     rec = Recording(overloaded)
     found = verdict_of(rec)
     assert found is not None
@@ -52,7 +52,7 @@ def test_the_exact_peak_is_checked_and_not_a_sample(overloaded: Path) -> None:
     red = [f for f in found.findings if f.state == "red"]
     assert [f.subject for f in red] == ["loader-3.sling-1", "loader-3.sling-2"]
     assert (red[0].value, red[0].t, red[0].stage, red[0].limit) == (peak["tension"], peak["time"], "swing", 3.68e6 / 5)
-    cells = {row[1]: row for row in found.rows}
+    cells = {row[1]: row for row in found.tables[0].rows}
     hook = rec.fact("peaks")["crane.H3"]
     assert cells["hook load"][3] == f"{(hook['tension'] / 9.80665 - 25e3) / 1e3:.1f} t", (
         "the block belongs to the crane"
@@ -62,7 +62,7 @@ def test_the_exact_peak_is_checked_and_not_a_sample(overloaded: Path) -> None:
     assert float(cells["rope factor"][3]) == pytest.approx(1351e3 / pull, rel=1e-3)
 
 
-def test_the_report_shows_each_row_and_no_raw_message(overloaded: Path, tmp_path: Path) -> None:
+def test_the_report_lists_each_overload_in_words(overloaded: Path, tmp_path: Path) -> None:
     text = report(overloaded, tmp_path / "lift.html").read_text()
     peak = Recording(overloaded).fact("peaks")["loader-3.sling-1"]["tension"]
     for message in (
@@ -85,7 +85,7 @@ def test_the_report_shows_each_row_and_no_raw_message(overloaded: Path, tmp_path
     assert (tmp_path / "by-command.html").read_text() == text
 
 
-def test_standing_at_an_end_is_not_beyond_it(tmp_path: Path) -> None:
+def test_standing_exactly_at_an_end_position_is_not_beyond_it(tmp_path: Path) -> None:
     """A trolley that runs on to the end of its girder, against which its servo presses."""
     run_on = 'actions=[{lower trolleys: "traverse 20 m/min until tension of crane.H1 >= 5 MN"}]'
     scene = bare("lift", [run_on, "cranes.crane.girder=[60 m, 81.2 m]", "rig.slack=0.4 m", "end=30 s"])
@@ -93,7 +93,7 @@ def test_standing_at_an_end_is_not_beyond_it(tmp_path: Path) -> None:
     found = verdict_of(Recording(tmp_path / "limit.mcap"))
     assert found is not None
     assert "end" not in {f.quantity for f in found.findings}
-    row = next(row for row in found.rows if row[1] == "girder")
+    row = next(row for row in found.tables[0].rows if row[1] == "girder")
     assert (row[2], row[3], row[5]) == ("crane lower (of 2)", "81.20 m", "60 to 81.2 m")
 
 
@@ -107,7 +107,7 @@ def test_empty_hooks_and_stages_at_rest_are_not_red(tmp_path: Path) -> None:
     assert "it did not occur" in text
 
 
-def test_a_lift_within_its_limits_is_not_red(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_lift_within_its_limits_has_no_red_check(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scene = bare("lift", PRECISE[1:])
     result = run(scene, tmp_path / "lift.mcap", in_process=True)
     summary(scene.plan, result, as_json=True)

@@ -18,7 +18,9 @@ def add(monkeypatch: pytest.MonkeyPatch, folder: Path, *row: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["lift", "spreader"])
-def test_a_row_at_rest_refuses_a_scene(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_new_standard_for_static_strength_refuses_a_scene(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     add(monkeypatch, tmp_path, "sling", "sling tension")
     with pytest.raises(SceneError, match=rf"is allowed \({OWN}\)"):
         load(name)
@@ -33,7 +35,7 @@ def test_a_row_at_rest_refuses_a_scene(name: str, tmp_path: Path, monkeypatch: p
         ("jib", ("hoist rope", "rope peak")),
     ],
 )
-def test_a_row_for_peaks_is_checked_in_a_run(
+def test_a_new_standard_for_peak_strength_is_checked_in_a_run(
     name: str, row: tuple[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     add(monkeypatch, tmp_path, *row)

@@ -39,7 +39,7 @@ def state(use: Use, errors: dict[str, float]) -> str:
 
 
 @pytest.mark.parametrize("seed", range(200))
-def test_a_value_is_decided_if_its_error_does_not_reach_the_limit(seed: int) -> None:
+def test_a_check_is_decided_if_the_error_does_not_reach_the_limit(seed: int) -> None:
     """The oracle evaluates both ends of the bar, which is that of the use along the tangent."""
     rng = random.Random(seed)
     use, error = drawn(rng), rng.choice([0.0, 1e-3, 0.05, 0.5])
@@ -85,7 +85,7 @@ def test_what_is_assumed_is_amber_until_the_scene_accepts_it() -> None:
 
 
 @pytest.mark.parametrize("crane", sorted(library()))
-def test_every_row_of_every_type_has_a_state_and_reports_what_would_turn_it_green(
+def test_every_check_of_every_type_has_a_state_and_says_what_would_turn_it_green(
     crane: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -102,7 +102,7 @@ def test_every_row_of_every_type_has_a_state_and_reports_what_would_turn_it_gree
     assert sum(int(one.split()[0]) for one in counts) == sum(c.state != "none" for c in checks)
 
 
-def test_an_unknown_limit_names_what_to_write() -> None:
+def test_a_check_with_an_unknown_limit_names_the_key_to_write() -> None:
     (check,) = [c for c in bare("lift").checks if c.subject == "block" and c.quantity == "support load"]
     message = "support load of block: give 'capacity' of its supports"
     assert (check.state, check.why, check.sentence) == ("amber", NOT_CHECKED, message)
@@ -117,7 +117,7 @@ def test_an_exit_code_follows_the_named_state(state: str, failing: str) -> None:
     assert fails(state, True, "") == (state in ("red", "undecided")), "--strict"
 
 
-def test_a_utilisation_beyond_its_tolerance_alone_is_red() -> None:
+def test_a_value_beyond_its_limit_by_more_than_the_tolerance_is_red() -> None:
     limit = RatedLimit(subject="crane", quantity="rails", unit="m", between=(0.0, 10.0), source="the scene")
     use = Use(limit, 10.04, 1.0, use=limit.use(10.04), tolerance=0.05)
     known = {"use of crane rails": 1e-6}

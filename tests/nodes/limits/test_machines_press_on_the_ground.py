@@ -38,7 +38,7 @@ def corners(V: float, x: float, y: float) -> dict[str, float]:
     return {name: float(corner_load(at(V), at(x), at(y), BASE, name)[0]) for name in CORNERS}
 
 
-def test_four_outriggers_bear_a_quarter_and_the_two_moments() -> None:
+def test_four_outriggers_carry_a_quarter_of_the_weight_plus_the_moments() -> None:
     """V/4 +- Mx/(2b) +- My/(2a) of a rigid base on equal springs."""
     V, Mx, My = 800e3, 560e3, 480e3
     found = corners(V, My / V, Mx / V)
@@ -48,7 +48,7 @@ def test_four_outriggers_bear_a_quarter_and_the_two_moments() -> None:
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_three_outriggers_carry_all_where_the_fourth_would_be_pulled(seed: int) -> None:
+def test_if_one_outrigger_would_lift_off_the_other_three_carry_all(seed: int) -> None:
     """Three supports follow from forces and moments alone, here by a linear system; none of them is pulled."""
     random = np.random.default_rng(seed)
     V, u, v = 1e6 * random.uniform(0.5, 2.0), random.uniform(-1, 1), random.uniform(-1, 1)
@@ -65,7 +65,7 @@ def test_three_outriggers_carry_all_where_the_fourth_would_be_pulled(seed: int) 
         assert found[name] == pytest.approx(message[name], rel=EXACT, abs=EXACT * V)
 
 
-def test_a_resultant_outside_the_base_tips() -> None:
+def test_a_resultant_force_outside_the_base_means_tipping() -> None:
     assert distance_to_tipping(at(3.6), at(0.0), BASE, lifts=False)[0] == pytest.approx(1.0, rel=EXACT)
     assert distance_to_tipping(at(1.8), at(-1.6), BASE, lifts=False)[0] == pytest.approx(0.5, rel=EXACT)
     assert distance_to_tipping(at(1.8), at(-1.6), BASE, lifts=True)[0] == pytest.approx(
@@ -101,7 +101,7 @@ def lift(crane: str, folder: str, setting: str = "") -> tuple[Plan, Mechanism, S
 
 
 @pytest.mark.parametrize("crane", sorted(library()))
-def test_each_type_presses_with_its_weights_and_its_load(
+def test_every_crane_type_presses_with_its_own_weights_and_its_load(
     crane: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """V = g sum(m) and the place sum(m x) / sum(m), with the weight of block, rigging and hook blocks below the hooks:
@@ -131,7 +131,7 @@ def test_each_type_presses_with_its_weights_and_its_load(
     assert [ex, ey] == pytest.approx([x, y], abs=1e-6 * size)
 
 
-def test_while_a_crane_slews_the_worst_corner_counts() -> None:
+def test_while_a_crane_slews_its_most_loaded_corner_counts() -> None:
     """A crawler's worst track: over 100 degrees of slewing the load passes the side, where its lever is longest."""
     scene = load("crawler")
     (machine,) = (m for m in scene.plan.machines if m.name == "crawler")
@@ -186,7 +186,7 @@ WIND = "wind={speed: %s m/s, direction: [1, 0, 0]}"
 
 
 @pytest.mark.parametrize(("scene", "most"), [("crawler", 12.0), ("jib", 20.0), ("hall", 20.0)])
-def test_each_type_has_its_own_limit_of_wind(scene: str, most: float) -> None:
+def test_each_crane_type_has_its_own_wind_limit(scene: str, most: float) -> None:
     assert states(scene, "wind") == {"none"}
     assert states(scene, "wind", WIND % (most - 0.1)) == {"green"}
     assert states(scene, "wind", WIND % (most + 0.1)) == {"red"}
@@ -194,7 +194,7 @@ def test_each_type_has_its_own_limit_of_wind(scene: str, most: float) -> None:
 
 
 @pytest.mark.parametrize(("crane", "charts"), [("crawler-250", 6), ("rough-terrain-59", 3)])
-def test_no_load_of_a_chart_tips_its_crane(crane: str, charts: int, tmp_path: Path) -> None:
+def test_no_load_in_a_load_chart_tips_its_crane(crane: str, charts: int, tmp_path: Path) -> None:
     """Boom and chart of each, at each radius: the sum of moments about the edge of the base over 360 degrees."""
     kind = library()[crane].read_text(encoding="utf-8")
     text = f"heavylift: 1\nname: a\nend: 1 s\ncranes: {{a: {{type: {crane}%s}}}}\n"

@@ -17,7 +17,7 @@ from heavylift.nodes.limits import (
     checks_of,
     likewise,
     percent,
-    rows,
+    table_of,
     uses_of,
     uses_on_path,
 )
@@ -42,7 +42,7 @@ def judged(peaks: dict[str, tuple[float, float]], built: plan.Plan) -> list[Chec
 
 
 @pytest.mark.parametrize("name", ["lift", "tandem", "turnover"])
-def test_every_row_has_a_source_or_reports_that_it_is_not_known(name: str) -> None:
+def test_every_limit_has_a_source_or_says_that_it_is_unknown(name: str) -> None:
     built = load(name).plan
     for limit in built.limits:
         assert bool(limit.source) == limit.known, limit
@@ -56,7 +56,7 @@ def test_every_row_has_a_source_or_reports_that_it_is_not_known(name: str) -> No
     assert plan.decode(plan.encode(built)) == built
 
 
-def test_limits_of_the_scene_are_its_own_and_the_others_are_assumed() -> None:
+def test_limits_written_in_the_scene_are_its_own_and_others_are_assumptions() -> None:
     given = ["limits={clearance: 1.5 m, off-lead along: 2 deg}", "cranes.crane.hook capacity=500 t"]
     rows = {(limit.subject, limit.quantity): limit for limit in bare("lift", given).plan.limits}
     message = {
@@ -72,7 +72,7 @@ def test_limits_of_the_scene_are_its_own_and_the_others_are_assumed() -> None:
         assert rows[key].source == source, key
 
 
-def test_every_damping_constant_is_a_key_with_a_source_or_is_assumed() -> None:
+def test_every_damping_constant_is_a_key_with_a_source_or_an_assumption() -> None:
     found = {}
     for model in (SlingType, Supports, Block):
         found |= {(model.__name__, key): message for key, message in comments(model).items() if "damping" in key}
@@ -86,7 +86,7 @@ def test_every_damping_constant_is_a_key_with_a_source_or_is_assumed() -> None:
     assert all("assumed" in message for message in found.values()), found
 
 
-def test_keys_are_written_in_planners_terms() -> None:
+def test_limits_are_written_with_the_words_of_planners() -> None:
     keys = json_schema()["$defs"]["LiftLimits"]["properties"]
     assert [*keys] == [
         "off-lead", "off-lead along", "off-lead across", "clearance", "bridle warning", "bridle", "impact",
@@ -101,7 +101,7 @@ def test_keys_are_written_in_planners_terms() -> None:
         bare("lift", ["cranes.crane.sheave efficiency=2 %"])
 
 
-def test_a_chart_is_read_between_its_points() -> None:
+def test_a_load_chart_is_interpolated_between_its_points() -> None:
     draw = random.Random(8)
     for _ in range(50):
         xs = sorted(draw.sample(range(100), draw.randint(2, 6)))
@@ -125,7 +125,7 @@ def test_a_hook_is_checked_by_the_chart_at_its_trolley_position() -> None:
         bare("lift", ["cranes.crane.capacity chart=[[60 m, 100 t], [10 m, 400 t]]"])
 
 
-def test_a_sling_has_two_limits() -> None:
+def test_a_sling_has_a_static_and_a_peak_limit() -> None:
     """Its load against what it may carry, its peak against breaking force over partial factors."""
     built = bare("lift", ["rig.sling={breaking: 6 MN, factor: 5, partial factor: 3}"]).plan
     cases = {1.19e6: [], 1.26e6: ["sling tension"], 1.99e6: ["sling tension"], 2.1e6: ["sling tension", "sling peak"]}
@@ -165,7 +165,7 @@ def test_a_load_cell_beyond_its_limit_between_samples_is_red() -> None:
     )
 
 
-def test_a_path_is_checked_as_the_scene_is() -> None:
+def test_limits_are_checked_along_the_equilibrium_path_like_in_the_scene() -> None:
     scene = bare("lift", ["rig.loaders.loader-3.capacity=140 t"])
     (red,) = findings_of(scene.plan, uses_on_path(scene.plan, scene.states), dynamic=False)
     assert (red.word, red.subject, red.stage) == ("red", "loader-3", "up")
@@ -176,7 +176,7 @@ def test_a_path_is_checked_as_the_scene_is() -> None:
     assert findings_of(bare("lift").plan, uses_on_path(bare("lift").plan, bare("lift").states), dynamic=False) == []
 
 
-def test_a_position_may_exceed_its_end_slightly() -> None:
+def test_a_position_may_exceed_its_end_by_a_small_tolerance() -> None:
     built = bare("lift").plan
     for beyond, red in ((0.0, False), (0.04, False), (0.06, True)):
         at = np.array([[400.0 + beyond, 0.0, 0.0]])
@@ -187,7 +187,7 @@ def test_a_position_may_exceed_its_end_slightly() -> None:
         )
 
 
-def test_a_scene_limits_the_ropes_of_a_mechanism_too() -> None:
+def test_a_scene_can_limit_the_ropes_of_a_mechanism() -> None:
     given = "limits={ropes: {fall-1: {tension: 400 kN}, fall-2: {breaking: 2 MN, factor: 4, source: certificate 7}}}"
     built = load("trolley", [given]).plan
     assert [(x.subject, x.value, x.factor, x.source) for x in built.limits] == [
@@ -205,7 +205,7 @@ def test_a_scene_limits_the_ropes_of_a_mechanism_too() -> None:
         load("trolley", ["limits={ropes: {fall-1: {factor: 5}}}"])
 
 
-def test_rows_are_exported_as_json(capsys: pytest.CaptureFixture[str]) -> None:
+def test_checks_are_exported_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     app(["check", "lift", "--json", "--set", "rig.loaders.loader-3.capacity=140 t"], standalone_mode=False)
     message = json.loads(capsys.readouterr().out)
     rows = {(row["limit"]["subject"], row["limit"]["quantity"]): row for row in message["uses"]}
@@ -218,18 +218,18 @@ def test_rows_are_exported_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     assert message["verdict"].keys() <= {*RecordedVerdict.__struct_fields__}, "in the words of a run"
 
 
-def test_a_utilisation_is_not_rounded_to_its_limit() -> None:
+def test_a_utilisation_is_never_rounded_to_its_limit() -> None:
     uses = (0.123, 0.9949, 0.9951, 0.9999, 1.0, 1.0001, 1.004, 1.006)
     message = ["12 %", "99 %", "99.51 %", "99.99 %", "100 %", "100.01 %", "100.40 %", "101 %"]
     assert [percent(use) for use in uses] == message
 
 
-def test_rounding_decides_nothing_that_is_reported() -> None:
+def test_no_reported_state_depends_on_rounding() -> None:
     """Of subjects that are loaded alike the first is reported, and a force below a newton is none."""
     limits = [RatedLimit(subject=name, quantity="side force", unit="N", value=1e5) for name in ("east", "west")]
 
     def message(*uses: Use) -> tuple[str, ...]:
-        row = next(x for x in rows(checks_of(bare("lift").plan, uses, [], None, [])) if x[1] == "side force")
+        row = next(x for x in table_of(checks_of(bare("lift").plan, uses, [], None, [])).rows if x[1] == "side force")
         return row[2:4]
 
     for tiny in (0.0, 2e-4, -2e-4):

@@ -39,7 +39,7 @@ SHACKLES = "SH-35: {kind: shackle, WLL: 35 t, mass: 18 kg, standard: EN 13889}\n
 
 
 @pytest.mark.parametrize("d", TABLE)
-def test_the_formula_gives_the_table_of_the_standard(d: int) -> None:
+def test_the_formula_for_sling_assemblies_gives_the_table_of_the_standard(d: int) -> None:
     """Fmin = 0.356 d2 1770 N/mm2."""
     known = Terms(0.356 * d * d * 1770.0, termination="ferrule")
     one, *legs = TABLE[d]
@@ -52,13 +52,13 @@ def test_the_formula_gives_the_table_of_the_standard(d: int) -> None:
     assert assembly(known, 1, G) is None
 
 
-def test_an_assembly_is_rated_by_the_cosine_of_its_loaded_legs() -> None:
+def test_a_sling_assembly_is_rated_by_the_cosine_of_its_loaded_legs() -> None:
     for legs, carry in ((2, 2), (3, 3), (4, 3)):
         for angle, factor in KL[legs]:
             assert factor == pytest.approx(carry * {45.0: 0.7071, 60.0: 0.5}[angle], rel=0.015)
 
 
-def test_beyond_its_table_the_standard_gives_no_value() -> None:
+def test_beyond_its_table_the_standard_gives_no_rating() -> None:
     heavy = at_rest(Terms(6.43e6), G)
     assert heavy.factor == 5.0
     assert heavy.source == "assumed: the table of EN 13414-1 ends at 60 mm and 42 t a leg"
@@ -87,7 +87,7 @@ def test_heavy_slings_have_the_factors_of_0027() -> None:
     assert in_a_run(Terms(1e6, diameter=0.1, pin=0.2)).factor == pytest.approx(4.72, abs=0.02)
 
 
-def test_shackles_end_where_their_standard_ends() -> None:
+def test_shackles_beyond_the_range_of_their_standard_are_reported() -> None:
     assert not shackle(25e3, "EN 13889")
     assert not shackle(85e3, "RR-C-271")
     assert "ends at 25 t, assumed" in shackle(35e3, "EN 13889")
@@ -112,7 +112,7 @@ def test_a_bridle_is_rated_as_an_assembly_or_leg_by_leg() -> None:
     assert row.state == "green"
 
 
-def test_beyond_45_degrees_an_assembly_carries_less() -> None:
+def test_beyond_45_degrees_a_sling_assembly_carries_less() -> None:
     limit = RatedLimit(
         subject="a", quantity="assembly load", unit="kg", over="angle", chart=assembly(Terms(1e6), 4, G)[0]
     )  # type: ignore[index]
@@ -160,7 +160,7 @@ def test_the_mass_of_gear_is_part_of_the_design_load_of_its_hook(tmp_path: Path)
     assert hook.factors[0].value == pytest.approx(1 + (4 * 95 + 8 * 18) / hook.rest.value)
 
 
-def test_gear_may_stand_in_a_workbook_or_in_the_scene(tmp_path: Path) -> None:
+def test_gear_may_be_given_in_a_workbook_or_in_the_scene(tmp_path: Path) -> None:
     openpyxl = pytest.importorskip("openpyxl")
     book = openpyxl.Workbook()
     for line in (SLINGS + ROW).splitlines():
@@ -197,7 +197,7 @@ def test_gear_that_cannot_be_found_is_reported_with_its_place(
     assert told in str(error.value)
 
 
-def test_four_legs_are_not_shared_without_a_note() -> None:
+def test_sharing_of_four_legs_is_not_assumed_without_a_note() -> None:
     """Where no assembly is rated, a row asks how."""
     heavy = "rigging.legs.sling={EA: 60 MN, breaking: 4000 kN}"
     (asked,) = (c for c in bare("crawler", [heavy]).checks if c.quantity == "sharing")
@@ -207,7 +207,7 @@ def test_four_legs_are_not_shared_without_a_note() -> None:
 
 
 @pytest.mark.parametrize("crane", sorted(library()))
-def test_legs_of_a_bridle_are_rated_together_or_asked_about_on_each_type(
+def test_bridle_legs_are_rated_together_or_asked_about_on_each_type(
     crane: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -226,7 +226,7 @@ def test_legs_of_a_bridle_are_rated_together_or_asked_about_on_each_type(
 
 @pytest.mark.parametrize("termination", TERMINATIONS)
 @pytest.mark.parametrize("rated", [False, True])
-def test_a_clause_that_nobody_could_read_is_to_be_confirmed_without_a_number(termination: str, rated: bool) -> None:
+def test_a_factor_from_a_clause_that_was_not_available_is_to_be_confirmed(termination: str, rated: bool) -> None:
     """Cable-laid slings and grommets are rated by EN 13414-3 and IMCA M 179, or by what their certificate says."""
     sling = f"{{EA: 60 MN, breaking: 1600 kN, termination: {termination}{', WLL: 30 t' if rated else ''}}}"
     found = [c for c in load("jib", [f"rigging.legs.sling={sling}"]).checks if c.quantity == "heavy sling"]

@@ -33,7 +33,7 @@ def parts(n: int, efficiency: float) -> list[float]:
     return [n * tension / sum(found) for tension in found]
 
 
-def test_c14_the_closed_form_of_twenty_falls() -> None:
+def test_c14_the_lead_part_tension_of_twenty_falls_agrees_with_the_closed_form() -> None:
     given, expected = FORMS["C14"]["given"], FORMS["C14"]["expected"]
     lead = lead_factor(given["n"], 1, given["eta"])
     assert lead * given["W"] / given["n"] == pytest.approx(expected["T_lead"], rel=1e-6)
@@ -42,7 +42,7 @@ def test_c14_the_closed_form_of_twenty_falls() -> None:
     assert f"{lead_factor(20, 2, 0.985):.3f}" == "1.069"
 
 
-def test_every_reeving_carries_its_load_sheave_by_sheave() -> None:
+def test_tension_is_passed_sheave_by_sheave_in_every_reeving() -> None:
     draw = random.Random(14)
     for _ in range(200):
         ends, n, efficiency = draw.choice((1, 2)), draw.randint(1, 16), draw.uniform(0.9, 1.0)
@@ -55,7 +55,7 @@ def test_every_reeving_carries_its_load_sheave_by_sheave() -> None:
     assert lead_factor(20, 2, 1.0) == 1.0
 
 
-def test_the_table_of_the_wire_rope_users_manual() -> None:
+def test_lead_part_tensions_agree_with_the_wire_rope_users_manual() -> None:
     """Wire Rope Technical Board, 4th edition, page 88: 4 parts, plain bearings (1.09 a sheave), one to the drum."""
     sheave = 1.09
     factor = lead_factor(4, 1, 1.0 / sheave) / 4 * sheave
@@ -64,7 +64,7 @@ def test_the_table_of_the_wire_rope_users_manual() -> None:
     assert factor * sheave * sheave * 6000 == pytest.approx(2202, abs=6), "[lb], of a load of 6000 lb"
 
 
-def test_the_verdict_follows_the_drum_ends_and_the_page_states_its_assumptions() -> None:
+def test_the_verdict_depends_on_the_drum_ends_and_states_the_assumptions() -> None:
     two = str(check(bare("lift", [*HEAVY, *crane(sheave_efficiency="98.5 %")])))
     assert "20 falls, 2 drum ends, sheave efficiency 0.985: lead part 1.069 of the mean" in two
     with pytest.raises(SceneError) as refusal:
@@ -74,7 +74,7 @@ def test_the_verdict_follows_the_drum_ends_and_the_page_states_its_assumptions()
     assert "20 falls, 1 drum end, sheave efficiency 0.985: lead part 1.150 of the mean)" in message
 
 
-def test_the_mechanism_group_asks_for_its_factor_by_name() -> None:
+def test_a_missing_mechanism_group_asks_for_the_rope_factor_by_name() -> None:
     scene = bare("lift", crane(mechanism_group="M4"))
     rows = [limit for limit in scene.plan.limits if limit.quantity == "rope factor"]
     assert {(limit.value, limit.source) for limit in rows} == {
@@ -112,14 +112,14 @@ def test_a_drum_with_too_little_pull_refuses_the_lift() -> None:
 
 
 @pytest.mark.parametrize("ropes", ["ropes: rigid", "rope mass: lumped", "ropes: massive, lumps: 2"])
-def test_however_a_rope_is_modelled_its_rows_are_the_same(ropes: str, tmp_path: Path) -> None:
+def test_checks_do_not_depend_on_how_a_rope_is_modelled(ropes: str, tmp_path: Path) -> None:
     """A tension is that at the hook, whatever the rope weighs in the model: its weight is reckoned once."""
     rows = []
     for model in ("ropes: elastic", ropes):
         run(bare("lift", ["end=5 s", f"fidelity={{{model}}}"]), tmp_path / "lift.mcap", in_process=True)
         found = verdict_of(Recording(tmp_path / "lift.mcap"))
         assert found is not None
-        cells = {row[1]: row[3].split()[0] for row in found.rows if row[3]}
+        cells = {row[1]: row[3].split()[0] for row in found.tables[0].rows if row[3]}
         rows.append([float(cells[quantity]) for quantity in ("hook load", "rope factor", "drum pull")])
     assert rows[0] == pytest.approx(rows[1], rel=0.01), "the ramp of the winch adds a little more where ropes stretch"
     assert rows[0][0] == pytest.approx(20.3, abs=0.2), "[t] of the loader below its hook block"

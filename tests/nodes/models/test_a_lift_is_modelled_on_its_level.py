@@ -40,13 +40,13 @@ def lift(*fidelity: str, still: bool = False):
 
 @pytest.mark.parametrize("rung", RUNGS)
 @pytest.mark.large(beyond=1)
-def test_nothing_moves_before_it_is_ordered(rung):
+def test_nothing_moves_before_an_order(rung):
     s = paused(lift(rung, still=True), at=3.0)
     speeds = s.state[s.program.graph.nq :][: s.program.graph.nv]
     assert np.abs(speeds).max() < (SETTLES if "elastic" in rung else QUIET)
 
 
-def test_omitted_parts_are_absent():
+def test_parts_omitted_by_a_model_level_are_absent():
     count = {r: len(system(lift(r).plan).joints) for r in ("{}", "{locked: [hinges]}", "{ropes: massive}")}
     assert count["{ropes: massive}"] == count["{}"] + 3 * 4 * 3  # ropes, lumps, joints of each
     hinges = [j.kind for j in system(lift("{locked: [hinges]}").plan).joints if "hinge" in j.name]
@@ -55,7 +55,7 @@ def test_omitted_parts_are_absent():
     assert (len(rigid.ropes), len(rigid.rigid_ropes)) == (0, 9)
 
 
-def test_a_girder_alone_swings_at_its_frequency():
+def test_a_girder_without_load_swings_at_its_frequency():
     """w^2 = (pi^4 / 2 * k / 48) / (m / 2 + sum of trolley masses * sin^2(pi y / L))."""
     plan = lift("{girder: elastic, locked: [trolleys, gantries]}", still=True).plan
     crane = cranes(plan)[0]
@@ -82,13 +82,13 @@ def test_a_heavy_rope_carries_its_own_weight():
         assert tension[name] == pytest.approx(below * plan.gravity, rel=1e-6)
 
 
-def test_a_mirrored_lift_moves_in_its_plane():
+def test_a_symmetric_lift_stays_in_its_plane():
     """Nothing pulls the bundled lift along the rails, so that the planar model loses nothing."""
     space, plane = (paused(lift(f), after="sideways").row() for f in ("{}", "{motion: across}"))
     assert plane.tension == pytest.approx(space.tension, rel=SAME_PLANE)
 
 
-def test_an_order_to_a_locked_joint_ends_in_a_sentence():
+def test_an_order_to_a_locked_joint_ends_with_a_sentence():
     """As an operator gives it."""
     given = lift("{}")
     locked = msgspec.structs.replace(given.plan.fidelity, locked=("crane.upper-slide", "crane.lower-slide"))

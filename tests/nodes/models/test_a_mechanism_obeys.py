@@ -28,7 +28,7 @@ def move(actuator: str, speed: float, by: float | None = None, until: a.Conditio
     return a.Move(verb="drive", model="rig", actuator=actuator, speed=speed, accel=0.1, by=by, until=until)
 
 
-def test_the_brake_is_released_before_the_motor_turns() -> None:
+def test_a_mechanism_releases_its_brake_before_the_motor_turns() -> None:
     release = a.Action(orders=(a.BrakeOrder(model="rig", brake="arm brake", engaged=False),))
     builder = Yard(plan(release, a.Action(orders=(move("motor", 0.1, by=0.5),)))).run()
     assert [(t, m) for t, _, m in builder.kernel.got] == [
@@ -38,7 +38,7 @@ def test_the_brake_is_released_before_the_motor_turns() -> None:
     assert builder.said("commander.actions", Finished) == [(6.0, Finished())]
 
 
-def test_a_load_is_lifted_off_its_two_supports() -> None:
+def test_a_load_of_a_mechanism_is_lifted_off_its_two_supports() -> None:
     up = a.Action(orders=(move("rope", -0.1, until=a.LiftedCondition(model="rig")),))
     script = [(7.0, StateEvent("left", "open", 0.0)), (8.0, StateEvent("right", "open", 0.0))]
     builder = Yard(plan(up), *script).run()
@@ -46,7 +46,7 @@ def test_a_load_is_lifted_off_its_two_supports() -> None:
     assert builder.said("commander.actions", Finished) == [(9.0, Finished())]
 
 
-def test_touching_one_support_is_not_landing() -> None:
+def test_touching_one_of_several_supports_is_not_landing() -> None:
     down = a.Action(when=a.LandedCondition(model="rig"), orders=(move("rope", 0.1, by=1.0),))
     wait = a.Action(when=a.LiftedCondition(model="rig"), orders=())
     script = [(7.0 + i, StateEvent(name, "open", 0.0)) for i, name in enumerate(("left", "right"))]
@@ -61,7 +61,7 @@ def test_a_motor_stops_at_the_end_of_its_range() -> None:
     assert builder.said("rig.hinge-joint.motor", Limit) == [(11.0, Limit("motor", "travel limit", 1.5))]
 
 
-def test_a_tension_is_watched_by_the_mechanism() -> None:
+def test_a_mechanism_watches_a_rope_tension() -> None:
     guard = Threshold("tension-1", "tension", ropes=("rope",))
     tight = a.CrossingCondition(model="rig", threshold=guard, value=5e3, rising=True)
     pull = a.Action(orders=(move("rope", -0.1, until=tight),))

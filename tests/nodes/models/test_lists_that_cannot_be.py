@@ -70,7 +70,7 @@ def test_travelling_with_a_block_on_its_supports_is_refused() -> None:
     )
 
 
-def test_the_other_crane_may_travel() -> None:
+def test_the_crane_without_a_supported_block_may_travel() -> None:
     go = Action(when=taut(SLINGS[0]), orders=(line(travel("east", 120.0)),))
     assert Yard(turnover(go), *events("taut", 9.0, SLINGS[0])).run()
 
@@ -115,7 +115,7 @@ def test_a_timeout_ends_the_wait_with_a_sentence() -> None:
     )
 
 
-def test_a_list_that_stands_still_reports_what_it_waits_for() -> None:
+def test_an_action_list_that_cannot_continue_says_what_it_waits_for() -> None:
     first = Action(orders=(hoist("west.H1", -9.5),))
     when = And(all=(MovesDone(), SlingsCondition(names=SLINGS, state="taut", text="all slings taut")), where=LINE)
     second = Action(when=MovesDone(), orders=(hoist("west.H2", -9.5),))
@@ -126,13 +126,13 @@ def test_a_list_that_stands_still_reports_what_it_waits_for() -> None:
     )
 
 
-def test_a_wait_that_is_waited_for_is_named() -> None:
+def test_a_wait_that_another_order_waits_for_is_named() -> None:
     first = Action(orders=(Wait(seconds=1200.0),), where=LINE)
     builder = Yard(turnover(first, Action(when=MovesDone(), orders=(), where=LINE))).run(60.0)
     assert builder.waiting_for() == f"still waiting for moves done (wait until 1200 s) since 0 s, {LINE}"
 
 
-def test_a_move_that_ends_at_a_limit_is_not_done() -> None:
+def test_a_move_that_ends_at_a_limit_does_not_count_as_done() -> None:
     down = Action(orders=(line(hoist("west.H1", 40.0)),), where=LINE)
     builder = Yard(turnover(down, Action(orders=(), where=LINE))).run()
     assert builder.waiting_for() == (

@@ -144,7 +144,7 @@ def accelerations(system: System) -> np.ndarray:
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_accelerations_at_random_states_are_those_of_mujoco(seed, tmp_path):
+def test_models_imported_from_mujoco_have_its_accelerations_at_random_states(seed, tmp_path):
     file = tmp_path / "model.xml"
     file.write_text(random_model(seed))
     system, _, missing = from_mujoco(file)
@@ -174,7 +174,7 @@ URDF = """<robot name="arm"><link name="base"/>{}</robot>""".format(
 )
 
 
-def test_an_arm_in_urdf_moves_as_in_mujoco(tmp_path):
+def test_an_arm_imported_from_urdf_moves_as_in_mujoco(tmp_path):
     file = tmp_path / "arm.urdf"
     file.write_text(URDF)
     model = mujoco.MjModel.from_xml_path(str(file))
@@ -194,7 +194,7 @@ CART = f"""<mujoco>{G}<option timestep="1e-6" integrator="Euler"/>{OFF}<worldbod
 </body></body></body></worldbody><actuator><motor name="push" joint="rail" gear="2"/></actuator></mujoco>"""
 
 
-def test_its_linear_model_is_what_mujoco_finds_by_differences(tmp_path):
+def test_linear_models_of_imported_systems_agree_with_mujoco_differences(tmp_path):
     file = tmp_path / "cart.xml"
     file.write_text(CART)
     model = mujoco.MjModel.from_xml_path(str(file))
@@ -210,7 +210,7 @@ def test_its_linear_model_is_what_mujoco_finds_by_differences(tmp_path):
     assert ours.B[3:] == pytest.approx(B[3:] / h, abs=1e-4)
 
 
-def test_a_limit_is_as_stiff_as_that_of_mujoco(tmp_path):
+def test_joint_limits_of_imported_models_are_as_stiff_as_in_mujoco(tmp_path):
     file = tmp_path / "limit.xml"
     file.write_text(
         f"""<mujoco>{G}{OFF}<worldbody><body><joint name="j" axis="0 1 0" range="-30 40" ref="10" limited="true"/>
@@ -236,7 +236,7 @@ LACKS = f"""<mujoco>{G}<worldbody><geom type="plane" size="1 1 1"/><body name="a
 </mujoco>"""
 
 
-def test_what_has_no_equal_is_listed(tmp_path):
+def test_features_of_mujoco_that_cannot_be_imported_are_listed(tmp_path):
     file = tmp_path / "lacks.xml"
     file.write_text(LACKS)
     text = "\n".join(from_mujoco(file).missing)
@@ -257,7 +257,7 @@ def test_what_has_no_equal_is_listed(tmp_path):
          "gravity is (1, 0, 0) m/s2; turn the model so that it acts along -z"),
     ],
 )  # fmt: skip
-def test_a_bad_file_is_one_sentence(text, sentence, tmp_path):
+def test_an_invalid_mujoco_file_is_refused_in_one_sentence(text, sentence, tmp_path):
     file = tmp_path / "bad.xml"
     file.write_text(text)
     with pytest.raises(SceneError) as error:
@@ -266,7 +266,7 @@ def test_a_bad_file_is_one_sentence(text, sentence, tmp_path):
     assert "\n" not in str(error.value)
 
 
-def test_a_file_that_is_too_large_or_missing_is_one_sentence(tmp_path):
+def test_a_mujoco_file_that_is_too_large_or_missing_is_refused_in_one_sentence(tmp_path):
     file = tmp_path / "large.xml"
     with file.open("wb") as f:
         f.truncate(20_000_000)

@@ -67,7 +67,7 @@ def test_a_move_ends_to_the_nanosecond(name: str) -> None:
     ]
 
 
-def test_a_goal_is_reached_from_where_the_last_move_ended() -> None:
+def test_a_move_to_a_goal_starts_from_where_the_last_move_ended() -> None:
     context = drive().put(0.0, "order", run(1.0, 1.0, by=4.0)).put(10.0, "order", run(1.0, 1.0, to=11.0, id=2))
     assert context.said()[2:] == [
         (10.0, "input", SetProfile("x", seconds(10.0), -1.0, 1.0, -3.0)),
@@ -88,12 +88,12 @@ def test_a_halted_move_ramps_down_and_is_done_where_it_stops() -> None:
     ]
 
 
-def test_a_halt_that_comes_late_changes_nothing() -> None:
+def test_a_late_order_to_halt_changes_nothing() -> None:
     context = drive().put(0.0, "order", run(1.0, 1.0, by=4.0)).put(9.0, "order", end(1))
     assert [type(m) for _, _, m in context.said()] == [SetProfile, Done]
 
 
-def test_a_new_move_takes_over_from_one_that_ramps_down() -> None:
+def test_a_new_move_takes_over_from_one_that_is_ramping_down() -> None:
     context = drive().put(0.0, "order", run(0.5)).put(20.0, "order", end(1))
     out = context.put(25.0, "order", run(0.5, by=10.0, id=2)).said()[2:]
     x = 10.0 + 2.5 + 5.0 + (0.5 * 5 - 0.025 * 25)
@@ -103,13 +103,13 @@ def test_a_new_move_takes_over_from_one_that_ramps_down() -> None:
     assert out[2] == (25.0 + 5 + 10 + 5.625 / 0.5, "report", Done("x", 2, about(x + 10.0)))
 
 
-def test_two_moves_at_once_are_refused_with_the_number_of_the_second() -> None:
+def test_two_moves_of_one_actuator_at_once_are_refused_with_the_number_of_the_second() -> None:
     context = drive()
     with pytest.raises(ModelError, match=r"drive at \(1 s, 0\): order 1 of action 3: x is moving already, wait for"):
         context.put(1.0, "order", run(1.0, by=4.0), run(1.0, by=-4.0, id=2)).said()
 
 
-def test_orders_to_others_are_ignored() -> None:
+def test_an_actor_ignores_orders_to_others() -> None:
     assert drive().put(0.0, "order", Order("y", 1, (0, 0), Motion(speed=1.0, accel=1.0, by=4.0))).said() == []
 
 
@@ -121,7 +121,7 @@ def test_an_endless_move_stops_at_the_end_of_the_travel() -> None:
     ]
 
 
-def test_a_distance_beyond_the_end_is_cut_short_and_reported_and_the_way_back_is_free() -> None:
+def test_a_distance_beyond_the_end_position_is_shortened_and_reported_and_moving_back_is_possible() -> None:
     context = drive(lower=0.0, upper=14.0).put(0.0, "order", run(1.0, 1.0, by=7.0))
     context.put(10.0, "order", run(1.0, 1.0, by=-4.0, id=2))
     assert context.said()[1:] == [
@@ -131,7 +131,7 @@ def test_a_distance_beyond_the_end_is_cut_short_and_reported_and_the_way_back_is
     ]
 
 
-def test_a_released_follower_keeps_its_position() -> None:
+def test_a_released_follower_holds_its_position() -> None:
     context = drive().put(0.0, "order", follow(-14.6)).put(620.0, "order", end(3, 3.141592653589793))
     out = context.put(630.0, "order", run(1.0, 1.0, to=40.2)).said()
     assert out[0] == (0.0, "input", SetFollow("x", "turn", (0.0, -14.6, 0.0)))
@@ -139,13 +139,13 @@ def test_a_released_follower_keeps_its_position() -> None:
     assert out[2] == (630.0, "input", SetProfile("x", seconds(630.0), 1.0, 1.0, about(1.0)))
 
 
-def test_release_and_a_new_move_may_be_in_one_bag() -> None:
+def test_a_release_and_a_new_move_may_arrive_in_one_bag() -> None:
     context = drive().put(0.0, "order", follow(1.0))
     out = context.put(9.0, "order", end(3), run(1.0, 1.0, by=4.0)).said()
     assert [type(m) for _, _, m in out] == [SetFollow, SetFollow, SetProfile, Done]
 
 
-def test_a_follower_takes_no_moves() -> None:
+def test_an_actuator_that_follows_a_master_refuses_moves() -> None:
     context = drive().put(0.0, "order", follow(1.0))
     with pytest.raises(ModelError, match=r"order 1 of action 3: x follows turn, wait until that is done"):
         context.put(9.0, "order", run(1.0, by=4.0)).said()
@@ -164,7 +164,7 @@ def test_an_empty_drum_stops_the_winch() -> None:
     ]
 
 
-def test_the_upper_limit_switch_stops_hoisting_and_lets_it_down_again() -> None:
+def test_the_upper_limit_switch_stops_hoisting_and_allows_lowering() -> None:
     context = winch().put(0.0, "order", run(0.5, by=-40.0))
     context.put(20.0, "state", StateEvent("x.highest", "reached", 80.0))
     context.put(40.0, "order", run(0.5, by=-1.0, id=2)).put(50.0, "order", run(0.5, 0.5, by=2.0, id=3))

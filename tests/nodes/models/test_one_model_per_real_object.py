@@ -34,7 +34,7 @@ def below(model: Model) -> list[Model]:
     return [model, *(found for child in children for found in below(child))]
 
 
-def test_ten_coupled_models_of_nineteen_bodies_and_54_degrees_of_freedom() -> None:
+def test_turnover_has_ten_coupled_models_with_nineteen_bodies_and_54_degrees_of_freedom() -> None:
     plan = turnover(TURN)
     models, mechanics = build(plan), system(plan)
     assert list(models) == ["commander", "west", "east", *(f"loader-{i}" for i in range(1, 7)), "block"]
@@ -49,7 +49,7 @@ def test_ten_coupled_models_of_nineteen_bodies_and_54_degrees_of_freedom() -> No
     assert (len(mechanics.supports), len(mechanics.drives), len(mechanics.masters)) == (8, 6, 1)
 
 
-def test_each_joint_and_body_coupled_model_has_its_atomic_and_actors() -> None:
+def test_each_joint_and_body_model_has_its_atomic_and_its_actors() -> None:
     models = [m for model in build(turnover(TURN)).values() for m in below(model)]
     for kind, atomic, count in ((JointCoupled, JointAtomic, 19), (BodyCoupled, BodyAtomic, 19)):
         found = [m for m in models if isinstance(m, kind)]
@@ -77,7 +77,7 @@ def test_the_commander_is_connected_to_every_machine_and_the_kernel_receives_all
         assert target == "kernel" or into in models[target].ports
 
 
-def test_state_events_go_to_the_model_that_they_concern() -> None:
+def test_a_state_event_is_sent_to_the_model_that_it_concerns() -> None:
     heard = subscriptions(turnover())
     assert heard["loader-3.sling-2"] == ("loader-3",)
     assert heard["block.lower-1"] == ("block",)
@@ -85,7 +85,7 @@ def test_state_events_go_to_the_model_that_they_concern() -> None:
     assert "loader-1.hinge.lock" not in heard
 
 
-def test_a_node_builds_its_own_model_only_and_the_plan_survives_the_wire() -> None:
+def test_a_node_builds_only_its_own_model_from_the_transmitted_plan() -> None:
     plan = decode(encode(turnover(TURN)))
     assert plan == turnover(TURN)
     assert [m.path for m in below(build_one(plan, "loader-3"))] == [
@@ -110,7 +110,7 @@ def test_a_node_builds_its_own_model_only_and_the_plan_survives_the_wire() -> No
     ]
 
 
-def test_the_loader_declares_its_hinge_with_stops_damper_and_lock() -> None:
+def test_the_lifting_beam_declares_its_hinge_with_stops_damper_and_lock() -> None:
     plan = turnover(hooked="A")
     low, high = (build_one(plan, name).declare() for name in ("loader-1", "loader-3"))
     assert [(j.name, j.kind, j.parent, j.child) for j in low.joints] == [
@@ -148,7 +148,7 @@ def test_a_heavier_block_is_declared_heavier() -> None:
     assert [b.mass for b in system(heavier).bodies if b not in system(plan).bodies] == [910e3]
 
 
-def test_changing_a_joint_a_body_or_an_actor_changes_what_is_declared() -> None:
+def test_changing_a_joint_body_or_actor_changes_the_declared_mechanics() -> None:
     model = build_one(turnover(), "west")
     before = model.declare()
     parts = {m.path: m for m in below(model)}
@@ -172,14 +172,14 @@ def test_changing_a_joint_a_body_or_an_actor_changes_what_is_declared() -> None:
     )
 
 
-def test_conditions_bring_their_thresholds_to_the_model_that_watches() -> None:
+def test_thresholds_of_conditions_are_sent_to_the_model_that_watches_them() -> None:
     guard = Threshold("block.angle-1", "angle", of="block")
     plan = turnover(Action(when=CrossingCondition(model="block", threshold=guard, value=1.5, rising=True), orders=()))
     assert guard in build_one(plan, "block").declare().thresholds
     assert subscriptions(plan)["block.angle-1"] == ("block",)
 
 
-def test_a_mechanism_declares_exactly_the_written_parts() -> None:
+def test_a_mechanism_declares_exactly_the_parts_in_the_scene() -> None:
     link = Joint("q1", "revolute", "world", "link1", axis=(0.0, 1.0, 0.0), q0=(0.3,), v0=(0.0,))
     written = System(
         bodies=(Body("link1", 10.0), Body("mass", 5.0)),

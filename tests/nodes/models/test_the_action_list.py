@@ -66,7 +66,7 @@ def runs(builder: Yard) -> list[tuple[float, str]]:
     return [(t, m.actuator) for t, m in builder.inputs(SetProfile)]
 
 
-def test_actions_follow_each_other_when_moves_are_done() -> None:
+def test_an_action_begins_when_the_moves_of_the_previous_one_are_done() -> None:
     hooks = [f"{crane}.{hook}" for crane in CRANES for hook in HOOKS]
     lift = Action(stage="hoist", orders=tuple(hoist(hook, -9.5) for hook in hooks))
     shift = Action(stage="travel", orders=tuple(travel(crane, 120.0) for crane in CRANES))
@@ -85,7 +85,7 @@ def test_actions_follow_each_other_when_moves_are_done() -> None:
     assert builder.waiting_for() == ""
 
 
-def test_editing_the_list_alone_changes_the_run() -> None:
+def test_editing_only_the_action_list_changes_the_run() -> None:
     first, second = Action(orders=(hoist("west.H1", -9.5),)), Action(orders=(hoist("west.H2", -9.5),))
     assert runs(Yard(turnover(first, second)).run()) == [(0.0, "west.H1"), (20.0, "west.H2")]
     assert runs(Yard(turnover(second, first)).run()) == [(0.0, "west.H2"), (20.0, "west.H1")]
@@ -105,7 +105,7 @@ def test_each_hook_creeps_until_its_own_slings_are_taut() -> None:
     ]
 
 
-def test_the_next_action_may_take_over_while_the_last_move_ramps_down() -> None:
+def test_the_next_action_may_begin_while_the_last_move_ramps_down() -> None:
     creep = Action(orders=(hoist("west.H1", speed=-0.005, until=taut(SLINGS[0])),))
     load = Action(when=taut(SLINGS[0]), orders=(hoist("west.H1", -9.5),))
     builder = Yard(turnover(creep, load), *events("taut", 50.0, SLINGS[0])).run()
@@ -118,7 +118,7 @@ def test_the_next_action_may_take_over_while_the_last_move_ramps_down() -> None:
     assert [t for t, _ in builder.said(COMMANDER, Finished)] == [pytest.approx(70.0, abs=0.02)]
 
 
-def test_a_condition_that_already_holds_acts_at_once() -> None:
+def test_an_action_whose_condition_already_holds_begins_at_once() -> None:
     slack = taut(state="slack")
     skipped = Action(orders=(hoist("west.H1", speed=0.5, until=slack),))
     at_once = Action(when=And(all=(slack, LandedCondition())), orders=(hoist("west.H2", -9.5),))
@@ -126,7 +126,7 @@ def test_a_condition_that_already_holds_acts_at_once() -> None:
     assert runs(builder) == [(0.0, "west.H2")]
 
 
-def test_waits_are_measured_from_the_action_before() -> None:
+def test_waiting_times_are_measured_from_the_previous_action() -> None:
     wait = Action(orders=(Wait(seconds=60.0), hoist("west.H1", -9.5)))
     after = Action(when=And(all=(MovesDone(), AfterCondition(seconds=100.0))), orders=(hoist("west.H2", -9.5),))
     early = Action(
@@ -136,7 +136,7 @@ def test_waits_are_measured_from_the_action_before() -> None:
     assert runs(Yard(turnover(wait, early)).run()) == [(0.0, "west.H1"), (20.0, "west.H3")]
 
 
-def test_lift_off_starts_the_next_action() -> None:
+def test_an_action_can_wait_for_lift_off() -> None:
     load = Action(orders=(hoist("west.H1", speed=-0.5, until=LiftedCondition()),))
     up = Action(when=LiftedCondition(), orders=(hoist("east.H1", -9.5),))
     script = [line for i in (1, 2, 3, 4) for line in events("open", 10.0 + i, f"block.lower-{i}")]
@@ -144,7 +144,7 @@ def test_lift_off_starts_the_next_action() -> None:
     assert runs(builder) == [(0.0, "west.H1"), (14.0, "east.H1"), (14.0, "west.H1")]
 
 
-def test_thresholds_are_watched_only_while_they_are_waited_for() -> None:
+def test_thresholds_are_watched_only_while_an_action_waits_for_them() -> None:
     level = Threshold("block.height-1", "height", of="block")
     tilt = Threshold("block.angle-1", "angle", of="block")
     high = CrossingCondition(model="block", threshold=level, value=30.0, rising=True)
@@ -162,7 +162,7 @@ def test_thresholds_are_watched_only_while_they_are_waited_for() -> None:
     assert runs(builder)[1] == (33.0, "west.H2")
 
 
-def test_a_turn_sends_its_laws_once_and_lets_go_at_the_end() -> None:
+def test_a_turn_sends_its_laws_once_and_releases_the_actuators_at_the_end() -> None:
     turn = Action(orders=(Turn(rate=0.01, accel=0.001, to=pi / 2),))
     slack = Action(orders=(hoist("west.H3", 0.5), hoist("east.H3", 0.5)))
     builder = Yard(turnover(turn, slack)).run()
@@ -181,7 +181,7 @@ def test_a_turn_sends_its_laws_once_and_lets_go_at_the_end() -> None:
     }
 
 
-def test_slings_change_their_lugs_and_the_second_half_follows_them() -> None:
+def test_slings_change_their_lugs_and_the_second_half_of_the_turn_uses_them() -> None:
     b = [(s, s.split("-")[2]) for s in SLINGS if s.startswith(("loader-3", "loader-6"))]
     unhook = Action(orders=tuple(UnhookAction(sling=s) for s, _ in b))
     side = {"loader-3": "-", "loader-6": "+"}
@@ -195,6 +195,6 @@ def test_slings_change_their_lugs_and_the_second_half_follows_them() -> None:
     assert law["east.lower-slide.drive"] == (12.0, -5.6)
 
 
-def test_with_an_end_the_run_is_not_finished_by_the_list() -> None:
+def test_with_a_stated_end_the_action_list_does_not_end_the_run() -> None:
     builder = Yard(turnover(Action(orders=(hoist("west.H1", -9.5),)), end=100.0)).run()
     assert builder.said(COMMANDER, Finished) == []

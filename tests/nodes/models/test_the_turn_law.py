@@ -27,7 +27,7 @@ def half(lug: str) -> dict[str, str]:
 
 
 @pytest.mark.parametrize(("lug", "table"), [("B", FIRST), ("B'", SECOND)])
-def test_lengths_and_places_of_both_halves(lug: str, table: list[tuple[float, ...]]) -> None:
+def test_the_turn_law_gives_rope_lengths_and_positions_of_both_halves(lug: str, table: list[tuple[float, ...]]) -> None:
     found, first = laws(turnover(), half(lug)), table[0]
     for row in table:
         a, b = radians(first[0]), radians(row[0])
@@ -37,23 +37,23 @@ def test_lengths_and_places_of_both_halves(lug: str, table: list[tuple[float, ..
                 assert first[i] + way(found[name], a, b) == pytest.approx(row[i], abs=0.06)
 
 
-def test_every_trolley_and_winch_follows_and_no_crane_travels() -> None:
+def test_in_a_turn_every_trolley_and_winch_follows_and_no_crane_travels() -> None:
     names = ["upper-slide.drive", "H1", "H2", "lower-slide.drive", "H3"]
     assert list(laws(turnover(), half("B"))) == [f"{crane}.{name}" for crane in ("west", "east") for name in names]
 
 
-def test_a_winch_without_slings_stays_where_it_is() -> None:
+def test_in_a_turn_a_winch_without_slings_stands_still() -> None:
     found = laws(turnover(), first_lugs(turnover(hooked="A").machines))
     assert [name for name in found if "H3" in name or "lower" in name] == []
 
 
-def test_one_trolley_cannot_follow_two_places() -> None:
+def test_one_trolley_cannot_follow_two_different_places_in_a_turn() -> None:
     lugs = half("B") | {"loader-2.sling-1": "B+16", "loader-2.sling-2": "B+20"}
     with pytest.raises(ModelError, match=r"^the hooks on west.upper carry lugs at different"):
         laws(turnover(), lugs)
 
 
-def test_a_centre_of_gravity_off_the_middle_is_what_stays_in_place() -> None:
+def test_in_a_turn_an_eccentric_centre_of_gravity_stays_in_place() -> None:
     plan = turnover()
     *others, block = plan.machines
     (cargo,) = block.cargo

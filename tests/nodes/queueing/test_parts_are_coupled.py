@@ -13,6 +13,7 @@ from heavylift.nodes.queueing import (
     Delay,
     Demand,
     Distribution,
+    Empirical,
     Entity,
     Erlang,
     Exponential,
@@ -26,7 +27,6 @@ from heavylift.nodes.queueing import (
     Server,
     Sink,
     Source,
-    Table,
     Triangular,
     Uniform,
 )
@@ -67,13 +67,13 @@ def test_a_failed_unit_resumes_its_job_when_it_is_repaired() -> None:
     assert left(server, entities(0))[:1] == [(16.0, 0)]  # down from 4 to 7 s and from 11 to 14 s
 
 
-def test_a_full_line_turns_the_next_entity_away() -> None:
+def test_an_entity_that_meets_a_full_queue_is_lost() -> None:
     server = Server("server", Fixed(10.0), capacity=1)
     assert left(server, entities(0, 0, 0), "lost") == [(2.0, 2)]
     assert left(server, entities(0, 0, 0)) == [(10.0, 0), (20.0, 1)]
 
 
-def test_a_queue_before_a_pulling_server_is_the_line_of_a_server() -> None:
+def test_a_queue_before_a_pulling_server_acts_like_the_queue_of_a_server() -> None:
     def build(pulling: bool) -> Coupled:
         net = Coupled("net")
         source, sink = net.add(Source("source", Exponential(1.1))), net.add(Sink("sink"))
@@ -98,19 +98,19 @@ def test_a_queue_before_a_pulling_server_is_the_line_of_a_server() -> None:
     assert pulled["net.queue"].wait == pytest.approx(pushed["net.server"].wait, rel=1e-12)  # type: ignore[attr-defined]
 
 
-def test_a_queue_holds_what_nobody_demands_and_loses_what_does_not_fit() -> None:
+def test_a_queue_holds_entities_without_demand_and_loses_those_beyond_its_capacity() -> None:
     queue = Queue("queue", "priority", capacity=2)
     inputs = [*entities(1, 0, 0), (seconds(9), "demand", Demand(2))]
     assert left(queue, inputs, "lost") == [(2.0, 2)]  # type: ignore[arg-type]
     assert left(queue, inputs, "out") == [(9.0, 1), (9.0, 0)]  # type: ignore[arg-type]
 
 
-def test_a_join_waits_for_all_parts_of_a_number() -> None:
+def test_a_join_waits_for_all_parts_of_the_same_number() -> None:
     inputs = [(seconds(t), "into", Entity(n)) for t, n in ((1, 7), (2, 8), (3, 7), (4, 7), (5, 8), (6, 8))]
     assert left(Join("join", 3), inputs, "out") == [(4.0, 7), (6.0, 8)]
 
 
-def test_a_branch_draws_its_ports_by_weight() -> None:
+def test_a_branch_chooses_its_ports_by_weight() -> None:
     branch = Branch("branch", (1.0, 0.0, 3.0))
     said = drive(branch, [(n, "into", Entity(n)) for n in range(DRAWS)])
     ports = [port for _, port, _ in said]
@@ -129,7 +129,7 @@ DISTRIBUTIONS: list[tuple[Distribution, Callable[[np.ndarray], np.ndarray]]] = [
 
 
 @pytest.mark.parametrize(("distribution", "cdf"), DISTRIBUTIONS, ids=lambda x: type(x).__name__)
-def test_draws_are_distributed_as_scipy_says(
+def test_random_draws_have_the_distributions_of_scipy(
     distribution: Distribution, cdf: Callable[[np.ndarray], np.ndarray]
 ) -> None:
     random = Random(1)
@@ -138,8 +138,8 @@ def test_draws_are_distributed_as_scipy_says(
     assert draws.mean() == pytest.approx(distribution.mean, abs=4 * draws.std() / np.sqrt(DRAWS))
 
 
-def test_a_table_is_drawn_by_its_weights() -> None:
-    table, random = Table((1.0, 2.0, 5.0), (1.0, 0.0, 1.0)), Random(1)
+def test_an_empirical_table_is_drawn_by_its_weights() -> None:
+    table, random = Empirical((1.0, 2.0, 5.0), (1.0, 0.0, 1.0)), Random(1)
     draws = [table.draw(random) for _ in range(DRAWS)]
     assert ({*draws}, table.mean) == ({1.0, 5.0}, 3.0)
 
@@ -174,7 +174,7 @@ def test_a_restored_snapshot_of_a_network_repeats_the_run() -> None:
         (lambda: Triangular(3.0, 2.0, 5.0), "Triangular: 3, 2, 5 s do not rise; sort them"),
         (lambda: LogNormal(0.0, 1.0), "LogNormal: mean is 0; it must be positive"),
         (lambda: Erlang(0, 1.0), "Erlang: 0 phases; give a whole number of at least 1"),
-        (lambda: Table((1.0,), (0.0,)), "Table: 1 times and 1 weights; give as many, and one above zero"),
+        (lambda: Empirical((1.0,), (0.0,)), "Empirical: 1 times and 1 weights; give as many, and one above zero"),
         (lambda: Server("crew", Fixed(1.0), 0), "crew: 0 units; give a whole number of at least 1"),
         (
             lambda: Server("crew", Fixed(1.0), preemptive=True),
@@ -192,6 +192,6 @@ def test_a_restored_snapshot_of_a_network_repeats_the_run() -> None:
         ),
     ],
 )
-def test_parts_that_make_no_sense_are_refused(make: Callable[[], object], sentence: str) -> None:
+def test_invalid_parts_of_a_queueing_network_are_refused(make: Callable[[], object], sentence: str) -> None:
     with pytest.raises(ModelError, match=sentence):
         make()

@@ -64,7 +64,7 @@ def erlang_c(c: int, load: float) -> float:
 
 
 @pytest.mark.parametrize(("c", "rate"), [(1, 0.7), (3, 2.1)])
-def test_the_wait_of_several_servers_is_that_of_erlang_c(c: int, rate: float) -> None:
+def test_waiting_times_of_several_servers_agree_with_erlang_c(c: int, rate: float) -> None:
     wait = erlang_c(c, rate) / (c - rate)
     check(
         lambda seed: line(
@@ -74,7 +74,7 @@ def test_the_wait_of_several_servers_is_that_of_erlang_c(c: int, rate: float) ->
     )
 
 
-def test_the_wait_before_any_service_is_that_of_pollaczek_and_khinchine() -> None:
+def test_waiting_times_of_one_server_agree_with_pollaczek_and_khinchine() -> None:
     rate, mean, deviation = 0.6, 1.0, 1.5
     wait = rate * (mean**2 + deviation**2) / 2 / (1 - rate * mean)
     check(
@@ -114,7 +114,7 @@ class OfKind(Sink):
                 self.times.add((self.ns - entity.born) / 1e9)
 
 
-def test_priorities_wait_as_cobham_says() -> None:
+def test_waiting_times_with_priorities_agree_with_cobham() -> None:
     rest, first, both = 0.7, 1 - 0.3, 1 - 0.7
     check(
         by_priority(preemptive=False),
@@ -122,7 +122,7 @@ def test_priorities_wait_as_cobham_says() -> None:
     )
 
 
-def test_the_first_priority_does_not_notice_the_second_if_it_interrupts() -> None:
+def test_with_preemption_the_first_priority_does_not_notice_the_second() -> None:
     first, both = 1 - 0.3, 1 - 0.7
     check(
         by_priority(preemptive=True),
@@ -130,7 +130,7 @@ def test_the_first_priority_does_not_notice_the_second_if_it_interrupts() -> Non
     )
 
 
-def test_a_full_line_loses_what_theory_says() -> None:
+def test_the_loss_of_a_full_queue_agrees_with_theory() -> None:
     load, places = 0.8, 4  # M/M/1/K with K = 4 in the system
     lost = (1 - load) * load**places / (1 - load ** (places + 1))
 
@@ -147,7 +147,7 @@ def test_a_full_line_loses_what_theory_says() -> None:
     assert abs(fmean(shares) - lost) <= WIDTH * stdev(shares) / sqrt(REPLICATIONS)
 
 
-def test_machines_wait_for_their_repairers() -> None:
+def test_machines_that_wait_for_repair_agree_with_theory() -> None:
     machines, repairers, up, down = 6, 2, 10.0, 4.0
     terms = [1.0]
     for n in range(machines):
@@ -170,7 +170,7 @@ def test_machines_wait_for_their_repairers() -> None:
     check(build, {"net.broken.number": broken})
 
 
-def test_units_are_available_for_their_share_of_up_and_down() -> None:
+def test_the_availability_of_units_is_their_share_of_time_between_failures() -> None:
     def build(seed: int) -> Coupled:
         failures = Failures(Exponential(50.0), Erlang(3, 10.0))
         return line(
@@ -181,7 +181,7 @@ def test_units_are_available_for_their_share_of_up_and_down() -> None:
     check(build, {"net.server.available": 3 * 50 / 60})
 
 
-def test_a_network_with_feedback_is_a_product_of_its_queues() -> None:
+def test_a_jackson_network_has_the_product_of_its_queue_distributions() -> None:
     rate, again = 0.4, 0.25
     first = rate / (1 - again)
 
@@ -200,7 +200,7 @@ def test_a_network_with_feedback_is_a_product_of_its_queues() -> None:
     check(build, {"net.sink.mean": 2 * first / (1 - first) / rate})
 
 
-def test_a_resource_that_is_held_for_a_time_is_a_server() -> None:
+def test_a_resource_held_for_a_time_acts_like_a_server() -> None:
     def build(seed: int) -> Coupled:
         net = Coupled("net")
         source = net.add(Source("source", Exponential(0.5), seed=seed))

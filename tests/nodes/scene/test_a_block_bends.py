@@ -86,7 +86,7 @@ def deflections(scene: LoadedScene, places: tuple[float, ...]) -> list[float]:
     return [float(modes.at(x)[2] @ eta) for x in places]
 
 
-def test_on_two_slings_it_sags_as_euler_and_bernoulli_say() -> None:
+def test_a_flexible_block_on_two_slings_sags_by_beam_theory() -> None:
     scene, places = hung(), (-20.0, -12.0, 0.0, 12.0, 20.0)
     expected = sagged(places, (-12.0, 12.0), [MASS * G / 2] * 2, weighs=True)
     assert expected[0] == pytest.approx(9.415e-3, rel=1e-4)
@@ -94,7 +94,7 @@ def test_on_two_slings_it_sags_as_euler_and_bernoulli_say() -> None:
     assert scene.statics.states[-1].tensions["r0.sling-1"] == pytest.approx(MASS * G / 2, rel=1e-6)
 
 
-def test_four_slings_share_a_flexible_block_by_all_stiffnesses() -> None:
+def test_four_slings_share_a_flexible_block_by_their_stiffnesses_and_its_own() -> None:
     """Compatibility: each sling with its rope is a spring between a hook and the bent axis; all hooks hang alike."""
     places = (-15.0, -5.0, 5.0, 15.0)
     scene = hung("beam: {EI y: 6 GN m2, modes: 4, damping: 2 %, loads: [-15 m, -5 m, 5 m, 15 m]}", places)
@@ -113,7 +113,7 @@ def test_four_slings_share_a_flexible_block_by_all_stiffnesses() -> None:
     assert max(tensions) / min(tensions) > 1.05  # a rigid block would load all alike
 
 
-def test_it_swings_up_and_down_as_a_beam_on_two_springs() -> None:
+def test_a_flexible_block_on_two_springs_has_its_natural_frequency() -> None:
     """Against the eigenvalues of another finite-element model: Hermite beam, slings, hook blocks, ropes."""
     scene = hung()
     path = resting(scene, "up")
@@ -140,7 +140,7 @@ def test_it_swings_up_and_down_as_a_beam_on_two_springs() -> None:
         assert found[np.argmin(np.abs(found - f))] == pytest.approx(f, rel=2e-3)
 
 
-def test_modes_of_a_table_have_their_stated_stiffness() -> None:
+def test_modes_of_a_block_from_a_table_have_their_stated_stiffness() -> None:
     """One bending mode: 2 T phi / (m w^2) of the lugs."""
     phi = -0.0997
     words = f"{{frequency: 1.5 Hz, mass: 37.5 t, damping: 2 %, shape: {{L0: [0, 0, {phi}], L1: [0, 0, {phi}]}}}}"
@@ -150,7 +150,7 @@ def test_modes_of_a_table_have_their_stated_stiffness() -> None:
     assert abs(eta) == pytest.approx(MASS * G * phi * phi / stiffness, rel=1e-6)
 
 
-def test_modes_come_from_a_table(tmp_path: Path) -> None:
+def test_modes_of_a_block_are_read_from_a_table(tmp_path: Path) -> None:
     rows = "block,mode,place,x,y,z,frequency [Hz],mass [t],damping [%]\n"
     rows += (
         "B17,sag,L0,0,0,1,1.5,37.5,2\nB17,sag,L1,0,0,0.9,,,\nB17,twist,lower-1,0,0.1,1,4,20,\nB18,sag,L0,0,0,1,9,9,\n"
@@ -166,7 +166,7 @@ def test_modes_come_from_a_table(tmp_path: Path) -> None:
         load(tmp_path / "scene.yaml")
 
 
-def test_a_beam_without_modes_is_the_rigid_block() -> None:
+def test_a_flexible_block_without_modes_equals_the_rigid_block() -> None:
     rigid, stiff = hung(""), hung("beam: {EI y: 6 GN m2, modes: 0}")
     a, b = (scene.statics.states[-1] for scene in (rigid, stiff))
     assert a.tensions == pytest.approx(b.tensions, rel=1e-9, abs=1e-3)
@@ -175,7 +175,7 @@ def test_a_beam_without_modes_is_the_rigid_block() -> None:
     assert v == pytest.approx(u / 1000.0, rel=5e-3)
 
 
-def test_mass_properties_are_those_of_the_block() -> None:
+def test_flexibility_keeps_the_mass_properties_of_the_block() -> None:
     """Whatever part of a block bends, and wherever its centre of mass is."""
     from heavylift.kernel.description import Beam, Flexible
 
@@ -194,7 +194,7 @@ def test_mass_properties_are_those_of_the_block() -> None:
         assert (made.mass + J[5, 5], made.mass * d) == (pytest.approx(mass), pytest.approx(mass * c))
 
 
-def test_a_run_samples_what_bends_and_reports_it() -> None:
+def test_a_run_samples_and_reports_the_deflection_of_a_block() -> None:
     result = simulate(hung())
     message = [f.sentence for f in result.verdict.findings if f.quantity == "bending"]
     bent = result["deflection"]
@@ -220,6 +220,6 @@ def test_a_run_samples_what_bends_and_reports_it() -> None:
         ("inertia: [1 t m2, 1 t m2, 1 t m2]\n  beam: {EI y: 6 GN m2}", "give the beam a 'mass', that of what bends"),
     ],
 )
-def test_a_block_that_cannot_bend_so_is_reported(bends: str, told: str) -> None:
+def test_an_impossible_flexible_block_is_reported(bends: str, told: str) -> None:
     with pytest.raises(SceneError, match=told):
         hung(bends)

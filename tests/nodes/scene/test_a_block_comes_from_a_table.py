@@ -54,37 +54,37 @@ def refused(scene: Path, *settings: str) -> str:
     return str(error.value).replace(f"{scene.parent}/", "")
 
 
-def test_the_plan_is_that_of_the_whole_text(scene: Path) -> None:
+def test_a_scene_with_a_table_gives_the_plan_of_the_full_text(scene: Path) -> None:
     assert meant(load(scene)) == meant(bare("lift", WRITTEN))
 
 
-def test_what_the_scene_writes_wins_over_the_row(scene: Path) -> None:
+def test_keys_of_the_scene_override_the_table_row(scene: Path) -> None:
     scene.write_text(scene.read_text().replace("  from:", "  mass: 250 t\n  from:"))
     assert meant(load(scene)) == meant(bare("lift", [*WRITTEN, "block.mass=250 t"]))
 
 
-def test_a_row_that_a_setting_names_wins_over_the_scene(scene: Path) -> None:
+def test_a_table_row_named_by_a_setting_overrides_the_scene(scene: Path) -> None:
     heavier: LoadedScene = load(scene, ["block.from=blocks.csv#B18"])
     assert heavier.scene.block is not None
     assert heavier.scene.block.mass == 480e3
     assert meant(heavier) == meant(bare("lift", ["block.mass=480 t +- 3 %"]))
 
 
-def test_a_scene_that_extends_another_may_take_another_block(scene: Path) -> None:
+def test_an_extending_scene_may_name_another_block_row(scene: Path) -> None:
     (scene.parent / "next.yaml").write_text("extends: lift.yaml\nname: lift\nblock: {from: blocks.csv#B18}\n")
     assert meant(load(scene.parent / "next.yaml")) == meant(bare("lift", ["block.mass=480 t"]))
     scene.write_text(scene.read_text().replace("  from:", "  mass: 250 t\n  from:"))
     assert meant(load(scene.parent / "next.yaml")) == meant(bare("lift", ["block.mass=480 t"]))
 
 
-def test_a_block_that_a_setting_gives_whole_wins_over_the_row_that_it_names(scene: Path) -> None:
+def test_a_block_given_by_a_setting_overrides_its_table_row(scene: Path) -> None:
     given = "{from: blocks.csv#B17, mass: 250 t, at: [40 m, 75 m, 6 m], lugs from: lugs.csv#B17, supports: "
     supports = "{height: 2 m, at: [[-8 m, -6 m], [8 m, -6 m], [-8 m, 6 m], [8 m, 6 m]]}}"
     whole = load(scene, [f"block={given}{supports}"])
     assert meant(whole) == meant(bare("lift", [*WRITTEN, "block.mass=250 t"]))
 
 
-def test_a_workbook_gives_the_same_block(scene: Path) -> None:
+def test_a_workbook_and_a_csv_table_give_the_same_block(scene: Path) -> None:
     openpyxl = pytest.importorskip("openpyxl")
     book = openpyxl.Workbook()
     for line in BLOCKS.splitlines():
@@ -110,7 +110,9 @@ def test_a_workbook_gives_the_same_block(scene: Path) -> None:
         ("A-2;300", 'A-2;"300', "block.from: blocks.csv:3: this is no row of a table: unexpected end of data"),
     ],
 )
-def test_faults_are_reported_with_file_row_and_column(scene: Path, old: str, new: str, sentence: str) -> None:
+def test_faults_in_a_table_are_reported_with_file_row_and_column(
+    scene: Path, old: str, new: str, sentence: str
+) -> None:
     table = scene.parent / "blocks.csv"
     table.write_text(BLOCKS.replace(old, new, 1))
     assert sentence in refused(scene)
@@ -137,7 +139,7 @@ def test_a_file_that_is_no_table_is_reported(scene: Path, named: str, sentence: 
     assert sentence in refused(scene, f"block.from={named}")
 
 
-def test_a_lug_without_a_place_is_reported_in_its_table(scene: Path) -> None:
+def test_a_lug_without_a_position_is_reported_with_its_table(scene: Path) -> None:
     (scene.parent / "lugs.csv").write_text(LUGS.replace("B17,Q1,4,", "B17,Q1,four,"))
     assert "lugs.csv:4:8: error: block.lugs.Q1[0]: 'four' is no length" in refused(scene)
     (scene.parent / "lugs.csv").write_text(LUGS.replace("y [m]", "v"))
@@ -147,7 +149,7 @@ def test_a_lug_without_a_place_is_reported_in_its_table(scene: Path) -> None:
 
 
 @pytest.mark.parametrize("column", range(2, 9))
-def test_an_empty_cell_is_an_error_even_if_the_base_scene_has_the_key(scene: Path, column: int) -> None:
+def test_an_empty_table_cell_is_an_error_even_if_the_base_scene_has_the_key(scene: Path, column: int) -> None:
     head, row = BLOCKS.splitlines()[0].split(";"), BLOCKS.splitlines()[3].split(";")
     row[0], row[column] = "B19", ""
     (scene.parent / "blocks.csv").write_text(BLOCKS + ";".join(row) + "\n")

@@ -91,23 +91,23 @@ def several(text: str) -> str:
     )
 
 
-def test_one_of_several_blocks_turns_alike() -> None:
+def test_any_one_of_several_blocks_can_be_turned() -> None:
     one, two = (play(parse(text, "tilting.yaml").plan) for text in (SCENE, several(SCENE)))
-    a, b = one.past().part(0, len(one.t)), two.past().part(0, len(two.t))
+    a, b = one.past.part(0, len(one.t)), two.past.part(0, len(two.t))
     assert np.abs(a.poses["block"] - b.poses["tank"]).max() < 1e-4, "to the tolerance, in another order of names"
     both = list(zip(one.conduct.stages, two.conduct.stages, strict=True))
     assert all(p[2] == q[2] for p, q in both)
     assert [p[0] for p, _ in both] == pytest.approx([q[0] for _, q in both], abs=1e-2)
 
 
-def test_the_block_can_be_set_down_on_its_other_face() -> None:
+def test_a_turned_block_can_be_set_down_on_its_other_face() -> None:
     block, tank = (parse(text, "tilting.yaml").plan.machines for text in (SCENE, several(SCENE)))
     sets = [next(m for m in machines if m.cargo) for machines in (block, tank)]
     assert [[s.height for s in m.system.supports] for m in sets] == [[1.0] * 8] * 2
     assert [*sets[1].cargo[0].faces.values()] == ["lower"] * 4 + ["upper"] * 4
 
 
-def test_a_second_block_of_a_list_does_not_turn() -> None:
+def test_a_second_block_of_the_action_list_does_not_turn() -> None:
     message = "'tank' is turned before, and one block of a list can be: leave 'other' as it is"
     with pytest.raises(SceneError, match=message):
         parse(several(SCENE).replace("  tank:\n", f"{OTHER}  tank:\n", 1) + "  - other: turn 20 deg/min to 15 deg\n")
@@ -128,13 +128,13 @@ def test_a_block_on_frames_of_any_type_turns(crane: str, beam: str, tmp_path: Pa
 
 def test_a_block_on_trolleys_turns_about_its_centre_of_mass() -> None:
     run = play(parse(SCENE, "tilting.yaml").plan)
-    pose, stages = run.past().part(0, len(run.t)).poses["block"], {name: t for t, _, name in run.conduct.stages}
+    pose, stages = run.past.part(0, len(run.t)).poses["block"], {name: t for t, _, name in run.conduct.stages}
     before, after = pose[np.searchsorted(run.t, stages["turn"])], pose[run.t > stages["still"]].mean(axis=0)
     turned = [2.0 * np.degrees(np.arctan2(row[3], row[6])) for row in (before, after)]
     assert abs(turned[1] - turned[0]) == pytest.approx(15.0, abs=0.5)
     assert np.abs(after[:3] - before[:3]).max() < 0.1, "of 2 m that the lugs move"
 
 
-def test_hooks_that_nothing_moves_across_cannot_follow_a_turn() -> None:
+def test_hooks_without_a_trolley_cannot_follow_a_turn() -> None:
     with pytest.raises(SceneError, match=r"'block' cannot turn[^$]*it can: level"):
         load("jib", ["actions=[{jib main: 'hoist 1 m/min until lifted'}, {block: turn 20 deg/min to 15 deg}]"])

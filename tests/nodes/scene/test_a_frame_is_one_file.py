@@ -59,7 +59,7 @@ def written(folder: Path, text: str, **files: str) -> Path:
     return folder / "scene.yaml"
 
 
-def test_the_bundled_frame_under_other_names_gives_the_same_lift(tmp_path: Path) -> None:
+def test_the_bundled_frame_type_under_other_names_gives_the_same_lift(tmp_path: Path) -> None:
     names = {"upper": "yoke", "lower": "traverse", "hinge": "pin", "hinge.damper": "oil", "hinge.lock": "pawl"}
     own = LOADER
     for old in reversed(names):  # the longer ones first; parameters keep theirs
@@ -73,7 +73,7 @@ def test_the_bundled_frame_under_other_names_gives_the_same_lift(tmp_path: Path)
     assert [x.sentence for x in a.verdict.findings] == [x.sentence for x in b.verdict.findings]
 
 
-def test_one_body_with_four_slings_lifts_sets_down_and_lets_go(tmp_path: Path) -> None:
+def test_a_frame_of_one_body_with_four_slings_lifts_sets_down_and_unhooks(tmp_path: Path) -> None:
     scene = load(written(tmp_path, HUNG, four=FOUR))
     (machine,) = (m for m in scene.plan.machines if m.name == "one")
     assert [body.mass for body in machine.system.bodies] == [14e3 + 25e3], "with the hook block"
@@ -88,7 +88,7 @@ def test_one_body_with_four_slings_lifts_sets_down_and_lets_go(tmp_path: Path) -
     assert tension["west.H1"][-1] == pytest.approx(39e3 * 9.80665, rel=0.02)
 
 
-def test_its_parameters_are_inputs(tmp_path: Path) -> None:
+def test_parameters_of_a_frame_type_are_inputs(tmp_path: Path) -> None:
     scene = load(written(tmp_path, HUNG.replace("mass: 14 t", "mass: 14 t +- 1 t"), four=FOUR))
     (one,) = uncertain_inputs(scene)
     assert (one.name, one.value, one.half) == ("rig.loaders.one.mass", 14e3, pytest.approx(1e3))
@@ -112,7 +112,7 @@ def test_its_parameters_are_inputs(tmp_path: Path) -> None:
         ("mass: 14 t", "mass: -14 t", "must be"),
     ],
 )
-def test_faults_of_a_frame_are_one_sentence(tmp_path: Path, old: str, new: str, told: str) -> None:
+def test_faults_of_a_frame_in_a_scene_are_one_sentence(tmp_path: Path, old: str, new: str, told: str) -> None:
     path = written(tmp_path, HUNG.replace(old, new, 1), four=FOUR, jib="machine type: 1\n")
     with pytest.raises(SceneError) as caught:
         load(path)

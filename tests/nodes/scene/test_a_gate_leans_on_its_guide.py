@@ -22,7 +22,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Recording:
     return Recording(path)
 
 
-def test_the_gate_leans_on_the_far_guide_alone(recording: Recording) -> None:
+def test_a_gate_leans_on_its_far_guide_only(recording: Recording) -> None:
     """Rope, hook block and gate hang as three links, and N at the lower edge makes each lean by its moment over that of
     the weights: N / W, 2 N / (2 W_gate + W_block), N c / (W_gate d).  Nothing rubs, so the gate bounces and does so on
     average; what impacts give it is seen by the rope alone.
@@ -45,7 +45,7 @@ def test_the_gate_leans_on_the_far_guide_alone(recording: Recording) -> None:
     assert not any(force.any() for name, force in pressed.items() if "near" in name or "head" in name)
 
 
-def test_the_gate_stays_between_the_guides_and_stands(recording: Recording) -> None:
+def test_a_gate_stays_between_its_guides_and_stands_upright(recording: Recording) -> None:
     """The lower corners never come behind the faces, and the verdict is green with what the interlock tells."""
     corner = recording["pose/block"]
     y, qx = corner.values[:, 1], corner.values[:, 3]

@@ -97,7 +97,7 @@ def height(result: Result, blocks: dict[str, Lug], k: int) -> float:
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_each_block_is_carried_alone(seed: int) -> None:
+def test_each_of_several_blocks_is_carried_alone(seed: int) -> None:
     blocks, order, text = drawn(seed)
     scene = parse(text)
     assert not scene.findings
@@ -122,7 +122,7 @@ def test_each_block_is_carried_alone(seed: int) -> None:
         assert done == pytest.approx(gained, abs=BALANCE * most)
 
 
-def test_the_run_is_the_same_in_processes(tmp_path: Path) -> None:
+def test_a_run_with_several_blocks_is_the_same_in_processes(tmp_path: Path) -> None:
     scene = parse(drawn(0)[2])
     message = [run(scene, tmp_path / f"{where}.mcap", in_process=where) for where in (True, False)]
     assert message[0].digest == message[1].digest

@@ -62,7 +62,7 @@ def of(folder: Path, listed: str = LIST, old: str = "", new: str = "") -> Path:
     return folder / "three.yaml"
 
 
-def test_a_lift_begins_where_another_has_come_and_one_when_that_is_done(folder: Path) -> None:
+def test_a_lift_begins_at_a_position_of_another_or_when_that_is_done(folder: Path) -> None:
     """A way of 4 m with ramps of 2 s takes 6 s; its reference is 1.25 m after 2.25 s, which the cart follows within
     what its drive gives way; a list that has begun goes on at once."""
     events = play(load(of(folder)).plan).events
@@ -74,7 +74,7 @@ def test_a_lift_begins_where_another_has_come_and_one_when_that_is_done(folder: 
     assert events[-1].t * 1e-9 >= stages["c: out"] + 6.0
 
 
-def test_each_lift_moves_as_alone_but_later(folder: Path, tmp_path: Path) -> None:
+def test_each_lift_started_by_a_list_moves_as_alone_but_later(folder: Path, tmp_path: Path) -> None:
     played = play(load(of(folder)).plan)
     names = {e.type for e in played.events}
     assert not names & {Begun.__name__, Ended.__name__}, "lists talk to each other inside their node"
@@ -85,14 +85,14 @@ def test_each_lift_moves_as_alone_but_later(folder: Path, tmp_path: Path) -> Non
     assert b.values[-1, 0] == pytest.approx(a.values[-1, 0], abs=1e-9) == pytest.approx(4.0, abs=1e-6)
 
 
-def test_with_an_end_a_lift_that_is_done_is_reported_once(folder: Path) -> None:
+def test_with_a_stated_end_a_finished_lift_is_reported_once(folder: Path) -> None:
     played = play(load(of(folder), ["end=20 s"]).plan)
     stages = {e.value.name: e.t * 1e-9 for e in played.events if e.type == Stage.__name__}
     assert stages["third"] == stages["b: out"] + 6.0
     assert not played.unfinished
 
 
-def test_a_run_reports_what_its_lists_wait_for(folder: Path) -> None:
+def test_a_run_reports_what_its_action_lists_wait_for(folder: Path) -> None:
     scene = load(of(folder, old=">= 1.25 m", new=">= 5 m"))
     with pytest.raises(ModelError) as message:
         play(scene.plan)
@@ -123,6 +123,6 @@ def test_lifts_that_cannot_begin_are_reported_with_their_line(folder: Path, old:
     assert "three.yaml:" in str(message.value).splitlines()[0]
 
 
-def test_a_scene_of_one_lift_has_none_to_begin() -> None:
+def test_a_scene_of_one_lift_has_no_lift_to_begin() -> None:
     with pytest.raises(SceneError, match="cannot begin"):
         parse(SLEDGE.replace("drive 1 m/s by 4 m", "begin"))

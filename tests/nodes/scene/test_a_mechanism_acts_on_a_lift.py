@@ -38,7 +38,7 @@ def pulls(scene: LoadedScene) -> tuple[float, float, float]:
     return total[0], total[1], total[2]
 
 
-def test_wind_on_the_block_leads_the_ropes_off() -> None:
+def test_wind_on_the_block_deflects_its_hook_ropes() -> None:
     blows = "{type: wind, body: block, area: 160 m2, drag: 1.3, direction: [0, 1, 0], speed: 15 m/s}"
     scene = lift(f"  forces: {{wind: {blows}}}\n")
     along, across, up = pulls(scene)
@@ -75,7 +75,7 @@ def test_a_storm_brake_holds_the_crane_by_its_own_joint() -> None:
     assert list(build(scene.plan)["site"].children) == ["crane-gantry-acted-on"]
 
 
-def test_a_contact_with_the_block_is_no_support() -> None:
+def test_a_contact_with_the_block_is_not_a_support() -> None:
     """The block is lifted when its supports are free, though it rubs along a wall."""
     wall = "{body: block, at: [0, 8 m, 0], against: {at: [40 m, 83 m, 0], normal: [0, -1, 0]}, friction: 0.2}"
     scene = lift(f"  contacts: {{wall: {wall}}}\n")
@@ -127,7 +127,7 @@ def test_a_contact_with_the_block_is_no_support() -> None:
         ),
     ],
 )
-def test_elements_that_cannot_act_are_reported_with_their_line(parts: str, sentence: str) -> None:
+def test_elements_that_cannot_act_on_the_lift_are_reported_with_their_line(parts: str, sentence: str) -> None:
     with pytest.raises(SceneError) as refusal:
         lift(parts)
     first = str(refusal.value).splitlines()[0]

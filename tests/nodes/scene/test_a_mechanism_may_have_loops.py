@@ -23,7 +23,7 @@ actions:
 """
 
 
-def test_a_four_bar_linkage_is_written_as_its_joints() -> None:
+def test_a_four_bar_linkage_can_be_written_by_its_joints() -> None:
     (mechanism,) = parse(FOUR_BAR).plan.machines
     s = Simulation(mechanism.system, tolerance=1e-9)
     s.start()
@@ -37,7 +37,7 @@ TURNED = FOUR_BAR.replace("{type: revolute, child: crank, axis", "{type: revolut
 TURNED = TURNED.replace("{type: revolute, child: rocker,", "{type: revolute, parent: rocker, child: world,")
 
 
-def test_joints_may_be_written_towards_the_world() -> None:
+def test_joints_can_be_written_towards_the_world() -> None:
     """Then the axes point the other way, and what turned forwards turns backwards."""
     text = TURNED.replace("at: [1 m, 0, 0], axis", "at child: [1 m, 0, 0], axis")
     (mechanism,) = parse(text.replace("speed: 1 rad/s", "speed: -1 rad/s")).plan.machines
@@ -61,7 +61,7 @@ actions:
 """
 
 
-def test_a_joint_that_cannot_be_turned_round_is_reported_with_its_place() -> None:
+def test_a_joint_that_cannot_be_reversed_is_reported_with_its_place() -> None:
     with pytest.raises(SceneError) as e:
         parse(UPSIDE_DOWN)
     assert "scene.yaml:6:3:" in str(e.value)
@@ -87,7 +87,7 @@ end: 1 s
 """
 
 
-def test_a_drive_holds_a_loop_that_has_no_other_freedom() -> None:
+def test_a_drive_holds_a_loop_without_other_degrees_of_freedom() -> None:
     """At rest the drive carries what a universal joint passes on: at 40 degrees, that of the power it would take."""
     scene = parse(DRIVEN)
     (state,) = scene.statics.states

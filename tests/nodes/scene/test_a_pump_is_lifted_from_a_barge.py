@@ -47,7 +47,7 @@ def test_the_tip_moves_by_the_responses_of_the_barge(recording: Recording) -> No
             assert np.array(p) + 60.0 * along == pytest.approx(tip(t, slew), abs=1e-8)
 
 
-def test_the_pump_swings_as_a_pendulum_of_three_links_below_that_tip(recording: Recording) -> None:
+def test_the_pump_swings_as_a_triple_pendulum_below_the_crane_tip(recording: Recording) -> None:
     """Rope, hook block and pump along the boom, linear: the answer to the tip and three free motions of any size
     are what was recorded for 30 s."""
     begun = dict((name, t) for t, name in recording.stages())
@@ -75,7 +75,7 @@ def test_the_pump_swings_as_a_pendulum_of_three_links_below_that_tip(recording: 
     assert np.abs(off).max() < 0.05 * np.ptp(swing)
 
 
-def test_the_pump_lands_on_the_deck_again(recording: Recording) -> None:
+def test_the_pump_is_landed_on_the_deck_again(recording: Recording) -> None:
     """Half its height above the supports on a deck that lies 4 m above the waterline, 26 m out at 25 degrees."""
     barge, pump = recording["pose/barge"].values[-1], recording["pose/block"].values[-1]
     assert pump[2] - barge[2] == pytest.approx(7.0, abs=0.35)

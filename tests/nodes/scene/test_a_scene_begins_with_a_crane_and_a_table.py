@@ -31,7 +31,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.parametrize("crane", library())
-def test_each_type_lifts_a_block_of_the_table(folder: Path, crane: str) -> None:
+def test_each_crane_type_lifts_a_block_of_the_table(folder: Path, crane: str) -> None:
     row = ROWS.get(crane.split("-")[0], "small")
     ((name, text),) = new_scene_with("mine", crane, f"blocks.csv#{row}").items()
     (folder / "mine.yaml").write_text(text)
@@ -43,7 +43,7 @@ def test_each_type_lifts_a_block_of_the_table(folder: Path, crane: str) -> None:
     assert not [f for f in scene.findings if f.state == "red"]
 
 
-def test_the_command_writes_one_for_each_row(folder: Path) -> None:
+def test_the_new_command_writes_a_scene_for_each_row_of_the_table(folder: Path) -> None:
     message = CliRunner().invoke(app, ["new", "yard", "--crane", "jib-60", "--blocks", "blocks.csv"])
     assert message.exit_code == 0
     assert message.stdout.startswith("wrote yard-small.yaml\nwrote yard-large.yaml\n")

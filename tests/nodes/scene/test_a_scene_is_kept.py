@@ -35,7 +35,7 @@ def loaded(cache: Path, *arguments: str) -> tuple[str, bool]:
     return plan, built == "True"
 
 
-def test_a_second_start_has_the_plan_of_the_first(tmp_path: Path) -> None:
+def test_reading_a_scene_again_gives_the_cached_plan(tmp_path: Path) -> None:
     settings = ["block.mass=310 t", "ask=[rope tension]", "accuracy=5 %"]
     plan = sha256(repr(load("lift", settings).plan).encode()).hexdigest()
     assert loaded(tmp_path / "cache", "lift", *settings) == (plan, True)
@@ -43,7 +43,7 @@ def test_a_second_start_has_the_plan_of_the_first(tmp_path: Path) -> None:
     assert loaded(tmp_path / "cache", "lift", *settings[1:])[1]  # other settings are another lift
 
 
-def test_cached_keys_are_read_on_demand(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_cached_keys_of_a_scene_are_read_on_demand(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("HEAVYLIFT_CACHE", str(tmp_path / "cache"))
     first, again = load("lift"), load("lift")
     assert (again.plan, again.facts, again.settings) == (first.plan, first.facts, first.settings)
@@ -51,17 +51,35 @@ def test_cached_keys_are_read_on_demand(tmp_path: Path, monkeypatch: pytest.Monk
     assert again.findings == first.findings
 
 
-def test_a_scene_of_several_files_is_read_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_scene_of_several_files_is_read_again_when_one_changes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("HEAVYLIFT_CACHE", str(tmp_path / "cache"))
     base, scene = tmp_path / "base.yaml", tmp_path / "scene.yaml"
     base.write_text("extends: lift\nsamples: 5 Hz\n")
     scene.write_text("extends: base.yaml\nseed: 7\n")
     assert load(scene).plan.samples_hz == 5.0
+    (plan, built), again = loaded(tmp_path / "other", str(scene)), loaded(tmp_path / "other", str(scene))
+    assert (built, again) == (True, (plan, False))
     base.write_text("extends: lift\nsamples: 4 Hz\n")
     assert load(scene).plan.samples_hz == 4.0
+    assert loaded(tmp_path / "other", str(scene))[1]
 
 
-def test_a_plan_recorded_by_an_older_version_is_read_without_what_machines_no_longer_have() -> None:
+def test_scenes_of_one_text_in_two_folders_have_their_own_files(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HEAVYLIFT_CACHE", str(tmp_path / "cache"))
+    for rate in (5.0, 4.0):
+        folder = tmp_path / f"{rate:g}"
+        folder.mkdir()
+        monkeypatch.chdir(folder)
+        Path("base.yaml").write_text(f"extends: lift\nsamples: {rate:g} Hz\n")
+        Path("scene.yaml").write_text("extends: base.yaml\nseed: 7\n")
+        assert load("scene.yaml").plan.samples_hz == rate
+
+
+def test_plans_recorded_by_older_versions_are_read_without_removed_parts() -> None:
     plan = load("lift").plan
     older = json.loads(encode(plan))
     for machine in older["machines"]:

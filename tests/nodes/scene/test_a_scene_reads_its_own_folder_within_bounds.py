@@ -53,14 +53,14 @@ BASES = {
 
 
 @pytest.mark.parametrize(("base", "told"), BASES.items())
-def test_forbidden_files_cannot_be_extended(folder: Path, base: str, told: str) -> None:
+def test_files_outside_the_folder_of_a_scene_cannot_be_extended(folder: Path, base: str, told: str) -> None:
     (folder / "case.yaml").write_text(f'heavylift: 1\nextends: "{base}"\nname: case\n')
     text = refused(folder / "case.yaml")
     assert f"{folder / 'case.yaml'}:2:11: error: extends: " in text
     assert told in text
 
 
-def test_files_below_may_be_extended_and_may_refer_back(folder: Path) -> None:
+def test_files_in_subfolders_may_be_extended_and_may_refer_back(folder: Path) -> None:
     (folder / "base.yaml").write_text("heavylift: 1\nextends: pendulum\nname: base\n")
     (folder / "below" / "middle.yaml").write_text("extends: ../base.yaml\nseed: 3\n")
     (folder / "case.yaml").write_text("extends: below/middle.yaml\nname: case\n")
@@ -79,7 +79,7 @@ mechanism:
 """
 
 
-def test_matrices_come_from_the_scenes_folder_and_are_not_quoted(folder: Path) -> None:
+def test_matrices_are_read_from_the_folder_of_the_scene_and_not_quoted_in_errors(folder: Path) -> None:
     (folder / "own.csv").write_text("1,2,3\n4,horse,6\n")
     (folder / "own.npz").write_bytes(b"horse")
     np.savez(folder / "text.npz", nodes=np.array(["horse"]))
@@ -126,14 +126,14 @@ BOMBS = {
 
 
 @pytest.mark.parametrize("case", BOMBS)
-def test_an_expansion_without_end_is_reported_briefly(case: str) -> None:
+def test_an_endless_expansion_of_a_scene_is_reported_briefly(case: str) -> None:
     text, message = BOMBS[case]
     answer = refused(text)
     assert message in answer
     assert len(answer) < 250_000
 
 
-def test_settings_are_bounded_too() -> None:
+def test_settings_may_not_read_files_outside_the_folder_of_the_scene() -> None:
     base = HEAD + "extends: pendulum\n"
     assert "levels" in refused(base, (f"a={'[' * 5000}",))
     assert "digits" in refused(base, (f"seed={'9' * 5000}",))
@@ -142,7 +142,7 @@ def test_settings_are_bounded_too() -> None:
         assert number[:20] in refused(base, (f"mechanism.{number}=1",))
 
 
-def test_a_scene_is_a_regular_file_of_bounded_size(folder: Path) -> None:
+def test_a_scene_must_be_a_regular_file_of_limited_size(folder: Path) -> None:
     assert refused(folder / "pipe.yaml").endswith("cannot be read: it is a pipe or a device, no file")
     assert refused(Path("/dev/zero")).endswith("cannot be read: it is a pipe or a device, no file")
     assert refused(folder).endswith("cannot be read: Is a directory")

@@ -37,18 +37,18 @@ def swivel(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(actions, "MOTIONS", (*MOTIONS, "swivel"))
 
 
-def test_every_verb_stands_in_the_grammar_that_people_read() -> None:
+def test_every_verb_is_in_the_documented_grammar() -> None:
     assert [name for name in VERBS if not re.search(rf'"{name}"', phrases.__doc__ or "")] == []
 
 
-def test_a_plan_with_another_verb_is_refused() -> None:
+def test_a_plan_with_an_unknown_verb_is_refused() -> None:
     order = {"type": "move", "verb": "fly", "model": "m", "actuator": "a", "speed": 1.0, "accel": 1.0}
     with pytest.raises(msgspec.ValidationError, match="no drive or winch can fly"):
         msgspec.convert(order, actions.Move)
 
 
 @pytest.mark.usefixtures("swivel")
-def test_a_new_verb_is_read_resolved_run_and_waited_for(tmp_path: Path) -> None:
+def test_a_new_verb_is_parsed_resolved_run_and_waited_for(tmp_path: Path) -> None:
     scene = parse(SCENE)
     moves = [action.orders[0] for action in scene.plan.actions]
     assert [move.verb for move in moves if isinstance(move, actions.Move)] == ["swivel", "swivel"]
@@ -67,7 +67,7 @@ def test_a_new_verb_is_read_resolved_run_and_waited_for(tmp_path: Path) -> None:
         ("hoist 3 m/min by 1 m", "it can: slew, luff, drive, stop, hold, swivel"),
     ],
 )
-def test_faults_name_the_verb(written: str, told: str) -> None:
+def test_faults_in_a_new_verb_name_it(written: str, told: str) -> None:
     with pytest.raises(SceneError, match=re.escape(told)):
         parse(SCENE.replace("swivel 3 deg/s by 30 deg", written))
 
@@ -86,11 +86,11 @@ TURNS = (SCENE, "degrees or radians, not metres")
         (*SLIDES, "turntable: drive 3 m/min until position of pivot <= -10 deg"),
     ],
 )
-def test_units_are_those_of_the_joint(scene: str, units: str, written: str) -> None:
+def test_a_verb_uses_the_unit_of_its_joint(scene: str, units: str, written: str) -> None:
     orders = scene.partition("  - turntable")[0]
     with pytest.raises(SceneError, match=f"'(turntable|pivot)' (turns|slides): write {units}"):
         parse(f"{orders}  - {written}\n")
 
 
-def test_zero_needs_no_unit_of_the_joint() -> None:
+def test_a_zero_value_needs_no_unit() -> None:
     assert parse(f"{SCENE.partition('  - turntable')[0]}  - turntable: drive 2 deg/s until position of pivot >= 0\n")

@@ -32,7 +32,7 @@ def refused(text: str, *settings: str) -> str:
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_a_bad_scene_is_reported(name: str) -> None:
+def test_an_invalid_scene_is_reported(name: str) -> None:
     scene, edits, points_at, sentence = BAD[name]
     text = TEXTS[scene]
     for old, new in edits:
@@ -47,7 +47,7 @@ def test_a_bad_scene_is_reported(name: str) -> None:
     assert shown[caret.index("^") :].startswith(points_at)
 
 
-def test_all_errors_at_once_with_source_line_caret_and_hint() -> None:
+def test_all_errors_of_a_scene_are_reported_at_once_with_line_caret_and_hint() -> None:
     text = """\
 heavylift: 1
 name: two cranes
@@ -84,7 +84,7 @@ scene.yaml:9:17: error: actions[0].when: two real numbers are never exactly equa
     )
 
 
-def test_a_setting_is_reported_like_a_line_of_the_scene() -> None:
+def test_an_invalid_setting_is_reported_like_a_line_of_the_scene() -> None:
     assert (
         refused(TEXTS["lift"], "cranes.crane.at=41")
         == """\
@@ -103,7 +103,7 @@ def test_a_setting_is_reported_like_a_line_of_the_scene() -> None:
     parse(TEXTS["lift"], "scene.yaml", ["block.lugs.P1[0]=-7.9 m"])
 
 
-def test_a_recording_is_no_scene_and_is_reported_as_one(tmp_path: Path) -> None:
+def test_a_recording_given_as_a_scene_is_reported_as_such(tmp_path: Path) -> None:
     for size in (100, 20_000_000):  # the latter is larger than any scene
         (tmp_path / "lift.mcap").write_bytes(b"\x89MCAP0\r\n" + bytes(size))
         with pytest.raises(SceneError, match="it is a recording, no scene; `heavylift info"):
@@ -111,18 +111,18 @@ def test_a_recording_is_no_scene_and_is_reported_as_one(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("text", ["", "- a", "just words", "heavylift: [1", "a: &x [*x]", "? [a]\n: 1", "{}"])
-def test_any_text_ends_in_sentences(text: str) -> None:
+def test_any_text_as_a_scene_ends_in_sentences(text: str) -> None:
     assert HEAD.fullmatch(refused(text).splitlines()[0])
 
 
-def test_names_used_by_the_run_are_reserved() -> None:
+def test_names_reserved_by_the_run_cannot_be_used_in_a_scene() -> None:
     assert {COMMANDER, KERNEL, OBSERVER, "event", "coordinator"} <= set(RESERVED)
     for word in ("event", OBSERVER):
         with pytest.raises(ProtocolError):
             check_names([word], "node")
 
 
-def test_rope_lines_to_unknown_bodies_are_reported_with_all_other_faults() -> None:
+def test_rope_lines_on_unknown_bodies_are_reported_with_all_other_faults() -> None:
     message = refused("""\
 heavylift: 1
 name: hanging

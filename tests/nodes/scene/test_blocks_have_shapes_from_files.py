@@ -51,7 +51,7 @@ def hull() -> trimesh.Trimesh:
     return trimesh.convex.convex_hull(np.vstack([points, points * [0.8, 0.7, 1.0] + [0.3, 0.0, 3.0]]))
 
 
-def test_a_box_and_a_tetrahedron_have_the_moments_of_the_books() -> None:
+def test_moments_of_inertia_of_a_box_and_a_tetrahedron_mesh_are_those_of_textbooks() -> None:
     """12 I = m (b2 + c2) of a box; of a corner of it I = 3/80 m (b2 + c2), its middle at a quarter of each edge."""
     found = solid(trimesh.creation.box((6.0, 4.0, 2.0)).triangles.tolist())
     assert found.volume == pytest.approx(48.0, rel=1e-14)
@@ -64,7 +64,7 @@ def test_a_box_and_a_tetrahedron_have_the_moments_of_the_books() -> None:
     assert found.moments[3:] == pytest.approx([8.0 / 80.0 * x for x in (24.0, 12.0, 8.0)], rel=1e-13)
 
 
-def test_finer_balls_approach_two_fifths_of_m_r_squared() -> None:
+def test_finer_ball_meshes_approach_two_fifths_of_m_r_squared() -> None:
     """Errors of volume and moment fall by four with each division of the triangles, as those of inscribed planes do."""
     errors = []
     for n in (2, 3, 4):
@@ -74,7 +74,7 @@ def test_finer_balls_approach_two_fifths_of_m_r_squared() -> None:
     assert [a / b for a, b in pairwise(errors)] == pytest.approx([4.0, 4.0], rel=0.05)
 
 
-def test_a_skew_hull_weighs_what_another_library_says(tmp_path: Path) -> None:
+def test_mass_properties_of_an_irregular_hull_agree_with_another_library(tmp_path: Path) -> None:
     """Centre of mass and all six moments against trimesh, of a stated mass and of a density, and in millimetres."""
     mesh = hull()
     box = (mesh.bounds[0] + mesh.bounds[1]) / 2.0
@@ -90,7 +90,7 @@ def test_a_skew_hull_weighs_what_another_library_says(tmp_path: Path) -> None:
     assert cargo(small).size == pytest.approx(block.size, rel=1e-5)
 
 
-def test_gltf_has_its_y_upwards(tmp_path: Path) -> None:
+def test_in_gltf_files_y_is_up(tmp_path: Path) -> None:
     """A box 6 m long, 4 m high in the file's y: it is 4 m high in the scene's z."""
     block = cargo(scene(tmp_path, trimesh.creation.box((6.0, 4.0, 2.0)), "box.glb").plan)
     assert block.size == pytest.approx((6.0, 2.0, 4.0))
@@ -112,7 +112,7 @@ def test_a_hull_is_drawn_as_slices_that_contain_it(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("shape", "more", "told"),
     [
-        ("open.stl", "mass: 60 t", "the surface in 'open.stl' is not closed: mend it where it was drawn"),
+        ("open.stl", "mass: 60 t", "the surface in 'open.stl' is not closed: correct it in the program that drew it"),
         ("no.stl", "mass: 60 t", "the shape 'no.stl' cannot be read: No such file or directory"),
         ("hull.step", "mass: 60 t", "'hull.step' is no .stl, .glb or .gltf file"),
         ("large.stl", "mass: 60 t", "'large.stl' is 9000 m long; give its unit, such as"),
@@ -126,7 +126,7 @@ def test_a_hull_is_drawn_as_slices_that_contain_it(tmp_path: Path) -> None:
         ("../hull.stl", "mass: 60 t", "is outside of the scene's folder"),
     ],
 )
-def test_an_invalid_shape_is_a_sentence(tmp_path: Path, shape: str, more: str, told: str) -> None:
+def test_an_invalid_mesh_is_refused_in_a_sentence(tmp_path: Path, shape: str, more: str, told: str) -> None:
     """With the place in the scene."""
     mesh = hull()
     trimesh.Trimesh(mesh.vertices, mesh.faces[1:]).export(tmp_path / "open.stl")
@@ -140,7 +140,7 @@ def test_an_invalid_shape_is_a_sentence(tmp_path: Path, shape: str, more: str, t
     assert told in str(error.value)
 
 
-def test_a_missing_library_is_reported_with_its_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_mesh_library_is_reported_with_its_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """One sentence."""
     mesh = hull()
     mesh.export(tmp_path / "hull.stl")
@@ -191,7 +191,7 @@ BROKEN = {
 
 
 @pytest.mark.parametrize("file", BROKEN)
-def test_a_broken_file_ends_in_a_sentence(tmp_path: Path, file: str) -> None:
+def test_a_broken_mesh_file_ends_in_a_sentence(tmp_path: Path, file: str) -> None:
     data, message = BROKEN[file]
     (tmp_path / file).write_bytes(data)
     (tmp_path / "shaped.yaml").write_text(SCENE % (file, "mass: 60 t"))
@@ -200,7 +200,7 @@ def test_a_broken_file_ends_in_a_sentence(tmp_path: Path, file: str) -> None:
 
 
 @pytest.mark.parametrize("kind", ["stl", "glb", "gltf"])
-def test_a_corrupt_file_is_read_or_refused_in_a_sentence(tmp_path: Path, kind: str) -> None:
+def test_a_corrupted_mesh_file_is_read_or_refused_in_a_sentence(tmp_path: Path, kind: str) -> None:
     """Cut, or with bytes of others: whatever the library raises, its words are not shown."""
     whole = gltf(BOX) if kind == "gltf" else BOX.export(file_type=kind)
     random = Random(kind)

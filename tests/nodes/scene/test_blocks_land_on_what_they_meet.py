@@ -43,7 +43,7 @@ DECK = DECK.replace("[0 m, 20 m, 0.5 m]", "[0 m, 0 m, 0.5 m]")
 
 
 @pytest.mark.parametrize("text", [TEXT, DECK], ids=["quay", "deck"])
-def test_a_block_is_lowered_until_it_has_come_to_what_it_meets(text: str) -> None:
+def test_a_block_is_lowered_until_it_touches_an_obstacle(text: str) -> None:
     """At rest: the winch stops a millimetre above, less what it still runs: v^2 / 2a."""
     scene = parse(text, passing=True)
     last = scene.statics.states[-1]
@@ -52,7 +52,7 @@ def test_a_block_is_lowered_until_it_has_come_to_what_it_meets(text: str) -> Non
     assert last.poses["block"][0][2] - 2.0 - 1.0 == pytest.approx(1e-3, abs=over)
 
 
-def test_a_run_ends_on_the_quay(tmp_path: Path) -> None:
+def test_a_run_can_end_with_the_block_on_the_quay(tmp_path: Path) -> None:
     """It stands there, with slings that go slack as the hook comes after."""
     text = TEXT.replace("landed on quay", "landed on quay and all slings slack")
     run(parse(text, passing=True), tmp_path / "run.mcap", in_process=True)
@@ -72,7 +72,7 @@ def test_the_clearance_above_the_floor_is_that_of_the_lowest_corner() -> None:
         assert scalar(it, places, it.numbers, []) == pytest.approx(lowest - 0.2, abs=1e-9)
 
 
-def test_a_block_lands_on_another_one() -> None:
+def test_a_block_can_land_on_another_one() -> None:
     """Each by its name; of several it must be said which."""
     low = f"  low: {{mass: 40 t, size: [6 m, 6 m, 1 m], at: [0 m, 20 m, 1 m], {LUGS}, {STOOLS}}}"
     blocks = TEXT.replace("block: {", "blocks:\n  own: {", 1).replace("cranes:", f"{low}\ncranes:")
@@ -94,14 +94,14 @@ def test_a_block_lands_on_another_one() -> None:
         ("landed on hall.main", "'block' meets no 'hall.main' on which it could land"),
     ],
 )
-def test_impossible_supports_are_reported(words: str, told: str) -> None:
+def test_impossible_landings_are_reported(words: str, told: str) -> None:
     with pytest.raises(SceneError) as error:
         parse(TEXT.replace("landed on quay", words), passing=True)
     assert told.split(":")[0] in str(error.value)
     assert "scene.yaml:12:" in str(error.value)
 
 
-def test_contacts_without_pressure_change_no_rest(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_contacts_without_pressure_do_not_change_the_equilibrium(monkeypatch: pytest.MonkeyPatch) -> None:
     plan = at_rest(parse(TEXT, passing=True, followed=False).plan)
     few = StaticRun(plan)
     monkeypatch.setattr(static_run, "apart", lambda *contact: False)

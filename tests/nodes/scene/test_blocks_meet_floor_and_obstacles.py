@@ -44,7 +44,7 @@ floor: {{height: -1 m, friction: 0.3}}
 """
 
 
-def test_a_block_that_is_pushed_against_a_wall_stays_there(tmp_path: Path) -> None:
+def test_a_block_pushed_against_a_wall_stops_there(tmp_path: Path) -> None:
     """30 kN on 60 t take it over a gap of 0.25 m in 1 s; then the wall holds what pushes."""
     run(parse(PUSHED), tmp_path / "wall.mcap", in_process=True)
     recording = Recording(tmp_path / "wall.mcap")
@@ -53,7 +53,7 @@ def test_a_block_that_is_pushed_against_a_wall_stays_there(tmp_path: Path) -> No
     assert np.mean(force.values[force.t > 1.5].sum(axis=1)) == pytest.approx(30e3, rel=0.02)
 
 
-def test_every_block_meets_the_floor_and_every_other_block() -> None:
+def test_every_block_contacts_the_floor_and_every_other_block() -> None:
     """Of two blocks: each with the floor, and one pair."""
     contacts = {c.name: c for c in system(parse(TWO).plan).contacts}
     assert set(contacts) == {"left-floor", "right-floor", "left-right"}
@@ -87,7 +87,7 @@ def test_obstacles_on_a_vessel_move_with_it() -> None:
 
 @pytest.mark.parametrize("meets", ["boxes", "corners", "lower corners"])
 @pytest.mark.parametrize("deep", [1e-5, 0.25, 2.0])
-def test_a_block_does_not_begin_inside_of_an_obstacle(meets: str, deep: float) -> None:
+def test_a_block_that_starts_inside_an_obstacle_is_refused(meets: str, deep: float) -> None:
     """Its face lies 2 m from its middle, the wall's 0.5 m; a wall within the block is met by no corner."""
     wall = PUSHED.replace("2.75 m, 2 m], meets: corners", f"{2.5 - deep:.6f} m, 2 m], meets: {meets}")
     if meets == "boxes" or deep < 1.0:
@@ -98,7 +98,7 @@ def test_a_block_does_not_begin_inside_of_an_obstacle(meets: str, deep: float) -
     parse(wall.replace(f"{2.5 - deep:.6f} m", "2.5 m"))
 
 
-def test_a_block_does_not_begin_inside_of_the_floor_or_another_block() -> None:
+def test_a_block_that_starts_inside_the_floor_or_another_block_is_refused() -> None:
     with pytest.raises(SceneError, match=r"scene\.yaml:20:.*inside of the floor"):
         parse(TWO.replace("height: -1 m", "height: 0.7 m"))
     with pytest.raises(SceneError, match=r"scene\.yaml:13:.*'left' begins 0.5 m inside of 'right'"):

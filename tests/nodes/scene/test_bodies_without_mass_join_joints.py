@@ -70,7 +70,7 @@ def in_mujoco(joints: list[tuple[str, tuple[float, ...], float, float, float]]) 
 
 
 @pytest.mark.parametrize("name", JOINTS)
-def test_a_joint_of_two_moves_as_in_mujoco(name: str) -> None:
+def test_two_joints_with_a_massless_body_between_move_as_in_mujoco(name: str) -> None:
     first, last, laws, joints = JOINTS[name]
     pose = simulate(parse(SCENE.format(first=first, last=last, laws=laws)))["pose/part"].values[-1]
     want = in_mujoco(joints)
@@ -121,7 +121,7 @@ CARRIES = "end: {type: revolute, axis: [0, 1, 0], parent: rod, child: slide, at:
 CARRIED = "end: {type: revolute, axis: [0, 1, 0], parent: slide, child: rod, at child: [1 m, 0, 0]}"
 
 
-def test_a_slider_crank_with_a_massless_rod_keeps_its_energy() -> None:
+def test_a_slider_crank_with_a_massless_rod_conserves_energy() -> None:
     """Crank and rod of 1 m: the slide is at x = 2 cos(angle) and goes at -2 sin(angle) times the crank's rate."""
     run = simulate(parse(COUPLER.replace("CLOSES", CARRIES)))
     x = run["pose/slide"]["x"]

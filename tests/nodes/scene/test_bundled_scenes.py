@@ -41,12 +41,12 @@ SIZES = {  # bodies, degrees of freedom, ropes, slings, models, actions
 }
 
 
-def test_all_scenes_are_listed() -> None:
+def test_all_bundled_scenes_are_listed() -> None:
     assert sorted(bundled()) == sorted(SIZES)
 
 
 @pytest.mark.parametrize("name", [pytest.param(x, marks=[pytest.mark.large] if x == "ramp" else []) for x in SIZES])
-def test_a_scene_has_its_stated_size(name: str) -> None:
+def test_a_bundled_scene_has_its_documented_size(name: str) -> None:
     scene = load(name)
     message = check(scene)
     assert (message.bodies, message.dof, message.ropes, message.slings, message.models, message.actions) == SIZES[name]
@@ -54,7 +54,7 @@ def test_a_scene_has_its_stated_size(name: str) -> None:
     assert plan.decode(plan.encode(scene.plan)) == scene.plan
 
 
-def test_turnover_hangs_as_it_should() -> None:
+def test_turnover_hangs_in_equilibrium_at_the_start() -> None:
     built = load("turnover").plan
     ropes = hook_ropes(built)
     strain = 45e3 * built.gravity / (20 * 93.5088e6)
@@ -71,7 +71,7 @@ def test_turnover_hangs_as_it_should() -> None:
     assert beams["loader-2.sling-2"] == ((2.0, 0.0, -1.0), "A4")
 
 
-def test_turnover_is_followed_through_its_stages() -> None:
+def test_the_equilibrium_path_of_turnover_covers_all_stages() -> None:
     message = load("turnover").statics
     at = {state.stage: state for state in message.states}  # the last of each
     expected = {  # rope A, rope B, trolley A, trolley B
@@ -125,7 +125,7 @@ def test_the_report_of_turnover_shows_the_stages_that_change_its_loads() -> None
     ]
 
 
-def test_a_centre_of_mass_off_the_middle_shifts_the_loads() -> None:
+def test_an_eccentric_centre_of_mass_shifts_the_loads_of_turnover() -> None:
     text = bundled()["turnover"].read_text(encoding="utf-8")
     scene = parse(text.replace("  supports:", "  com: [0.8 m, 0 m, 0 m]\n  supports:", 1))
     hooks = [f"{crane}.H{i}" for crane in ("west", "east") for i in (1, 2, 3)]
@@ -134,7 +134,7 @@ def test_a_centre_of_mass_off_the_middle_shifts_the_loads() -> None:
     assert tonnes == pytest.approx([93, 97, 241, 106, 110, 253], abs=1.0)
 
 
-def test_the_arm_stands_as_in_the_paper() -> None:
+def test_the_arm_starts_as_in_the_paper() -> None:
     system = load("arm").plan.machines[0].system
     at = poses(system)
     tip = at["link-4"][0] + at["link-4"][1] @ (1.0, 0.0, 0.0)
@@ -150,7 +150,7 @@ def test_the_arm_stands_as_in_the_paper() -> None:
     assert [body.inertia[1][1] for body in system.bodies] == pytest.approx([400 / 3, 18.0, 160 / 3, 10.0])
 
 
-def test_ropes_and_supports_of_a_mechanism_carry_from_the_start() -> None:
+def test_ropes_and_supports_of_a_mechanism_carry_load_from_the_start() -> None:
     scene = parse("""\
 heavylift: 1
 name: hanging
@@ -174,7 +174,7 @@ mechanism:
     assert place(mechanism.system.ropes[0].lines[0].b, poses(mechanism.system)) == pytest.approx((0, 0, 5))
 
 
-def test_a_node_that_reads_only_the_plan_stays_light() -> None:
+def test_a_node_that_only_reads_the_plan_imports_few_modules() -> None:
     code = "import sys, heavylift.nodes.plan.plan; print({'pydantic', 'ruamel.yaml', 'numpy'} & set(sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "set()\n"

@@ -33,7 +33,7 @@ def plan_of(folder: Path, boom: str, heavy: str, wide: str, table: str = TABLE, 
     return load(folder / "a.yaml").plan
 
 
-def test_boom_counterweight_and_base_select_the_chart(tmp_path: Path) -> None:
+def test_boom_counterweight_and_base_select_the_load_chart(tmp_path: Path) -> None:
     def chart(boom: str, heavy: str, wide: str) -> list[tuple[float, float]]:
         (machine,) = plan_of(tmp_path, boom, heavy, wide).machines
         return list(machine.hooks[0].chart)
@@ -46,13 +46,13 @@ def test_boom_counterweight_and_base_select_the_chart(tmp_path: Path) -> None:
         chart("20 m", "25 t", "4 m")
 
 
-def test_the_configuration_is_reported(tmp_path: Path) -> None:
+def test_the_crane_configuration_is_reported(tmp_path: Path) -> None:
     (machine,) = plan_of(tmp_path, "20 m", "20 t", "7 m").machines
     message = {"boom": "20 m", "counterweight": "20 t", "outriggers": "7 m", "falls": "10"}
     assert machine.configuration == {**message, "base": "outriggers 7.32 m long, 7.32 m apart"}
 
 
-def test_a_workbook_gives_the_same_chart(tmp_path: Path) -> None:
+def test_a_workbook_and_a_csv_file_give_the_same_load_chart(tmp_path: Path) -> None:
     openpyxl = pytest.importorskip("openpyxl")
     book = openpyxl.Workbook()
     for row in TABLE.splitlines():
@@ -72,11 +72,13 @@ def test_a_workbook_gives_the_same_chart(tmp_path: Path) -> None:
         ("boom 20 m [t],boom 30 m [t]", "a,b", r"charts\.csv:1: the head of a chart: 'radius \[m\]' and columns"),
     ],
 )
-def test_faults_are_reported_with_file_row_and_column(tmp_path: Path, old: str, new: str, told: str) -> None:
+def test_faults_in_a_load_chart_are_reported_with_file_row_and_column(
+    tmp_path: Path, old: str, new: str, told: str
+) -> None:
     with pytest.raises(SceneError, match=told):
         plan_of(tmp_path, "20 m", "10 t", "7 m", TABLE.replace(old, new))
 
 
-def test_a_missing_table_is_reported(tmp_path: Path) -> None:
+def test_a_missing_load_chart_file_is_reported(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match=r"there is no table 'other\.xlsx' beside the scene"):
         plan_of(tmp_path, "20 m", "10 t", "7 m", name="other.xlsx")

@@ -62,11 +62,11 @@ def carried(text: str) -> dict[str, float]:
     return {row.hook: row.sling_load / 1e3 for row in check(found).rows if row.stage == last}
 
 
-def test_each_beam_of_a_crane_lifts_a_block_of_its_own() -> None:
+def test_each_lifting_beam_of_a_crane_can_lift_its_own_block() -> None:
     assert carried(TWO) == pytest.approx({"west.H1": 150.0, "west.H2": 120.0}, rel=1e-6)
 
 
-def test_rigging_hangs_beside_a_beam_on_one_crane() -> None:
+def test_a_crane_can_carry_slings_next_to_a_lifting_beam() -> None:
     assert carried(MIXED) == pytest.approx({"west.H1": 150.0, "west.H2": 120.0}, rel=1e-6)
     rows = {(x.limit.quantity, x.limit.subject): x for x in scene(MIXED).uses}
     whole = rows["crane load", "west"].value
@@ -75,20 +75,20 @@ def test_rigging_hangs_beside_a_beam_on_one_crane() -> None:
 
 
 @pytest.mark.parametrize("fidelity", ["{}", "{ropes: massive, lumps: 2}", "{ropes: rigid, slings: rigid}"])
-def test_such_a_crane_runs_on_every_level(fidelity: str) -> None:
+def test_a_crane_with_a_beam_and_slings_runs_on_every_model_level(fidelity: str) -> None:
     result = simulate(scene(f"{MIXED}fidelity: {fidelity}\nend: 60 s\n"))
     tension = result["rope/tension"]["west.H2"]
     assert max(tension) == pytest.approx((120e3 + 25e3) * 9.80665, rel=0.1)
 
 
-def test_a_crane_on_rails_lifts_beside_another_one() -> None:
+def test_a_crane_on_rails_lifts_next_to_one_of_another_type() -> None:
     assert carried(BESIDE) == pytest.approx({"west.H1": 70.0, "hall.main": 50.0}, rel=2e-2)
     rows = {(x.limit.quantity, x.limit.subject): x.limit for x in scene(BESIDE).uses}
     assert rows["tandem load", "west"].value == 0.75 * 900e3
     assert rows["tandem load", "hall.main"].value == pytest.approx(100e3 / 1.2)
 
 
-def test_unlike_cranes_on_rails_share_a_block_and_their_derating() -> None:
+def test_unlike_cranes_on_rails_share_a_block_and_are_derated() -> None:
     hall = "hall: {type: overhead-100, at: 54 m, span: 150 m, trolley: 70 m, reach: [2 m, 140 m], runway: [0 m, 90 m]}"
     text = BESIDE.replace(hall, "east: {type: goliath-1200, at: 76 m, upper trolley: 70 m}")
     text = (
@@ -101,24 +101,24 @@ def test_unlike_cranes_on_rails_share_a_block_and_their_derating() -> None:
     assert uses == {"west": 0.75 * 900e3, "east": 0.75 * 1200e3}
 
 
-def test_a_sling_is_hooked_to_one_block_only() -> None:
+def test_a_sling_can_be_hooked_to_one_block_only() -> None:
     with pytest.raises(SceneError, match=r"one.sling-1 can be hooked to lugs of a only, b.P is one of another block"):
         parse(TWO + "  - one: unhook\n  - one: hook [b.P, b.Q]\n")
     with pytest.raises(SceneError, match="the slings of one hook hang on one block"):
         parse(TWO.replace("lugs: [a.P, a.Q]", "lugs: [a.P, b.Q]").replace("lugs: [b.P, b.Q]", "lugs: [b.P, a.Q]"))
 
 
-def test_the_only_block_of_a_list_needs_no_name() -> None:
+def test_with_a_single_block_in_the_list_its_name_may_be_omitted() -> None:
     one = "\n".join(line for line in TWO.splitlines() if not line.startswith(("  b:", "    two:", "  - two:")))
     assert carried(one.replace("until a lifted", "until lifted")) == pytest.approx({"west.H1": 150.0}, rel=1e-6)
 
 
-def test_slings_beside_a_beam_are_those_of_all_slings() -> None:
+def test_all_slings_include_those_next_to_a_lifting_beam() -> None:
     plan = scene(MIXED).plan
     first = plan.actions[0].orders[0].until
     assert {*first.names} == {"one.sling-1", "one.sling-2", "legs.sling-1", "legs.sling-2"}
 
 
-def test_a_lug_that_a_beam_holds_carries_no_other_sling() -> None:
+def test_a_lug_held_by_a_lifting_beam_takes_no_other_sling() -> None:
     with pytest.raises(SceneError, match=r"the lug a\.P already carries a sling of one"):
         scene(MIXED.replace("to: [b.P, b.Q]", "to: [a.P, b.Q]"))

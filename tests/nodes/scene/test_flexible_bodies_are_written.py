@@ -28,7 +28,7 @@ mechanism:
 """
 
 
-def test_written_flexible_bodies_reach_the_kernel_unchanged() -> None:
+def test_flexible_bodies_written_in_a_scene_reach_the_kernel_unchanged() -> None:
     system = parse(SCENE).plan.machines[0].system
     assert system.bodies[0].flexible == Flexible(4, Beam(30.0, 200.0, 9e8, 4e8), loads=(30.0,))
     assert (system.bodies[0].mass, system.bodies[1].flexible) == (0.0, None)
@@ -38,7 +38,7 @@ def test_written_flexible_bodies_reach_the_kernel_unchanged() -> None:
 
 
 @pytest.mark.parametrize("form", ["csv", "npz"])
-def test_matrices_come_from_files_beside_the_scene(tmp_path: Path, form: str) -> None:
+def test_matrices_are_read_from_files_next_to_the_scene(tmp_path: Path, form: str) -> None:
     beam = Beam(30.0, 200.0, 9e8, elements=4)
     M, K = beam_matrices(beam)
     arrays = {"nodes": nodes_of(beam), "mass": M, "stiffness": K}
@@ -79,7 +79,7 @@ def test_matrices_come_from_files_beside_the_scene(tmp_path: Path, form: str) ->
         ),
     ],
 )
-def test_faults_are_reported_with_their_line(old: str, new: str, told: str) -> None:
+def test_faults_of_flexible_bodies_are_reported_with_their_line(old: str, new: str, told: str) -> None:
     assert old in SCENE
     with pytest.raises(SceneError) as e:
         parse(SCENE.replace(old, new))

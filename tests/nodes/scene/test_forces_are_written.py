@@ -68,7 +68,7 @@ def written(tmp_path, code_allowed):
     return write
 
 
-def test_every_type_of_force_is_built(written, tmp_path):
+def test_every_type_of_force_can_be_written_in_a_scene(written, tmp_path):
     forces = {force.name: force for force in load(str(written())).plan.machines[0].system.forces}
     jib, cart, k6 = Point("jib"), Point("cart"), (1e3, 1e3, 5e3, 0.0, 0.0, 7.0)
     K, D = (
@@ -93,7 +93,7 @@ def test_every_type_of_force_is_built(written, tmp_path):
     assert list(forces) == ["bar", "gale", "motor", "mount", "own", "stay", "tug"]
 
 
-def test_forces_cross_processes_unchanged(written):
+def test_forces_are_transmitted_to_processes_unchanged(written):
     plan = load(str(written())).plan
     assert decode(encode(plan)) == plan
 
@@ -116,7 +116,7 @@ BAD = [
 
 
 @pytest.mark.parametrize(("old", "new", "told"), BAD)
-def test_faults_are_reported_with_their_line(written, old, new, told):
+def test_faults_of_forces_are_reported_with_their_line(written, old, new, told):
     with pytest.raises(SceneError) as e:
         load(str(written((old, new))))
     sentence = str(e.value)
@@ -127,13 +127,13 @@ def test_faults_are_reported_with_their_line(written, old, new, told):
     assert abs(line - expected) <= 2
 
 
-def test_a_law_that_branches_is_refused_when_the_scene_is_read(written, tmp_path):
+def test_a_user_law_that_branches_is_refused_when_the_scene_is_read(written, tmp_path):
     path = written()
     (tmp_path / "mine.py").write_text("def push(x):\n    if x.q > 0:\n        return 1.0\n    return 0.0\n")
     with pytest.raises(SceneError, match=r"law 'own': .*mine.py:push' at mine.py:2: traced code cannot branch"):
         load(str(path))
 
 
-def test_a_scene_without_a_file_needs_no_folder():
+def test_a_scene_given_as_text_needs_no_folder():
     text = SCENE[: SCENE.index("    own:")]
     assert len(parse(text).plan.machines[0].system.forces) == 6

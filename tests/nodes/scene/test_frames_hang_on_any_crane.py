@@ -50,7 +50,7 @@ def lifted(name: str) -> str:
 
 @pytest.mark.parametrize("name", sorted(library()))
 @pytest.mark.large(beyond=3)
-def test_a_frame_hangs_on_every_type_of_crane(name: str) -> None:
+def test_a_frame_can_hang_on_every_crane_type(name: str) -> None:
     scene = parse(lifted(name), "scene.yaml", passing=True)
     (hook,) = (h for machine in scene.plan.machines for h in machine.hooks if h.eye.body == "one.upper")
     assert scene.statics.known
@@ -122,7 +122,7 @@ def afloat(seed: int, motion: str) -> LoadedScene:
 @pytest.mark.parametrize("motion", MOTIONS)
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.large(beyond=2)
-def test_a_frame_hangs_on_a_crane_that_floats(seed: int, motion: str) -> None:
+def test_a_frame_can_hang_on_a_crane_on_a_vessel(seed: int, motion: str) -> None:
     scene = afloat(seed, motion)
     assert scene.statics.known
     first, last = scene.statics.states[0], scene.statics.states[-1]
@@ -135,7 +135,7 @@ def test_a_frame_hangs_on_a_crane_that_floats(seed: int, motion: str) -> None:
     assert {("loader load", "one"), ("sling tension", "one.sling-1"), ("bridle angle", "one.sling-2")} <= rows
 
 
-def test_a_machine_that_stands_on_another_one_holds_rigging() -> None:
+def test_a_machine_standing_on_another_one_can_hold_rigging() -> None:
     text = bundled()["floating"].read_text() + (
         "machines: {other: {bodies: {other.deck: {mass: 1 t, box: [1 m, 1 m, 1 m]}}, "
         "joints: {other.foot: {type: fixed, child: other.deck}}}}\n"

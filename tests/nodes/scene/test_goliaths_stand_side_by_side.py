@@ -39,7 +39,7 @@ def runs(two: LoadedScene, tmp_path_factory: pytest.TempPathFactory) -> dict[str
     return {name: Recording(folder / f"{name}.mcap") for name in ("one", "two")}
 
 
-def test_the_plan_names_every_part_once(two: LoadedScene) -> None:
+def test_the_plan_of_two_lifts_has_unique_names(two: LoadedScene) -> None:
     machines = [machine.name for machine in two.plan.machines]
     own = ["crane", "loader-1", "loader-2", "loader-3", "block"]
     assert sorted(machines) == sorted(f"{lift}-{name}" for lift in "ab" for name in own)
@@ -52,7 +52,7 @@ def test_the_plan_names_every_part_once(two: LoadedScene) -> None:
     assert ("b-loader-3", "report", "commander", "report_b") in wires
 
 
-def test_each_crane_is_modelled_as_written(two: LoadedScene) -> None:
+def test_each_of_several_cranes_is_modelled_as_written(two: LoadedScene) -> None:
     a, b = two.plan.lists
     bending = msgspec.structs.replace(b, fidelity=plan.Fidelity(girder="elastic"))
     models = build(msgspec.structs.replace(two.plan, lists=(a, bending)))
@@ -64,7 +64,7 @@ def test_each_crane_is_modelled_as_written(two: LoadedScene) -> None:
     assert len(ropes) == 18
 
 
-def test_the_first_crane_moves_to_the_bit_as_alone(runs: dict[str, Recording]) -> None:
+def test_the_first_of_two_cranes_moves_exactly_as_alone(runs: dict[str, Recording]) -> None:
     alone, other = runs["one"], runs["two"]
     for name in ("rope/tension/{}crane.H3", "rope/tension/{}loader-2.sling-1", "pose/{}block/z"):
         own, found = (
@@ -76,7 +76,7 @@ def test_the_first_crane_moves_to_the_bit_as_alone(runs: dict[str, Recording]) -
         assert [found[t] for t in times] == [own[t] for t in times]
 
 
-def test_the_other_crane_stands_at_its_place(runs: dict[str, Recording]) -> None:
+def test_the_second_of_two_cranes_stands_at_its_place(runs: dict[str, Recording]) -> None:
     other = runs["two"]
     for part in ("block", "crane.upper", "loader-2.lower"):
         first, there = (other[f"pose/{x}-{part}"].values[0, :3] for x in "ab")
@@ -84,13 +84,15 @@ def test_the_other_crane_stands_at_its_place(runs: dict[str, Recording]) -> None
     assert {name for _, name in other.stages()} >= {"a: lift off", "b: lift off"}
 
 
-def test_the_digest_is_equal_in_any_placement(two: LoadedScene, runs: dict[str, Recording], tmp_path: Path) -> None:
+def test_the_digest_of_two_lifts_is_equal_in_any_placement(
+    two: LoadedScene, runs: dict[str, Recording], tmp_path: Path
+) -> None:
     placement = Placement.spread([*build(two.plan), KERNEL], 4)
     found = run(two, tmp_path / "apart.mcap", placement=placement)
     assert found.digest == runs["two"].result["digest"]
 
 
-def test_limits_count_from_where_a_lift_stands(two: LoadedScene) -> None:
+def test_limits_are_relative_to_the_origin_of_a_lift(two: LoadedScene) -> None:
     """The lower trolley goes to y = 83 m of its girder, the crane stands at x = 40 m of its rails."""
     most = {(use.limit.subject, use.limit.quantity): use.value for use in two.uses}
     for lift in "ab":
@@ -116,7 +118,7 @@ actions:
 """
 
 
-def test_conditions_and_interlocks_are_over_parts_of_all_lifts() -> None:
+def test_conditions_and_interlocks_may_use_parts_of_all_lifts() -> None:
     plan = parse(BETWEEN).plan
     stops = [(x.machine, [stop.actuator for stop in x.stops]) for x in plan.interlocks]
     assert stops == [(f"{lift}-crane", [f"{lift}-crane.gantry.drive"]) for lift in "ab"]

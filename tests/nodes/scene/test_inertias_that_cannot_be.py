@@ -81,11 +81,11 @@ def faults(inertia, mass="1 kg", joint=PIN):
         ),
     ],
 )  # fmt: skip
-def test_an_impossible_inertia_is_one_sentence_with_cause_and_remedy(inertia, told):
+def test_an_impossible_inertia_is_reported_in_one_sentence_with_cause_and_remedy(inertia, told):
     assert faults(inertia) == [f"scene.yaml:{told}"]
 
 
-def test_a_free_body_is_reported_once():
+def test_an_unconnected_body_is_reported_once():
     free = "type: free"
     (message,) = faults("[0, 0, 1 kg m2]", joint=free)
     assert FLAT in message
@@ -110,11 +110,11 @@ def test_an_invalid_mass_is_reported_at_the_mass(mass):
         "[0.5 kg m2, 0.5 kg m2, 1 kg m2]",
     ],
 )
-def test_the_rounding_of_printed_digits_is_no_fault(inertia):
+def test_rounded_digits_of_an_inertia_are_accepted(inertia):
     assert faults(inertia) == []
 
 
-def test_the_proposed_inertia_is_accepted():
+def test_the_inertia_proposed_in_the_message_is_accepted():
     """For random moments beyond the sum: the sentence ends with some that are possible."""
     import numpy as np
 
@@ -132,7 +132,7 @@ def _diagonal(x):
     return ((float(x[0]), 0.0, 0.0), (0.0, float(x[1]), 0.0), (0.0, 0.0, float(x[2])))
 
 
-def test_the_block_of_a_lift_is_reported_at_its_line_too():
+def test_an_impossible_inertia_of_a_lifted_block_is_reported_at_its_line():
     with pytest.raises(SceneError) as e:
         parse("heavylift: 1\nname: l\nextends: lift\nblock: {inertia: [0, 0, 1 t m2]}\n")
     assert str(e.value).startswith("scene.yaml:4:18: error: block.inertia: body 'block': its principal moments")

@@ -54,7 +54,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("setting", "name", "value", "kind", "sd"), TOLD)
-def test_uncertainties_are_read(setting: str, name: str, value: float, kind: str, sd: float) -> None:
+def test_uncertainties_of_inputs_are_read(setting: str, name: str, value: float, kind: str, sd: float) -> None:
     (found,) = uncertain_inputs(load("lift", [setting]))
     assert (found.name, found.kind) == (name, kind)
     assert found.value == pytest.approx(value, rel=1e-15)
@@ -76,7 +76,7 @@ def test_invalid_uncertainties_are_refused_with_their_place(setting: str, senten
         assert sentence in str(message.value)
 
 
-def test_the_run_is_that_of_the_nominal_values(tmp_path: Path) -> None:
+def test_a_run_uses_the_nominal_values_of_uncertain_inputs(tmp_path: Path) -> None:
     sets = ["end=3 s", "mechanism.bodies.load.mass=40 t", "mechanism.ropes.fall.length=40.5 m"]
     stated = ["end=3 s", "mechanism.bodies.load.mass=38..42 t", "mechanism.ropes.fall.length=40.5 m +- 20 mm"]
     plain, uncertain = load("tackle", sets), load("tackle", stated)
@@ -95,7 +95,7 @@ def test_an_uncertainty_changes_only_how_limits_are_checked() -> None:
         assert replace(stated.plan, limits=limits) == plain.plan
 
 
-def test_texts_are_no_numbers() -> None:
+def test_uncertainties_in_free_text_are_not_read() -> None:
     stage = "actions.0.stage=20..30 t on the hooks"
     source = "limits={ropes: {crane.H1: {tension: 4 MN, source: 3 +- 1 tests}}}"
     scene = load("lift", [stage, source])
@@ -104,7 +104,7 @@ def test_texts_are_no_numbers() -> None:
     assert uncertain_inputs(scene) == []
 
 
-def test_a_value_on_the_command_line_replaces_that_of_the_file() -> None:
+def test_an_uncertainty_on_the_command_line_replaces_that_of_the_file() -> None:
     scene = load("lift", ["block.mass=300 t +- 3 %"])
     mass, com = uncertain_inputs(scene, ["block.mass sd 2 t", "block.com.x +- 0.2 m"])
     assert (mass.sd, com.sd, com.value) == (2e3, 0.1, 0.0)

@@ -38,7 +38,7 @@ interlocks:
 
 
 @pytest.mark.parametrize(("limit", "trips"), [(25.0, True), (60.0, True), (10.0, False)])
-def test_booms_stop_before_they_come_too_near(tmp_path: Path, limit: float, trips: bool) -> None:
+def test_booms_of_two_lifts_stop_before_they_come_too_near(tmp_path: Path, limit: float, trips: bool) -> None:
     """Their tips are 22 m apart when both point at each other; beyond 60 m they are never, so nothing may move."""
     (tmp_path / "jib.yaml").write_text(JIB)
     (tmp_path / "two.yaml").write_text(TWO.replace("LIMIT", f"{limit:g}"))
@@ -56,7 +56,7 @@ def test_booms_stop_before_they_come_too_near(tmp_path: Path, limit: float, trip
     assert (abs(moved[0] - np.radians(-40.0)) < 1e-9) == (limit == 60.0)
 
 
-def test_loads_of_lifts_are_shares_of_their_own_charts(tmp_path: Path) -> None:
+def test_an_interlock_on_the_load_of_another_lift_uses_its_load_chart(tmp_path: Path) -> None:
     (tmp_path / "jib.yaml").write_text(JIB)
     limit = "when: load of b-jib.main >= 90 %, stops: [slew], on: a-jib"
     text = TWO.replace("when: gap a-jib.boom b-jib.boom <= LIMIT m, stops: [slew]", limit)
@@ -66,7 +66,7 @@ def test_loads_of_lifts_are_shares_of_their_own_charts(tmp_path: Path) -> None:
     assert (guard.quantity, guard.ropes, guard.point.body) == ("moment", ("b-jib.main",), "b-jib.main")
 
 
-def test_machines_that_move_apart_are_not_blocked() -> None:
+def test_interlocks_do_not_block_machines_that_move_apart() -> None:
     """Two cranes of a hall on one runway, and a trolley that traverses to a post beside it: each is barred the way to
     the other alone."""
     text = bundled()["hall"].read_text(encoding="utf-8").split("actions:")[0]

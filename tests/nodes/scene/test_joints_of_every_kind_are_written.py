@@ -57,7 +57,7 @@ actions:
 )
 
 
-def test_a_scene_with_every_type_of_joint():
+def test_a_scene_with_every_joint_type_is_read():
     built = parse(SCENE).plan
     (mechanism,) = built.machines
     s = mechanism.system
@@ -111,8 +111,8 @@ def lines(old: str, new: str) -> list[str]:
         (
             "second axis: [0, 1, 0]",
             "second axis: [1, 1, 0]",
-            "scene.yaml:29:5: error: mechanism.joints.cross: joint 'cross': its axes stand at 45 deg; the second axis "
-            "of a universal joint is perpendicular to the first",
+            "scene.yaml:29:5: error: mechanism.joints.cross: joint 'cross': the angle between its axes is 45 deg; "
+            "the second axis of a universal joint is perpendicular to the first",
         ),
         (
             "second axis: [0, 1, 0]",

@@ -43,7 +43,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Recording]:
     return {name: Recording(folder / f"{name}.mcap") for name in ("one", "two")}
 
 
-def test_each_lift_moves_as_if_it_were_alone(runs: dict[str, Recording]) -> None:
+def test_each_of_several_lifts_moves_as_if_alone(runs: dict[str, Recording]) -> None:
     """The first to the bit, the second 7 s later, where rounding by its place decides the rest."""
     alone, other = runs["one"], runs["two"]
     own, first = last_at(alone["rope/tension/a-hall.main"]), last_at(other["rope/tension/a-hall.main"])
@@ -74,19 +74,19 @@ def test_an_event_of_one_lift_adds_a_row_to_that_lift_only(runs: dict[str, Recor
     assert play(parse(TEXT).plan).digest == other.result["digest"]
 
 
-def test_a_lift_among_others_is_the_scene_that_it_extends(runs: dict[str, Recording]) -> None:
+def test_one_of_several_lifts_equals_the_scene_that_it_extends(runs: dict[str, Recording]) -> None:
     scene, first = load("hall"), parse(TEXT).statics.states[0]
     for rope, tension in scene.statics.states[0].tensions.items():
         assert first.tensions[f"a-{rope}"] == first.tensions[f"b-{rope}"] == pytest.approx(tension, rel=1e-9)
 
 
-def test_stages_have_the_names_of_their_lifts(runs: dict[str, Recording]) -> None:
+def test_stages_are_prefixed_with_the_names_of_their_lifts(runs: dict[str, Recording]) -> None:
     stages = [name for _, name in runs["two"].stages()]
     assert stages[:3] == ["a: take up", "b: take up", "a: lift off"]
     assert len(stages) == 2 * len(runs["one"].stages())
 
 
-def test_the_plan_names_every_part_once_and_is_kept_whole() -> None:
+def test_the_plan_of_several_lifts_has_unique_names_and_is_cached_whole() -> None:
     scene = parse(TEXT)
     machines = [machine.name for machine in scene.plan.machines]
     assert machines == ["a-block", "a-hall", "b-block", "b-hall"]
@@ -100,7 +100,7 @@ def test_the_plan_names_every_part_once_and_is_kept_whole() -> None:
     assert "a-hall.main (of 2)" in message
 
 
-def test_a_model_of_its_own_leads_each_lift_as_if_it_were_alone(tmp_path: Path) -> None:
+def test_user_models_lead_each_lift_as_if_it_were_alone(tmp_path: Path) -> None:
     """It hears and leads what is called by the prefix, to the bit where the rails are moved across."""
     text = TEXT.replace("hall", "damper").replace("3 m, 40 m", "0 m, 64 m").replace("7 s", "1 s")
     run(load("damper", ["end=4s", "samples=5Hz"]), tmp_path / "one.mcap", in_process=True)

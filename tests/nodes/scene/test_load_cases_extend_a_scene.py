@@ -16,7 +16,7 @@ block: {mass: 350 t}
 """
 
 
-def test_a_bundled_scene_is_extended_by_its_name(tmp_path: Path) -> None:
+def test_a_bundled_scene_can_be_extended_by_its_name(tmp_path: Path) -> None:
     (tmp_path / "heavier.yaml").write_text(HEAVIER)
     scene = load(tmp_path / "heavier.yaml")
     assert scene.plan.name == "heavier"
@@ -27,7 +27,7 @@ def test_a_bundled_scene_is_extended_by_its_name(tmp_path: Path) -> None:
     assert scene.plan.actions[0].where.startswith("lift.yaml:")
 
 
-def test_the_plan_is_the_same_however_the_path_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_plan_does_not_depend_on_how_a_path_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "heavier.yaml").write_text(HEAVIER)
     (tmp_path / "slow.yaml").write_text("heavylift: 1\nextends: heavier.yaml\nname: slow\n")
     monkeypatch.chdir(tmp_path)
@@ -37,7 +37,7 @@ def test_the_plan_is_the_same_however_the_path_is_written(tmp_path: Path, monkey
         assert relative.actions[0].where.startswith("lift.yaml:")
 
 
-def test_a_chain_of_files_and_settings_on_top(tmp_path: Path) -> None:
+def test_scenes_can_extend_a_chain_of_files_with_settings_on_top(tmp_path: Path) -> None:
     (tmp_path / "heavier.yaml").write_text(HEAVIER)
     (tmp_path / "slow.yaml").write_text("heavylift: 1\nextends: heavier.yaml\nname: slow\nseed: 3\n")
     scene = load(tmp_path / "slow.yaml", ["seed=7", "actions.2.all hooks=hoist 1 m/min by 0.5 m"])
@@ -46,7 +46,7 @@ def test_a_chain_of_files_and_settings_on_top(tmp_path: Path) -> None:
     assert [getattr(order, "by", None) for order in scene.plan.actions[2].orders] == [-0.5] * 3
 
 
-def test_errors_point_at_the_right_file(tmp_path: Path) -> None:
+def test_errors_in_an_extended_scene_name_the_right_file(tmp_path: Path) -> None:
     base, case = tmp_path / "base.yaml", tmp_path / "case.yaml"
     base.write_text("heavylift: 1\nname: base\nend: 3 s\nsamples: 5\n")
     case.write_text("heavylift: 1\nextends: base.yaml\nname: case\nsed: 4\nend: 4\n")
@@ -80,13 +80,13 @@ def test_a_missing_base_scene_is_reported(name: str, told: str) -> None:
     assert str(refusal.value) == told
 
 
-def test_a_file_that_is_no_text_is_reported(tmp_path: Path) -> None:
+def test_a_scene_file_that_is_not_text_is_reported(tmp_path: Path) -> None:
     (tmp_path / "run.yaml").write_bytes(b"\x89MCAP\xff\xfe")
     with pytest.raises(SceneError, match="cannot be read: it is not UTF-8 text"):
         load(tmp_path / "run.yaml")
 
 
-def test_an_anchor_is_expanded_before_it_is_merged() -> None:
+def test_a_yaml_anchor_is_expanded_before_it_is_merged() -> None:
     text = "a: &a {x: 1, y: 2}\nb: {<<: *a, y: 3}\nc: &c {<<: [*a, {x: 5, z: 6}]}\nd: {q: 1, <<: *c}\n"
     found = read(f"{text}e: &e {{<<: *e, f: 1}}\n", "s")
     assert found.data["b"] == {"y": 3, "x": 1}

@@ -31,7 +31,7 @@ WRONG = [
     ("boom + counterweight", 7, "m and kg cannot be added"),
     ("boom*(radius", 12, "a bracket is not closed"),
     ("boom radius", 0, "there is no parameter 'boom radius'"),
-    ("2*", 2, "must stand here"),
+    ("2*", 2, "is expected here"),
     ("boom/(radius - 12 m)", 5, "this is zero and cannot divide"),
     ("acos(boom/radius)", 0, "needs a ratio from -1 to 1, not 3.5"),
     ("sqrt(boom)", 0, "no square root"),
@@ -68,7 +68,7 @@ def own(folder: Path, type_text: str = TYPE, scene: str = SCENE) -> Path:
 
 
 @pytest.mark.parametrize(("text", "number", "unit"), EXACT)
-def test_arithmetic_is_that_of_python_in_units_of_si(text: str, number: float, unit: str) -> None:
+def test_arithmetic_in_types_is_that_of_python_in_si_units(text: str, number: float, unit: str) -> None:
     value = evaluated(text, parameter)
     assert value.number == pytest.approx(number, rel=4e-16, abs=0.0)
     assert str(shown_as(value)) == f"{value.number!r} {unit}".strip()
@@ -77,13 +77,13 @@ def test_arithmetic_is_that_of_python_in_units_of_si(text: str, number: float, u
 
 
 @pytest.mark.parametrize(("text", "column", "told"), WRONG)
-def test_invalid_arithmetic_is_reported_with_its_column(text: str, column: int, told: str) -> None:
+def test_invalid_arithmetic_in_a_type_is_reported_with_its_column(text: str, column: int, told: str) -> None:
     with pytest.raises(ExpressionError, match="[" + told[0] + "]" + told[1:].replace("(", r"\(")) as error:
         evaluated(text, parameter)
     assert error.value.column == column
 
 
-def test_a_type_file_of_its_own_folder_makes_a_machine(tmp_path: Path) -> None:
+def test_a_type_file_in_the_folder_of_a_scene_makes_a_machine(tmp_path: Path) -> None:
     scene = load(own(tmp_path))
     (crane,) = scene.plan.machines
     (boom,) = crane.system.bodies
@@ -94,7 +94,7 @@ def test_a_type_file_of_its_own_folder_makes_a_machine(tmp_path: Path) -> None:
     assert again.plan.machines[0].system == crane.system
 
 
-def test_a_setting_overrides_a_parameter(tmp_path: Path) -> None:
+def test_a_setting_overrides_a_type_parameter(tmp_path: Path) -> None:
     scene = load(own(tmp_path), ["cranes.crane.boom=15 m"])
     assert scene.plan.machines[0].system.bodies[0].mass == 3000.0
 

@@ -28,7 +28,7 @@ def test_by_default_steps_are_as_long_as_the_accuracy_allows():
     assert (plan.method, plan.step) == ("dopri5", None)
 
 
-def test_what_is_written_is_in_the_plan_and_in_the_recording(tmp_path: Path):
+def test_the_chosen_integration_method_is_in_plan_and_recording(tmp_path: Path):
     scene = parse(SCENE.format("method: rk4\nstep: 5 ms"))
     assert (scene.plan.method, scene.plan.step) == ("rk4", 0.005)
     assert decode(encode(scene.plan)) == scene.plan
@@ -38,7 +38,7 @@ def test_what_is_written_is_in_the_plan_and_in_the_recording(tmp_path: Path):
     assert (facts["method"], facts["step"]) == ("rk4", "0.005 s")
 
 
-def test_settings_override_the_scene():
+def test_settings_override_the_integration_method_of_the_scene():
     plan = parse(SCENE.format("method: rk4\nstep: 5 ms"), overrides=["method=radau5", "step=20 ms"]).plan
     assert (plan.method, plan.step) == ("radau5", 0.02)
 
@@ -55,7 +55,7 @@ def test_settings_override_the_scene():
         ),
     ],
 )
-def test_faults_are_reported_with_their_line(keys: str, sentence: str):
+def test_faults_of_integration_settings_are_reported_with_their_line(keys: str, sentence: str):
     with pytest.raises(SceneError, match=rf"(?s){sentence}"):
         parse(SCENE.format(keys))
 
@@ -67,7 +67,7 @@ def test_faults_are_reported_with_their_line(keys: str, sentence: str):
         ("method: rk4\nstep: 5 s", "too long for method 'rk4', since 'bob' swings at 0.3"),
     ],
 )
-def test_methods_that_cannot_run_are_refused_before_the_start(keys: str, sentence: str, tmp_path: Path):
+def test_integration_methods_that_cannot_run_are_refused_before_the_start(keys: str, sentence: str, tmp_path: Path):
     with pytest.raises(HeavyliftError, match=sentence):
         run(parse(SCENE.format(keys)), tmp_path / "swing.mcap", in_process=True)
 
@@ -82,7 +82,7 @@ def test_methods_that_cannot_run_are_refused_before_the_start(keys: str, sentenc
         ("girder", ["method=rk4", "step=1 s"], "too long for method 'rk4', since 'girder' on 'girder' swings at"),
     ],
 )
-def test_check_ends_with_the_sentence_of_the_run(scene, keys, sentence, tmp_path, monkeypatch, capsys):
+def test_check_and_run_refuse_a_step_with_the_same_sentence(scene, keys, sentence, tmp_path, monkeypatch, capsys):
     text = []
     for command in (["check", scene], ["run", scene, "--in-process", "-o", str(tmp_path / "out.mcap")]):
         monkeypatch.setattr("sys.argv", ["heavylift", *command, *(x for key in keys for x in ("--set", key))])
@@ -94,14 +94,14 @@ def test_check_ends_with_the_sentence_of_the_run(scene, keys, sentence, tmp_path
     assert sentence in text[0]
 
 
-def test_a_step_that_is_short_enough_passes_a_check(monkeypatch, capsys):
+def test_a_fixed_step_that_is_short_enough_is_accepted(monkeypatch, capsys):
     monkeypatch.setattr("sys.argv", ["heavylift", "check", "arm", "--set", "method=rk4", "--set", "step=5 ms"])
     main()
     assert capsys.readouterr().out.startswith("arm: 4 bodies")
 
 
 @pytest.mark.parametrize("keys", ["method: ros34pw2", "method: sdirk2\ntolerance of: rope tension\ntolerance: 1e-3"])
-def test_radau5_runs_in_place_of_a_removed_method_and_a_note_reports_so(tmp_path, keys):
+def test_radau5_replaces_a_removed_method_and_a_note_says_so(tmp_path, keys):
     removed = keys.split("\n")[0].removeprefix("method: ")
     todays = keys.replace(removed, "radau5").replace("tolerance of: rope tension\n", "")
     for name, text in (("removed", keys), ("today", todays)):

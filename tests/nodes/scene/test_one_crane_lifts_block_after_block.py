@@ -46,7 +46,7 @@ def scene() -> LoadedScene:
     return parse(TEXT)
 
 
-def test_slings_are_other_ropes_where_they_are_hooked_next(scene: LoadedScene) -> None:
+def test_a_sling_hooked_elsewhere_is_a_new_rope(scene: LoadedScene) -> None:
     orders = [order for action in scene.plan.actions for order in action.orders]
     assert [o.sling for o in orders if isinstance(o, UnhookSling)] == [f"legs.sling-{i}" for i in range(1, 5)]
     hooked = [f"legs.sling-{i}.second-{lug}" for i, lug in enumerate("ABCD", 1)]
@@ -75,7 +75,7 @@ def test_each_block_hangs_on_the_hook_in_its_turn(scene: LoadedScene, both: Reco
     assert scene.findings == ()
 
 
-def test_until_it_is_hooked_the_next_block_changes_nothing(both: Recording, tmp_path: Path) -> None:
+def test_a_block_has_no_influence_before_it_is_hooked(both: Recording, tmp_path: Path) -> None:
     """The slings know both from the start; the lift of the first is that of a scene without the second, within the
     accuracy of 0.1 % of either (they share an island, whose steps look at both)."""
     lines = [x for x in TEXT.split("  - legs: hook")[0].splitlines() if not x.startswith("  second:")]
@@ -91,7 +91,7 @@ def test_until_it_is_hooked_the_next_block_changes_nothing(both: Recording, tmp_
         assert mine.values[:n] == pytest.approx(theirs.values[:n, shared], abs=2e-3 * scale), name
 
 
-def test_ambiguous_or_unknown_slings_are_asked_back() -> None:
+def test_ambiguous_or_unknown_slings_are_answered_with_a_question() -> None:
     for old, new, sentence in (
         ("first.A, first.B", "A, first.B", "rigging.legs.to[0]: several blocks have a lug 'A'"),
         ("until first lifted", "until lifted", "which block? write 'first lifted' or 'second lifted'"),
@@ -107,5 +107,5 @@ def test_ambiguous_or_unknown_slings_are_asked_back() -> None:
         assert sentence in str(message.value)
 
 
-def test_the_report_counts_slings_once(scene: LoadedScene) -> None:
+def test_the_report_counts_every_sling_once(scene: LoadedScene) -> None:
     assert check(scene).slings == 4

@@ -19,18 +19,18 @@ def refused(scene, *settings):
     return re.findall(r"^([\w.-]+:\d+):\d+: error: (.*)", str(refusal.value), re.M)
 
 
-def test_a_traverse_leaves_the_plane_along_the_rails():
+def test_with_motion_along_the_rails_a_traverse_is_refused():
     assert refused("lift", "fidelity.motion=along") == [
         ("lift.yaml:55", f"actions[3].trolleys: crane.upper-slide cannot move, 'motion: along' {SPATIAL}{LIKEWISE}")
     ]
 
 
-def test_a_travel_leaves_the_plane_across_them():
+def test_with_motion_across_the_rails_a_travel_is_refused():
     message = refused("lift", "fidelity.motion=across", "actions.3={crane: travel 10 m/min by 2 m}")
     assert message == [("--set:1", f"actions[3].crane: crane.gantry cannot move, 'motion: across' {SPATIAL}")]
 
 
-def test_a_list_of_locked_joints_is_named_as_such():
+def test_an_order_to_an_explicitly_locked_joint_names_the_list_of_locks():
     assert refused("lift", "fidelity.locked=[trolleys]") == [
         ("lift.yaml:55", f"actions[3].trolleys: crane.upper-slide cannot move, {WITHOUT} 'trolleys'{UNLESS}{LIKEWISE}")
     ]
@@ -41,6 +41,6 @@ def test_a_turn_needs_the_trolleys_that_carry_its_load():
     assert message == f"actions[5].block: west.upper-slide cannot move, {WITHOUT} 'trolleys'{UNLESS}"
 
 
-def test_joints_that_nothing_orders_may_be_held():
+def test_joints_without_orders_may_be_locked():
     assert load("lift", ["fidelity.motion=across"]).plan.fidelity.locked[-1] == "crane.gantry"
     assert load("lift", ["fidelity.locked=[trolleys]", "actions=[{wait: 10 s}]"]).plan

@@ -44,7 +44,7 @@ CONDITIONS = {
 
 WRONG = {
     "hoist 3 m/min bye 2 m": (14, "after the speed 'by' or 'to' or 'until' must follow, not 'bye'"),
-    "hoist": (5, "the phrase ends where a speed must stand"),
+    "hoist": (5, "the phrase ends where a speed is expected"),
     "hoist 3 m/min by 2 m now": (21, "the phrase should end before 'now'"),
     "hoist 3 m/min until taut": (20, "'taut' needs to know of what"),
     "turn 0.15 deg/s by 90 deg": (16, "after the rate 'to' must follow, not 'by'"),
@@ -58,16 +58,16 @@ WRONG = {
 
 
 @pytest.mark.parametrize("text", ORDERS)
-def test_an_order_is_read(text: str) -> None:
+def test_order_phrases_are_parsed(text: str) -> None:
     assert read_order(text) == ORDERS[text]
 
 
 @pytest.mark.parametrize("text", CONDITIONS)
-def test_a_condition_is_read(text: str) -> None:
+def test_condition_phrases_are_parsed(text: str) -> None:
     assert read_condition(text) == (CONDITIONS[text],)
 
 
-def test_conditions_are_joined_by_and() -> None:
+def test_conditions_can_be_joined_by_and() -> None:
     text = "landed and all slings slack"
     assert read_condition(text) == (
         GroundTest("landed", 0, text="landed"),
@@ -76,13 +76,13 @@ def test_conditions_are_joined_by_and() -> None:
 
 
 @pytest.mark.parametrize("text", WRONG)
-def test_a_wrong_phrase_is_refused(text: str) -> None:
+def test_an_invalid_phrase_is_refused(text: str) -> None:
     with pytest.raises(PhraseError) as refusal:
         read_order(text)
     assert (refusal.value.column, str(refusal.value)) == WRONG[text]
 
 
-def test_a_phrase_without_end_is_refused() -> None:
+def test_an_endless_phrase_is_refused() -> None:
     for text in ("lower " + "9" * 1_500_000, "lower 1 m" + " " * 1_500_000, "when " + "x" * 1_500_000):
         for read in (read_order, read_condition):
             with pytest.raises(PhraseError, match=f"a phrase has at most 10000 characters, this one has {len(text)}"):

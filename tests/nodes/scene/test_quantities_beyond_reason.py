@@ -50,7 +50,7 @@ def test_quantities_of_each_key_have_bounds(value: str) -> None:
             loading.parse(text)
 
 
-def test_numbers_of_a_system_have_bounds() -> None:
+def test_numbers_of_a_kernel_system_have_bounds() -> None:
     rail = Joint("j", "prismatic", "world", "b")
     from heavylift import simulate
 

@@ -51,14 +51,14 @@ def swing(scene: LoadedScene) -> tuple[float, float]:
     """Amplitude of the pendulum once the trolley stands [rad], and where it stands [m]."""
     run = play(scene.plan)
     done = next(e for e in run.events if isinstance(e.value, Done))
-    poses = run.past().part(0, len(run.t)).poses
+    poses = run.past.part(0, len(run.t)).poses
     x = (poses["load"][:, 3:] ** 2)[run.t > done.t / 1e9 + 0.1]  # quaternion x y z w: y is the sine of half the angle
     return 2.0 * sqrt(x[:, 1].max()), done.value.position
 
 
 @pytest.mark.parametrize("length", [6.0, 24.0])
 @pytest.mark.parametrize("ramp", ["one swing", "0.3 m/s2 in two pulses", "0.03 m/s2 in two pulses"])
-def test_a_pendulum_of_constant_length_is_left_at_rest(length: float, ramp: str) -> None:
+def test_a_swing_free_ramp_leaves_a_pendulum_of_constant_length_at_rest(length: float, ramp: str) -> None:
     """Against the closed form: a plain ramp of acceleration a leaves up to 2 a / g, these a thousandth of that."""
     scene = crab(ramp, length)
     assert move_of(scene).periods == pytest.approx(2 * [2 * pi * sqrt(length / G)], rel=5e-5)
@@ -68,7 +68,7 @@ def test_a_pendulum_of_constant_length_is_left_at_rest(length: float, ramp: str)
     assert stands == pytest.approx(7.0, abs=1e-12)
 
 
-def test_a_halted_or_short_move_leaves_a_pendulum_at_rest_too() -> None:
+def test_a_swing_free_ramp_that_is_halted_or_short_leaves_a_pendulum_at_rest() -> None:
     plain, _ = swing(crab("0.3 m/s2"))
     left, stands = swing(crab("one swing", way="until after 25 s"))
     assert left < 1e-3 * plain
@@ -79,16 +79,16 @@ def test_a_halted_or_short_move_leaves_a_pendulum_at_rest_too() -> None:
 
 
 @pytest.mark.parametrize("ramp", ["one swing", "0.3 m/s2 in two pulses"])
-def test_in_a_lift_a_residual_swing_of_a_few_hundredths_remains(ramp: str) -> None:
+def test_in_a_real_lift_a_small_residual_swing_remains(ramp: str) -> None:
     """Of what it would leave to begin and to stop at once, v / w each; some of it is there since the block was lifted.
     Three hooks with loaders hang below trolleys on servos."""
     scene = load("lift", [LIFT.format(ramp), "end=115 s"])
     run = play(scene.plan)
-    y = run.past().part(0, len(run.t)).poses["block"][:, 1]
+    y = run.past.part(0, len(run.t)).poses["block"][:, 1]
     assert np.ptp(y[run.t > 95.0]) < 0.02 * 4.0 * 20 / 60 * move_of(scene).periods[0] / (2 * pi)
 
 
-def test_check_reports_what_was_chosen() -> None:
+def test_check_reports_the_chosen_swing_free_ramps() -> None:
     message = str(check(load("lift", [LIFT.format("one swing")])))
     trolleys = "the upper trolley of crane, the lower trolley of crane"
     assert f"  sideways: {trolleys}: 0.01847 m/s2, 18.05 s (a swing of 18.05 s), to start and to stop" in message
@@ -96,12 +96,12 @@ def test_check_reports_what_was_chosen() -> None:
     assert "  back, quickly: drive: 0.2 m/s2 in two pulses, 7.41 s (a swing of 9.83 s), to start and to stop" in message
 
 
-def test_a_move_that_is_short_for_its_swing_is_made_slower() -> None:
+def test_a_move_too_short_for_a_swing_free_ramp_is_made_slower() -> None:
     message = str(check(load("lift", ["cranes.crane.ramp=one swing"])))
     assert "0.006142 m/s2, 18.05 s (a swing of 18.05 s), to start and to stop" in message  # 2 m / (18.05 s)^2
 
 
-def test_a_crane_or_a_single_order_may_ask_for_it() -> None:
+def test_a_crane_or_a_single_order_may_use_swing_free_ramps() -> None:
     scene = load("lift", ["cranes.crane.ramp=one swing"])
     up, sideways = scene.plan.actions[2].orders[0], scene.plan.actions[3].orders[0]
     assert isinstance(up, Move)
@@ -112,7 +112,7 @@ def test_a_crane_or_a_single_order_may_ask_for_it() -> None:
     assert all(not m.pulses for action in scene.plan.actions for m in action.orders if isinstance(m, Move))
 
 
-def test_each_ramp_fits_the_rope_length_at_its_beginning() -> None:
+def test_each_swing_free_ramp_fits_the_rope_length_at_its_beginning() -> None:
     """Hoisting while it traverses: the ropes are shorter as it stops, and what that leaves is said."""
     scene = load(
         "lift",
@@ -142,12 +142,12 @@ def test_each_ramp_fits_the_rope_length_at_its_beginning() -> None:
         (["cranes.crane.ramp=one"], "'swing' must follow"),
     ],
 )
-def test_impossible_ramps_are_reported(settings: list[str], sentence: str) -> None:
+def test_impossible_swing_free_ramps_are_reported(settings: list[str], sentence: str) -> None:
     with pytest.raises(SceneError, match=sentence):
         load("lift", settings)
 
 
-def test_a_load_that_does_not_swing_or_has_no_length_is_reported() -> None:
+def test_swing_free_ramps_of_a_load_without_swing_period_are_reported() -> None:
     text = PENDULUM.format(length=24, ramp="one swing", way="by 7 m")
     with pytest.raises(SceneError, match="crab: nothing swings that it moves: write an acceleration behind 'ramp'"):
         parse(text.replace("type: revolute", "type: fixed").replace(", axis: [0, 1, 0]}\n  dr", "}\n  dr"))
@@ -159,7 +159,7 @@ def test_a_load_that_does_not_swing_or_has_no_length_is_reported() -> None:
         load("turnover", [turn])
 
 
-def test_it_is_no_quantity_and_no_operator_can_order_it() -> None:
+def test_a_swing_free_ramp_can_neither_be_varied_nor_ordered_by_an_operator() -> None:
     with pytest.raises(SceneError, match=r"input cranes.crane.ramp: is no quantity"):
         inputs(load("lift", ["cranes.crane.ramp=one swing"]), ["cranes.crane.ramp"])
     with pytest.raises(SceneError, match="what swings is known of the action list only: say an acceleration"):
@@ -168,7 +168,7 @@ def test_it_is_no_quantity_and_no_operator_can_order_it() -> None:
 
 @pytest.mark.parametrize("pulses", [1, 2])
 @pytest.mark.parametrize("accel", [0.02, 0.07, 0.4])
-def test_the_residual_swing_is_that_of_the_linear_oscillator(pulses: int, accel: float) -> None:
+def test_the_residual_swing_is_that_of_a_linear_oscillator(pulses: int, accel: float) -> None:
     speed, chosen, period = 0.5, 12.0, 11.0
     rows = ramp(pulses, speed, accel, chosen)
     slopes = [(w - v) / (t - s) for (s, v), (t, w) in pairwise(rows)]
@@ -181,7 +181,7 @@ def test_the_residual_swing_is_that_of_the_linear_oscillator(pulses: int, accel:
 
 @pytest.mark.parametrize("distance", [-1e-6, 0.3, 4.0, 120.0, -33.3])
 @pytest.mark.parametrize("pulses", [1, 2])
-def test_profiles_end_exactly_at_their_goal(pulses: int, distance: float) -> None:
+def test_speed_profiles_end_exactly_at_their_goal(pulses: int, distance: float) -> None:
     rows = profile(pulses, distance, 0.5, 0.1, (15.0, 13.0), 7)
     assert way(rows) == pytest.approx(distance, rel=1e-15)
     assert rows[0] == (7, 0.0)

@@ -21,7 +21,7 @@ def spreader() -> LoadedScene:
     return load("spreader", ["rigging.rear.friction=0"])
 
 
-def test_the_rigging_tree_hangs_at_rest_from_the_start() -> None:
+def test_a_tree_of_rigging_hangs_at_rest_from_the_start() -> None:
     """The links carry the spreader alone, the hook ropes their blocks besides; nothing else is taut."""
     first = spreader().statics.states[0]
     carried = {name: tension for name, tension in first.tensions.items() if tension > 0.0}
@@ -34,7 +34,7 @@ def test_the_rigging_tree_hangs_at_rest_from_the_start() -> None:
     assert {m.name: m.taut for m in spreader().plan.machines}["links"] == tuple(sorted(links))
 
 
-def test_an_equalised_pair_makes_three_hooks_determinate() -> None:
+def test_an_equalised_sling_pair_makes_three_hooks_determinate() -> None:
     """F1 + F2 + 2 R = W, (F1 + F2 - 2 R) 8 m = W 0.4 m and (F2 - F1) 10 m = W 0.6 m, the legs of the pair being equal.
 
     The centre of mass is 3.2 m below the lugs, so the tilt of 0.2 degrees by stretched ropes moves it by a centimetre.
@@ -51,7 +51,7 @@ def test_an_equalised_pair_makes_three_hooks_determinate() -> None:
     assert hooks == pytest.approx(W + (3 * 12e3 + 18e3) * G, rel=1e-5)
 
 
-def test_the_pair_stands_among_the_ropes_of_a_run(tmp_path: Path) -> None:
+def test_an_equalised_sling_pair_is_recorded_among_the_ropes(tmp_path: Path) -> None:
     """Its peak is that of its more loaded leg, its use that of the sling; the summary and the report tell both."""
     result = run(spreader(), tmp_path / "run.mcap", in_process=True)
     legs = Recording(result.recording).signal("reeving/tension").values

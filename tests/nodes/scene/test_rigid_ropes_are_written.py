@@ -30,7 +30,7 @@ actions:
 """
 
 
-def test_a_rigid_rope_has_a_length_and_nothing_else():
+def test_a_rigid_rope_has_a_length_but_no_stiffness():
     parsed = parse(SCENE)
     (mechanism,) = parsed.plan.machines
     load = Point("load", (0.0, 0.0, 1.0))
@@ -58,7 +58,7 @@ def test_a_rigid_rope_has_a_length_and_nothing_else():
         ("length: 18 m", "length: 4 m", "14:15: .*4 m of rope is not between 5 and 80 m"),
     ],
 )
-def test_mistakes_are_reported_where_they_stand(old, new, told):
+def test_mistakes_in_rigid_ropes_are_reported_with_their_line(old, new, told):
     assert SCENE.count(old) == 1
     with pytest.raises(SceneError) as e:
         parse(SCENE.replace(old, new))

@@ -35,7 +35,7 @@ def mechanism(sheave):
     return parse(SCENE.replace(", SHEAVE", f", {sheave}" if sheave else "")).plan.machines[0]
 
 
-def test_points_make_lines_of_one_tension():
+def test_a_rope_over_frictionless_points_has_one_tension():
     w, o, load = Point("world", (-1.0, 0.0, 0.0)), Point("world"), Point("load")
     system = mechanism("").system
     lines = (Line(w, load), Line(load, o), Line(o, load))
@@ -43,7 +43,7 @@ def test_points_make_lines_of_one_tension():
     assert system.forces == ()
 
 
-def test_sheaves_make_a_reeving():
+def test_a_rope_over_sheaves_becomes_a_reeving():
     found = mechanism(SHEAVES)
     sheave = Sheave(Point("world", (0.2, 0.0, 0.0)), (0.0, 1.0, 0.0), 0.2, 0.1, 0.98)
     rope = Reeving(
@@ -60,7 +60,7 @@ def test_sheaves_make_a_reeving():
     assert [(a.name, a.start, a.lower, a.upper) for a in found.actuators] == [("fall", 30.4, 5.0, 80.0)]
 
 
-def test_a_reeving_takes_orders_and_can_be_waited_for():
+def test_a_rope_over_sheaves_takes_orders_and_can_be_waited_for():
     first, second = parse(SCENE.replace("SHEAVE", SHEAVES)).plan.actions
     hoist = first.orders[0]
     assert isinstance(hoist, Move)
@@ -80,7 +80,7 @@ def test_a_reeving_takes_orders_and_can_be_waited_for():
         ("length: 30.4 m", "length: 3.4 m", "3.4 m of rope is not between 5 and 80 m"),
     ],
 )
-def test_mistakes_are_reported(old, new, told):
+def test_mistakes_in_ropes_over_sheaves_are_reported(old, new, told):
     text = SCENE.replace("SHEAVE", SHEAVES)
     assert text.count(old) == 1
     with pytest.raises(SceneError) as e:

@@ -13,7 +13,7 @@ cranes: {crane: {type: =who, at: =arm*2}}
 """
 
 
-def test_results_are_those_of_the_same_numbers():
+def test_expressions_in_a_scene_give_the_result_of_the_same_numbers():
     computed, plain = (parse(text).scene for text in (LIFT, "heavylift: 1\nname: half\nextends: lift\n"))
     assert computed.block == plain.block
     assert (
@@ -21,7 +21,7 @@ def test_results_are_those_of_the_same_numbers():
     )
 
 
-def test_settings_change_parameters():
+def test_settings_change_parameters_of_expressions():
     assert parse(LIFT, "a.yaml", ["parameters.half=100 t"]).scene.block.mass == 200e3
     assert parse(LIFT, "a.yaml", ["block.mass==half + 1 t"]).scene.block.mass == 151e3
 
@@ -35,7 +35,7 @@ def test_settings_change_parameters():
         ("=half*(1 + 2", "block.mass: a bracket is not closed here"),
     ],
 )
-def test_mistakes_name_file_line_and_key(wrong: str, sentence: str):
+def test_mistakes_in_expressions_name_file_line_and_key(wrong: str, sentence: str):
     with pytest.raises(SceneError) as error:
         parse(LIFT.replace("=2*half", wrong), "half.yaml")
     assert str(error.value).startswith("half.yaml:5:")
@@ -49,6 +49,6 @@ def test_a_parameter_that_depends_on_itself_is_refused():
 
 @pytest.mark.parametrize("name", sorted(bundled()))
 @pytest.mark.large(beyond=8)
-def test_any_bundled_scene_may_compute(name: str):
+def test_expressions_work_in_any_bundled_scene(name: str):
     plain = load(name, ["gravity=8 m/s2"]).plan
     assert load(name, ["parameters.g=4 m/s2", "gravity==2*g"]).plan == plain

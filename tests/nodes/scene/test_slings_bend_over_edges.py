@@ -37,7 +37,7 @@ def unrolled(hook: np.ndarray, lug: np.ndarray, axis=AXIS, RADIUS=RADIUS) -> tup
     return hypot(flat, rise), u / np.linalg.norm(u)
 
 
-def test_the_tilted_block_is_held_by_what_its_slings_pull_around_its_heel() -> None:
+def test_a_tilted_block_is_held_by_slings_that_bend_around_its_heel() -> None:
     """Without friction: each sling is as long as plane geometry says, and all forces on the block balance."""
     text = TEXT.replace("friction: 0.15", "friction: 0").split("  - stage: back")[0]
     tilted = parse(text, passing=True).statics.states[-1]
@@ -74,7 +74,7 @@ LIFT = (
 )  # fmt: skip
 
 
-def test_slings_of_loaders_bend_over_the_block() -> None:
+def test_slings_of_lifting_beams_bend_over_the_block() -> None:
     """Those of a goliath's loaders: their slack at the start is that over the edge; in the air each is as long as plane
     geometry says, and all forces on the block balance."""
     scene = parse(LIFT, passing=True)
@@ -99,7 +99,7 @@ def test_slings_of_loaders_bend_over_the_block() -> None:
     assert sum(sling_load(scene.plan, up, hook) for hook in hooks) == pytest.approx(300e3, rel=1e-4)
 
 
-def test_bent_slings_of_a_loader_are_taken_off_and_hooked_again(tmp_path: Path) -> None:
+def test_bent_slings_of_a_lifting_beam_are_unhooked_and_hooked_again(tmp_path: Path) -> None:
     text = LIFT.split("actions:")[0] + "actions:\n  - loader-1: unhook\n  - loader-1: hook [P1, P2]\n  - wait: 1 s\n"
     scene = parse(text, passing=True)
     run(scene, tmp_path / "run.mcap", in_process=True)
@@ -107,7 +107,7 @@ def test_bent_slings_of_a_loader_are_taken_off_and_hooked_again(tmp_path: Path) 
     assert [e.type for e in events if e.type in ("Unhooked", "Hooked")] == ["Unhooked"] * 2 + ["Hooked"] * 2
 
 
-def test_slings_over_edges_are_hooked_from_the_start_and_bend_over_one_body() -> None:
+def test_slings_over_edges_bend_over_one_body_from_the_start() -> None:
     with pytest.raises(SceneError, match="slings bend over edges from the start: hook them to 'lugs' then"):
         parse(LIFT.replace("lugs: [P1, P2], ", ""), passing=True)
     quay = "quay: {on: world, from: [9 m, 66 m, 9 m], to: [60 m, 66 m, 9 m], radius: 0.2 m, inside: [40 m, 68 m, 8 m]}"
@@ -173,7 +173,7 @@ PIER = """\
 
 
 @pytest.mark.parametrize("joint", ["type: prismatic, axis: [0, 1, 0]", "type: spherical"])
-def test_edges_on_bodies_that_stay_parallel_bend_one_rope(joint: str) -> None:
+def test_edges_on_bodies_that_stay_parallel_may_bend_the_same_rope(joint: str) -> None:
     """One that slides bears as the ground would; a body that turns anyhow is refused where it is written."""
     text = ROPE.split("  quay:")[0] + PIER + "actions:\n  - fall: unhook\n"
     text = text.replace("over edges: [quay]", "over edges: [quay, pier]")
@@ -191,7 +191,7 @@ def test_edges_on_bodies_that_stay_parallel_bend_one_rope(joint: str) -> None:
     assert "scene.yaml:" in str(message.value)
 
 
-def test_a_rope_over_a_yielding_pier_conserves_the_energy_balance(tmp_path: Path) -> None:
+def test_a_rope_over_an_elastic_pier_conserves_the_energy_balance(tmp_path: Path) -> None:
     """Pulled askew over an edge without friction, on a body of its own that the rope pushes to and fro."""
     text = ROPE.split("actions:")[0].replace(
         "joints: {", "joints: {gives: {type: prismatic, child: pier, axis: [1, 0, 0]}, "
@@ -233,7 +233,7 @@ def test_a_hook_rope_bends_over_a_sill_and_leaves_it() -> None:
     assert ends[3].poses["hall.main"][0] == pytest.approx((0.0, 8.0, 20.0 - long), abs=1e-6), "free again"
 
 
-def test_a_hook_rope_over_an_edge_is_one_line() -> None:
+def test_a_hook_rope_over_an_edge_is_modelled_as_one_line() -> None:
     with pytest.raises(SceneError, match="a hook rope over edges is one line: leave 'drum' and 'apart' away"):
         parse(SILL.replace("apart: 0 m, ", ""), passing=True)
 
@@ -264,7 +264,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_faults_of_an_edge_are_reported(name: str) -> None:
+def test_faults_of_edges_are_reported(name: str) -> None:
     old, new, sentence = BAD[name]
     assert TEXT.count(old) == 1
     with pytest.raises(SceneError) as message:

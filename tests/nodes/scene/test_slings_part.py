@@ -46,7 +46,7 @@ def refused(*actions: str, mechanism: str = "") -> str:
     return str(refusal.value).splitlines()[0]
 
 
-def test_the_other_slings_take_over_with_the_peak_of_the_energy_balance(tmp_path: Path) -> None:
+def test_remaining_slings_take_over_with_the_peak_of_the_energy_balance(tmp_path: Path) -> None:
     """Undamped, the load swings about its new rest as far as it was above it: peak = 2 m g / 2 - m g / 3."""
     run(parse(THREE), tmp_path / "three.mcap", in_process=True)
     peaks = peaks_of(tmp_path / "three.mcap")
@@ -55,7 +55,7 @@ def test_the_other_slings_take_over_with_the_peak_of_the_energy_balance(tmp_path
     assert peaks["b"] == pytest.approx(MASS * G / 3, rel=1e-6)
 
 
-def test_a_lift_hangs_on_the_remaining_slings() -> None:
+def test_after_a_sling_parts_the_lift_hangs_on_the_remaining_ones() -> None:
     scene = lift(
         TAUT, "all hooks: hoist 3 m/min by 1.5 m", "loader-3.sling-1: release", mechanism="block: {mass: 450 t}\n"
     )
@@ -69,7 +69,7 @@ def test_a_lift_hangs_on_the_remaining_slings() -> None:
     assert {*message} == {"loader-3.sling-2", "R2"}  # said, and no reason to refuse the scene: it is run for that
 
 
-def test_a_single_sling_is_unhooked_and_hooked_elsewhere() -> None:
+def test_a_single_sling_can_be_unhooked_and_hooked_elsewhere() -> None:
     orders = [a.orders[0] for a in lift("loader-1.sling-1: unhook", "loader-1.sling-1: hook [P1]").plan.actions]
     assert [(type(order), order.sling) for order in orders if isinstance(order, Hookup | UnhookSling)] == [
         (UnhookSling, "loader-1.sling-1"),
@@ -77,7 +77,7 @@ def test_a_single_sling_is_unhooked_and_hooked_elsewhere() -> None:
     ]
 
 
-def test_a_rope_of_a_mechanism_is_hooked_where_its_end_is(tmp_path: Path) -> None:
+def test_a_rope_of_a_mechanism_can_be_hooked_at_its_end_point(tmp_path: Path) -> None:
     text = THREE.replace("c: {start", "c: {hooked: false, start").replace("b: release", "c: hook").replace(
         "length: 10 m}\nactions", "length: 11 m}\nactions"
     )  # fmt: skip

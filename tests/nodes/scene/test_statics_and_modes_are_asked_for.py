@@ -32,7 +32,7 @@ def said(capsys, monkeypatch, *words: str) -> str:
     return capsys.readouterr().out
 
 
-def test_the_pendulum_has_its_period(capsys, monkeypatch):
+def test_the_modes_of_a_pendulum_give_its_period(capsys, monkeypatch):
     text = said(capsys, monkeypatch, "modes", "pendulum")
     assert "0.0643 Hz  15.542 s  0.000 %  load 100 %; by pivot.rate" in text
     (mode,) = json.loads(said(capsys, monkeypatch, "modes", "pendulum", "--json"))["modes"]
@@ -40,7 +40,7 @@ def test_the_pendulum_has_its_period(capsys, monkeypatch):
     assert mode["bodies"] == {"load": 1.0}
 
 
-def test_statics_of_the_lift_at_its_start_and_when_it_hangs(capsys, monkeypatch):
+def test_statics_of_a_lift_are_computed_at_its_start_and_when_it_hangs(capsys, monkeypatch):
     text = said(capsys, monkeypatch, "statics", "lift")
     assert "at rest after 0 steps" in text
     assert "unstable" not in text
@@ -60,14 +60,14 @@ def test_statics_of_an_upright_body_are_reported_as_unstable(capsys, monkeypatch
     assert text.startswith("at rest after 0 steps\nunstable: a small push grows e-fold in 0.452 s\n")  # sqrt(L/g)
 
 
-def test_a_pose_at_a_time_of_the_run(capsys, monkeypatch):
+def test_statics_can_start_from_a_pose_at_a_time_of_the_run(capsys, monkeypatch):
     before = len(json.loads(said(capsys, monkeypatch, "modes", "lift", "--json"))["modes"])
     during = json.loads(said(capsys, monkeypatch, "modes", "lift", "--at", "40", "--json"))["modes"]
     assert before == 27
     assert during[0]["bodies"]["block"] > 0.5  # now it is the block that swings
 
 
-def test_a_paused_run_is_where_the_run_is():
+def test_a_paused_run_has_the_state_of_the_full_run():
     simulation = paused(load("lift", []), at=40.0)
     assert simulation.epoch == 40_000_000_000
     moving = simulation.state.copy()
@@ -83,7 +83,7 @@ def test_a_paused_run_is_where_the_run_is():
         (["--at", "-1"], "heavylift: --at -1 s: the time must lie between 0 and 360000 s"),
     ],
 )
-def test_impossible_questions_are_one_sentence(capsys, monkeypatch, words, sentence):
+def test_invalid_arguments_of_statics_and_modes_are_one_sentence(capsys, monkeypatch, words, sentence):
     monkeypatch.setattr(sys, "argv", ["heavylift", "statics", "lift", *words])
     with pytest.raises(SystemExit, match="1"):
         main()

@@ -25,7 +25,7 @@ def lift(orders: str, end: str = "900 s"):
     return parse(text[: text.index("actions:")] + "actions:\n" + LIFTED + orders)
 
 
-def test_one_hook_that_moves_alone_takes_over_what_the_kernel_says():
+def test_loads_along_the_path_with_one_moving_hook_agree_with_the_kernel():
     scene = lift("  - stage: alone\n    crane H3: hoist 0.3 m/min by 0.5 m\n  - stage: still\n    wait: 300 s\n")
     simulation = paused(scene, at=600.0)
     rests = equilibrium(simulation).tensions
@@ -39,7 +39,7 @@ def test_one_hook_that_moves_alone_takes_over_what_the_kernel_says():
     assert R[2][1] > 0.03, "its side at H3 is higher: 0.5 m over 12 m"
 
 
-def test_a_block_that_is_set_down_lands_where_the_path_says():
+def test_a_block_set_down_lands_where_the_equilibrium_path_says():
     scene = lift("  - stage: down\n    all hooks: lower 3 m/min until landed and all slings slack\n", "900 s")
     message = [x.event for x in scene.statics.states if x.action == 4 and x.event]
     assert "closed" in message[0]
@@ -49,7 +49,7 @@ def test_a_block_that_is_set_down_lands_where_the_path_says():
     assert sum(last.supports.values()) == pytest.approx(300e3 * 9.80665, rel=1e-6)
 
 
-def test_an_end_that_cuts_the_list_is_red():
+def test_an_end_that_cuts_off_the_action_list_is_red():
     (cut,) = [f for f in load("lift", ["end=20 s"]).findings if f.quantity == "cut"]
     assert cut.state == "red"
     assert cut.sentence.startswith(
@@ -59,7 +59,7 @@ def test_an_end_that_cuts_the_list_is_red():
     assert not [f for f in load("lift").findings if f.quantity == "cut"], "its last wait goes on until the end"
 
 
-def test_a_stage_whose_condition_holds_already_is_red():
+def test_a_stage_whose_condition_already_holds_is_red():
     scene = lift("  - stage: again\n    all hooks: hoist 0.3 m/min until lifted\n")
     (message,) = [f for f in scene.findings if f.quantity == "stage"]
     assert (message.word, message.subject) == ("red", "again")
@@ -67,7 +67,7 @@ def test_a_stage_whose_condition_holds_already_is_red():
     assert "red: the stage 'again' ends at once" in str(check(scene))
 
 
-def test_a_lift_that_finds_no_rest_is_reported_as_unchecked_from_there():
+def test_a_lift_without_further_equilibrium_is_reported_as_unchecked_from_there():
     scene = lift("  - stage: higher\n    all hooks: hoist 3 m/min by 1 m\n  - stage: let go\n    crane H1: unhook\n")
     (message,) = [f for f in scene.checks if f.quantity == "unfollowed"]
     assert message.word == "not checked"
@@ -76,19 +76,19 @@ def test_a_lift_that_finds_no_rest_is_reported_as_unchecked_from_there():
     assert "the lift is not checked at rest from here on" in str(check(scene))
 
 
-def test_a_mechanism_that_does_not_rest_reports_why():
+def test_a_mechanism_without_equilibrium_reports_why():
     message = str(check(load("ramp")))
     assert "No rest is known: body 'crate' finds no rest: joint 'float' still accelerates by 2.36" in message
 
 
-def test_a_followed_path_is_cached_by_the_numbers_of_the_plan():
+def test_an_equilibrium_path_is_cached_by_the_numbers_of_its_plan():
     assert load("lift").statics == load("lift").statics
     heavier = load("lift", ["block.mass=310 t"]).statics
     assert heavier != load("lift").statics
     assert heavier.states[-1].tensions["crane.H3"] > load("lift").statics.states[-1].tensions["crane.H3"]
 
 
-def test_a_block_off_its_middle_begins_as_it_rests():
+def test_an_eccentric_block_starts_in_its_rest_pose():
     text = unstated(bundled()["lift"].read_text(encoding="utf-8")).replace(
         "  supports:", "  com: [1 m, 0.5 m, 0 m]\n  supports:"
     )

@@ -48,7 +48,7 @@ def slings(tensions: dict[str, float], loaders: tuple[int, ...]) -> float:
 
 
 @pytest.mark.parametrize("degrees", [0.0, 30.0, 60.0, 85.0])
-def test_shares_of_the_turnover_agree_with_the_plan(degrees: float) -> None:
+def test_load_shares_of_turnover_agree_with_the_tabulated_plan(degrees: float) -> None:
     simulation = held(degrees)
     found = equilibrium(simulation)
     x, y, z, w = found.q[simulation.program.graph.joint("block.free").q][3:]
@@ -62,7 +62,7 @@ def test_shares_of_the_turnover_agree_with_the_plan(degrees: float) -> None:
     assert all(T > 0.0 for T in found.tensions.values())
 
 
-def test_at_90_degrees_with_b_lowered_the_block_hangs_from_a_alone() -> None:
+def test_at_90_degrees_with_crane_b_lowered_the_block_hangs_from_crane_a_alone() -> None:
     found = equilibrium(held(90.0, more=0.2))
     assert slings(found.tensions, B) == 0.0
     assert [found.tensions[f"{c}.{h}"] for c in ("west", "east") for h in ("H1", "H2")] == pytest.approx(

@@ -17,7 +17,7 @@ HOUR, RUNS = 3600.0, 20
 SCATTER = 0.1  # of a spectrum's mean over a band, of so many hours
 
 
-def test_the_wind_acts_on_the_sides_of_the_block() -> None:
+def test_wind_acts_on_the_sides_of_the_block() -> None:
     wind = load("lift", [ALONG]).plan.machines[-1].system.forces
     assert [(x.name, x.at.body) for x in wind] == [("wind.block", "block")]
     assert isinstance(wind[0], Wind)
@@ -36,7 +36,7 @@ def test_the_wind_is_recorded_and_checked() -> None:
     assert result["wind/force"]["wind.block"][0] == pytest.approx(FORCE, rel=SLOW)
 
 
-def test_a_turbulent_wind_has_its_mean_deviation_and_spectrum() -> None:
+def test_a_turbulent_wind_has_its_mean_standard_deviation_and_spectrum() -> None:
     """EN 1991-1-4, B.1; estimated by Welch's method from hours of twenty seeds."""
     mean, deviation, scale = 15.0, 2.25, 130.0
     power = np.zeros(513)
@@ -71,16 +71,16 @@ def test_the_seed_of_the_scene_draws_the_gusts() -> None:
         ("wind={speed: 9 m/s, direction: [1, 0, 0], gusts: [[0 s, 9 m/s]], turbulence: 0.1}", "either 'gusts' or"),
     ],
 )
-def test_invalid_wind_is_reported(setting: str, sentence: str) -> None:
+def test_an_invalid_wind_is_reported(setting: str, sentence: str) -> None:
     with pytest.raises(SceneError, match=sentence.replace("[", r"\[")):
         load("lift", [ALONG, setting])
 
 
-def test_wind_on_a_mechanism_has_another_key() -> None:
+def test_wind_on_a_mechanism_uses_another_key() -> None:
     with pytest.raises(SceneError, match=r"mechanism\.name: 'wind' is what the wind is called"):
         load("gust", ["mechanism.name=wind", ALONG, "wind.on={load: {sides: [1 m2, 1 m2, 1 m2]}}"])
 
 
-def test_without_a_block_the_bodies_of_wind_are_named() -> None:
+def test_wind_without_a_block_must_name_its_bodies() -> None:
     with pytest.raises(SceneError, match="wind: there is no block"):
         load("pendulum", [ALONG])

@@ -58,7 +58,7 @@ def lift(name: str, mass: float | None = None, more: str = "", near: bool = Fals
 
 
 @pytest.mark.parametrize("name", LIFTS)
-def test_a_machine_made_of_parts_lifts_a_block(name: str) -> None:
+def test_a_machine_written_part_by_part_lifts_a_block(name: str) -> None:
     scene = lift(name)
     last = scene.statics.states[-1]
     dead = next(hook.block_mass for machine in scene.plan.machines for hook in machine.hooks)
@@ -67,7 +67,7 @@ def test_a_machine_made_of_parts_lifts_a_block(name: str) -> None:
     assert scene.statics.known
 
 
-def test_every_type_is_tested_here() -> None:
+def test_every_bundled_type_has_a_test() -> None:
     others = {"goliath-840", "goliath-900", "goliath-1200", "goliath-1600", "mobile-gantry-600", "twin-hook-600"}
     assert {*LIFTS, *others} == {*library()}
 
@@ -99,7 +99,7 @@ def test_larger_goliaths_lift_nearly_their_rated_load(
     assert hooks == pytest.approx(load * 1e3 + 3 * (crane.hooks[0].block_mass + 20e3), rel=1e-4)
 
 
-def test_a_mobile_gantry_picks_up_and_drives_off() -> None:
+def test_a_mobile_gantry_lifts_a_load_and_drives_off() -> None:
     hooks = ("front-left", "front-right", "rear-left", "rear-right")
     lugs = {"front-left": (8, 4), "front-right": (8, -4), "rear-left": (-8, 4), "rear-right": (-8, -4)}
     scene = parse(
@@ -120,7 +120,7 @@ def test_a_mobile_gantry_picks_up_and_drives_off() -> None:
         assert last.tensions[f"lift.{hook}"] == pytest.approx((120e3 + 3e3) * scene.plan.gravity, rel=1e-3)
 
 
-def test_a_goliath_of_belfast_lifts() -> None:
+def test_a_goliath_like_that_of_belfast_lifts() -> None:
     scene = load("lift", ["cranes.crane.type=goliath-840", "cranes.crane.upper trolley=69 m"])
     (crane,) = cranes(scene.plan)
     whole = next(cell for cell in crane.cells if cell.body == "crane.main")
@@ -142,7 +142,7 @@ def with_boom(boom: float) -> HookKeys:
 
 
 @pytest.mark.parametrize("boom", LOADS)
-def test_rated_loads_are_those_of_the_makers_sheet_rounded_down(boom: int) -> None:
+def test_rated_loads_of_a_crawler_are_those_of_the_maker_rounded_down(boom: int) -> None:
     chart = rough_terrain(boom).chart
     assert chart is not None
     assert [radius / FOOT for radius, _ in chart] == pytest.approx(list(LOADS[boom]), rel=1e-12)
@@ -151,7 +151,7 @@ def test_rated_loads_are_those_of_the_makers_sheet_rounded_down(boom: int) -> No
 
 
 @pytest.mark.parametrize("boom", ANGLES)
-def test_boom_angles_of_the_sheet_lead_to_its_radii(boom: int) -> None:
+def test_boom_angles_of_the_load_chart_give_its_radii(boom: int) -> None:
     foot = machine_type("rough-terrain-59").data["joints"]["luffing"]["at"][0]  # type: ignore[index, call-overload]
     behind = -float(str(foot).removesuffix(" m"))
     for radius, angle in ANGLES[boom].items():
@@ -159,12 +159,12 @@ def test_boom_angles_of_the_sheet_lead_to_its_radii(boom: int) -> None:
 
 
 @pytest.mark.parametrize(("boom", "found"), [(10.0, 10.9728), (11.0, 15.5448), (15.5448, 15.5448), (15.6, 20.1168)])
-def test_between_boom_lengths_the_next_longer_one_counts(boom: float, found: float) -> None:
+def test_between_two_boom_lengths_the_longer_chart_counts(boom: float, found: float) -> None:
     hook = with_boom(boom)
     assert hook.chart == next(x.chart for x in hook.capacity_charts if x.boom == found)
 
 
-def test_loads_beyond_all_charts_are_refused() -> None:
+def test_loads_beyond_all_load_charts_are_refused() -> None:
     with pytest.raises(SceneError, match="no chart for a boom so long"):
         lift("rough-terrain-59", 5, ", boom: 24 m")
     with pytest.raises(SceneError, match=r"would be 19\.5 t, 108 %; 18\.1 t is allowed"):
@@ -177,7 +177,7 @@ GAUGE, SHARE = 7.2, 0.75  # of crawler-250: between the edges that it tips over 
 
 @pytest.mark.parametrize("counterweight", [60e3, 100e3])
 @pytest.mark.parametrize("boom", [24.0, 42.0, 60.0])
-def test_the_crawlers_chart_is_three_quarters_of_what_tips_it(boom: float, counterweight: float) -> None:
+def test_the_crawler_chart_is_three_quarters_of_the_tipping_load(boom: float, counterweight: float) -> None:
     """Moments about the edge of a track: tracks, upperworks and counterweight against the boom and the load."""
     scene = lift("crawler-250", 9, f", boom: {boom:g} m, counterweight: {counterweight / 1e3:g} t")
     machine = scene.scene.machines["crane"]

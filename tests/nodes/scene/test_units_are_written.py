@@ -95,12 +95,12 @@ REFUSES = [
 
 
 @pytest.mark.parametrize(("dimension", "text", "si"), READS)
-def test_a_unit_is_converted_to_si(dimension: units.Dimension, text: object, si: float) -> None:
+def test_units_are_converted_to_si(dimension: units.Dimension, text: object, si: float) -> None:
     assert dimension.read(text) == pytest.approx(si, rel=1e-15)
 
 
 @pytest.mark.parametrize(("dimension", "text", "told"), REFUSES)
-def test_texts_that_are_no_quantity_are_reported(dimension: units.Dimension, text: object, told: str) -> None:
+def test_texts_that_are_no_quantities_are_reported(dimension: units.Dimension, text: object, told: str) -> None:
     with pytest.raises(ValueError) as refusal:  # noqa: PT011
         dimension.read(text)
     assert str(refusal.value) == told
@@ -146,7 +146,7 @@ WORDS = [
 
 
 @pytest.mark.parametrize(("dimension", "word"), [(d, word) for d, words in WORDS for word in words])
-def test_the_proposed_spelling_of_a_spoken_unit_is_accepted(dimension: units.Dimension, word: str) -> None:
+def test_the_proposed_spelling_of_a_spelled_out_unit_is_accepted(dimension: units.Dimension, word: str) -> None:
     with pytest.raises(ValueError, match="write '7 ") as refusal:
         dimension.read(f"7 {word}")
     proposed = str(refusal.value).rpartition("write '")[2].removesuffix("'")

@@ -52,12 +52,14 @@ def told(found: Responses) -> list[complex]:
     return [cmath.rect(*x) for x in (found.surge, found.roll)]
 
 
-def test_a_row_has_its_stated_values(tmp_path: Path) -> None:
+def test_vessel_responses_at_table_rows_have_their_stated_values(tmp_path: Path) -> None:
     assert told(answered(tmp_path, "8 s")) == pytest.approx(expected(150, 8), abs=1e-15)
 
 
 @pytest.mark.parametrize(("heading", "bow"), [("160 deg", "0 deg"), ("-160 deg", "40 deg"), ("250 deg", "90 deg")])
-def test_between_rows_amplitude_and_phase_are_interpolated_linearly(tmp_path: Path, heading: str, bow: str) -> None:
+def test_vessel_responses_between_table_rows_are_interpolated_in_amplitude_and_phase(
+    tmp_path: Path, heading: str, bow: str
+) -> None:
     """By period and by the direction against the bow: here a quarter and a third of the way."""
     corners = [[expected(h, T) for T in (8, 10)] for h in (150, 180)]
     along = [[a + 0.25 * (b - a) for a, b in zip(*pair, strict=True)] for pair in corners]
@@ -65,7 +67,7 @@ def test_between_rows_amplitude_and_phase_are_interpolated_linearly(tmp_path: Pa
     assert told(answered(tmp_path, "8.5 s", heading, bow)) == pytest.approx(want, abs=1e-12)
 
 
-def test_the_scene_overrides_its_table(tmp_path: Path) -> None:
+def test_keys_of_the_scene_override_a_vessel_table(tmp_path: Path) -> None:
     (tmp_path / "barge.csv").write_text(TABLE)
     text = SCENE % ("8 s", "150 deg", "0 deg")
     own = text.replace("    responses from", "    responses: {surge: [0.7 m/m, 0 deg]}\n    responses from")
@@ -76,7 +78,7 @@ def test_the_scene_overrides_its_table(tmp_path: Path) -> None:
     assert told(found)[1] == pytest.approx(expected(150, 8)[1])
 
 
-def test_loads_on_a_free_vessel_have_tables_too(tmp_path: Path) -> None:
+def test_wave_loads_on_a_free_vessel_can_come_from_a_table(tmp_path: Path) -> None:
     (tmp_path / "loads.csv").write_text("period [s];heave [MN/m];heave phase [deg]\n6;4;0\n8;9;20\n")
     text = SCENE % ("8 s", "150 deg", "0 deg")
     floating = "motion: forces\n    floating: {waterplane: 3200 m2, GM: 5 m, GML: 180 m, loads from: loads.csv}"
@@ -99,7 +101,7 @@ BAD = {
 
 
 @pytest.mark.parametrize(("period", "table"), BAD)
-def test_missing_rows_of_a_table_are_reported(tmp_path: Path, period: str, table: str) -> None:
+def test_missing_rows_of_a_vessel_table_are_reported(tmp_path: Path, period: str, table: str) -> None:
     with pytest.raises(SceneError) as error:
         answered(tmp_path, period, table=table)
     assert BAD[period, table] in str(error.value)

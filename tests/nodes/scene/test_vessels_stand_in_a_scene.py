@@ -112,7 +112,7 @@ def test_the_tip_of_a_crane_on_a_vessel_moves_by_its_responses(heading: float) -
         assert V[3:] + np.cross(V[:3], arm) == pytest.approx(rate, abs=1e-7)
 
 
-def test_what_is_more_than_two_percent_of_the_displacement_is_refused() -> None:
+def test_a_load_above_two_percent_of_the_displacement_is_refused_on_a_given_motion() -> None:
     """300 t on 13 796 t, crane included, would move the vessel otherwise; it is said so."""
     with pytest.raises(SceneError) as error:
         parse(GIVEN + CRANE + BLOCK % "300 t" + "actions: [{wait: 1 s}]\n")
@@ -131,7 +131,7 @@ def test_what_is_more_than_two_percent_of_the_displacement_is_refused() -> None:
         (FORCES.replace("[1e6, 0, 0, 0, 4e6, 0]", "[1e6, 0, 0, 0, 5e6, 0]"), "added mass must be a symmetric matrix"),
     ],
 )
-def test_invalid_vessels_are_a_sentence(text: str, told: str) -> None:
+def test_invalid_vessels_are_refused_in_a_sentence(text: str, told: str) -> None:
     """Each names the place and what to write."""
     with pytest.raises(SceneError, match=r"scene\.yaml:\d+:\d+") as error:
         parse(text)
@@ -156,7 +156,7 @@ def matrices() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     return M + A, B, K, size * np.exp(1j * angle)
 
 
-def test_a_vessel_answers_the_wave_as_its_linear_equations(matrices: tuple[np.ndarray, ...]) -> None:
+def test_a_free_vessel_responds_to_waves_as_its_linear_equations(matrices: tuple[np.ndarray, ...]) -> None:
     """Amplitude and phase of all motions in the steady state: (K - w^2 (M + A) + i w B) x = F a, solved by NumPy."""
     M, B, K, F = matrices
     want = np.linalg.solve(K - W * W * M + 1j * W * B, 0.01 * F)
@@ -174,7 +174,7 @@ def test_a_vessel_answers_the_wave_as_its_linear_equations(matrices: tuple[np.nd
     assert np.abs(found[3] / want[3] - 1.0) < 1e-2
 
 
-def test_its_natural_periods_are_those_of_stiffness_and_inertia(matrices: tuple[np.ndarray, ...]) -> None:
+def test_natural_periods_of_a_vessel_follow_from_stiffness_and_inertia(matrices: tuple[np.ndarray, ...]) -> None:
     """All six, by the eigenvalues of [[0, 1], [-(M + A)^-1 K, -(M + A)^-1 B]]."""
     M, B, K, _ = matrices
     state = np.block([[np.zeros((6, 6)), np.eye(6)], [-np.linalg.solve(M, K), -np.linalg.solve(M, B)]])
@@ -186,7 +186,7 @@ def test_its_natural_periods_are_those_of_stiffness_and_inertia(matrices: tuple[
     assert found == pytest.approx(want, rel=1e-6)
 
 
-def test_a_vessel_floats_on_an_even_keel_with_its_crane() -> None:
+def test_a_vessel_floats_level_with_its_crane() -> None:
     """The water bears hull, crane and block on deck; the hook block of 12 t, 26 m ahead, makes it sink and trim."""
     text = FORCES.replace("com: [0.5 m, 0 m, 1 m]", "com: [0 m, 0 m, 1 m]")
     scene = parse(text + CRANE + BLOCK % "300 t" + "rigging: {legs: {on: crane main, to: [N1, N2], length: 30 m}}\n"
@@ -197,7 +197,7 @@ def test_a_vessel_floats_on_an_even_keel_with_its_crane() -> None:
     assert R[0][2] == pytest.approx(12e3 * 26.0 / (carried * 180.0), rel=0.02)
 
 
-def test_a_vessel_turned_with_its_wave_responds_alike() -> None:
+def test_a_vessel_turned_together_with_its_wave_responds_alike() -> None:
     """Free in the water, its motions along its own axes are the same, to what the integration allows."""
     found = []
     for heading in (0, 40):
@@ -213,7 +213,7 @@ def test_a_vessel_turned_with_its_wave_responds_alike() -> None:
     assert found[1] == pytest.approx(found[0], abs=1e-7)
 
 
-def test_instances_share_one_sea(tmp_path: Path) -> None:
+def test_vessels_of_all_instances_share_one_sea(tmp_path: Path) -> None:
     """The wave meets a vessel of an instance where it is put, with the phase of one that stands there alone."""
     (tmp_path / "sea.yaml").write_text(GIVEN + "actions: [{wait: 1 s}]\n")
     (tmp_path / "yard.yaml").write_text("heavylift: 1\nname: yard\nlifts: {a: {extends: sea.yaml, at: [5 m, 90 m]}}\n")

@@ -62,7 +62,7 @@ def by_hand(yard, rule):
 
 
 @pytest.mark.parametrize("rule", RULES)
-def test_a_network_of_patterson_takes_as_long_as_by_hand(rule):
+def test_the_published_network_of_patterson_has_its_known_duration(rule):
     yard = load(HERE / "pat1.yaml")
     assert max(dates(yard).early_finish) == 18 * DAY
     assert max(end for _, end in serial(yard, rule)) == SERIAL[RULES[rule]] * DAY
@@ -83,14 +83,14 @@ def random_yard(folder, seed):
 
 @pytest.mark.parametrize("seed", range(8))
 @pytest.mark.parametrize("rule", RULES)
-def test_the_dispatcher_is_parallel_schedule_generation(tmp_path, seed, rule):
+def test_the_dispatcher_is_the_parallel_schedule_generation_scheme(tmp_path, seed, rule):
     yard = random_yard(tmp_path, seed)
     schedule = ran(yard, rule)
     assert [*zip(schedule.starts, schedule.ends, strict=True)] == [(a / 1e9, b / 1e9) for a, b in by_hand(yard, rule)]
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_a_critical_sequence_leads_back_without_a_gap(tmp_path, seed):
+def test_the_critical_sequence_has_no_gap(tmp_path, seed):
     yard = random_yard(tmp_path, seed)
     schedule = ran(yard)
     sequence = sorted((n for n in range(25) if schedule.critical[n]), key=lambda n: (schedule.ends[n], n))
@@ -102,7 +102,7 @@ def test_a_critical_sequence_leads_back_without_a_gap(tmp_path, seed):
 
 @pytest.mark.parametrize("seed", range(8))
 @pytest.mark.parametrize("rule", RULES)
-def test_serial_generation_keeps_precedence_and_resources(tmp_path, seed, rule):
+def test_serial_schedule_generation_respects_precedence_and_resources(tmp_path, seed, rule):
     yard = random_yard(tmp_path, seed)
     found = serial(yard, rule)
     for (start, _), one in zip(found, yard.activities, strict=True):
@@ -112,7 +112,7 @@ def test_serial_generation_keeps_precedence_and_resources(tmp_path, seed, rule):
             assert sum(x.units for n in active for x in yard.activities[n].needs if x.resource == resource) <= most
 
 
-def test_a_chain_has_the_mean_and_variance_of_pert(tmp_path):
+def test_a_chain_of_activities_has_the_mean_and_variance_of_pert(tmp_path):
     rows, last = ["block,after,work"], ""
     for name, (a, m, b) in PERT.items():
         rows.append(f"{name},{last},pert {a} h {m} h {b} h")

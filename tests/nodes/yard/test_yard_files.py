@@ -33,7 +33,7 @@ def changed(folder, name, old, new):
     path.write_text(text.replace(old, new, 1))
 
 
-def test_a_night_shift_of_friday_ends_on_saturday():
+def test_the_night_shift_of_friday_ends_on_saturday():
     calendar = working(START, (0, 1, 2, 3, 4), (NIGHT,), ())
     friday = 4 * 24 * HOUR
     assert calendar.open(friday + 12 * HOUR) == friday + 20 * HOUR
@@ -41,7 +41,7 @@ def test_a_night_shift_of_friday_ends_on_saturday():
     assert calendar.add(friday + 20 * HOUR, 10 * HOUR) == 7 * 24 * HOUR + 21 * HOUR
 
 
-def test_working_time_is_that_of_a_walk_hour_by_hour():
+def test_working_time_equals_a_count_hour_by_hour():
     draw = random.Random(3)
     off = {START + timedelta(n) for n in (3, 4, 16)}
     calendar = working(START, (0, 1, 2, 3, 4, 5), (DAY_SHIFT, NIGHT), sorted(off))
@@ -62,7 +62,7 @@ def test_working_time_is_that_of_a_walk_hour_by_hour():
         assert calendar.back(end, work * HOUR) == start * HOUR
 
 
-def test_without_a_calendar_work_never_rests():
+def test_without_a_calendar_all_time_is_working_time():
     calendar = Calendar()
     assert (calendar.open(5), calendar.add(5, 3), calendar.back(8, 3)) == (5, 8, 5)
 
@@ -82,7 +82,7 @@ def test_public_holidays_are_those_of_the_country():
         *[("table 4 h 5 h 9 h", 6), ("exponential 2 days", 48)],
     ],
 )
-def test_durations_are_read(text, mean_h):
+def test_durations_of_yard_files_are_read(text, mean_h):
     assert duration(text).mean == pytest.approx(mean_h * 3600)
 
 
@@ -112,7 +112,7 @@ def test_durations_are_read(text, mean_h):
         ("yard.yaml", "triangular 4 h 6 h 9 h", "triangular 9 h 6 h 4 h", r"do not rise"),
     ],
 )
-def test_bad_input_is_named_with_its_place(folder, file, old, new, message):
+def test_bad_yard_files_are_reported_with_their_place(folder, file, old, new, message):
     changed(folder, file, old, new)
     if "2057" in new:
         changed(folder, file, "2027-01-20", "2026-12-01")
@@ -121,7 +121,7 @@ def test_bad_input_is_named_with_its_place(folder, file, old, new, message):
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_spoiled_files_end_in_one_sentence(folder, seed):
+def test_corrupted_yard_files_end_in_one_sentence(folder, seed):
     draw, whole = random.Random(seed), {name: (folder / name).read_text() for name in ("yard.yaml", "blocks.csv")}
     for _ in range(5):
         name = draw.choice(sorted(whole))
@@ -133,7 +133,7 @@ def test_spoiled_files_end_in_one_sentence(folder, seed):
         (folder / name).write_text(text)
 
 
-def test_blocks_that_keep_a_place_for_ever_are_named(folder):
+def test_blocks_that_keep_a_place_for_ever_are_reported_by_name(folder):
     changed(folder, "yard.yaml", "erection: [erect, fit-up]", "erection: [fit-up, weld]")
     changed(folder, "yard.yaml", "goliath: fit-up", "goliath: weld")
     changed(folder, "blocks.csv", "K1,,,", "K1,K2,,")
@@ -142,12 +142,12 @@ def test_blocks_that_keep_a_place_for_ever_are_named(folder):
         examined(load(folder / "yard.yaml"))
 
 
-def test_more_cranes_are_never_idle_for_one_block_and_settings_apply(folder):
+def test_settings_change_the_resources_and_the_rule_of_a_yard(folder):
     assert load(folder / "yard.yaml", ["resources.goliath=2"]).capacities["goliath"] == 2
     assert load(folder / "yard.yaml", ["rule=LST"]).rule == "latest start"
 
 
-def test_a_run_is_recorded_and_equal_in_any_placement(folder, monkeypatch):
+def test_a_yard_run_is_recorded_and_equal_in_any_placement(folder, monkeypatch):
     monkeypatch.chdir(folder)
     sheet, alone = run_yard("yard.yaml", output="a.mcap", in_process=True)
     assert sheet.state == "green"
@@ -155,7 +155,7 @@ def test_a_run_is_recorded_and_equal_in_any_placement(folder, monkeypatch):
     assert run_yard("yard.yaml", processes=3)[1].digest == alone.digest
 
 
-def test_replications_tell_quantiles_and_the_probability_of_a_contract_date(folder, monkeypatch):
+def test_replications_of_a_yard_give_quantiles_and_probabilities_of_contract_dates(folder, monkeypatch):
     monkeypatch.chdir(folder)
     sheet, _ = run_yard("yard.yaml", replications=12, seed=3)
     (dates,) = [table for table in sheet.tables if table.title == "Key dates"]
@@ -168,7 +168,7 @@ def test_replications_tell_quantiles_and_the_probability_of_a_contract_date(fold
     assert "B2" in late.lead
 
 
-def test_times_do_not_depend_on_resources(folder):
+def test_drawn_durations_do_not_depend_on_resources(folder):
     """Common random numbers: a block takes as long whatever the plan is."""
     one, two = (
         yard(str(folder / "yard.yaml"), [f"resources.welders={n}"], seed=5).children["step-weld"] for n in (8, 24)

@@ -10,7 +10,7 @@ from math import pi
 import msgspec
 from heavylift.kernel.algebra.dense import product
 from heavylift.kernel.algebra.elementary import cos, sin
-from heavylift.kernel.description.forces import Bushing, InputSignal, Load, Matrix6, Wave
+from heavylift.kernel.description.forces import Bushing, InputSignal, Load, Matrix6, Radiation, Wave
 from heavylift.kernel.description.mechanics import IDENTITY, WORLD, Body, Drive, Joint, Point, System, Vector
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.checks import check_description
@@ -22,6 +22,9 @@ from heavylift.nodes.scene.keys.parts import kinematics
 from heavylift.nodes.scene.keys.parts.rigging import Frame
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
+from heavylift.nodes.sea.hydrodynamics import Hydrodynamics
+
+from .hulls import check_draught, hydrodynamics_of, radiation, restoring, wave_loads
 
 MOST = 0.02  # of its displacement may be a load, where its motion is given
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
@@ -34,7 +37,11 @@ def vessel_machine(builder: SceneBuilder, name: str) -> plan.Mechanism:
     given, source = builder.scene.vessels[name], builder.source
     (xx, yy, zz, xy, xz, yz) = (*(given.inertia or box(given.mass, given.size)), 0.0, 0.0, 0.0)[:6]
     body = Body(name, given.mass, given.com, ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)))
-    system = _carried(builder, name, given, body) if given.floating is None else _free(given, given.floating, body)
+    if given.floating is None:
+        system = _carried(builder, name, given, body)
+    else:
+        hull = _hull(builder, name, given.floating)
+        system = _free(given, hull.added_mass if hull else given.floating.added_mass, body)
     try:
         check_description(system)
     except KernelError as error:
@@ -46,6 +53,9 @@ def vessel_machine(builder: SceneBuilder, name: str) -> plan.Mechanism:
 
 def _carried(builder: SceneBuilder, name: str, given: Vessel, body: Body) -> System:
     """Return a vessel on six prescribed joints in series: surge, sway, heave, yaw, pitch, roll."""
+    if builder.scene.waves and builder.scene.waves.seas:
+        message = "responses are those to one regular wave, and the scene has irregular seas"
+        builder.source.fault(("vessels", name, "motion"), message, "write 'motion: forces' with 'hydrodynamics'")
     names = [WORLD, *(f"{name}.{mode}" for mode in CHAIN)][:-1]
     bodies = [*(Body(massless, 0.0) for massless in names[1:]), body]
     joints = [
@@ -64,29 +74,34 @@ def _carried(builder: SceneBuilder, name: str, given: Vessel, body: Body) -> Sys
     return System(tuple(bodies), tuple(joints), drives=tuple(drives), gravity=builder.scene.gravity)
 
 
-def _free(given: Vessel, floating: Floating, body: Body) -> System:
+def _hull(builder: SceneBuilder, name: str, floating: Floating) -> Hydrodynamics | None:
+    return hydrodynamics_of(builder, name, floating.hydrodynamics) if floating.hydrodynamics else None
+
+
+def _free(given: Vessel, added: Matrix6 | None, body: Body) -> System:
     """Return a vessel on a free joint; `afloat` adds its forces."""
     half = 0.5 * given.heading
     q0 = (*given.at, 0.0, 0.0, float(sin(half)), float(cos(half)))
     free = Joint(f"{body.name}.free", "free", WORLD, body.name, q0=q0, v0=(0.0,) * 6)
-    return System((replace(body, added=floating.added_mass),), (free,))
+    return System((replace(body, added=added),), (free,))
 
 
 def _wave(waves: Waves, response: float, phase: float) -> Wave:
-    """Return the motion or load of a response to the wave."""
-    return Wave(0.5 * waves.height * response, 2.0 * pi / waves.period, waves.ramp, phase)
+    """Return the motion or load of a response to the regular wave."""
+    amplitude, frequency = waves.regular
+    return Wave(amplitude * response, frequency, waves.ramp, phase)
 
 
 def _delay(builder: SceneBuilder, waves: Waves, at: Vector) -> float:
     """Return the phase lag of the wave at a place to the world's origin [rad]; deep-water wave number w^2 / g."""
-    w = 2.0 * pi / waves.period
+    w = waves.regular[1]
     x, y = (a - b for a, b in zip(at[:2], waves.origin[:2], strict=True))
     distance = x * float(cos(waves.heading)) + y * float(sin(waves.heading))
     return w * w / builder.scene.gravity * distance if builder.scene.gravity else 0.0
 
 
 def check_decks(builder: SceneBuilder) -> None:
-    """Blocks stand on vessels that are there."""
+    """Check that blocks stand on existing vessels only."""
     scene = builder.scene
     for name, block in scene.all_blocks.items():
         base: Path = ("block",) if block is scene.block else ("blocks", name)
@@ -157,23 +172,33 @@ def _check_load(builder: SceneBuilder, name: str, displacement: float, built: li
 
 def _water(
     builder: SceneBuilder, name: str, given: Vessel, floating: Floating, standing: Masses
-) -> tuple[Bushing | Load, ...]:
-    """Return buoyancy, hydrostatics with mooring and damping, and the loads of the wave."""
+) -> tuple[Bushing | Load | Radiation, ...]:
+    """Return buoyancy, hydrostatics with mooring and damping, radiation, and the loads of the waves."""
     scene, waves = builder.scene, builder.scene.waves
-    weight = scene.gravity * sum(mass for mass, _ in standing)
+    mass = sum(mass for mass, _ in standing)
+    weight = scene.gravity * mass
     middle = [sum(mass * p[i] for mass, p in standing) * scene.gravity / weight - given.at[i] for i in range(3)]
     middle = product(list(zip(*given.attitude, strict=True)), middle)  # in the vessel
-    density = waves.density if waves else Waves.model_fields["density"].default
-    moor = floating.mooring
-    K = (
-        moor.surge, moor.sway, density * scene.gravity * floating.waterplane,
-        weight * floating.GM, weight * floating.GML, moor.yaw,
-    )  # fmt: skip
+    moor, hull = floating.mooring, _hull(builder, name, floating)
+    if hull:
+        check_draught(builder, name, hull, mass)
+        upright = restoring(hull, scene.gravity, weight, middle[2])
+    else:
+        density = waves.density if waves else Waves.model_fields["density"].default
+        area, GM, GML = (x or 0.0 for x in (floating.waterplane, floating.GM, floating.GML))
+        upright = density * scene.gravity * area, weight * GM, weight * GML
+    K = (moor.surge, moor.sway, *upright, moor.yaw)
     stiffness = tuple(tuple(k if i == j else 0.0 for j in range(6)) for i, k in enumerate(K))
     damping: Matrix6 = floating.damping or ((0.0,) * 6,) * 6
     up = Load(f"{name}.buoyancy", Point(name, (middle[0], middle[1], middle[2])), (0.0, 0.0, weight))
     keel = Point(WORLD, given.at), Point(name)
     water = Bushing(f"{name}.water", *keel, stiffness, damping, given.attitude)  # type: ignore[arg-type]
+    if hull:
+        loads = wave_loads(builder, name, hull, given, waves) if waves else []
+        return (up, water, radiation(name, hull, given), *loads)
+    if waves and waves.seas:
+        message = "loads of one regular wave are given, and the scene has irregular seas"
+        builder.source.fault(("vessels", name, "floating"), message, "name a file with its 'hydrodynamics'")
     return (up, water, *(_wave_loads(builder, name, given, floating, waves) if waves else ()))
 
 

@@ -95,15 +95,17 @@ class _Hook:
 
     def roped(self) -> Iterator[RatedLimit]:
         """Yield the limits of its rope and drum."""
-        given, (ends, efficiency, message) = self.given, reeving(self.given)
+        given, (_, _, message) = self.given, reeving(self.given)
         factor, source = rope_factor(given)
         if given.fall_breaking:
-            most = given.falls * given.fall_breaking / factor / lead_factor(given.falls, ends, efficiency)
             yield self.row(
                 "rope factor", "", "rope_factor", value=factor, least=True, factor=factor, source=source, note=message,
                 breaking=given.fall_breaking,
             )  # fmt: skip
-            yield self.row("rope tension", "N", "rope_factor", value=most, factor=factor, source=source)
+            note = "less the weight of its falls at the start"
+            yield self.row(
+                "rope tension", "N", "rope_factor", value=self.hook.rated, factor=factor, source=source, note=note
+            )
             partial = given.rope_partial_factor
             by = self.row("rope peak", "N", "rope_partial_factor").source
             own = {"rope_partial_factor": (partial, by, message)} if partial else {}
@@ -177,24 +179,30 @@ def _together(rows: _Rows) -> Iterator[RatedLimit]:
 
 
 def _travels(rows: _Rows) -> Iterator[RatedLimit]:
-    """Yield the travel limits of hooks along the world's x or y, and the limits of horizontal rope forces."""
+    """Yield the travel limits of hooks along the world's x or y, and the limits of drives that carry hooks: horizontal
+    rope forces, moments of what turns."""
     machine, driven = rows.machine, {drive.joint: drive.name for drive in rows.machine.system.drives}
     actuators = {actuator.name: actuator for actuator in machine.actuators}
     turned = {hook.rope for hook in machine.hooks if not _straight(machine, hook.on)}
     for joint in machine.system.joints if machine.hooks or machine.girders else ():
-        distance = TRAVELS.get(joint.axis) if joint.kind == "prismatic" else None
+        along = TRAVELS.get(joint.axis) if joint.kind == "prismatic" else None
         actuator = actuators.get(driven.get(joint.name, ""))
-        ropes = tuple(hook.rope for hook in carried_hooks(machine, joint.child) if hook.rope not in turned)
-        if actuator is None or rows.keys is None or distance is None or not (ropes or machine.girders):
+        every = [hook.rope for hook in carried_hooks(machine, joint.child)]
+        if actuator is None or rows.keys is None or not (every or machine.girders):
             continue
-        (quantity, over), drive, subject = distance, rows.keys.drives[actuator.name], rows.part(joint.child)
-        for key, does in (("force", "its drive moves"), ("brake", "its brake holds")) if ropes else ():
+        ropes = tuple(rope for rope in every if rope not in turned) if along else ()
+        (quantity, over), drive, subject = along or ("", ""), rows.keys.drives[actuator.name], rows.part(joint.child)
+        of: dict[str, Any] = {"quantity": "side force", "unit": "N", "over": over, "elements": ropes}
+        if joint.kind == "revolute":
+            of = {"quantity": "drive moment", "unit": "N m", "elements": (joint.child,)}
+        for key, does in (("force", "its drive moves"), ("brake", "its brake holds")) if every else ():
             path, most = ("drives", actuator.name, key), getattr(drive, key)
-            none = rows.missing(path, f"its type states no '{key}' of {actuator.name}")
-            of = {"quantity": "side force", "unit": "N", "over": over, "elements": ropes}
-            note = {"note": does} if most else none
+            note = {"note": does} if most else rows.missing(path, f"its type states no '{key}' of {actuator.name}")
+            if not of["elements"]:
+                most, note = None, {"note": f"{actuator.name} does not slide along x or y of the world", "source": ""}
+            of |= {"over": "start" if key == "force" else ""} if joint.kind == "revolute" else {}
             yield rows.row(path, actuator.where, subject=subject, value=most, **of, **note)
-        if actuator.lower is not None and actuator.upper is not None:
+        if along and (ropes or machine.girders) and actuator.lower is not None and actuator.upper is not None:
             of = {"quantity": quantity, "unit": "m", "elements": (joint.child,)}
             between, path = (actuator.lower, actuator.upper), ("drives", actuator.name, "range")
             yield rows.row(path, actuator.where, subject=subject, between=between, **of)

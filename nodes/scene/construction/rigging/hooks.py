@@ -27,7 +27,7 @@ WIRE = 7.92 / 93.5e6  # kg/m of a wire rope over its EA [N], as portals have it:
 
 @dataclass
 class Hung:
-    """The parts that hooks add to a machine."""
+    """The parts that hooks add to a machine: hook blocks, ropes, slings."""
 
     bodies: list[k.Body] = field(default_factory=list)
     joints: list[k.Joint] = field(default_factory=list)
@@ -136,7 +136,7 @@ def _hang_one(
 
 
 def winch_of(name: str, hook: HookKeys, L0: float, away: float, lower: float, where: str) -> plan.Actuator:
-    """Return the winch of a hook whose rope begins with length L0, of which `away` leads to the drum [m]."""
+    """Return the winch of a hook whose rope begins with length L0, of which the length `away` [m] leads to the drum."""
     return plan.Actuator(
         name=name, start=L0, accel=ramp_of(hook.ramp)[0], lower=lower, upper=hook.longest + away, verb="hoist",
         speed=hook.speed, loaded=hook.loaded_speed, highest=hook.highest, emergency=hook.emergency, where=where,
@@ -144,7 +144,7 @@ def winch_of(name: str, hook: HookKeys, L0: float, away: float, lower: float, wh
 
 
 def hoist_of(name: str, hook: HookKeys, eye: k.Point, L0: float, gravity: float, where: str) -> plan.Hoist:
-    """A hook with what its type tells of it; `L0`: length of its rope at the start [m]."""
+    """Return a hook as described by its type; `L0`: length of its rope at the start [m]."""
     ends, efficiency = drum_ends(hook.falls, hook.drum_ends), hook.sheave_efficiency or ROLLING
     breaking, line = hook.fall_breaking or 0.0, mass_of(hook)
     most = breaking / rope_factor(hook)[0] - line / hook.falls * gravity * L0  # of its most loaded part

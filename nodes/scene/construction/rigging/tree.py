@@ -275,7 +275,7 @@ class RiggingTree:
         )
 
     def made(self, name: str, around: k.System) -> mechanics.MechanismKeys:
-        """Return a rigging entry as machine keys; `around`: its surroundings."""
+        """Return a rigging entry as keys of a machine; `around`: its surroundings."""
         given, make = self.rigging[name], mechanics.MechanismKeys.model_construct
         if isinstance(given, Frame):
             p, R = self.at[name]

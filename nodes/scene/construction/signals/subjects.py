@@ -10,9 +10,9 @@ from heavylift.kernel.description.signals import ScalarSignal
 from heavylift.nodes.limits.named import LOADS, signal_of
 from heavylift.nodes.plan.limit import RatedLimit
 from heavylift.nodes.plan.shapes import around
-from heavylift.nodes.plan.spellings import BEAM_LOAD
 from heavylift.nodes.scene.construction.limiting import rated_limits
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
+from heavylift.recordings.format.spellings import BEAM_LOAD
 
 RATINGS = {
     "load": (*LOADS, BEAM_LOAD),
@@ -77,7 +77,7 @@ class Subjects:
 
     @cached_property
     def ratings(self) -> dict[str, dict[str, RatedLimit]]:
-        """The limits to which shares in per cent refer, by quantity and subject."""
+        """The limits to which values in per cent refer, by quantity and subject."""
         rows = self.yard.limits or rated_limits(self.yard)
         found = {q: {x.subject.replace(" ", "."): x for x in rows if x.quantity in of} for q, of in RATINGS.items()}
         found["load"] |= {word: found["load"][x.rope] for word, x in self.hooks.items() if word not in found["load"]}

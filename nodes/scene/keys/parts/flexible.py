@@ -8,7 +8,7 @@ import re
 import zlib
 from io import BytesIO, StringIO
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 from zipfile import BadZipFile, ZipFile
 
 import numpy as np
@@ -17,7 +17,7 @@ from heavylift.nodes.scene.keys.base import Base, keys_of
 from heavylift.nodes.scene.text import units as u
 from heavylift.nodes.scene.text.files import content, within
 from numpy.typing import NDArray
-from pydantic import Field, field_validator, model_validator
+from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 
 LARGEST = 1 << 25  # of a matrix [bytes]
 # what zipfile and NumPy raise of archives that are damaged, or packed in a way that they do not know
@@ -84,8 +84,8 @@ class GirderKeys(Base):
 
 
 class Elastic(Base):
-    """A body that bends with `girder: elastic`: a uniform beam along x from its frame, equal about y and z. Defaults:
-    the `length` of its box and the `mass` of the body."""
+    """A body that bends: a uniform beam along x from its frame, equal about y and z. Defaults: the `length` of its box
+    and the `mass` of the body."""
 
     EI: u.Rigidity
     length: u.Extent | None = None
@@ -93,6 +93,33 @@ class Elastic(Base):
     damping: u.Ratio = 0.0
     modes: int = Field(default=2, ge=1, le=30)
     frame: Literal["clamped", "simply supported"] = "clamped"
+
+
+class ServoKeys(Base):
+    """A prescribed drive that yields as a servo."""
+
+    stiffness: u.AnyStiffness
+    damping: u.AnyDamping = 0.0
+
+
+class RopeMass(Base):
+    """A rope with mass."""
+
+    mass_per_length: u.MassPerLength
+
+
+def _optional(given: object) -> str:
+    """Return which optional part has these keys."""
+    keys = {key.replace("_", " ") for key in given} if isinstance(given, dict) else {*vars(given)}
+    marks = {"EI": "boom", "span": "girder", "slides": "girder", "mass per length": "rope"}
+    return next((part for key, part in marks.items() if key.replace(" ", "_") in keys or key in keys), "drive")
+
+
+Optional = Annotated[
+    Annotated[Elastic, Tag("boom")] | Annotated[GirderKeys, Tag("girder")] | Annotated[RopeMass, Tag("rope")]
+    | Annotated[ServoKeys, Tag("drive")],
+    Discriminator(_optional),
+]  # fmt: skip
 
 
 class Hull(Stiffness):

@@ -18,7 +18,7 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, GetC
 from pydantic_core import CoreSchema, core_schema
 
 from .contacts import ContactKeys
-from .flexible import BeamKeys, Elastic, GirderKeys, Matrices
+from .flexible import BeamKeys, Matrices, Optional
 from .forces import Force as ForceElement
 from .joints import ENDS, Joint, Range
 from .standing import Stands
@@ -126,7 +126,6 @@ class RopeKeys(Base):
     damping: u.Damping | None = None
     winch: Winch | None = None
     hooked: bool = True
-    mass_per_length: u.MassPerLength | None = None  # where the fidelity gives ropes a mass
 
     @property
     def plain(self) -> bool:
@@ -154,18 +153,18 @@ class LockKeys(keys_of(k.Lock)):  # type: ignore[misc]
     """A joint that orders can lock and unlock; `engaged`: locked at the start."""
 
 
-class DriveKeys(keys_of(k.Drive, "wave")):  # type: ignore[misc]
+class DriveKeys(keys_of(k.Drive, "wave", "waves")):  # type: ignore[misc]
     """A drive of a joint, controlled by the action list; with a `verb`, its machine accepts the orders for it."""
 
-    stiffness: u.AnyStiffness = 0.0  # servo: per displacement; prescribed: where a level models elastic parts
-    damping: u.AnyDamping = 0.0  # servo and speed: per velocity; prescribed: likewise
+    stiffness: u.AnyStiffness = 0.0  # servo: per displacement
+    damping: u.AnyDamping = 0.0  # servo and speed: per velocity
     ramp: StrokeRamp  # or without swing: `one swing`, `0.1 m/s2 in two pulses`
     range: Range | None = None
     verb: Literal["travel", "traverse", "slew", "luff"] | None = None
     speed: u.StrokeSpeed | None = None  # the highest that orders may give it
     emergency: u.StrokeRamp | None = None  # deceleration by `stop` and interlocks; left out: the ramp
-    force: u.Force | None = None  # that it moves; ropes that lead off the vertical may pull no more along it
-    brake: u.Force | None = None  # that its brake holds
+    force: u.Effort | None = None  # or moment with which it moves what it carries and what ropes pull
+    brake: u.Effort | None = None  # that its brake holds
 
 
 class BoomChart(Base):
@@ -268,8 +267,7 @@ class Parts(Base, Generic[PartKey]):
     forces: dict[PartKey, ForceElement] = Field(default_factory=dict)
     contacts: dict[PartKey, ContactKeys] = Field(default_factory=dict)
     hooks: dict[PartKey, HookKeys] = Field(default_factory=dict)
-    elastic: dict[PartKey, Elastic] = Field(default_factory=dict)  # bodies
-    girders: dict[PartKey, GirderKeys] = Field(default_factory=dict)  # bodies
+    elastic: dict[PartKey, Optional] = Field(default_factory=dict)  # bodies, drives and ropes, in levels that ask it
     load_cells: dict[PartKey, LoadCellKeys] = Field(default_factory=dict)  # bodies
     shapes: dict[PartKey, list[Drawn]] = Field(default_factory=dict)  # bodies
     configuration: dict[str, str | int | float] = Field(default_factory=dict)  # more of how it is set up, in words

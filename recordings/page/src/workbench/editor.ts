@@ -5,14 +5,14 @@ import { yaml } from "@codemirror/lang-yaml";
 import { bracketMatching, foldGutter, HighlightStyle, indentOnInput, indentUnit, syntaxHighlighting } from "@codemirror/language";
 import { type Diagnostic, lintGutter, setDiagnostics } from "@codemirror/lint";
 import { highlightSelectionMatches, searchKeymap } from "@codemirror/search";
-import { Compartment, EditorState, Transaction } from "@codemirror/state";
-import { getOriginalDoc, unifiedMergeView } from "@codemirror/merge";
+import { EditorState, Transaction } from "@codemirror/state";
 import { drawSelection, EditorView, highlightActiveLine, hoverTooltip, keymap, lineNumbers } from "@codemirror/view";
 import { tags } from "@lezer/highlight";
 import { api, type Fault, Refused, type Scene } from "./api";
 import { button, element } from "./dom";
 import type { Schema } from "./schema";
 import { completions, explained } from "./complete";
+import { Proposal } from "./proposal";
 import type { Edit } from "./templates";
 import { words } from "./words";
 
@@ -30,23 +30,25 @@ export class Editor {
   readonly view: EditorView;
   schema: Schema | null = null;
   private readonly status = element("span", { className: "status", role: "status" });
-  private readonly conflict = element("div", { id: "conflict", role: "alert", hidden: true });
+  readonly conflict = element("div", { id: "conflict", role: "alert", hidden: true });
   private file = "";
   private base = ""; // version of the file that the text comes from
   private written: string | null = null; // what is being saved
   private dirty = false;
   private theirs: Scene | null = null;
   private ending = "\n";
-  private proposing = false;
-  private readonly merge = new Compartment();
-  private readonly proposal = element("div", { id: "proposal", role: "alert", hidden: true });
+  readonly proposal: Proposal;
+  readonly tools = element("div", { className: "tools", role: "group", "aria-label": words.changes }, button("↶", () => undo(this.view), { title: words.undo, "aria-label": words.undo }),
+    button("↷", () => redo(this.view), { title: words.redo, "aria-label": words.redo }));
   private timer = 0;
 
   constructor(private readonly moved: () => void) {
-    const tools = element("div", { className: "tools" }, button(words.undo, () => undo(this.view)), button(words.redo, () => redo(this.view)), this.status);
     this.conflict.append(words.conflict, " ", button(words.keepMine, () => this.resolve(true)), button(words.takeTheirs, () => this.resolve(false)));
-    this.proposal.append(words.proposal, " ", button(words.acceptAll, () => this.settle(true)), button(words.refuseAll, () => this.settle(false)));
-    this.host.append(tools, this.conflict, this.proposal);
+    this.tools.append(this.status);
+    this.proposal = new Proposal(() => this.view, () => {
+      this.dirty = true;
+      void this.save();
+    });
     this.view = new EditorView({ parent: this.host, state: this.fresh("", true) });
     this.view.scrollDOM.tabIndex = 0;
   }
@@ -64,11 +66,12 @@ export class Editor {
           ...closeBracketsKeymap, ...defaultKeymap, ...searchKeymap, ...historyKeymap, ...completionKeymap, indentWithTab,
         ]),
         EditorState.readOnly.of(locked),
-        this.merge.of([]),
+        this.proposal.merge.of([]),
         EditorView.contentAttributes.of({ "aria-label": words.text }),
         EditorView.updateListener.of((update) => {
           if (update.docChanged && !update.transactions.some((x) => x.annotation(Transaction.remote))) this.typed();
           if (update.docChanged || update.selectionSet) this.moved();
+          if (update.docChanged) queueMicrotask(() => this.proposal.draw());
         }),
       ],
     });
@@ -86,7 +89,7 @@ export class Editor {
     this.dirty = true;
     this.status.textContent = words.unsaved;
     clearTimeout(this.timer);
-    if (!this.proposing) this.timer = window.setTimeout(() => void this.save(), PAUSE_ms);
+    if (!this.proposal.on) this.timer = window.setTimeout(() => void this.save(), PAUSE_ms);
   }
 
   // What stands in the file now.
@@ -97,8 +100,7 @@ export class Editor {
       this.file = scene.file;
       this.accept(scene.version!);
       this.view.setState(this.fresh(text, !scene.own));
-      Object.assign(this, { proposing: false });
-      this.proposal.hidden = true;
+      this.proposal.clear();
       this.moved();
       this.status.textContent = scene.own ? "" : words.readOnly;
       return;
@@ -150,7 +152,7 @@ export class Editor {
   // Write what has been typed; true if the file has it.
   async save(): Promise<boolean> {
     clearTimeout(this.timer);
-    if (this.proposing) return false;
+    if (this.proposal.on) return false;
     if (!this.dirty || this.theirs) return !this.theirs;
     const text = this.text;
     this.written = text;
@@ -180,27 +182,10 @@ export class Editor {
     }
   }
 
-  // Show another text as changes of this one, each to be accepted or refused; nothing is saved before.
+  // Show another text as changes of this one.
   propose(text: string): void {
-    const original = this.text;
-    if (text === original) return void (this.status.textContent = words.same);
-    this.proposing = true;
-    this.proposal.hidden = false;
-    this.view.dispatch({ effects: this.merge.reconfigure(unifiedMergeView({ original, mergeControls: true })) });
-    this.view.dispatch({ changes: { from: 0, to: original.length, insert: text }, annotations: Transaction.remote.of(true) });
-  }
-
-  private settle(accept: boolean): void {
-    const { state } = this.view;
-    if (!accept) {
-      const original = getOriginalDoc(state).toString();
-      this.view.dispatch({ changes: { from: 0, to: state.doc.length, insert: original }, annotations: Transaction.remote.of(true) });
-    }
-    this.proposing = false;
-    this.proposal.hidden = true;
-    this.view.dispatch({ effects: this.merge.reconfigure([]) });
-    this.dirty = true;
-    void this.save();
+    if (text === this.text) this.status.textContent = words.same;
+    else this.proposal.begin(text);
   }
 
   mark(faults: Fault[]): void {
@@ -215,11 +200,15 @@ export class Editor {
     this.view.dispatch(setDiagnostics(this.view.state, shown));
   }
 
-  go(line: number, column: number): void {
+  // Put the cursor on a line; `focus`: to type there.
+  go(line: number, column: number, focus = true): void {
     const { doc } = this.view.state;
     if (line > doc.lines) return;
-    const at = Math.min(doc.line(line).to, doc.line(line).from + column - 1);
+    this.select(Math.min(doc.line(line).to, doc.line(line).from + column - 1));
+    if (focus) this.view.focus();
+  }
+
+  select(at: number): void {
     this.view.dispatch({ selection: { anchor: at }, effects: EditorView.scrollIntoView(at, { y: "center" }) });
-    this.view.focus();
   }
 }

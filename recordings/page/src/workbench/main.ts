@@ -1,57 +1,122 @@
-// The workbench: text, form and faults on the left, the lift in four views, its path at rest and its checks on the right.
+// The workbench: outline and form, the text, the lift in four views with its stages, checks and runs.
 import "./workbench.css";
-import { api, listen, Refused, type Fault, type Scene } from "./api";
+import { api, listen, type Check, type Fault, type Path, type Scene } from "./api";
 import { CheckTable } from "./checks";
-import { button, element } from "./dom";
+import { button, choice, element, option } from "./dom";
 import { Editor } from "./editor";
 import { FaultList } from "./faults";
 import { Form } from "./form";
+import { pace, seconds, stretched } from "./orders";
+import { Outline } from "./outline";
 import { Runs } from "./runs";
 import { Schema } from "./schema";
+import { Start } from "./start";
+import { Studies } from "./studies";
+import { type Template, templates } from "./templates";
 import { Tree } from "./tree";
 import { Views } from "./views";
 import { words } from "./words";
 
+const NARROW_px = 1280; // below, the text is hidden until it is asked for
 const root = document.documentElement;
 let scene: Scene = { scenes: [], bundled: [], file: "", number: 0 };
 let busy = false;
 let faultsOf = "";
 let proposed = 0; // number of the last proposal
+let selected: Path = [];
+let known: Template[] = [];
+let tree: Tree | null = null;
 
-const editor = new Editor(() => showForm());
-const form = new Form((edits) => editor.edit(edits), (at) => {
-  editor.view.dispatch({ selection: { anchor: at }, scrollIntoView: true });
+const editor = new Editor(() => {
+  tree = new Tree(editor.view.state);
+  selected = tree.path(editor.view.state.selection.main.head);
   showForm();
 });
-const views = new Views(() => {}, (edits) => editor.edit(edits));
-const faults = new FaultList((fault: Fault) => editor.go(fault.line, fault.column));
-const runs = new Runs(() => editor.save(), () => checks.open("runs"));
-const checks: CheckTable = new CheckTable((check) => {
-  if (check.t !== undefined && check.t !== null) views.at(check.t, check.stage);
+const edit = async (edits: Parameters<Editor["edit"]>[0]) => {
+  const refused = await editor.edit(edits);
+  if (refused) status.textContent = refused;
+  return refused;
+};
+const form = new Form(edit, go, () => views.hooks);
+const outline = new Outline(go, (template) => void edit(template.edit(tree!, views.hooks)));
+const views: Views = new Views({
+  edit,
+  picked: go,
+  stretch: (action, factor) => void edit(stretched(orders(action), factor).map(([key, value]) => ({ path: ["actions", action, key], value }))),
+  actions: () => (tree?.entries(tree.at(["actions"])) ?? []).map((x, i) => {
+    const written = orders(i);
+    const of = (key: string) => written.find(([name]) => name === key)?.[1] ?? "";
+    return { name: of("stage") || tree!.text(x.value).split("\n")[0], pace: pace(written), wait: seconds(of("wait")) };
+  }),
+  reached: (t) => runs.reached(t),
+  left: () => {
+    runs.left();
+    checks.judge(null, "");
+  },
+});
+const faults = new FaultList((fault: Fault) => {
+  withText(true);
+  editor.go(fault.line, fault.column);
+});
+const runs: Runs = new Runs({
+  saved: () => editor.save(),
+  shown: (tab) => checks.open(tab),
+  play(name, played) {
+    views.open(name, played);
+    checks.judge(played.checks, name);
+  },
+  live: (file) => views.motion.live(file),
+  end: () => views.end,
+});
+const studies = new Studies(runs);
+const checks: CheckTable = new CheckTable((check: Check) => {
+  const near = checks.near.find((x) => x.names.every((name) => check.subject.includes(name)));
+  views.point(check, near?.ends);
   const [, line, column] = /:(\d+):(\d+)$/.exec(check.where) ?? [];
-  if (line) editor.go(Number(line), Number(column));
-}, runs.host);
-const choice = element("select", { "aria-label": words.scene });
+  if (line) editor.go(Number(line), Number(column), false);
+}, { runs: runs.host, studies: studies.host });
+const start = new Start(runs, () => editor.save());
 const status = element("span", { id: "status", role: "status", textContent: words.connecting });
 const lost = element("span", { id: "lost", role: "alert", hidden: true, textContent: words.lost });
-const copy = button(words.copy, () => {
-  const name = prompt(words.copyName, scene.own ? `${scene.file.replace(/\.ya?ml$/, "")}-2` : `my-${scene.file.replace(/\.yaml$/, "")}`);
-  if (name) void tried(api.copy(name));
-}, { hidden: true });
+const files = choice(words.scene, [], (name) => {
+  if (name === words.home) root.classList.add("home");
+  else void start.open(name);
+});
+const copy = button(words.copy, () => start.copy(scene.own ? words.duplicateTitle : words.copyTitle, scene.own ? `${stem()}-2` : `my-${stem()}`), { id: "copy" });
+const report = button(words.documents, () => {
+  const name = runs.current(stem());
+  if (name) void runs.keep(name);
+  else status.textContent = words.runFirst;
+}, { title: words.documentsHelp });
+const text = button(words.text, () => withText(document.body.classList.contains("without-text")), { id: "toggle-text", title: words.textHelp });
 
-async function tried(asked: Promise<unknown>): Promise<void> {
-  try {
-    await asked;
-  } catch (error) {
-    if (!(error instanceof Refused)) throw error;
-    status.textContent = error.message;
-  }
+function stem(): string {
+  return scene.file.replace(/\.ya?ml$/, "").split("/").at(-1)!;
+}
+
+function orders(action: number): [string, string][] {
+  return (tree?.entries(tree.at(["actions", action])) ?? []).map((x) => [String(x.key), tree!.plain(x.value)]);
+}
+
+// Lead to a thing in outline, form and text, whether it is written yet or not.
+function go(path: Path): void {
+  if (!tree) return;
+  const at = tree.at(path)?.from;
+  if (at !== undefined) editor.select(at);
+  selected = path;
+  showForm();
+  if (path[0] === "actions" && path.length > 1) views.action(Number(path[1]));
 }
 
 function showForm(): void {
-  if (!editor.schema) return;
-  const tree = new Tree(editor.view.state);
-  form.show(tree, editor.schema, tree.path(editor.view.state.selection.main.head));
+  if (!editor.schema || !tree) return;
+  form.show(tree, editor.schema, selected);
+  outline.show(tree, selected, known, faultsOf === scene.version ? faults.faults.map((x) => x.path) : []);
+}
+
+function withText(on: boolean): void {
+  document.body.classList.toggle("without-text", !on);
+  text.setAttribute("aria-pressed", String(on));
 }
 
 // What is not of the present text is marked until what is has come.
@@ -65,16 +130,11 @@ function mark(): void {
 }
 
 function listScenes(): void {
-  const of = (names: string[]) => names.map((name) => element("option", { value: name, textContent: name, selected: name === scene.file }));
   const own = scene.scenes.includes(scene.file);
-  const stem = scene.file.replace(/\.yaml$/, "");
-  choice.replaceChildren(element("option", { value: "", textContent: words.none, selected: !scene.file }), ...of(scene.scenes),
-    element("optgroup", { label: words.bundled }, ...scene.bundled.map((name) => element("option", { value: name, textContent: name, selected: !own && name === stem }))));
+  const of = (names: string[], of_own: boolean) => names.map((name) => option(name, name, { selected: of_own ? name === scene.file : !own && name === stem() }));
+  files.replaceChildren(option(words.home, words.home, { selected: !scene.file }), element("optgroup", { label: words.scenesHere }, ...of(scene.scenes, true)),
+    element("optgroup", { label: words.bundled }, ...of(scene.bundled, false)));
 }
-
-choice.onchange = () => {
-  if (choice.value) void editor.save().then(() => tried(api.open(choice.value)));
-};
 
 function paint(theme: string): void {
   root.dataset.theme = theme;
@@ -83,12 +143,14 @@ function paint(theme: string): void {
 
 const dark = matchMedia("(prefers-color-scheme: dark)");
 dark.onchange = () => paint(dark.matches ? "dark" : "light");
-const welcome = element("p", { id: "welcome", textContent: words.welcome });
-const header = element("header", {}, element("h1", { textContent: words.title }), choice, copy, status, lost, element("span", { className: "grow" }), runs.begin, ...runs.others,
-  button(words.text, () => document.body.classList.toggle("without-text"), { id: "toggle-text" }),
-  button(words.theme, () => paint(root.dataset.theme === "dark" ? "light" : "dark")));
-document.body.prepend(header, element("main", {}, element("div", { id: "left" }, editor.host, faults.host, form.host), element("div", { id: "right" }, views.host, checks.host, welcome)));
+const header = element("header", {}, element("h1", { textContent: words.title }), files, button(words.fresh, () => start.begin(), { title: words.freshTitle }), copy, editor.tools, status, lost, element("span", { className: "grow" }),
+  runs.control, runs.begin, runs.plan, report, text, button("◐", () => paint(root.dataset.theme === "dark" ? "light" : "dark"), { title: words.theme, "aria-label": words.theme }));
+document.body.prepend(header, element("main", {},
+  element("div", { id: "left" }, outline.host, form.host),
+  element("div", { id: "middle" }, editor.host),
+  element("div", { id: "right" }, element("div", { id: "notices" }, editor.conflict, editor.proposal.host, faults.host), views.host, checks.host), start.host));
 paint(dark.matches ? "dark" : "light");
+withText(innerWidth >= NARROW_px);
 
 listen({
   scene(data) {
@@ -97,28 +159,34 @@ listen({
     if (other) {
       views.clear();
       checks.take(null);
-      document.title = `${data.file} · ${words.title}`;
+      selected = [];
+      root.classList.remove("home");
+      document.title = `${data.file || words.home} · ${words.title}`;
     }
     copy.hidden = !data.file;
     root.classList.toggle("empty", !data.file);
     copy.textContent = data.own ? words.duplicate : words.copy;
     listScenes();
     if (data.file) editor.take(data);
+    void start.show(data);
     mark();
   },
   busy(data) {
     busy = data.busy;
     if (!busy) views.settle();
+    if (!busy && tree) studies.take(tree);
     mark();
   },
   faults(data) {
     faultsOf = data.version;
-    faults.take(data.faults, (scene.text ?? "").split("\n"), scene.file);
+    faults.take(data.faults, editor.lines, scene.file);
     editor.mark(data.faults);
+    showForm();
     mark();
   },
   picture(data) {
     views.take(data);
+    showForm();
     mark();
   },
   checks(data) {
@@ -129,13 +197,14 @@ listen({
   proposal(data) {
     if (data.number <= proposed) return;
     proposed = data.number;
-    if (data.file === scene.file.replace(/\.ya?ml$/, "-planned.yaml").split("/").at(-1)) editor.propose(data.text);
+    if (data.file === `${stem()}-planned.yaml`) editor.propose(data.text);
   },
 }, (away) => (lost.hidden = !away));
 
-void runs.refresh();
+void runs.refresh().then(() => start.show(scene));
 void api.schema().then((schema) => {
   editor.schema = new Schema(schema);
+  known = templates(editor.schema);
   root.dataset.schema = "yes";
   showForm();
 });

@@ -1,82 +1,165 @@
-// Runs of the scene: begin, pause, orders, stop; what they print; the recordings of the folder with their verdicts.
-import { api, type Recorded, Refused, type RunMessage } from "./api";
-import { button, element } from "./dom";
+// Runs of the scene: begin, progress, pause, orders, stop; what they print; the recordings of the folder with their verdicts.
+import { api, type Kept, type Played, type Recorded, Refused, type RunMessage, tried } from "./api";
+import { button, element, markup } from "./dom";
 import { stateWords, words } from "./words";
+
+export interface Acts {
+  saved(): Promise<boolean>; // whether the file has what was typed
+  shown(tab: "runs" | "studies"): void;
+  play(name: string, played: Played): void;
+  live(file: string): void;
+  end(): number; // of the path at rest [s]
+}
+
+export const chip = (state: string) => element("span", { className: `state ${state}`, textContent: stateWords[state] ?? state });
 
 export class Runs {
   readonly host = element("div", { id: "runs" });
-  readonly begin = button(words.run, () => void this.start("run"), { id: "begin" });
-  readonly others = [button(words.runLive, () => void this.start("live")), button(words.plan, () => void this.start("plan", words.budget), { title: words.planHelp })];
-  private readonly told = element("span", { role: "status" });
-  private readonly lines = element("pre", { id: "lines", tabIndex: 0 });
-  private readonly list = element("ul", { id: "recordings" });
-  private readonly live: HTMLElement;
-  private readonly both = element("a", { target: "_blank", rel: "noopener", textContent: words.compare, hidden: true });
-  private readonly watch = element("a", { target: "_blank", rel: "noopener", textContent: words.watch, hidden: true });
-  private picked: string[] = [];
+  readonly begin = button(words.run, () => void this.start("run"), { id: "begin", title: words.runHelp });
+  readonly plan = button(words.plan, () => void this.start("plan", words.budget), { title: words.planHelp });
+  readonly control = element("div", { id: "control", role: "group", "aria-label": words.control, hidden: true });
+  found: Recorded[] = [];
+  onlisted: () => void = () => {};
+  studies: string[] = [];
+  private readonly told = element("span", { role: "status", className: "grow" });
+  private readonly progress = element("progress", { max: 1, "aria-label": words.progress });
+  private readonly lines = element("pre", { id: "lines", tabIndex: 0, "aria-label": words.printed });
+  private readonly list = element("table", { id: "recordings" });
+  private readonly orders: HTMLElement;
+  private readonly differences = element("div", { id: "differences" });
+  private message: RunMessage | null = null;
+  private followed = "";
+  private readonly keeping = new Map<string, Kept>();
+  private playing = "";
 
-  constructor(private readonly saved: () => Promise<boolean>, private readonly shown: () => void) {
-    const order = element("input", { "aria-label": words.command, placeholder: words.command, spellcheck: false });
+  constructor(private readonly acts: Acts) {
+    const order = element("input", { "aria-label": words.command, placeholder: words.commandExample, spellcheck: false });
     const give = () => void this.ask("command", order.value);
     order.onkeydown = (e) => e.key === "Enter" && give();
-    this.live = element("span", { className: "live", hidden: true }, ...["pause", "continue", "stop"].map((x) => button(words[x as "pause"], () => void this.ask(x))), order, button(words.give, give));
-    this.host.append(element("div", { className: "tools" }, this.live, this.watch, this.told), this.lines, element("h2", {}, words.recordings, " ", this.both), this.list);
+    const act = (name: "pause" | "continue" | "stop") => button(words[name], () => void this.ask(name));
+    this.control.append(this.progress, act("pause"), act("continue"), act("stop"));
+    this.orders = element("div", { className: "tools orders", hidden: true }, order, button(words.give, give));
+    this.host.append(
+      element("div", { className: "split" },
+        element("section", { "aria-label": words.recordings }, element("h2", { textContent: words.recordings }), this.list, this.differences),
+        element("section", { "aria-label": words.printed }, element("h2", { textContent: words.printed }), element("div", { className: "tools" }, this.told), this.orders, this.lines)));
   }
 
-  private async ask(act: string, text = ""): Promise<void> {
+  async ask(act: string, text = ""): Promise<boolean> {
     try {
       const answer = await api.run(act, text);
       if (answer) this.told.textContent = answer;
+      return true;
+    } catch (error) {
+      if (!(error instanceof Refused)) throw error;
+      this.told.textContent = error.message;
+      return false;
+    }
+  }
+
+  async start(act: string, text = ""): Promise<void> {
+    if (!(await this.acts.saved())) return;
+    this.acts.shown(act === "run" || act === "plan" ? "runs" : "studies");
+    this.told.textContent = words.starting;
+    await this.ask(act, text);
+  }
+
+  take(message: RunMessage): void {
+    const was = this.message?.running;
+    this.message = message;
+    const { running } = message;
+    const single = running && message.do === "run";
+    this.control.hidden = !running;
+    this.orders.hidden = !single;
+    for (const x of this.control.querySelectorAll("button")) x.hidden = !single && x.textContent !== words.stop;
+    for (const x of [this.begin, this.plan]) x.disabled = running;
+    if (message.live && this.followed !== message.file) {
+      this.followed = message.file;
+      this.acts.live(message.file);
+    }
+    this.lines.textContent = message.lines.join("\n");
+    this.lines.scrollTop = running ? this.lines.scrollHeight : 0;
+    const last = message.lines.at(-1)?.trim().replace(/\s+/g, " ") ?? words.starting;
+    this.told.textContent = running ? words.running(last) : words.ended(message.code ?? 0);
+    const counted = /^(\d+) of (\d+) runs/.exec(last);
+    if (counted) this.progress.value = Number(counted[1]) / Number(counted[2]);
+    else if (!single || !message.live) this.progress.removeAttribute("value");
+    document.documentElement.dataset.run = running ? "running" : `ended ${message.code}`;
+    if (running) return;
+    this.followed = "";
+    void this.refresh().then(async () => {
+      if (was && message.do === "run" && this.found.some((x) => x.name === message.file)) await this.play(message.file);
+    });
+  }
+
+  // How far the run is that is seen live.
+  reached(t: number): void {
+    const end = this.acts.end();
+    if (this.message?.running && end) this.progress.value = Math.min(1, t / end);
+  }
+
+  async play(name: string, beside = ""): Promise<void> {
+    try {
+      const played = await api.played(name, beside);
+      this.playing = name;
+      this.acts.play(beside ? `${name} · ${beside}` : name, played);
+      this.differences.replaceChildren(...(beside ? [element("h2", {}, words.differences(name, beside), " ", this.link(`compare/${encodeURIComponent(name)}/${encodeURIComponent(beside)}`, words.oneReport))] : []),
+        ...played.differences.map((html) => element("div", { className: "table" }, markup(html))));
+      this.draw();
+      this.differences.scrollIntoView({ block: "nearest" });
     } catch (error) {
       if (!(error instanceof Refused)) throw error;
       this.told.textContent = error.message;
     }
   }
 
-  private async start(act: string, text = ""): Promise<void> {
-    if (!(await this.saved())) return;
-    this.shown();
-    this.told.textContent = words.starting;
-    await this.ask(act, text);
+  // Nothing is played any more.
+  left(): void {
+    this.playing = "";
+    this.differences.replaceChildren();
+    this.draw();
   }
 
-  take(message: RunMessage): void {
-    this.live.hidden = !message.running;
-    for (const x of [this.begin, ...this.others]) x.disabled = message.running;
-    this.watch.hidden = !message.running || !message.live;
-    if (message.live) this.watch.href = message.live;
-    this.lines.textContent = message.lines.join("\n");
-    this.lines.scrollTop = message.running ? this.lines.scrollHeight : 0;
-    const stage = message.lines.at(-1)?.trim().replace(/\s+/g, " ") ?? words.starting;
-    this.told.textContent = message.running ? words.running(stage) : words.ended(message.code ?? 0);
-    document.documentElement.dataset.run = message.running ? "running" : `ended ${message.code}`;
-    if (!message.running) void this.refresh();
+  // Report and drawings of what is played, else of the newest recording of the scene.
+  async keep(name: string): Promise<void> {
+    this.acts.shown("runs");
+    this.told.textContent = words.keeping(name);
+    const refused = await tried(api.keep(name).then((kept) => this.keeping.set(name, kept)));
+    this.told.textContent = refused || this.keeping.get(name)?.refused.join(" ") || words.kept;
+    this.draw();
+    document.documentElement.dataset.kept = name;
   }
 
-  private picker(name: string): HTMLElement {
-    const box = element("input", { type: "checkbox" });
-    box.onchange = () => {
-      this.picked = box.checked ? [...this.picked, name] : this.picked.filter((x) => x !== name);
-      this.compare();
-    };
-    return element("label", {}, box, words.beside);
+  current(stem: string): string {
+    return this.playing || (this.found.find((x) => x.name === `${stem}.mcap`)?.name ?? "");
   }
 
-  private compare(): void {
-    const [a, b] = this.picked.map(encodeURIComponent);
-    this.both.hidden = this.picked.length !== 2;
-    this.both.href = `compare/${a}/${b}`;
+  private link(href: string, text: string): HTMLElement {
+    return element("a", { href, target: "_blank", rel: "noopener", textContent: text });
+  }
+
+  private row(x: Recorded): HTMLElement {
+    const kept = this.keeping.get(x.name);
+    const at = encodeURIComponent(x.name);
+    const on = x.name === this.playing;
+    const cells = [chip(x.state), element("b", { textContent: x.name, title: x.line }),
+      element("span", { className: "buttons" }, button(on ? words.played : words.watch, () => void this.play(x.name), { disabled: on, "aria-label": `${words.watch} ${x.name}` }),
+        this.playing && !on && button(words.beside, () => void this.play(this.playing, x.name), { title: words.besideHelp(this.playing), "aria-label": `${words.beside} ${x.name}` }),
+        button(words.documents, () => void this.keep(x.name), { "aria-label": `${words.documents} ${x.name}` })),
+      element("span", { className: "links" }, this.link(`result/view/${at}`, words.view), this.link(`result/report/${at}`, words.report),
+        ...(kept?.made ?? []).map((name) => element("a", { href: `kept/${encodeURIComponent(name)}`, download: name, textContent: name.replace(x.name.replace(".mcap", "-"), "") })))];
+    return element("tr", { className: on ? "on" : "" }, ...cells.map((cell) => element("td", {}, cell)));
+  }
+
+  private draw(): void {
+    this.list.replaceChildren(element("tbody", {}, ...(this.found.length ? this.found.map((x) => this.row(x)) : [element("tr", {}, element("td", { textContent: words.noRecordings }))])));
   }
 
   async refresh(): Promise<void> {
-    const found = await api.recordings();
-    const row = (x: Recorded) => element("li", {},
-      element("span", { className: `state ${x.state}`, textContent: stateWords[x.state] ?? x.state }), ` ${x.name} `,
-      this.picker(x.name),
-      ...(["view", "report"] as const).map((kind) => element("a", { href: `result/${kind}/${encodeURIComponent(x.name)}`, target: "_blank", rel: "noopener", textContent: words[kind] })),
-      element("small", { textContent: x.line }));
-    this.picked = [];
-    this.compare();
-    this.list.replaceChildren(...(found.length ? found.map(row) : [element("li", { textContent: words.noRecordings })]));
+    const folder = await api.folder();
+    this.found = folder.recordings;
+    this.studies = folder.studies;
+    this.draw();
+    this.onlisted();
   }
 }

@@ -61,15 +61,14 @@ export class Schema {
   about(part: Part): string {
     const forms = this.forms(part, "");
     const dimension = forms.find((x) => x.dimension)?.dimension;
-    const value = forms.find((x) => x.default !== undefined && x.default !== null)?.default;
     const text = forms.find((x) => x.description)?.description ?? "";
-    const written = typeof value === "string" || typeof value === "number" || typeof value === "boolean" ? `default ${value}` : "";
-    return [text, dimension ?? "", written].filter(Boolean).join("; ");
+    const value = this.standard(part);
+    return [text, dimension && !text.includes(dimension) ? dimension : "", value && `default ${value}`].filter(Boolean).join("; ");
   }
 
-  // Whether a part is a mapping or a list, which has a form of its own.
-  nested(part: Part): boolean {
-    const forms = this.forms(part, "");
-    return forms.some((x) => x.properties || (x.type === "object" && x.additionalProperties)) && !forms.some((x) => x.type === "string" || x.dimension);
+  // What a part is without being written; "" where that is no single value.
+  standard(part: Part): string {
+    const value = this.forms(part, "").find((x) => x.default !== undefined && x.default !== null)?.default;
+    return ["string", "number", "boolean"].includes(typeof value) ? String(value) : "";
   }
 }

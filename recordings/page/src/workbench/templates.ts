@@ -4,7 +4,7 @@ import type { Schema } from "./schema";
 import type { Tree } from "./tree";
 
 export interface Edit { path: Path; value: string | number | null }
-export interface Template { group: string; label: string; edit: (tree: Tree) => Edit }
+export interface Template { group: string; label: string; edit: (tree: Tree, hooks: string[]) => Edit[] }
 
 function free(tree: Tree, path: Path, stem: string): Path {
   const names = new Set(tree.entries(tree.at(path)).map((x) => String(x.key)));
@@ -14,44 +14,78 @@ function free(tree: Tree, path: Path, stem: string): Path {
 }
 
 const named = (group: string, label: string, path: Path, stem: string, value: string): Template => ({
-  group, label, edit: (tree) => ({ path: free(tree, path, stem), value }),
+  group, label, edit: (tree) => [{ path: free(tree, path, stem), value }],
 });
+
+// The path of the block whose lugs are hooked.
+export function block(tree: Tree): Path {
+  const first = tree.entries(tree.at(["blocks"]))[0];
+  return first ? ["blocks", first.key] : ["block"];
+}
+
+// So many lugs, and a hook, that nothing hangs on yet; those of the whole text come first.
+function unused(tree: Tree, hooks: string[], n: number): { hook: string; lugs: string[] } {
+  const rigged = [["rig"], ["rigging"]].map((path) => tree.text(tree.at(path))).join(" ");
+  const known = (name: string) => new RegExp(`(^|[^\\w-])${name}([^\\w-]|$)`).test(rigged);
+  const lugs = tree.entries(tree.at([...block(tree), "lugs"])).map((x) => String(x.key));
+  const spare = lugs.filter((x) => !known(x));
+  const crane = String(tree.entries(tree.at(["cranes"]))[0]?.key ?? "crane");
+  return { hook: hooks.find((x) => !known(x)) ?? hooks[0] ?? `${crane} H1`, lugs: (spare.length >= n ? spare : lugs).slice(0, n) };
+}
+
+const hung = (group: string, label: string, path: Path, stem: string, lugs: number, value: (hook: string, lugs: string) => string): Template => ({
+  group, label, edit: (tree, hooks) => {
+    const found = unused(tree, hooks, lugs);
+    return [{ path: free(tree, path, stem), value: value(found.hook, `[${found.lugs.join(", ")}]`) }];
+  },
+});
+const SLING = "{breaking: 6430 kN, diameter: 96 mm, termination: resin}";
 const stage = (label: string, value: string): Template => ({
-  group: "stages", label, edit: (tree) => ({ path: ["actions", tree.entries(tree.at(["actions"])).length], value: `{stage: ${label}, ${value}}` }),
+  group: "actions", label, edit: (tree) => [{ path: ["actions", tree.entries(tree.at(["actions"])).length], value: `{stage: ${label}, ${value}}` }],
 });
 
 export function templates(schema: Schema): Template[] {
   return [
     ...schema.types().map((type) => named("cranes", type, ["cranes"], "crane-", `{type: ${type}, at: 0 m}`)),
-    named("block", "lug", ["block", "lugs"], "L", "[0 m, 0 m, 0 m]"),
-    named("surroundings", "obstacle", ["obstacles"], "obstacle-", "{box: [4 m, 4 m, 4 m], at: [0 m, 0 m, 2 m]}"),
+    { group: "block", label: "lug", edit: (tree) => [{ path: free(tree, [...block(tree), "lugs"], "L"), value: "[0 m, 0 m, 0 m]" }] },
     {
-      group: "rigging", label: "lifting beam", edit: (tree) => {
-        const crane = String(tree.entries(tree.at(["cranes"]))[0]?.key ?? "crane");
-        const lugs = tree.entries(tree.at(["block", "lugs"])).slice(0, 2).map((x) => x.key);
-        return { path: free(tree, ["rig", "loaders"], "loader-"), value: `{hook: ${crane} H1, sling: 10 m, lugs: [${lugs.join(", ")}]}` };
+      group: "block", label: "support", edit: (tree) => {
+        const path = [...block(tree), "supports", "at"];
+        return [{ path: [...path, tree.entries(tree.at(path)).length], value: "[0 m, 0 m]" }];
       },
     },
-    named("rigging", "sling", ["gear"], "sling-", "{kind: sling, EA: 445 MN, breaking: 6430 kN, diameter: 96 mm}"),
-    named("rigging", "shackle", ["gear"], "shackle-", "{kind: shackle, WLL: 150 t, standard: RR-C-271}"),
+    named("obstacles", "box", ["obstacles"], "obstacle-", "{box: [4 m, 4 m, 4 m], at: [0 m, 0 m, 2 m]}"),
+    named("obstacles", "stand", ["obstacles"], "stand-", "{box: [4 m, 20 m, 3 m], at: [0 m, 0 m, 1.5 m], friction: 0.3, meets: lower corners}"),
+    hung("rig", "lifting beam", ["rig", "loaders"], "loader-", 2, (hook, lugs) => `{hook: ${hook}, sling: 10 m, lugs: ${lugs}, capacity: 300 t}`),
+    hung("rigging", "slings", ["rigging"], "slings-", 4, (hook, lugs) => `{on: ${hook}, to: ${lugs}, length: 10 m, sling: ${SLING}, shackle: 150 t}`),
+    named("rigging", "spreader", ["rigging"], "spreader-", "{type: spreader, mass: 5 t, size: [12 m, 0.6 m, 0.6 m]}"),
+    named("gear", "sling", ["gear"], "sling-", "{kind: sling, EA: 445 MN, breaking: 6430 kN, diameter: 96 mm, termination: resin}"),
+    named("gear", "shackle", ["gear"], "shackle-", "{kind: shackle, WLL: 150 t, standard: RR-C-271}"),
+    named("gear", "frame", ["gear"], "frame-", "{kind: spreader, WLL: 200 t, mass: 5 t, size: [12 m, 0.6 m, 0.6 m]}"),
     stage("take up slack", "all hooks: hoist 0.3 m/min until all slings taut"),
     stage("lift off", "all hooks: hoist 0.3 m/min until lifted"),
     stage("hoist", "all hooks: hoist 3 m/min by 1 m"),
     stage("lower", "all hooks: lower 3 m/min by 1 m"),
+    stage("set down", "all hooks: lower 0.5 m/min until landed"),
+    stage("slack off", "all hooks: lower 0.5 m/min until all slings slack"),
     stage("traverse", "trolleys: traverse 10 m/min by 2 m"),
     stage("travel", "cranes: travel 10 m/min by 5 m"),
     stage("wait", "wait: 20 s"),
   ];
 }
 
-// Tables that may be pasted where a path ends: their columns behind the name, and the value of a row.
-export interface Pasted { columns: string[]; value: (cells: string[], length: string, mass: string) => string }
+// Tables that may be pasted where a path ends: their columns behind the name, and the edits of a row.
+export interface Pasted { columns: string[]; edits: (path: Path, name: string, cells: string[], length: string, mass: string) => Edit[] }
 const list = (cells: string[], unit: string) => `[${cells.map((x) => `${x} ${unit}`).join(", ")}]`;
 export const TABLES: Record<string, Pasted> = {
-  lugs: { columns: ["x", "y", "z"], value: (c, length) => list(c, length) },
+  lugs: { columns: ["x", "y", "z"], edits: (path, name, c, length) => [{ path: [...path, name], value: list(c, length) }] },
+  block: {
+    columns: ["mass", "length", "width", "height"],
+    edits: (path, _, c, length, mass) => [{ path: [...path, "mass"], value: `${c[0]} ${mass}` }, { path: [...path, "size"], value: list(c.slice(1), length) }],
+  },
   blocks: {
     columns: ["mass", "length", "width", "height", "x", "y", "z"],
-    value: (c, length, mass) => `{mass: ${c[0]} ${mass}, size: ${list(c.slice(1, 4), length)}, at: ${list(c.slice(4, 7), length)}}`,
+    edits: (path, name, c, length, mass) => [{ path: [...path, name], value: `{mass: ${c[0]} ${mass}, size: ${list(c.slice(1, 4), length)}, at: ${list(c.slice(4, 7), length)}}` }],
   },
 };
 
@@ -63,7 +97,7 @@ export function pasted(text: string, path: Path, table: Pasted, length: string, 
     const cells = row.split(row.includes("\t") ? "\t" : row.includes(";") ? ";" : /[,\s]+/).map((x) => x.trim());
     const numbers = cells.slice(1, 1 + table.columns.length).map((x) => x.replace(/^(-?\d+),(\d+)$/, "$1.$2"));
     if (numbers.length === table.columns.length && numbers.every((x) => x !== "" && Number.isFinite(Number(x)))) {
-      edits.push({ path: [...path, cells[0]], value: table.value(numbers, length, mass) });
+      edits.push(...table.edits(path, cells[0], numbers, length, mass));
     } else if (i) return row;
   }
   return edits;

@@ -35,6 +35,11 @@ export class Tree {
     return node ? this.state.sliceDoc(node.from, node.to).trimEnd() : "";
   }
 
+  // A value without its quotes.
+  plain(node: SyntaxNode | null): string {
+    return unquoted(this.text(node));
+  }
+
   entries(node: SyntaxNode | null): Entry[] {
     if (!node) return [];
     if (node.name.endsWith("Mapping")) {
@@ -68,7 +73,7 @@ export class Tree {
   }
 
   type(path: Path): string {
-    return unquoted(this.text(this.at([...path, "type"])));
+    return this.plain(this.at([...path, "type"]));
   }
 
   collection(node: SyntaxNode | null): boolean {

@@ -52,14 +52,14 @@ def test_a_box_that_is_pushed_slips_at_mu_m_g(seed: int) -> None:
 
 
 @pytest.mark.parametrize("part", [0.5, 0.97, 0.9999])
-def test_a_push_below_the_limit_makes_no_event(part: float) -> None:
+def test_a_push_below_the_friction_limit_makes_no_event(part: float) -> None:
     s = pushed(5.0, (2.0, 2.0, 0.5), 0.3, 0.1, part * 0.3 * 5.0 * G)
     hand_over(s, 2 * SECOND)
     assert events(s) == []
     assert abs(s.state[0]) < 1e-12
 
 
-def test_a_square_box_slips_on_the_spot_at_the_moment_of_its_corners() -> None:
+def test_a_square_box_turns_on_the_spot_at_the_moment_that_its_corners_can_hold() -> None:
     """M = mu m g r, with the corners at r from the axis."""
     mass, a, mu = 800.0, 1.5, 0.25
     limit = mu * mass * G * a / sqrt(2.0)
@@ -73,7 +73,7 @@ def test_a_square_box_slips_on_the_spot_at_the_moment_of_its_corners() -> None:
 
 @pytest.mark.parametrize(("upper", "lower", "slipping"), [(0.6, 0.2, "ground"), (0.5, 0.2, "seam"), (0.2, 0.5, "seam")])
 @pytest.mark.large
-def test_of_a_stack_the_weaker_contact_slips_and_no_other(upper: float, lower: float, slipping: str) -> None:
+def test_in_a_stack_only_the_weaker_contact_slips(upper: float, lower: float, slipping: str) -> None:
     """The upper box is pushed at its foot: the seam holds upper m g, the ground lower (M + m) g."""
     m, M, low, high = 3.0, 5.0, (2.0, 2.0, 0.5), (1.0, 1.0, 0.4)
     limit = min(upper * m, lower * (M + m)) * G
@@ -88,7 +88,7 @@ def test_of_a_stack_the_weaker_contact_slips_and_no_other(upper: float, lower: f
 
 
 @pytest.mark.parametrize("mu", [0.1, 0.4])
-def test_on_a_slope_that_steepens_it_slips_at_the_angle_of_friction(mu: float) -> None:
+def test_a_box_on_a_steepening_slope_slips_at_the_friction_angle(mu: float) -> None:
     """Seen from the slope, gravity turns: g cos, g sin with an angle that grows; m g = 1 N stands for it."""
     rate = 2.0 * atan(mu)
     at = np.linspace(0.0, 1.0, 101)
@@ -160,7 +160,7 @@ def pushed_aside(random: np.random.Generator, feet: np.ndarray, shape, mu: np.nd
 
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.large(beyond=2)
-def test_a_box_that_is_pushed_aside_of_its_centre_slips_and_turns_at_its_limit(seed: int) -> None:
+def test_a_box_pushed_beside_its_centre_slips_and_turns_at_its_limit(seed: int) -> None:
     random = np.random.default_rng(seed)
     size, mu = random.uniform((0.5, 0.5, 0.2), (3.0, 3.0, 0.5)), random.uniform(0.05, 0.3)
     corners = 0.5 * size * np.array([(x, y, -1.0) for x in (-1.0, 1.0) for y in (-1.0, 1.0)])

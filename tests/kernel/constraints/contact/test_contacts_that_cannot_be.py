@@ -23,14 +23,14 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("contact", "words"), REFUSED, ids=[w for _, w in REFUSED])
-def test_contacts_that_cannot_be_are_refused_in_one_sentence(contact, words):
+def test_invalid_contacts_are_refused_in_one_sentence(contact, words):
     scene = on_slope(0.0, 0.0)
     with pytest.raises(KernelError, match="'c'") as e:
         started(System(scene.bodies, scene.joints, contacts=(contact,), gravity=G))
     assert words in str(e.value)
 
 
-def test_a_painleve_rod_is_refused_by_name():
+def test_the_painleve_paradox_of_a_rod_is_refused_by_name():
     """A long rod scrapes over very rough ground, leaning into its motion: no force fits."""
     lean = np.radians(50.0)
     scene = leaning_rod(lean, mu=tan(lean) * 3.0)

@@ -45,7 +45,7 @@ def speed_at(angle):
 
 
 @pytest.mark.parametrize("e", [0.0, 0.5])
-def test_on_its_way_down_the_rope_shares_in_the_impulse_of_the_wall(e):
+def test_a_load_falling_past_a_wall_is_stopped_by_rope_and_wall_together(e):
     """Both directions end the motion together: p_wall = (1 + e) m v / cos, p_rope = (1 + e) m v tan; back with e v."""
     angle = -radians(30)
     s = started(against_a_wall(angle, e), **FINE)
@@ -63,7 +63,7 @@ def test_on_its_way_down_the_rope_shares_in_the_impulse_of_the_wall(e):
         assert column(s, "rope/tension")[1][-1, 0] == pytest.approx(MASS * G / cos(angle), rel=EXACT)
 
 
-def test_on_its_way_up_the_wall_alone_stops_it_and_the_rope_falls_slack():
+def test_a_load_rising_into_a_wall_is_stopped_by_the_wall_and_its_rope_goes_slack():
     angle = radians(30)
     s = started(against_a_wall(angle, 0.0), **FINE)
     s.run(11 * SECOND // 5)
@@ -106,7 +106,7 @@ def test_a_crate_is_set_down_and_lifted_again():
     assert imbalance(s) < BALANCE
 
 
-def test_a_crate_that_stands_under_a_rope_without_slack_is_carried_by_both_or_either():
+def test_a_crate_on_the_ground_below_a_straight_rope_is_carried_by_ground_or_rope():
     """The forces are not unique; they hold the weight, none of them pushes or pulls the wrong way, and all is quiet."""
     s = started(crate(0.0), **FINE)
     s.run(SECOND)
@@ -116,7 +116,7 @@ def test_a_crate_that_stands_under_a_rope_without_slack_is_carried_by_both_or_ei
     assert len(s.log) <= 2
 
 
-def test_a_lock_stops_what_swings_on_a_rope_beside_a_wall():
+def test_a_joint_lock_stops_a_load_that_swings_on_a_rope_beside_a_wall():
     """The rope lets the load go up where its guide stops it; no wall has a part in that."""
     system = against_a_wall(radians(30), 0.0)
     system = replace(system, locks=(Lock("stop", "x"),))

@@ -25,7 +25,7 @@ def over_a_cube(p, size=CUBE, v=STILL, gravity=G, yaw=0.0):
 @pytest.mark.parametrize(("x", "yaw"), [(0.0, 0.0), (0.0, 0.4), (1e-9, 0.4), (0.4, 0.0)])
 @pytest.mark.parametrize("size", [CUBE, (0.5, 1.0, 1.0), (1.0, 2.0, 1.0)])
 @pytest.mark.large(beyond=1)
-def test_a_box_falls_on_a_cube_that_is_as_wide(size, x, yaw):
+def test_a_box_falls_on_a_cube_of_equal_width_and_rests(size, x, yaw):
     place = tuple(Rotation.from_euler("z", yaw).apply([x, 0.0, 1.5]))
     s = started(over_a_cube(place, size, yaw=yaw))
     s.run(SECOND)
@@ -33,7 +33,7 @@ def test_a_box_falls_on_a_cube_that_is_as_wide(size, x, yaw):
     assert s.state[:3] == pytest.approx([*place[:2], 1.0], abs=NANOMETRE)
 
 
-def test_a_cube_runs_into_its_equal_on_a_rail():
+def test_a_cube_on_a_rail_collides_with_an_equal_one():
     s = started(over_a_cube((-2.0, 0.0, 0.0), v=(1.0, *STILL[1:]), gravity=0.0))
     s.run(3 * SECOND)
     assert times(s, "pair", "impact") == pytest.approx([1.0], abs=NANOSECOND)
@@ -50,7 +50,7 @@ def test_equal_cubes_stand_on_each_other():
     assert s.state[[2, 9]] == pytest.approx([1.0, 2.0], abs=NANOMETRE)
 
 
-def test_a_cube_that_slides_down_another_flush_does_not_catch_on_its_edge():
+def test_a_cube_sliding_down_flush_with_another_does_not_catch_on_its_edge():
     s = started(over_a_cube((1.0, 0.0, 1.5)))
     s.interrupt(SECOND)
     assert s.state[2] == pytest.approx(1.5 - 0.5 * G, rel=1e-9)

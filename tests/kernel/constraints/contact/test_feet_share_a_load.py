@@ -18,7 +18,7 @@ def test_a_plate_rests_on_three_feet_by_its_centre_of_mass():
     assert column(s, "contact/force")[1][-1] == pytest.approx(np.array(shares) * 6.0 * G, rel=1e-9)
 
 
-def test_feet_carry_what_mujoco_says():
+def test_feet_of_a_plate_carry_the_loads_that_mujoco_finds():
     """Its contacts give way a little: the plate leans by 0.1 mm and settles."""
     import mujoco
 

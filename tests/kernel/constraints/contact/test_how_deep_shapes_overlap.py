@@ -17,7 +17,7 @@ CORNERS = np.array(list(product((-0.5, 0.5), repeat=3)))
 CASES = 150
 
 
-def test_boxes() -> None:
+def test_the_overlap_depth_of_boxes_agrees_with_the_convex_hull_of_differences() -> None:
     """The hull of all differences of corners holds the origin where they overlap, as deep as its nearest face."""
     rng, deep = np.random.default_rng(1), 0
     for _ in range(CASES):
@@ -47,7 +47,7 @@ def test_boxes() -> None:
     assert 30 < deep < CASES - 30, "of both kinds"
 
 
-def test_balls_and_planes() -> None:
+def test_the_overlap_depth_of_balls_and_planes_agrees_with_closed_forms() -> None:
     rng = np.random.default_rng(2)
     for _ in range(CASES):
         p, q, normal = rng.normal(0.0, 2.0, (3, 3))

@@ -28,7 +28,7 @@ MU = 0.4
 
 
 @pytest.mark.parametrize("part", [0.5, 0.999])
-def test_a_block_sticks_below_the_angle_of_friction(part):
+def test_a_block_on_a_slope_sticks_below_the_friction_angle(part):
     angle = part * atan(MU)
     s = started(on_slope(angle, MU), **FINE)
     s.run(20 * SECOND)
@@ -37,7 +37,7 @@ def test_a_block_sticks_below_the_angle_of_friction(part):
 
 
 @pytest.mark.parametrize("part", [1.001, 1.5])
-def test_a_block_slides_above_the_angle_of_friction_at_g_sin_minus_mu_g_cos(part):
+def test_a_block_slides_down_at_g_sin_minus_mu_g_cos_above_the_friction_angle(part):
     angle = part * atan(MU)
     s = started(on_slope(angle, MU), **FINE)
     s.run(2 * SECOND)
@@ -68,7 +68,7 @@ def test_a_block_slides_uphill_stops_and_slides_back():
 
 
 @pytest.mark.parametrize(("part", "tips"), [(0.98, False), (1.02, True)])
-def test_a_block_on_a_slope_tips_where_the_slope_passes_b_over_h(part, tips):
+def test_a_block_on_a_slope_tips_where_the_slope_exceeds_b_over_h(part, tips):
     """It cannot slide (mu = 2), so it tips if tan(angle) > b / h."""
     b, h = 0.3, 0.5
     angle = atan(part * b / h)
@@ -79,7 +79,7 @@ def test_a_block_on_a_slope_tips_where_the_slope_passes_b_over_h(part, tips):
         assert leaning(s.state) == pytest.approx(angle, abs=1e-9)
 
 
-def test_a_rocking_block_keeps_housners_period_and_loses_what_he_says():
+def test_a_rocking_block_has_the_period_and_energy_loss_of_housner():
     """First impact at arccosh(1 / (1 - theta/alpha)) / p for small angles; w' / w = 1 - 3/2 sin^2(alpha) at each."""
     b, h, part = 0.02, 0.4, 0.3
     alpha, p = rocking(b, h)
@@ -97,7 +97,7 @@ def test_a_rocking_block_keeps_housners_period_and_loses_what_he_says():
     assert imbalance(s) < BALANCE
 
 
-def test_rocking_comes_to_its_end():
+def test_rocking_comes_to_rest():
     """Infinitely many impacts in finite time end in a capture, which the log says."""
     b, h = 0.1, 0.5
     alpha, _ = rocking(b, h)
@@ -109,7 +109,7 @@ def test_rocking_comes_to_its_end():
     assert s.next_ns > 20 * SECOND
 
 
-def test_three_balls_that_touch_part_together_and_with_a_gap_one_after_the_other():
+def test_of_three_balls_in_a_row_the_last_flies_off_with_and_without_gaps():
     touching = started(row_of_balls(0.0, 1.0), **FINE)
     touching.run(2 * SECOND)
     nq = touching.program.nq
@@ -143,7 +143,7 @@ def test_a_bouncing_ball_comes_to_rest_after_infinitely_many_bounces():
 
 
 @pytest.mark.parametrize("restitution", [0.0, 0.6])
-def test_no_contact_penetrates_and_energy_never_grows(restitution):
+def test_contacts_do_not_penetrate_and_never_create_energy(restitution):
     """A brick is thrown onto the ground with spin and friction, and comes to rest on one of its faces."""
     s = started(thrown(restitution), **FINE, sample_ns=2_000_000)
     s.run(5 * SECOND)
@@ -179,7 +179,7 @@ def lowest(pose):
 
 @pytest.mark.parametrize(("offset", "falls"), [(0.95, False), (1.05, True)])
 @pytest.mark.large
-def test_a_box_falls_off_another_when_its_centre_leaves_the_edge(offset, falls):
+def test_a_box_tips_off_another_when_its_centre_passes_the_edge(offset, falls):
     s = started(stacked(offset), **FINE)
     s.run(SECOND)
     assert (s.state[2] < 1.4) == falls
@@ -197,7 +197,7 @@ def test_a_beam_lies_across_another_on_four_crossings_of_edges():
 
 @pytest.mark.parametrize("seed", [0, 8])
 @pytest.mark.large
-def test_a_cube_tumbles_over_the_edge_of_another(seed):
+def test_a_cube_tumbles_over_the_edge_of_another_cube(seed):
     """Vertices on faces and edges on edges, one after the other and together: the balance closes, nothing sinks in."""
     s = started(tumbling(seed), **FINE, sample_ns=5_000_000)
     s.run(2 * SECOND)
@@ -246,7 +246,7 @@ def test_a_ball_bounces_off_a_corner_along_the_line_of_centres():
 
 @pytest.mark.parametrize("seed", [9, 14, 30, 31])
 @pytest.mark.large(beyond=1)
-def test_states_converge_where_a_cube_catches_on_an_edge(seed):
+def test_contact_states_converge_where_a_cube_catches_on_an_edge(seed):
     """Contacts that begin to slide do so from rest, whatever round-off has left of another motion."""
     s = started(tumbling(seed))
     s.run(3 * SECOND)
@@ -267,7 +267,7 @@ def apart(up, low):
 
 
 @pytest.mark.parametrize("hinges", [1, 2])
-def test_an_arm_falls_on_the_floor_as_its_mirrored_hinge_does(hinges):
+def test_an_arm_falls_on_the_floor_like_its_mirror_image(hinges):
     """The second hinge closes a loop that holds nothing new; nor can the tip move across."""
     arm = Body("arm", 2.0, (0.5, 0.0, 0.0), ((0.1, 0.0, 0.0), (0.0, 0.1, 0.0), (0.0, 0.0, 0.1)))
     place = {"axis": (0.0, 1.0, 0.0), "p_PJ": (0.0, 0.0, 0.2)}

@@ -43,7 +43,7 @@ def first_touch(witness, start, direction, far):
 
 @pytest.mark.parametrize("seed", range(12))
 @pytest.mark.large(beyond=1)
-def test_boxes_touch_when_their_distance_is_zero(seed):
+def test_boxes_touch_when_their_distance_becomes_zero(seed):
     """Two boxes in random attitude approach on a random line: first witness = first touch, never earlier or later."""
     rng = np.random.default_rng(seed)
     a, b = rng.uniform(0.5, 2.0, 3), rng.uniform(0.5, 2.0, 3)
@@ -90,7 +90,7 @@ def test_an_overhanging_box_touches_by_vertices_of_both_and_by_crossings():
     assert which(w, 1e-12) == {"vertices of A": 1, "of B": 1, "edges": 2}
 
 
-def test_no_edges_count_while_the_boxes_are_apart():
+def test_edge_contacts_do_not_count_while_boxes_are_apart():
     """The edges overlap in plan, but the boxes lie one metre apart."""
     w = candidates.box_box(box((4, 1, 1)), box((1, 4, 1)), body(p=(0.0, 0.0, 2.0)), body())
     assert min(gaps(w)) == pytest.approx(1.0)
@@ -107,7 +107,7 @@ def test_a_ball_touches_faces_edges_and_corners_of_a_box():
 
 
 @pytest.mark.parametrize("law", ["ball_plane", "ball_ball", "ball_box", "box_plane", "box_box"])
-def test_witness_points_have_the_right_rates(law):
+def test_velocities_of_contact_points_are_correct(law):
     ball, plane, cube = np.array([0.1, 0.2, 0.3, 0.25]), np.array([0.1, 0.0, 0.2, 0.6, 0.0, 0.8]), box((1, 2, 3))
     shapes = {"ball": ball, "plane": plane, "box": cube}
     first, second = (shapes[x] for x in law.split("_"))
@@ -125,7 +125,7 @@ def test_witness_points_have_the_right_rates(law):
             assert (up - down) / (2 * h) == pytest.approx(rate, abs=1e-6)
 
 
-def test_vertices_of_a_box_over_a_slope():
+def test_vertices_of_a_box_contact_a_slope():
     slope = np.array([-np.sin(0.3), 0.0, np.cos(0.3)])
     heights = gaps(
         candidates.box_plane(box((2, 2, 2)), np.array([0.0, 0.0, 0.0, *slope]), body(p=(0.0, 0.0, 2.0)), body())
@@ -150,7 +150,7 @@ NUMBERS = {
 
 
 @pytest.mark.parametrize("kind", list(NUMBERS))
-def test_rows_are_the_derivatives_of_the_gap(kind):
+def test_contact_jacobian_rows_are_the_derivatives_of_the_gap(kind):
     """gap' = rate and rate' = wa A_A - wb B_B + bias along a motion; edges and tangents: only while they touch."""
     rng = np.random.default_rng(2)
     law, p = getattr(frames, kind), NUMBERS[kind]

@@ -39,7 +39,7 @@ def shortest(a, b) -> float:
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_the_rope_takes_the_shortest_path_over_the_edge_in_any_direction(seed):
+def test_a_rope_over_an_edge_takes_the_shortest_path_in_any_direction(seed):
     random = np.random.default_rng(seed)
     a = np.array([-random.uniform(1.0, 6.0), random.uniform(-3.0, 3.0), random.uniform(-4.0, 0.2)])
     b = np.array([random.uniform(1.0, 6.0), random.uniform(-3.0, 3.0), random.uniform(-4.0, 0.2)])
@@ -71,7 +71,7 @@ def drawn(mu: float, lateral: float) -> tuple:
 
 
 @pytest.mark.parametrize("aside", [0.0, 3.0])
-def test_both_parts_have_the_tensions_of_a_capstan(aside):
+def test_tensions_on_both_sides_of_an_edge_follow_the_capstan_formula(aside):
     """T1/T2 = e^(mu psi), psi by how much a helix turns the rope; the edge bears the vector sum where the unrolled
     rope is straight."""
     s, a, b, T, wrap, force, place = drawn(MU, aside)
@@ -88,7 +88,7 @@ def test_both_parts_have_the_tensions_of_a_capstan(aside):
     assert imbalance(s) < CLOSES
 
 
-def test_without_friction_both_parts_have_equal_tension():
+def test_without_friction_a_rope_has_equal_tension_on_both_sides_of_an_edge():
     *_, T, _, _, _ = drawn(0.0, 2.0)
     assert T[0] == pytest.approx(T[1], rel=1e-12)
     assert T[0] > 1e4
@@ -109,7 +109,7 @@ def span(x: float, z: float) -> tuple[float, bool]:
     return sum(sqrt(hypot(*e) ** 2 - R * R) for e in (p, q)) + R * turned, True
 
 
-def test_a_pendulum_touches_and_leaves_the_edge_when_a_fine_integration_does():
+def test_a_pendulum_rope_touches_and_leaves_an_edge_when_a_fine_integration_does():
     """A point mass under an elastic rope swings round the edge and back; SciPy integrates the energy's gradient."""
     x0, h = (-3.5, -3.0), 1e-6
 
@@ -172,7 +172,7 @@ def turning_block(seed: int) -> System:
 
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.large(beyond=1)
-def test_a_block_that_turns_over_its_slings_conserves_the_energy_balance(seed):
+def test_a_block_turned_over_edges_of_its_slings_conserves_the_energy_balance(seed):
     s = started(turning_block(seed), **FINE | {"tolerance": 1e-9})
     hand_over(s, 4 * SECOND)
     s.settle()

@@ -59,7 +59,7 @@ def gantries(friction: float) -> System:
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_the_rope_takes_the_shortest_path_over_both_edges(seed):
+def test_a_rope_over_edges_of_two_bodies_takes_the_shortest_path(seed):
     random = np.random.default_rng(seed)
     a = (-random.uniform(4.0, 7.0), random.uniform(-3.0, 3.0), random.uniform(-5.0, -2.0))
     b = (random.uniform(4.0, 7.0), random.uniform(-3.0, 3.0), random.uniform(-5.0, -2.0))
@@ -105,7 +105,7 @@ def loose(kind: str, **more) -> System:
         ("universal", {"axis": Y, "second": X}),
     ],
 )
-def test_bodies_that_can_turn_their_edges_out_of_parallel_are_refused(kind, more):
+def test_edges_on_bodies_that_can_rotate_out_of_parallel_are_refused(kind, more):
     message = (
         "reeving 'r': its edges are on several bodies, and the joint 'j' can turn the one on 'pier' out of parallel"
     )
@@ -114,5 +114,5 @@ def test_bodies_that_can_turn_their_edges_out_of_parallel_are_refused(kind, more
 
 
 @pytest.mark.parametrize(("kind", "more"), [("prismatic", {"axis": X}), ("revolute", {"axis": Y})])
-def test_bodies_whose_edges_stay_parallel_are_accepted(kind, more):
+def test_edges_on_bodies_that_stay_parallel_are_accepted(kind, more):
     started(loose(kind, **more))

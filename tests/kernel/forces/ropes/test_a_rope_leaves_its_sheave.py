@@ -65,7 +65,7 @@ def shown(s):
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_the_length_is_that_of_tangents_and_arc_or_of_the_straight_line(seed):
+def test_the_length_of_a_rope_over_a_sheave_is_that_of_tangents_and_arc_or_the_straight_line(seed):
     """Up until it is straight, and back down; both events are where the closed form says."""
     random = np.random.default_rng(seed)
     r, a, b = random.uniform(0.2, 0.8), (-random.uniform(3.0, 6.0), 0.0), (random.uniform(3.0, 6.0), -2.0)
@@ -88,7 +88,7 @@ def test_the_length_is_that_of_tangents_and_arc_or_of_the_straight_line(seed):
 
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.large(beyond=3)
-def test_over_several_sheaves_the_path_is_the_upper_hull(seed):
+def test_the_path_of_a_rope_over_several_sheaves_is_the_upper_hull(seed):
     """Circles of one rope that turns one way: taut, it is the convex hull of circles and ends above them."""
     random = np.random.default_rng(seed)
     xs, end = (0.0, 2.5, 5.0, 7.5), (11.0, -4.0)
@@ -116,7 +116,7 @@ def test_over_several_sheaves_the_path_is_the_upper_hull(seed):
     assert len(times(s, "r", "found")) >= 1
 
 
-def test_the_rope_leaves_and_meets_its_cylinder_as_mujocos_tendon_does():
+def test_a_rope_leaves_and_meets_its_sheave_as_mujocos_tendon_does():
     """Two sheaves with an eye between them; the end goes up, across and down again."""
     one, eye, two, r1, r2, b = (0.0, 0.0), (3.0, -0.5), (6.0, 0.3), 0.6, 0.4, (9.0, -2.0)
 
@@ -152,7 +152,7 @@ def test_the_rope_leaves_and_meets_its_cylinder_as_mujocos_tendon_does():
 
 
 @pytest.mark.parametrize(("mu", "efficiency"), [(0.15, 1.0), (0.0, 0.95), (0.1, 0.97)])
-def test_friction_acts_only_while_the_rope_touches_the_sheave(mu, efficiency):
+def test_sheave_friction_acts_only_while_the_rope_touches_it(mu, efficiency):
     r, a, b = 0.5, (-5.0, 0.0), (5.0, -3.0)
     leaves = brentq(lambda z: wrap((a[0], z), b, r), 0.0, 20.0)
     made = rope((Sheave(WORLD, Y, r, mu, efficiency),), b, 9.0)
@@ -172,7 +172,7 @@ def test_friction_acts_only_while_the_rope_touches_the_sheave(mu, efficiency):
     assert q[-1] == pytest.approx(a, abs=1e-9)
 
 
-def test_a_load_swings_off_and_onto_its_sheave_with_a_closed_energy_balance():
+def test_a_load_that_swings_off_and_onto_its_sheave_conserves_the_energy_balance():
     """A load on a slide is thrown up, tears the rope off its sheave and falls back, again and again."""
     made = rope((Sheave(WORLD, Y, 0.5),), (4.0, -1.0), 8.3)
     slide = Joint("slide", "prismatic", "world", "end", (-4.0, 0.0, 0.0), axis=Z, q0=(-1.0,), v0=(22.0,))
@@ -190,7 +190,7 @@ def test_a_load_swings_off_and_onto_its_sheave_with_a_closed_energy_balance():
     assert np.array_equal(s.state, again.state)
 
 
-def test_machine_code_and_floats_agree_on_leaving():
+def test_machine_code_and_floats_agree_on_ropes_leaving_sheaves():
     made = rope((Sheave(WORLD, Y, 0.5, 0.1),), (4.0, -1.0), 8.3)
     scene = driven(made, (-4.0, 1.8))
     native, oracle = (led(scene, [("z", 2.0, 0.6)], native=n, h_max=0.05) for n in (True, False))
@@ -200,7 +200,7 @@ def test_machine_code_and_floats_agree_on_leaving():
 
 
 @pytest.mark.parametrize("push", [1e4, 3e5])
-def test_statics_find_the_rope_on_or_off_its_sheave(push):
+def test_statics_finds_a_rope_on_or_off_its_sheave(push):
     """A load pushes the end of the rope up its slide until rope and load are in balance."""
     r, x, b, L0 = 0.5, -4.0, (4.0, -1.0), 8.3
     made = rope((Sheave(WORLD, Y, r),), b, L0)
@@ -221,7 +221,7 @@ def test_statics_find_the_rope_on_or_off_its_sheave(push):
     assert s.row().shown[6] == pytest.approx(max(0.0, wrap((x, z), b, r)), abs=1e-6)
 
 
-def test_a_rope_that_would_wrap_the_other_side_ends_the_run():
+def test_a_rope_that_would_wrap_the_other_side_of_its_sheave_ends_the_run():
     """The end goes up, around its other end and back below the sheave."""
     scene = driven(rope((Sheave(WORLD, Y, 0.5),), (5.0, -3.0), 9.0), (-5.0, 0.0))
     moves = [("z", 4.0, 10.0), ("x", 4.0, 14.0), ("z", -4.0, -20.0), ("x", -4.0, -12.0), ("z", 4.0, 13.0)]
@@ -230,7 +230,7 @@ def test_a_rope_that_would_wrap_the_other_side_ends_the_run():
 
 
 @pytest.mark.parametrize("speed", [0.7, -2.0])
-def test_a_sheave_that_turns_under_a_sliding_rope_winds_nothing_up(speed):
+def test_a_sheave_turning_under_a_slipping_rope_winds_nothing_up(speed):
     """The body of the sheave turns about its axle by turns; without friction that is nothing to the rope."""
     r, a, b = 0.5, (-4.0, 0.0), (4.0, -1.0)
     made = rope((Sheave(Point("drum"), Y, r),), b, 8.0)
@@ -245,7 +245,7 @@ def test_a_sheave_that_turns_under_a_sliding_rope_winds_nothing_up(speed):
 
 
 @pytest.mark.parametrize(("seed", "ends"), [(0, ""), (3, ""), (4, ""), (5, "part 2 comes within its sheave")])
-def test_loads_flung_about_on_ropes_over_several_sheaves_lose_no_energy(seed, ends):
+def test_loads_thrown_about_on_ropes_over_several_sheaves_lose_no_energy_without_friction(seed, ends):
     """Free loads, friction, slack and shocks, sheaves left and found; or a sentence, where an end meets a sheave."""
     random = np.random.default_rng(seed)
     n = int(random.integers(1, 4))

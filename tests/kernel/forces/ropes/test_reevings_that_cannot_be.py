@@ -27,7 +27,7 @@ BAD = [
 
 
 @pytest.mark.parametrize(("changes", "told"), BAD)
-def test_reevings_that_cannot_be(changes, told):
+def test_impossible_reevings_are_refused(changes, told):
     made = {"a": Point("world", (-5.0, 0.0, 0.0)), "sheaves": (Sheave(WORLD, Y, 0.3),), "b": LOAD, "EA": 1e6}
     made |= {"signal": InputSignal(10.0), **changes}
     with pytest.raises(KernelError) as e:
@@ -54,7 +54,7 @@ def test_a_rope_along_the_axis_of_its_sheave_is_refused():
     assert str(e.value) == "reeving 'rope': part 1 runs along the axis of its sheave; turn the axis across the rope"
 
 
-def test_a_load_that_runs_into_its_sheave_names_the_rope():
+def test_a_load_that_runs_into_its_sheave_ends_the_run_with_the_name_of_the_rope():
     s = started(flung(Y))
     with pytest.raises(KernelError) as e:
         s.run(SECOND)

@@ -90,7 +90,7 @@ def simulation():
     return Simulation(replace(system, ropes=tuple(replace(r, winch=True) for r in system.ropes)))
 
 
-def test_accelerations_at_random_states_with_turning_drums_and_slack_ropes(simulation):
+def test_ropes_over_turning_drums_have_the_accelerations_of_mujoco_at_random_states(simulation):
     program, layout = simulation.program, simulation.method.layout
     n = program.nq + program.nv
     peer = Peer(program.system, program.graph)

@@ -41,7 +41,7 @@ def frequencies(system: System) -> list[float]:
     return sorted(2.0 * pi * m.frequency for m in modes(s).oscillations)
 
 
-def test_a_third_of_the_rope_mass_counts_for_axial_motion():
+def test_for_axial_motion_a_third_of_the_rope_mass_counts():
     """Rayleigh's quotient; the exact frequency is that of u tan u = m_rope / m, u = w sqrt(m_rope / k)."""
     axial = frequencies(hung(ELASTIC))[1]
     assert axial == pytest.approx(sqrt(K / (M + OWN / 3.0)), rel=SMALL)
@@ -49,7 +49,7 @@ def test_a_third_of_the_rope_mass_counts_for_axial_motion():
     assert axial == pytest.approx(exact, rel=SECOND_ORDER)
 
 
-def test_a_heavy_rope_swings_as_a_rod_with_the_load_at_its_end():
+def test_a_heavy_rope_swings_as_a_rod_with_a_load_at_its_end():
     stretched = L + (M + OWN / 2.0) * G / K
     want = sqrt(G / stretched * (M + OWN / 2.0) / (M + OWN / 3.0))
     assert frequencies(hung(ELASTIC))[0] == pytest.approx(want, rel=SMALL)
@@ -64,7 +64,7 @@ def test_the_reported_tension_is_that_at_the_hook(rope):
 
 
 @pytest.mark.parametrize("rope", [ELASTIC, RIGID], ids=lambda r: type(r).__name__)
-def test_the_energy_of_the_rope_mass_is_counted(rope):
+def test_the_energy_of_the_rope_mass_is_included(rope):
     far = 0.2 * L
     s = started(hung(rope, x=far, z=-sqrt(L**2 - far**2)), tolerance=1e-10, sample_ns=50_000_000)
     hand_over(s, 10_000_000_000)
@@ -79,7 +79,7 @@ def test_a_rope_without_mass_costs_nothing():
 
 
 @pytest.mark.parametrize("rope", [ELASTIC, RIGID], ids=lambda r: type(r).__name__)
-def test_a_rope_without_mass_has_code_of_its_own(rope):
+def test_a_massless_rope_has_code_of_its_own(rope):
     with_mass, without = (Simulation(hung(r), native=False).native.structure for r in (rope, replace(rope, mass=0.0)))
     assert with_mass != without
 

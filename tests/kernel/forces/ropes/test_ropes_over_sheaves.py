@@ -56,7 +56,7 @@ def test_the_lead_line_of_a_tackle_carries_more_when_hoisting_and_less_when_lowe
     assert imbalance(s) < CLOSES
 
 
-def test_parts_of_a_frictionless_tackle_have_equal_tension():
+def test_all_parts_of_a_frictionless_tackle_have_equal_tension():
     given, expected = FORMS["C14"]["given"], FORMS["C14"]["expected"]
     scene = tackle(given["n"], 1.0, given["W"] / G, 20.0, 1.0e8, 0.0)
     s = started(scene, tolerance=1e-9)
@@ -93,7 +93,7 @@ def atwood(m1: float, m2: float, mu: float, swing: float = 0.0, R: float = 0.5, 
 
 
 @pytest.mark.parametrize("swing", [0.0, 1.0])
-def test_a_capstan_slides_beyond_the_ratio_of_euler_and_eytelwein(swing):
+def test_a_rope_on_a_capstan_slips_beyond_the_ratio_of_euler_and_eytelwein(swing):
     """200 kg against 120 kg: more than exp(0.1 pi), so they run with a = g (m1 - rho m2)/(m1 + rho m2)."""
     m1, m2, rho = 200.0, 120.0, exp(0.1 * pi)
     s = started(atwood(m1, m2, 0.1, swing), **FINE)
@@ -110,7 +110,7 @@ def test_a_capstan_slides_beyond_the_ratio_of_euler_and_eytelwein(swing):
     assert imbalance(s) < CLOSES
 
 
-def test_a_capstan_holds_below_that_ratio():
+def test_a_rope_on_a_capstan_holds_below_the_ratio_of_euler_and_eytelwein():
     m1, m2 = 200.0, 120.0
     s = started(atwood(m1, m2, 0.4), **FINE)
     s.interrupt(2 * SECOND)
@@ -119,7 +119,7 @@ def test_a_capstan_holds_below_that_ratio():
     assert abs(s.row().v).max() < 1e-6
 
 
-def test_a_swing_reverses_the_slip_of_a_sheave():
+def test_a_swing_reverses_the_direction_of_slip_over_a_sheave():
     """A winch that goes up and down: the sheave slips, sticks and slips back; no energy is lost from the accounts."""
     load = slider(mass=1000.0, q0=-10.0)
     sheave = Sheave(Point("world", (-0.3, 0.0, 0.0)), Y, 0.3, 0.15)
@@ -147,7 +147,7 @@ def test_a_load_that_falls_into_its_tackle_bounces():
     assert imbalance(s) < CLOSES
 
 
-def test_wrapped_ropes_pull_as_mujocos_tendons_do():
+def test_wrapped_ropes_exert_the_forces_of_mujocos_tendons():
     """A boom on a hinge with a sheave at its tip, a fixed sheave, an eye between them, a load on a free joint."""
     boom, load = (
         Body("boom", 300.0, (2.0, 0.0, 0.0), cube(300.0, 2.0)),
@@ -249,7 +249,7 @@ def test_a_drum_turns_with_the_rope_that_sticks_to_it():
     assert np.abs(q[:, 1] + R * q[:, 0]).max() < 0.01, "load down, drum round"
 
 
-def test_machine_code_and_floats_agree():
+def test_machine_code_and_floats_agree_on_ropes_over_sheaves():
     native, oracle = (
         started(atwood(200.0, 120.0, 0.1, 1.0), native=n, tolerance=1e-8, h_max=0.01) for n in (True, False)
     )

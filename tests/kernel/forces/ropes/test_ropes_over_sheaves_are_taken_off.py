@@ -27,7 +27,7 @@ def pair(damping: float, friction: float = 0.0) -> System:
     return replace(scene, joints=(replace(float_, q0=tuple(map(float, rest))),))
 
 
-def test_the_load_of_a_broken_pair_goes_to_the_ropes_beside_it():
+def test_the_load_of_a_broken_pair_of_ropes_goes_to_the_neighbouring_ones():
     """Before, all three share by their stiffness; after the ringing the two that are left carry the weight."""
     s = started(pair(3e4), **FINE)
     before = s.row()
@@ -46,7 +46,7 @@ def test_the_load_of_a_broken_pair_goes_to_the_ropes_beside_it():
     assert imbalance(s) < CLOSES
 
 
-def test_a_break_without_damping_overshoots_by_the_full_lost_tension():
+def test_an_undamped_rope_break_overshoots_by_the_full_lost_tension():
     """A step on an undamped spring: T = T_end + (T_end - T_before)."""
     s = started(pair(0.0), **FINE)
     before = float(s.row().tension[0])
@@ -73,7 +73,7 @@ def move(s, way: float, seconds: int) -> None:
     hand_over(s, s.native.epoch + seconds * SECOND)
 
 
-def test_a_rope_hooked_again_takes_the_path_of_its_ends():
+def test_a_rope_hooked_again_takes_the_path_between_its_new_ends():
     """Off, its end goes up past the sheave; hooked there it is straight; drawn down it finds the sheave and slides."""
     s = led()
     move(s, 4.0, 5)
@@ -97,7 +97,7 @@ def test_a_rope_hooked_again_takes_the_path_of_its_ends():
     assert s.row().shown[:2] == pytest.approx([0.0, 0.0])
 
 
-def test_a_rope_is_hooked_only_where_it_is_long_enough():
+def test_a_rope_over_sheaves_can_be_hooked_only_if_it_is_long_enough():
     s = led(L0=6.0)
     with pytest.raises(KernelError, match=r"^rope 'r' at 0\.000 s: 7\d\d mm too short to be hooked there"):
         s.hook("r")

@@ -12,7 +12,7 @@ FINE = {"tolerance": 1e-11, "h_max": 0.01}
 EPS = MASS * G / EA
 
 
-def test_a_falling_load_is_caught_where_the_rope_is_straight():
+def test_a_falling_load_is_caught_when_its_rope_is_straight():
     s = started(hung(59.0), **FINE)
     s.run(SECOND)
     (t_ns, e), *_ = s.log
@@ -34,7 +34,7 @@ def test_without_damping_a_bouncing_load_slackens_its_rope_where_it_was_caught()
     assert slack[0] - taut[0] == pytest.approx(caught, abs=1e-7)
 
 
-def test_with_damping_the_rope_slackens_while_it_is_still_stretched():
+def test_with_damping_a_rope_goes_slack_while_it_is_still_stretched():
     """The tension EA strain + c e' is gone before the elongation is; at that nanosecond it is below zero, just."""
     c = 2.0e6
     s = started(hung(59.0, damping=c), **FINE)
@@ -48,7 +48,7 @@ def test_with_damping_the_rope_slackens_while_it_is_still_stretched():
     assert min(r[s.method.row_layout.at["tension"]][0] for _, r in s.rows) == 0.0
 
 
-def test_lift_off_at_constant_drum_speed():
+def test_lift_off_at_constant_drum_speed_follows_the_closed_form():
     """C07a with the winch law: a load on the ground (a stop) leaves it at t = L eps / ((1 + eps) v)."""
     v, k = 0.05, 1.0e15
     ground = Stop("ground", "load-guide", -60.0 + MASS * G / k, 100.0, k, 0.6 * sqrt(k * MASS))
@@ -64,7 +64,7 @@ def test_lift_off_at_constant_drum_speed():
     assert times(s, "ground", "open")[0] == pytest.approx(want, abs=1e-5)  # its damper lets go a moment before
 
 
-def test_a_sling_is_hooked_only_if_it_is_long_enough():
+def test_a_sling_can_be_hooked_only_if_it_is_long_enough():
     s = started(hung(60.25, hooked=False), **FINE)
     before = s.P.copy()
     with pytest.raises(KernelError) as e:
@@ -86,7 +86,7 @@ def test_a_sling_is_hooked_only_if_it_is_long_enough():
         s.hook("rope")
 
 
-def test_hooking_at_another_point_makes_the_rope_taut_from_there():
+def test_a_sling_hooked_at_another_point_becomes_taut_there():
     scene = hung(60.0, hooked=False)
     rope = scene.ropes[0]
     line = replace(rope.lines[0], a=Point("world", (0.0, 0.0, 5.0)))
@@ -99,7 +99,7 @@ def test_hooking_at_another_point_makes_the_rope_taut_from_there():
     assert times(s, "rope", "taut")[0] == pytest.approx(sqrt(2 * 0.5 / G), abs=2e-9)
 
 
-def test_an_unhooked_rope_neither_pulls_nor_reports():
+def test_an_unhooked_rope_has_neither_tension_nor_events():
     s = started(hung(60.0 * (1 + EPS)), **FINE)
     hand_over(s, SECOND)
     s.unhook("rope")

@@ -47,7 +47,7 @@ def swung(method, tolerance, stiffer=1.0, lighter=1.0):
         ("radau5", 1e6, 1e-6, 6000),
     ],
 )
-def test_stiff_ropes_and_light_loaders_cost_few_steps(method, stiffer, lighter, most):
+def test_stiff_ropes_and_light_lifting_beams_need_few_steps(method, stiffer, lighter, most):
     s, place = swung(method, COARSE, stiffer, lighter)
     _, exact = swung("radau5", FINE, stiffer, lighter)
     assert place == pytest.approx(exact, abs=CLOSE)

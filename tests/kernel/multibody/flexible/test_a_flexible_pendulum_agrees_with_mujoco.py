@@ -64,7 +64,7 @@ def chain() -> np.ndarray:
     return np.array(out)
 
 
-def test_it_falls_as_a_chain_of_segments_does():
+def test_a_flexible_pendulum_falls_like_a_chain_of_rigid_segments_in_mujoco():
     """The swing pulls at the link with twice its Euler load: without the shortening of a bent beam (geometric
     stiffness) it would end 0.19 m off."""
     bent, stiff, want = elbow(True), elbow(False), chain()

@@ -82,7 +82,7 @@ CASES = [  # frame, place of the load, deflection under a force of one newton
 @pytest.mark.parametrize(("given", "direction"), [("beam", 1.0), ("matrices", -1.0)])
 @pytest.mark.parametrize(("frame", "at", "softness"), CASES)
 @pytest.mark.large(beyond=2)
-def test_deflections_are_noted_at_5_percent_and_refused_at_25(given, frame, at, softness, direction):
+def test_beam_deflections_are_noted_at_5_percent_and_refused_at_25(given, frame, at, softness, direction):
     def bent(part: float) -> str:
         flexible = matrices(BEAM, frame) if given == "matrices" else None
         flexible = flexible or Flexible(4, BEAM, frame=frame, damping=1.0, loads=(at,))
@@ -97,7 +97,7 @@ def test_deflections_are_noted_at_5_percent_and_refused_at_25(given, frame, at, 
     assert "where the theory of small deflections means nothing" in ended
 
 
-def test_a_note_comes_once_and_its_time_does_not_depend_on_how_a_run_is_cut():
+def test_a_deflection_note_comes_once_and_at_the_same_time_however_a_run_is_cut():
     system = scene(force=(0.0, 0.0, 1800.0))
     whole, cut = (started(system, tolerance=1e-8) for _ in range(2))
     hand_over(whole, 3 * SECOND)
@@ -110,7 +110,7 @@ def test_a_note_comes_once_and_its_time_does_not_depend_on_how_a_run_is_cut():
     assert whole.notes == cut.notes == again.notes
 
 
-def test_twist_counts_as_turning():
+def test_twist_of_a_beam_counts_as_rotation():
     """GJ theta / L = moment, which turns with the end: 0.225 rad are noted, 1.125 rad refused."""
     GJ, SEEN = 2e5, 8.0 / pi**2 * (1.0 + 1.0 / 9.0)  # what two modes show of the linear twist
     flexible = Flexible(2, Beam(L, PER_LENGTH, GJ=GJ, polar=50.0), damping=1.0)
@@ -120,12 +120,12 @@ def test_twist_counts_as_turning():
         assert bool(sentence) == bool(what)
 
 
-def test_a_root_moment_larger_than_statics_allow_never_comes_out():
+def test_a_root_moment_above_the_static_limit_is_never_reported():
     """100 kN at the tip of 10 m make at most 1000 kN m, however the beam bends: refused long before."""
     assert "means nothing" in said(scene(force=(0.0, 0.0, 1e5)))
 
 
-def test_a_beam_that_begins_bent_is_noted_at_the_start():
+def test_a_beam_that_is_bent_at_the_start_is_noted_at_the_start():
     s = started(scene(Flexible(1, BEAM, start=(0.08 * L,))))
     s.run(1)
     assert [n.t_ns for n in s.notes] == [0]
@@ -149,7 +149,7 @@ def on_tip(part: float) -> tuple[float, float, float]:
 @pytest.mark.parametrize("modes", [1, 4])
 @pytest.mark.parametrize(("frame", "times"), [("clamped", 1.0), ("simply supported", 4.0)])
 @pytest.mark.large(beyond=1)
-def test_a_column_beyond_its_euler_load_is_refused_however_straight_it_is(frame, times, modes):
+def test_a_straight_column_beyond_its_euler_load_is_refused(frame, times, modes):
     flexible = Flexible(modes, BEAM, frame=frame, damping=1.0)
     assert upright(column(flexible, force=on_tip(0.45 * times))) == ""
     assert "is compressed to 60 % of the load at which it buckles; make" in upright(
@@ -183,7 +183,7 @@ def test_a_body_given_by_matrices_reports_that_compression_is_ignored():
     assert upright(column(flexible, force=on_tip(1.1))).startswith("ends: body 'jib'")
 
 
-def test_a_column_held_by_something_else_is_not_refused():
+def test_a_column_supported_by_another_body_is_not_refused():
     """Guyed at its top it carries more; how much more its frame cannot say."""
     system = column(Flexible(3, BEAM, damping=1.0), force=on_tip(1.5))
     feet = ((8.0, 0.0), (-8.0, 0.0), (0.0, 8.0), (0.0, -8.0))
@@ -197,7 +197,7 @@ def test_a_column_held_by_something_else_is_not_refused():
     assert "if nothing but its frame held it" in sentence
 
 
-def test_a_shock_is_not_reported_as_buckling():
+def test_a_short_shock_is_not_reported_as_buckling():
     """Twice the Euler load for 30 ms."""
     blow = InputSignal(times=(0.0, 0.5, 0.5, 0.53, 0.53), values=(0.0, 0.0, 1.0, 1.0, 0.0))
     system = column(Flexible(2, BEAM, damping=0.1), force=on_tip(2.0), signal=blow)
@@ -206,7 +206,7 @@ def test_a_shock_is_not_reported_as_buckling():
     assert s.notes == []
 
 
-def test_a_spinning_blade_is_stiffened_by_its_tension():
+def test_tension_stiffens_a_spinning_blade():
     """A tension of many Euler loads is no compression."""
     system = scene(Flexible(2, BEAM, damping=0.1))
     hub = Joint("root", "revolute", "world", "jib", axis=Y, v0=(20.0,))

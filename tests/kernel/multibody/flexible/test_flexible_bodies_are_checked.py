@@ -67,7 +67,7 @@ def test_invalid_flexible_bodies_are_refused(flexible, told):
     assert "\n" not in str(e.value)
 
 
-def test_points_off_a_flexible_body_are_refused():
+def test_points_outside_a_flexible_body_are_refused():
     with pytest.raises(KernelError, match=r"body 'beam': x = 10.5 m lies beyond its ends at 0 and 10 m"):
         Program(system(GOOD, (10.5, 0.0, 0.0)))
     held = replace(NODAL, held=(0, 1))
@@ -75,13 +75,13 @@ def test_points_off_a_flexible_body_are_refused():
         Program(system(Flexible(1, nodal=held)))
 
 
-def test_only_the_recursive_formulation_knows_modes():
+def test_only_the_recursive_formulation_supports_flexible_bodies():
     with pytest.raises(KernelError, match="body 'beam' is flexible, but formulation 'augmented' knows rigid bodies"):
         Program(system(GOOD), "augmented")
 
 
 @pytest.mark.parametrize("EA", [1e6, 0.0])
-def test_a_rope_is_hooked_at_a_new_point_of_the_same_station_only(EA):
+def test_a_rope_can_be_hooked_at_a_new_point_of_the_same_beam_station_only(EA):
     """The new end is given in the body's frame: 2 m above the axis at x = 5 m, 1 m from the rope's other end."""
     line = Line(Point("beam", (5.0, 0.0, 0.5)), Point("world", (5.0, 0.0, 3.0)))
     rope = Rope("rope", (line,), EA, 4.0, hooked=False) if EA else RigidRope("rope", (line,), 4.0, hooked=False)

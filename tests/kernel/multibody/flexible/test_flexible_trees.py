@@ -47,7 +47,7 @@ def difference(f, x, h):
 @pytest.mark.parametrize("slider", [False, True])
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.large(beyond=2)
-def test_accelerations_solve_lagranges_equations_of_the_energies(seed, slider):
+def test_accelerations_of_flexible_trees_satisfy_lagranges_equations(seed, slider):
     program = Program(flexible_tree(seed, slider=slider))
     n = program.nv
     q, v = state_of(program, seed)
@@ -68,7 +68,7 @@ def test_accelerations_solve_lagranges_equations_of_the_energies(seed, slider):
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
 @pytest.mark.large(beyond=1)
-def test_a_floating_tree_keeps_energy_and_momentum(seed):
+def test_a_floating_flexible_tree_conserves_energy_and_momentum(seed):
     system = replace(flexible_tree(seed, ("revolute", "spherical"), root="free"), gravity=0.0)
     s = Simulation(system, tolerance=1e-11, sample_ns=50_000_000, h_max=0.01, cache=False)
     q, v = state_of(s.program, seed, 0.02)
@@ -89,7 +89,7 @@ def test_a_floating_tree_keeps_energy_and_momentum(seed):
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_inverse_dynamics_returns_the_forces(seed):
+def test_inverse_dynamics_of_a_flexible_tree_returns_its_forces(seed):
     program = Program(flexible_tree(seed, ("revolute", "prismatic", "spherical")))
     q, v = state_of(program, seed)
     x = evaluated(program, q, v)
@@ -105,7 +105,7 @@ def test_inverse_dynamics_returns_the_forces(seed):
 
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.large(beyond=1)
-def test_machine_code_and_floats_agree(seed):
+def test_machine_code_and_floats_agree_on_flexible_trees(seed):
     simulation = Simulation(flexible_tree(seed, ("revolute", "prismatic", "spherical")), cache=False)
     program = simulation.program
     q, v = state_of(program, seed)

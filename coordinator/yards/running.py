@@ -3,12 +3,13 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from heavylift.nodes.yard.answers import answered
-from heavylift.nodes.yard.reading import load
+from heavylift.coordinator.run.models import ModelRun, run_models
+from heavylift.coordinator.run.replications import numbers, replicate
+from heavylift.nodes.yard.answers import answered, spans
+from heavylift.nodes.yard.exchange import exported
 from heavylift.recordings.sheets.sheet import Sheet
 
-from .models import ModelRun, run_models
-from .replications import numbers, replicate
+from .model import load_yard
 
 
 def run_yard(
@@ -20,13 +21,19 @@ def run_yard(
     force: bool = False,
     replications: int = 0,
     seed: int = 1,
+    exports: Sequence[Path] = (),
+    drawn: bool = False,
 ) -> tuple[Sheet, ModelRun | None]:
-    """What is known of a yard after a run, or after so many replications; raises HeavyliftError."""
-    yard = load(file, settings)
-    build = f"heavylift.nodes.yard.models:yard({str(file)!r}, {[*settings]!r})"
+    """What is known of a yard after a run, perhaps `drawn`, whose schedule is exported, or after so many replications;
+    raises HeavyliftError."""
+    yard = load_yard(file, settings)
+    build = f"heavylift.coordinator.yards.model:yard({str(file)!r}, {[*settings]!r})"
     if replications:
         values, run = replicate(build, replications, seed, workers=processes).values, None
     else:
         run = run_models(build, None, output, in_process, processes=processes, force=force)
         values = {key: [x] for path, result in run.results.items() for key, x in numbers(path, result)}
-    return answered(yard, {key.partition(".")[2]: x for key, x in values.items()}), run
+    values = {key.partition(".")[2]: x for key, x in values.items()}
+    for out in exports:
+        exported(yard, spans(yard, values), out, force)
+    return answered(yard, values, drawn), run

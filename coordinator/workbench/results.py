@@ -1,0 +1,132 @@
+"""What is recorded in the folder: verdicts, what the page plays of them, reports and drawings to keep."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from functools import lru_cache
+from itertools import chain
+from pathlib import Path
+from typing import Any
+
+import msgspec
+from heavylift.coordinator.verdict.judging import verdict_of
+from heavylift.kernel.description.findings import Check
+from heavylift.kernel.errors import HeavyliftError, RecordingError, SceneError
+from heavylift.nodes.scene.text.files import within
+from heavylift.recordings import Recording
+from heavylift.recordings.documents.document import alternatives, project_of, report, report_sheet
+from heavylift.recordings.documents.facts import facts
+from heavylift.recordings.drawings import drawings
+from heavylift.recordings.read.verdict import RecordedVerdict
+from heavylift.recordings.render.view import content, page
+from heavylift.recordings.sheets.sheet import page_of, table_html
+from heavylift.recordings.write.partfile import written
+
+ENDING = ".mcap"
+MOST = 100  # recordings that are listed
+STUDY, LIMITS = "summary.html", "-limits.html"  # pages of a sweep in its folder, and of limits
+KEPT = {
+    ".pdf": "application/pdf", ".dxf": "image/vnd.dxf", ".svg": "image/svg+xml",
+    ".xlsx": "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet",
+}  # fmt: skip
+
+
+def of_checks(state: str, line: str, checks: Iterable[Check], tables: Iterable[str] = ()) -> dict[str, Any]:
+    """A verdict as pages list it."""
+    listed = [msgspec.to_builtins(check) | {"word": check.word} for check in checks]
+    return {"state": state, "line": line, "checks": listed, "tables": list(tables)}
+
+
+def recordings(folder: Path) -> Iterator[dict[str, str]]:
+    """Recordings of a folder, newest first, with their verdicts."""
+    found = sorted(((-x.stat().st_mtime_ns, x) for x in folder.glob(f"*{ENDING}")), key=lambda x: (x[0], x[1].name))
+    for changed, path in found[:MOST]:
+        state, line = _verdict(path, changed)
+        yield {"name": path.name, "state": state, "line": line}
+
+
+@lru_cache(4 * MOST)
+def _verdict(path: Path, changed: int) -> tuple[str, str]:
+    try:
+        verdict = verdict_of(Recording(path))
+    except (HeavyliftError, OSError) as error:
+        return "none", str(error)
+    return (verdict.state, verdict.line) if verdict else ("none", "")
+
+
+def studies(folder: Path) -> list[str]:
+    """Pages of sweeps and limits in a folder."""
+    found = chain(folder.glob(f"*/{STUDY}"), folder.glob(f"*{LIMITS}"))
+    return [path.relative_to(folder).as_posix() for path in sorted(found) if path.is_file()]
+
+
+def played(folder: Path, name: str, other: str = "") -> dict[str, Any]:
+    """A recording as the page plays it, with its verdict; a second one beside it, with the tables that compare them."""
+    rec, verdict = _recorded(folder, name)
+    found: dict[str, Any] = {"run": {}, "checks": None, "differences": []}
+    beside = None
+    if other:
+        beside, judged = _recorded(folder, other)
+        sheet = alternatives(facts(rec, verdict), facts(beside, judged))
+        found["differences"] = [table_html(table) for table in sheet.tables]
+    found["run"] = content(rec, verdict, beside)
+    if verdict:
+        tables = [table_html(table) for table in report_sheet(rec, verdict).tables if not table.blank]
+        found["checks"] = of_checks(verdict.state, verdict.line, verdict.checks, tables)
+        near = [{"names": [c.a, c.b], "t": c.t, "ends": [c.p_WA, c.p_WB]} for c in verdict.clearances]
+        found["checks"] |= {"notes": list(verdict.tables[0].notes if verdict.tables else ()), "ends": "", "near": near}
+    return found
+
+
+def result(folder: Path, kind: str, name: str) -> str:
+    """The page of a recording in the folder, `view` in 3D or `report`; raises HeavyliftError if there is none."""
+    rec, verdict = _recorded(folder, name)
+    if kind not in ("view", "report"):
+        raise SceneError(f"'{kind}' is no page of a recording")
+    return page(content(rec, verdict)) if kind == "view" else page_of(report_sheet(rec, verdict, pictures=True))
+
+
+def compared(folder: Path, a: str, b: str) -> str:
+    """The page of two recordings in the folder beside each other; raises HeavyliftError if there are none."""
+    one, other = (facts(*_recorded(folder, name)) for name in (a, b))
+    return page_of(alternatives(one, other, pictures=True))
+
+
+def keep(folder: Path, name: str) -> dict[str, list[str]]:
+    """Write report and drawings of a recording into the folder: their names, and a sentence for each that cannot be."""
+    rec, verdict = _recorded(folder, name)
+    stem = rec.path.with_suffix("")
+    made, refused = list[str](), list[str]()
+    for ending in (".pdf", ".xlsx", ".dxf"):
+        try:
+            made.append(report(rec, f"{stem}-report{ending}", verdict, force=True).name)
+        except RecordingError as error:
+            refused.append(str(error))
+    for number, drawing in enumerate(drawings(rec, verdict, project_of(rec)._asdict()), 1):
+        path = Path(f"{stem}-drawing-{number}.svg")
+        made.append(written(str(drawing.image), path, "a drawing", (".svg",), True).name)
+    return {"made": made, "refused": refused}
+
+
+def kept(folder: Path, name: str) -> tuple[bytes, str]:
+    """A report or drawing in the folder, or the page of a study there, with its media type; raises SceneError."""
+    path = _inside(folder, name)
+    study = path.name == STUDY or path.name.endswith(LIMITS)
+    if not path.is_file() or not (study or path.suffix in KEPT):
+        raise SceneError(f"'{name}' is no document of this folder")
+    return path.read_bytes(), KEPT.get(path.suffix, "text/html")
+
+
+def _inside(folder: Path, name: str) -> Path:
+    try:
+        return within(folder, folder / name)
+    except ValueError as error:
+        raise SceneError(f"'{name}': {error}") from None
+
+
+def _recorded(folder: Path, name: str) -> tuple[Recording, RecordedVerdict | None]:
+    path = _inside(folder, name)
+    if path.suffix != ENDING:
+        raise SceneError(f"'{name}' is no recording")
+    rec = Recording(path)
+    return rec, verdict_of(rec)

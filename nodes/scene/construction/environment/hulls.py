@@ -1,0 +1,87 @@
+"""Free vessels whose water is a file of hydrodynamics: hydrostatics, radiation with memory, and loads of the waves."""
+
+from math import sqrt
+
+from heavylift.kernel.algebra.dense import product
+from heavylift.kernel.algebra.elementary import atan2
+from heavylift.kernel.description.forces import InputSignal, Load, Radiation, Wave, WaveSum
+from heavylift.kernel.description.mechanics import Point, Vector
+from heavylift.kernel.errors import SceneError
+from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
+from heavylift.nodes.scene.keys.environment import Vessel, Waves
+from heavylift.nodes.scene.text.files import content, within
+from heavylift.nodes.scenes import vessels_folder
+from heavylift.nodes.sea.hydrodynamics import Hydrodynamics, loads_in_sea, read_hydrodynamics
+from heavylift.nodes.sea.spectra import Component
+
+LARGEST = 1 << 24  # of a file [bytes]
+AFLOAT = 0.02  # of the displacement, by which the weight may differ from that of the file
+
+
+def hydrodynamics_of(builder: SceneBuilder, name: str, file: str) -> Hydrodynamics | None:
+    """Return what the file of a vessel says; a fault of the scene and None if it cannot be read."""
+    source, at = builder.source, ("vessels", name, "floating", "hydrodynamics")
+    known = {path.stem: path for path in sorted(vessels_folder().glob("*.json"))}
+    try:
+        path = known[file] if file in known else within(source.root, source.root / file)
+        return read_hydrodynamics(content(path, LARGEST), file)
+    except FileNotFoundError:
+        there = ", ".join(known)
+        source.fault(
+            at, f"there is no file '{file}' beside the scene, and no bundled hull of this name", f"there are {there}"
+        )
+    except (OSError, ValueError, SceneError) as error:
+        source.fault(at, getattr(error, "strerror", None) or str(error))
+    return None
+
+
+def check_draught(builder: SceneBuilder, name: str, hull: Hydrodynamics, mass: float) -> None:
+    """Check that a vessel floats about as deep as in its file, with all that stands on it [kg]."""
+    displaced = hull.density * hull.volume
+    if abs(mass - displaced) > AFLOAT * displaced:
+        message = (
+            f"it weighs {mass / 1e3:.6g} t with all that stands on it, and its hull displaces {displaced / 1e3:.6g} t"
+        )
+        builder.source.fault(("vessels", name, "mass"), message, "change its ballast, or take data of another draught")
+
+
+def restoring(hull: Hydrodynamics, gravity: float, weight: float, height: float) -> tuple[float, float, float]:
+    """Return the stiffness of heave [N/m], roll and pitch [N m] of a weight whose centre is at a height over the
+    waterline [m]."""
+    across, along = (weight * (metacentre - height) for metacentre in hull.metacentres)
+    return hull.density * gravity * hull.waterplane, across, along
+
+
+def radiation(name: str, hull: Hydrodynamics, vessel: Vessel) -> Radiation:
+    """Return the radiation force at the vessel's origin."""
+    return Radiation(f"{name}.radiation", Point(name), hull.radiation.F, hull.radiation.G, vessel.attitude)
+
+
+def wave_loads(builder: SceneBuilder, name: str, hull: Hydrodynamics, vessel: Vessel, waves: Waves) -> list[Load]:
+    """Return the six loads of the waves, in the directions of the vessel at rest."""
+    away = (vessel.at[0] - waves.origin[0], vessel.at[1] - waves.origin[1])
+    amplitude, frequency = waves.regular
+    regular = [Component(frequency, amplitude, waves.heading, 0.0)] if amplitude else []
+    sea = regular or waves.harmonics(builder.scene.seed)
+    sums = loads_in_sea(hull, sea, away, vessel.heading, builder.scene.gravity, waves.ramp)
+    signals = [_alone(x) if regular else InputSignal(0.0, waves=x) for x in sums]
+    modes = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+    return [
+        _load(f"{name}.{mode} wave", name, i, vessel, signal)
+        for i, (mode, signal) in enumerate(zip(modes, signals, strict=True))
+    ]
+
+
+def _alone(x: WaveSum) -> InputSignal:
+    """Return the signal of a single harmonic, which needs no pieces."""
+    c, s = x.cosines[0], x.sines[0]
+    size = sqrt(c * c + s * s)
+    return InputSignal(0.0, wave=Wave(size, x.frequencies[0], x.ramp, float(atan2(-s, c))))
+
+
+def _load(label: str, name: str, mode: int, vessel: Vessel, signal: InputSignal) -> Load:
+    unit = [1.0 if i == mode % 3 else 0.0 for i in range(3)]
+    x, y, z = product(vessel.attitude, unit)
+    along: Vector = (x, y, z)
+    zero = (0.0, 0.0, 0.0)
+    return Load(label, Point(name), along if mode < 3 else zero, along if mode > 2 else zero, signal=signal)

@@ -1,0 +1,135 @@
+"""What water does to a hull, as a file: hydrostatics, added mass, radiation with the error of its fit, wave loads.
+
+The file is JSON, in SI units; surge, sway, heave, roll, pitch, yaw about the origin of the vessel, x to its bow, y to
+port, z up from the waterline at rest. A wave load is complex: a wave of elevation cos(w t) at the origin loads the hull
+with Re(X exp(i w t)) per metre of amplitude. Headings are those to which the waves travel, against the bow.
+"""
+
+from bisect import bisect_right
+from collections.abc import Sequence
+from itertools import pairwise
+from math import pi
+
+import msgspec
+from heavylift.kernel.algebra.elementary import cos, sin
+from heavylift.kernel.description.forces import Matrix6, Row6, WaveSum
+from heavylift.kernel.errors import SceneError
+
+from .spectra import Component
+
+VERSION = 1
+WORST = 0.05  # of the largest added mass or damping of a mode: a fit that misses more is refused
+FINE = 0.5  # [rad] of the fastest component in a cubic piece: 2e-4 of its amplitude
+SIDES = (1.0, -1.0, 1.0, -1.0, 1.0, -1.0)  # how loads change where a wave comes from the other side of a symmetric hull
+
+
+class FitError(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Largest error of the radiation's state space, as parts of the largest added mass and damping of a mode."""
+
+    added_mass: float
+    damping: float
+
+
+class RadiationStates(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The radiation's passive state space, see `Radiation` of the kernel."""
+
+    F: tuple[tuple[float, ...], ...]
+    G: tuple[Row6, ...]
+    error: FitError
+
+
+class WaveLoads(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Wave loads: frequencies [rad/s] and headings [rad], both rising; real and imaginary part [heading][frequency]."""
+
+    frequencies: tuple[float, ...]
+    headings: tuple[float, ...]
+    real: tuple[tuple[Row6, ...], ...]
+    imaginary: tuple[tuple[Row6, ...], ...]
+
+
+class Hydrodynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The hydrodynamics of a hull at one draught; `metacentres`: heights above the waterline, transverse and
+    longitudinal [m]; `symmetric`: port and starboard are alike, so that headings cover half a turn."""
+
+    version: int
+    name: str
+    source: str
+    density: float  # of the water [kg/m3]
+    volume: float  # displaced [m3]
+    waterplane: float  # [m2]
+    metacentres: tuple[float, float]
+    added_mass: Matrix6  # at infinite frequency
+    radiation: RadiationStates
+    loads: WaveLoads
+    symmetric: bool = True
+
+    def load(self, frequency: float, heading: float) -> list[complex]:
+        """Return the wave loads X [N/m, N] of a frequency and heading; none beyond the highest frequency.
+
+        Linear between rows as complex numbers; below the lowest frequency those of the lowest.
+        """
+        of = self.loads
+        turned = heading - 2.0 * pi * round(heading / (2.0 * pi))
+        mirrored = self.symmetric and turned < 0.0
+        i, a = _between(of.headings, abs(turned) if self.symmetric else turned)
+        if frequency > of.frequencies[-1]:
+            return [0j] * 6
+        k, b = _between(of.frequencies, frequency)
+        corners = [
+            (i, k, (1.0 - a) * (1.0 - b)),
+            (i + 1, k, a * (1.0 - b)),
+            (i, k + 1, (1.0 - a) * b),
+            (i + 1, k + 1, a * b),
+        ]
+        parts = [(of.real[m][n], of.imaginary[m][n], share) for m, n, share in corners]
+        found = [complex(sum(s * x[j] for x, _, s in parts), sum(s * y[j] for _, y, s in parts)) for j in range(6)]
+        return [side * x for side, x in zip(SIDES, found, strict=True)] if mirrored else found
+
+
+def read_hydrodynamics(text: bytes, file: str) -> Hydrodynamics:
+    """Return what a file says of a hull; raises SceneError for one that is none or whose fit is bad."""
+    try:
+        found = msgspec.json.decode(text, type=Hydrodynamics)
+    except msgspec.DecodeError as error:
+        raise SceneError(f"{file} is no file of a hull's hydrodynamics: {error}") from None
+    if found.version != VERSION:
+        raise SceneError(f"{file} has version {found.version}; this heavylift reads version {VERSION}")
+    of = found.loads
+    shape = [len(of.frequencies)] * len(of.headings)
+    rising = all(b > a for row in (of.frequencies, of.headings) for a, b in pairwise(row))
+    if not (rising and min(len(of.frequencies), len(of.headings)) > 1):
+        raise SceneError(f"{file}: frequencies and headings of the loads must rise, two of each at least")
+    if [len(row) for row in of.real] != shape or [len(row) for row in of.imaginary] != shape:
+        raise SceneError(f"{file}: the loads need one row for each heading and frequency")
+    worst = max(found.radiation.error.added_mass, found.radiation.error.damping)
+    if worst > WORST:
+        raise SceneError(
+            f"{file}: its radiation misses {worst:.1%} of the data, more than {WORST:.0%}; compute finer ones"
+        )
+    return found
+
+
+def _between(places: Sequence[float], x: float) -> tuple[int, float]:
+    """Return the interval of rising places that holds x, and x as part of it, 0 to 1."""
+    i = min(max(bisect_right(places, x) - 1, 0), len(places) - 2)
+    return i, min(max((x - places[i]) / (places[i + 1] - places[i]), 0.0), 1.0)
+
+
+def loads_in_sea(
+    hull: Hydrodynamics, sea: Sequence[Component], at: tuple[float, float], bow: float, gravity: float, ramp: float
+) -> list[WaveSum]:
+    """Return the six loads of a sea on a hull whose origin is at a place [m], with its bow to a direction [rad].
+
+    `at`: relative to the origin of the waves' phases; on deep water, where the wave number is w^2 / g.
+    """
+    sums: list[tuple[list[float], list[float]]] = [([], []) for _ in range(6)]
+    for w, size, to, phase in sea:
+        k = w * w / gravity
+        angle = phase - k * (at[0] * float(cos(to)) + at[1] * float(sin(to)))
+        c, s = float(cos(angle)), float(sin(angle))
+        for X, (cosines, sines) in zip(hull.load(w, to - bow), sums, strict=True):
+            cosines.append(size * (X.real * c - X.imag * s))
+            sines.append(-size * (X.real * s + X.imag * c))
+    frequencies = tuple(x.frequency for x in sea)
+    piece = FINE / max(frequencies)
+    return [WaveSum(frequencies, tuple(a), tuple(b), ramp, piece) for a, b in sums]

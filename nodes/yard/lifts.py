@@ -1,0 +1,138 @@
+"""Lifts of a yard: the scene that a step names, with the settings of a block, and what heavylift finds of it.
+
+At rest a lift is followed along its equilibrium path.  The wind in which it may begin is the least that its scene, its
+machines and its factors state; an interlock on the wind stops it, and lets it go on.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from hashlib import sha256
+from math import inf
+from pathlib import Path as FilePath
+from typing import Literal, cast
+
+import msgspec
+from heavylift.kernel.cache import contents, read_cached, sources, write_cached
+from heavylift.kernel.errors import HeavyliftError
+from heavylift.nodes.plan.actions import Wait
+from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.scene import LoadedScene, load
+from heavylift.nodes.scene.text.files import files_read
+from heavylift.nodes.scene.text.source import read
+from heavylift.nodes.scenes import bundled
+
+Way = Literal["rest", "table", "run"]
+WAYS: dict[Way, str] = {
+    "rest": "followed at rest", "table": "from a table of runs", "run": "simulated when it begins",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class LiftOrder:
+    """A scene with settings and how it is carried out; `over`: axes of the table as name and texts of their values;
+    `at`: the block's place on them; `windy`: up to which wind [m/s] limits are looked for, 0: not at all."""
+
+    scene: str
+    settings: tuple[str, ...]
+    way: Way = "rest"
+    over: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    at: tuple[float, ...] = ()
+    grid: tuple[str, ...] = ()  # settings with an axis between NULs for its value
+    windy: float = 0.0
+
+
+@dataclass(frozen=True)
+class Lift:
+    """What is found of a lift: durations of its stages [s]; wind [m/s] up to which it begins, above which it stops,
+    and down to which it stays stopped; state of its verdict (`wrong`: its settings do not fit the scene) and why;
+    relative errors of its duration and of its wind."""
+
+    stages: tuple[tuple[str, float], ...]
+    wind: float = inf
+    stop: float = inf
+    resume: float = inf
+    state: str = "green"
+    why: str = ""
+    error: float = 0.0
+    wind_error: float = 0.0
+
+    @property
+    def seconds(self) -> float:
+        """Duration of all stages."""
+        return sum(seconds for _, seconds in self.stages)
+
+
+Lifter = Callable[[Sequence[LiftOrder]], list[Lift]]
+
+
+def of_scene(order: LiftOrder) -> LoadedScene:
+    """The scene of an order; raises SceneError."""
+    return load(order.scene, order.settings)
+
+
+def cranes(scene: str) -> dict[str, str]:
+    """The cranes of a scene by name, with their types; raises SceneError."""
+    loaded = load(scene)
+    found = read(loaded.merged or loaded.text, loaded.path.name).data
+    machines = cast("dict[str, dict[str, object]]", found.get("cranes") or {})
+    return {name: str(keys.get("type", "")) for name, keys in machines.items()}
+
+
+def winds(plan: Plan, factor: float | None) -> tuple[float, float, float]:
+    """Up to which wind [m/s] a lift may begin, which wind stops it, and below which it goes on."""
+    stated = [x.value for x in plan.limits if x.quantity == "wind" and x.value is not None]
+    trips = [x for x in plan.interlocks if x.rising and any(guard.quantity == "wind" for guard in x.guards)]
+    allowed = min([*stated, *(x.value for x in trips), *([factor] if factor else [])], default=inf)
+    stop = min((x.value for x in trips), default=allowed)
+    return allowed, stop, min([*(x.resets for x in trips), stop])
+
+
+def at_rest(order: LiftOrder) -> Lift:
+    """A lift followed along its equilibrium path; one that cannot be carried out is red."""
+    try:
+        scene = of_scene(order)
+    except HeavyliftError as error:
+        return Lift((), state="wrong" if str(error).startswith("--set") else "red", why=first_line(error))
+    limits, path = winds(scene.plan, scene.scene.factors.wind if scene.scene.factors else None), scene.statics
+    red = [x.sentence for x in scene.findings if x.state == "red"]
+    if path.why or red:
+        return Lift((), *limits, "red", path.why or red[0])
+    begins = [(scene.plan.actions[n].stage, acted.t) for n, acted in enumerate(path.acted)]
+    waits = [x.seconds for x in scene.plan.actions[-1].orders if isinstance(x, Wait)]
+    end = max(path.states[-1].t, path.acted[-1].t + max(waits, default=0.0))
+    ends = [t for _, t in begins[1:]] + [end]
+    stages = tuple((name, after - t) for (name, t), after in zip(begins, ends, strict=True))
+    return Lift(stages, *limits)
+
+
+def first_line(error: Exception) -> str:
+    """What an error says first, without its place."""
+    text = str(error).splitlines()[0]
+    return text.partition("error: ")[2] or text
+
+
+def kept(orders: Sequence[LiftOrder], code: bytes, find: Callable[[], list[Lift]]) -> list[Lift]:
+    """What `find` finds of the lifts, from the cache if they, the code and all that they read are known."""
+    before = files_read()
+    texts = {name: (x := load(name)).merged or x.text for name in dict.fromkeys(order.scene for order in orders)}
+    types = contents(next(iter(bundled().values())).parent, ".yaml")
+    nodes = contents(FilePath(__file__).parent.parent, ".py")
+    answer = msgspec.msgpack.encode([list(orders), texts])
+    name = f"{sha256(sources() + nodes + code + types + answer).hexdigest()}.lifts"
+    if data := read_cached(name):
+        return msgspec.msgpack.decode(data, type=list[Lift])
+    found = find()
+    if files_read() == before:
+        write_cached(name, msgspec.msgpack.encode(found))
+    return found
+
+
+def all_at_rest(orders: Sequence[LiftOrder]) -> list[Lift]:
+    """All lifts at rest, equal ones once."""
+    found = {order: at_rest(order) for order in dict.fromkeys(orders)}
+    return [found[order] for order in orders]
+
+
+def rested(orders: Sequence[LiftOrder]) -> list[Lift]:
+    """All lifts at rest, from the cache if possible."""
+    return kept(orders, b"", lambda: all_at_rest(orders))

@@ -1,0 +1,134 @@
+"""A schedule by CP-SAT (Perron and Furnon, OR-Tools), with expected durations, and a bound that no schedule beats.
+
+The solver works in time in which any step works: work of a step takes as long there or longer, so that its bound holds
+for the calendars, too.  With calendars both schemes of schedule generation make a schedule of the solver's order, and
+the earliest end is taken; without, the solver's own starts are one.
+"""
+
+from bisect import bisect_right
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import accumulate
+from typing import Any
+
+from heavylift.kernel.errors import SceneError, extra
+
+from .calendars import MINUTE, merged, windows
+from .generation import Span, serial
+from .models import expected
+from .network import RULES, Yard, sequence
+
+SEED = 1
+
+
+@dataclass(frozen=True)
+class Optimised:
+    """Start and end of each activity [ns], the end of all, the bound below which none can be, how it was found."""
+
+    spans: tuple[Span, ...]
+    end: int
+    bound: int
+    how: str
+
+    @property
+    def gap(self) -> float:
+        """How much later than the bound it ends, relative."""
+        return self.end / self.bound - 1.0 if self.bound else 0.0
+
+
+class AnyWork:
+    """Time [ns] in which any of some calendars works."""
+
+    def __init__(self, keys: Sequence[str]) -> None:
+        always = not all(keys)
+        found = [] if always else merged(sorted(w for key in keys for w in zip(*windows(key)[:2], strict=True)))
+        self.begins, self.ends = [a for a, _ in found], [b for _, b in found]
+        self.worked = [0, *accumulate(b - a for a, b in found)]
+
+    def until(self, t: int) -> int:
+        """Time worked until t."""
+        n = bisect_right(self.begins, t) - 1
+        if not self.begins:
+            return t
+        return self.worked[n] + min(t, self.ends[n]) - self.begins[n] if n >= 0 else 0
+
+    def least(self, lag: int) -> int:
+        """The least time worked within a time that passes by the clock."""
+        return min((self.until(end + lag) - self.until(end) for end in self.ends[:400]), default=lag) if lag else 0
+
+    def instant(self, worked: int) -> int:
+        """When so much has been worked."""
+        if not self.begins:
+            return worked
+        n = min(max(bisect_right(self.worked, worked - 1) - 1, 0), len(self.begins) - 1)
+        return self.begins[n] + worked - self.worked[n]
+
+
+def optimised(yard: Yard, effort: float = 60.0) -> Optimised:
+    """The earliest schedule that is found with an effort in the solver's own seconds, which every machine counts
+    alike; raises SceneError without OR-Tools."""
+    cp = extra("ortools.sat.python.cp_model", SceneError("plan needs OR-Tools: pip install 'heavylift[schedule]'"))
+    bare = replace(yard, wind=None)
+    schedules = {rule: _spans(bare, rule) for rule in RULES}
+    if yard.plan:
+        schedules["the given plan"] = _spans(bare, "")
+    time = AnyWork([*dict.fromkeys(one.works.key for one in yard.activities)])
+    hint = min(schedules.values(), key=_end)
+    most = -(-time.until(_end(hint)) // MINUTE) + len(yard.activities)  # durations are rounded
+    starts, bound = _solved(cp, yard, time, most, hint, effort)
+    order = replace(bare, plan=tuple(starts))
+    schedules |= {"CP-SAT": _spans(order, "")}
+    if not yard.holding:
+        schedules |= {f"{rule}, serial": tuple(serial(bare, rule)) for rule in RULES}
+        schedules |= {"CP-SAT, serial": tuple(serial(order))}
+    how = min(schedules, key=lambda name: _end(schedules[name]))
+    return Optimised(schedules[how], _end(schedules[how]), min(time.instant(bound), _end(schedules[how])), how)
+
+
+def _solved(
+    cp: Any, yard: Yard, time: AnyWork, most: int, hint: Sequence[Span], effort: float
+) -> tuple[list[int], int]:
+    """Starts [ns] in the order of the solver's schedule, and a bound of its end in time worked [ns]."""
+    model, starts, ends = cp.CpModel(), list[Any](), list[Any]()
+    spans = list[Any]()
+    for n, one in enumerate(yard.activities):
+        lasts = one.expected // MINUTE
+        starts.append(model.new_int_var(time.until(one.ready) // MINUTE, most, f"start {n}"))
+        ends.append(starts[n] + lasts)
+        spans.append(model.new_fixed_size_interval_var(starts[n], lasts, f"work {n}"))
+        model.add_hint(starts[n], time.until(hint[n][0]) // MINUTE)
+    for n in sequence(yard):
+        for m, lag in yard.activities[n].after:
+            model.add(starts[n] >= ends[m] + time.least(lag) // MINUTE)
+    for resource, units in yard.capacities.items():
+        held, taken = list[Any](), list[int]()
+        for n, one in enumerate(yard.activities):
+            for need in (need for need in one.needs if need.resource == resource):
+                taken.append(need.units)
+                if need.until == n:
+                    held.append(spans[n])
+                else:
+                    size = model.new_int_var(0, most, f"kept {n} {resource}")
+                    held.append(model.new_interval_var(starts[n], size, ends[need.until], f"kept {n} {resource}"))
+        model.add_cumulative(held, taken, units)
+    last = model.new_int_var(0, most, "end")
+    model.add_max_equality(last, ends)
+    model.minimize(last)
+    solver = cp.CpSolver()
+    solver.parameters.random_seed, solver.parameters.num_workers = SEED, 1
+    solver.parameters.max_deterministic_time = effort
+    status = solver.solve(model)
+    if status not in (cp.OPTIMAL, cp.FEASIBLE):
+        return [start for start, _ in hint], int(solver.best_objective_bound) * MINUTE
+    found = [time.instant(solver.value(start) * MINUTE) for start in starts]
+    return found, int(solver.best_objective_bound) * MINUTE
+
+
+def _spans(yard: Yard, rule: str) -> tuple[Span, ...]:
+    """The schedule that a run carries out."""
+    schedule = expected(yard, rule)
+    return tuple((round(a * 1e9), round(b * 1e9)) for a, b in zip(schedule.starts, schedule.ends, strict=True))
+
+
+def _end(spans: Sequence[Span]) -> int:
+    return max(end for _, end in spans)

@@ -1,0 +1,188 @@
+"""Wind of a yard: a series that was measured, or one that is drawn, with Weibull marginals by month.
+
+The drawn one is a Gaussian process of first order (a Markov chain, ARMA(1, 0)) whose values are mapped to the Weibull
+distribution of their month (translation process; Brown, Katz and Murphy 1984, J. Climate Appl. Meteor. 23).
+"""
+
+from bisect import bisect_left
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import date, datetime, timedelta
+from math import erfc, isfinite, log, sqrt
+from random import Random
+
+from heavylift.nodes.devs import Atomic, Bag, In, Message, Out, stream
+from heavylift.nodes.scene.text.table_files import TableCell, with_unit
+from heavylift.nodes.scene.text.units import RATIO, SPEED, TIME
+
+from .calendars import DAY, YEARS
+from .taking import Taking
+
+HOUR = DAY // 24
+SERIES, MONTHLY = ("time", "wind"), ("month", "scale", "shape")
+YEAR = 8760  # hours; also how far ahead a calm is looked for
+
+
+@dataclass(frozen=True)
+class Wind:
+    """Hourly wind [m/s]: `series` from hour `first` of it on, again and again; or without one drawn by scale [m/s] and
+    shape of each month and the correlation of two hours."""
+
+    start: date
+    series: tuple[float, ...] = ()
+    first: int = 0
+    scales: tuple[float, ...] = ()
+    shapes: tuple[float, ...] = ()
+    persistence: float = 0.0
+
+    def begin(self, random: Random, drawn: bool) -> float:
+        """What the first hour follows from; a series of several years begins in a year that is `drawn`."""
+        years = len(self.series) // YEAR
+        if self.series:
+            return self.first + (random.randrange(years) * YEAR if drawn and years > 1 else 0)
+        return random.gauss(0.0, 1.0)
+
+    def hours(self, day: int, state: float, random: Random) -> tuple[list[float], float]:
+        """The wind of all hours of a day, and what the next day follows from."""
+        if self.series:
+            n, count = int(state), len(self.series)
+            return [self.series[(n + k) % count] for k in range(24)], n + 24
+        month, keep = (self.start + timedelta(day)).month - 1, self.persistence
+        scale, power, renew = self.scales[month], 1.0 / self.shapes[month], sqrt(1.0 - keep * keep)
+        found = list[float]()
+        for _ in range(24):
+            found.append(scale * (-log(max(0.5 * erfc(state / sqrt(2.0)), 1e-300))) ** power)
+            state = keep * state + renew * random.gauss(0.0, 1.0)
+        return found, state
+
+
+class WindChange(Message):
+    """The wind [m/s] has crossed a limit; until when it stays within each limit [ns], -1 where it is above it; whether
+    it will never cross one again."""
+
+    speed: float
+    calm: tuple[int, ...]
+    last: bool
+
+
+class YardDone(Message):
+    """All work is done."""
+
+
+class Weather(Atomic):
+    """Tells of the wind whenever it crosses one of the `limits` [m/s, rising], until all work is done."""
+
+    over, wind = In(YardDone), Out(WindChange)
+
+    def __init__(self, name: str, wind: Wind, limits: Sequence[float], seed: int) -> None:
+        super().__init__(name)
+        self.given, self.limits, self.seed = wind, tuple(limits), seed
+
+    def start(self) -> None:
+        """Tell of the first hour."""
+        self.random, self.known = stream(self.seed, self.path), list[float]()
+        self.state = self.given.begin(self.random, self.seed > 0)
+        self.hour, self.above = 0, [0] * len(self.limits)  # the hour of which it tells next; next one above each limit
+        self.look()
+        self.hold_in(0)
+
+    def external(self, e: int, x: Bag) -> None:
+        """Nobody asks any more."""
+        self.passivate()
+
+    def output(self) -> None:
+        """Tell of the wind, and of the calms that follow."""
+        self.wind.send(self.change)
+
+    def internal(self) -> None:
+        """Wait for the next crossing."""
+        last, self.hour = self.hour, self.next
+        if self.next < 0:
+            self.passivate()
+        else:
+            self.look()
+            self.hold_in((self.hour - last) * HOUR)
+
+    def look(self) -> None:
+        """What it tells next, and when it tells again."""
+        ends = [self.exceeded(k) for k in range(len(self.limits))]
+        class_, n = bisect_left(self.limits, self.at(self.hour)), self.hour + 1
+        most = n + (len(self.given.series) or YEARS * YEAR)
+        while n < most and bisect_left(self.limits, self.at(n)) == class_:
+            n += 1
+        self.next = n if n < most else -1
+        calm = tuple(n * HOUR if n > self.hour else -1 for n in ends)
+        self.change = WindChange(self.at(self.hour), calm, self.next < 0)
+
+    def exceeded(self, k: int) -> int:
+        """The first hour from the present one on in which the wind is above a limit; at most a year ahead."""
+        n = max(self.above[k], self.hour)
+        while n < self.hour + YEAR and self.at(n) <= self.limits[k]:
+            n += 1
+        self.above[k] = n
+        return n
+
+    def at(self, hour: int) -> float:
+        """The wind of an hour."""
+        while len(self.known) <= hour:
+            day, self.state = self.given.hours(len(self.known) // 24, self.state, self.random)
+            self.known += day
+        return self.known[hour]
+
+
+def wind_of(given: Taking, start: date) -> tuple[Wind | None, int]:
+    """The wind of a yard, and for how long it is forecast [ns]."""
+    given.mapping(("weather",), {"wind", "forecast"})
+    found = given.mapping(("weather", "wind"), {"series", "monthly", "persistence"})
+    forecast = given.take(("weather", "forecast"), lambda x: round(TIME.read(str(x)) * 1e9), 0)
+    if not found:
+        return None, forecast
+    kind = "series" if "series" in found else "monthly"
+    path, names = ("weather", "wind", kind), SERIES if kind == "series" else MONTHLY
+    head, rows = given.table(path)
+    keys = [column.key for column in head]
+    if head and sorted(keys) != sorted(names):
+        given.source.fault(path, f"the columns are {', '.join(names)}, not {', '.join(keys)}", mark=head[0].mark)
+    if not head or given.source.faults:
+        return None, forecast
+    units = dict(zip(keys, (column.unit for column in head), strict=True))
+
+    def number(cells: dict[str, TableCell], name: str) -> float:
+        def read(text: str) -> float:
+            x = float(text) if name in ("shape", "month") else SPEED.read(with_unit(text, units[name]))
+            if not (isfinite(x) and (x > 0 or (name == "wind" and x == 0))):
+                raise ValueError(f"'{text}' is no {name} of the wind: write a positive number")
+            return x
+
+        return given.take(path, read, 1.0, cells[name].mark, cells[name].text)
+
+    table = [dict(zip(keys, row, strict=True)) for row in rows]
+    if kind == "series":
+        speeds = tuple(number(cells, "wind") for cells in table)
+        times = [given.take(path, _time, datetime(2000, 1, 1), c["time"].mark, c["time"].text) for c in table]
+        for cells, a, b in zip(table[1:], times, times[1:], strict=False):
+            if (b - a).total_seconds() != 3600 and not given.source.faults:
+                text = "this row does not follow an hour after the one before"
+                given.source.fault(path, text, mark=cells["time"].mark)
+        if len(table) < 24:
+            given.source.fault(path, "a series has the wind of a day at least, hour by hour")
+            return None, forecast
+        hours = round((datetime(start.year, start.month, start.day) - times[0]).total_seconds()) // 3600
+        first = hours % (YEAR if len(speeds) >= YEAR else len(speeds))
+        return Wind(start, speeds, first), forecast
+    months = {int(number(cells, "month")): cells for cells in table}
+    if sorted(months) != [*range(1, 13)]:
+        given.source.fault(path, "give each month once, from 1 to 12", mark=head[0].mark)
+        return None, forecast
+    keep = given.take(("weather", "wind", "persistence"), RATIO.read, 0.9)
+    if not 0 <= keep < 1:
+        given.source.fault(("weather", "wind", "persistence"), "the correlation of two hours is from 0 to below 1")
+    scales, shapes = (tuple(number(months[n], key) for n in range(1, 13)) for key in ("scale", "shape"))
+    return Wind(start, scales=scales, shapes=shapes, persistence=min(keep, 0.999)), forecast
+
+
+def _time(text: str) -> datetime:
+    try:
+        return datetime.fromisoformat(text).replace(tzinfo=None)
+    except ValueError:
+        raise ValueError(f"'{text}' is no time: write it as 2026-01-31 13:00") from None

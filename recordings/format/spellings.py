@@ -1,0 +1,50 @@
+"""Former spellings that stay valid in scenes and recordings, with the constants used for them here."""
+
+from collections.abc import Iterator
+from typing import Any, Literal
+
+BEAMS = "loaders"
+"""Key of the frames under `rig:`, and fact of a recording: machines that hang on a hook, by its rope."""
+
+BEAM = "loader"
+"""Kind by which a recorded model of such a frame is asked for, and beginning of the names of new ones."""
+
+BEAM_TYPE = f"block-{BEAM}"
+"""Type of a frame that names none."""
+
+BeamLoad = Literal["loader load"]
+BEAM_LOAD: BeamLoad = "loader load"
+"""Quantity of the limit of what the slings of a frame pull."""
+
+CALLED = {"gantry": "", "upper-slide": "upper trolley", "lower-slide": "lower trolley"}
+"""What drives of these joints are called beside the name of their machine."""
+
+FAMILY = "goliath"
+BASE = f"{FAMILY}-900"
+
+
+GIRDERS = "girders"
+"""Section of parts whose entries are under `elastic`, as are those keys of drives that are prescribed, and of ropes."""
+
+OPTIONAL = {"drives": ("stiffness", "damping"), "ropes": ("mass per length", "mass_per_length")}
+
+
+def old_parts(parts: dict[str, Any]) -> Iterator[tuple[tuple[str, ...], tuple[str, ...]]]:
+    """Yield former and present paths of what stands under `elastic`, for the parts of a machine."""
+    sections = {key: x for key in (GIRDERS, *OPTIONAL) if isinstance(x := parts.get(key), dict)}
+    for name in sections.pop(GIRDERS, {}):
+        yield (GIRDERS, name), ("elastic", name)
+    for section, entries in sections.items():
+        for name, given in entries.items():
+            if isinstance(given, dict) and (section == "ropes" or given.get("type") == "prescribed"):
+                yield from (((section, name, key), ("elastic", name, key)) for key in OPTIONAL[section] if key in given)
+
+
+def old_type(data: dict[str, Any]) -> bool:
+    """Let a type of the former family extend the smallest type of that family; return whether it was one."""
+    if data.get("family") != FAMILY:
+        return False
+    del data["family"]
+    data["extends"] = BASE
+    data.pop("drives", None)
+    return True

@@ -1,0 +1,53 @@
+"""Wave spectra and their components against closed forms and statistics."""
+
+import numpy as np
+import pytest
+from heavylift.nodes.sea import HIGHEST, LOWEST, components, jonswap, pierson_moskowitz, tabulated
+from scipy.integrate import quad
+
+HS, TP = 2.5, 9.0
+PEAK = 2.0 * np.pi / TP
+
+
+def test_pierson_moskowitz_has_the_energy_and_the_mean_period_of_the_standard():
+    """m0 = Hs^2 / 16; Tz = 0.7104 Tp and T1 = 0.7718 Tp (DNV-RP-C205, 3.5.4.5)."""
+    m0, m1, m2 = (quad(lambda w, n=n: w**n * pierson_moskowitz(w, HS, TP), 0.05, 60.0, limit=500)[0] for n in range(3))
+    assert m0 == pytest.approx(HS * HS / 16.0, rel=1e-6)
+    assert 2 * np.pi * np.sqrt(m0 / m2) == pytest.approx(0.7104 * TP, rel=2e-3)
+    assert 2 * np.pi * m0 / m1 == pytest.approx(0.7718 * TP, rel=2e-3)
+
+
+@pytest.mark.parametrize("gamma", [1.0, 2.0, 3.3, 5.0])
+def test_jonswap_is_the_spectrum_of_the_standard(gamma):
+    """The factor 1 - 0.287 ln gamma of DNV-RP-C205, 3.5.5.2 is the one that gives the energy, to 1.5 %."""
+    m0 = quad(lambda w: jonswap(w, HS, TP, gamma), 0.05, 60.0, limit=800, points=[PEAK])[0]
+    assert HS * HS / 16.0 / m0 == pytest.approx(1.0 - 0.287 * np.log(gamma), rel=1.5e-2)
+    assert jonswap(PEAK, HS, TP, gamma) == pytest.approx(gamma * pierson_moskowitz(PEAK, HS, TP))
+
+
+@pytest.mark.parametrize("spreading", [0.0, 2.0, 10.0])
+@pytest.mark.parametrize("seed", range(5))
+def test_components_have_the_moments_of_the_spectrum(seed, spreading):
+    """Their energy is that of Hs exactly, their mean frequency that of the spectrum to what 300 random ones allow."""
+    ends = LOWEST * PEAK, HIGHEST * PEAK
+    found = components(lambda w: jonswap(w, HS, TP, 3.3), HS, ends, 300, 0.7, spreading, f"{seed} sea")
+    energy = [0.5 * x.amplitude**2 for x in found]
+    assert sum(energy) == pytest.approx(HS * HS / 16.0, rel=1e-12)
+    m0, m1 = (quad(lambda w, n=n: w**n * jonswap(w, HS, TP, 3.3), *ends, limit=800, points=[PEAK])[0] for n in (0, 1))
+    mean = sum(e * x.frequency for e, x in zip(energy, found, strict=True)) / sum(energy)
+    assert mean == pytest.approx(m1 / m0, rel=0.02)
+    assert [x.frequency for x in found] == sorted({x.frequency for x in found}), "no two are alike"
+    away = np.array([x.direction - 0.7 for x in found])
+    if spreading:  # E cos(theta) of cos^2s(theta / 2) is s / (s + 1)
+        assert np.cos(away).mean() == pytest.approx(spreading / (spreading + 1.0), abs=0.12)
+    else:
+        assert not away.any()
+
+
+def test_a_seed_names_one_sea():
+    def sea(seed):
+        return components(tabulated([(0.4, 0.0), (0.7, 2.0), (1.5, 0.0)]), HS, (0.4, 1.5), 50, 0.0, 4.0, seed)
+
+    assert sea("1 wind") == sea("1 wind")
+    assert sea("1 wind") != sea("2 wind")
+    assert sea("1 wind") != sea("1 swell")
