@@ -49,7 +49,7 @@ def page(scenes: Iterable[LoadedScene]) -> str:
 
 def draw_yard(folder: Path, force: bool = False) -> Path:
     """Run the bundled yard in this process, and draw its schedule into the folder."""
-    from heavylift.coordinator.yards import run_yard
+    from heavylift.coordinator.yards.running import run_yard
 
     with tempfile.TemporaryDirectory(prefix="heavylift-", ignore_cleanup_errors=True) as place:
         drawn = Path(place) / "drawn.png"

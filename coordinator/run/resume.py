@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import msgspec
 from heavylift.coordinator.live.command_queue import TimedCommand, journaled
@@ -156,7 +157,7 @@ def resume_model(part: str | Path, output: str | Path | None = None, force: bool
     target = file_path(output) if output else beside(part.with_name(part.name.removesuffix(PART)), "-resumed.mcap")
     with TemporaryDirectory(prefix="heavylift-") as folder:
         left = RecordedRun(recover(part, Path(folder) / "beginning.mcap", begun=True).path)
-        run = left.recording.run
+        run: dict[str, Any] = left.recording.run
         checked = Checked(left.events, partial(_parted, part, left.recording.version), RunObserver())
         until = run["until"] / 1e9 if "until" in run else None
         with allowed([run["model"]]):

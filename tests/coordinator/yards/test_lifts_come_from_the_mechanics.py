@@ -24,6 +24,7 @@ steps:
 contract: {delivery: 2027-01-06}
 """
 WAYS = {"rest": "by: rest", "run": "by: run", "table": "by: table, over: {mass: 200..300 t by 100 t}"}
+ACCURATE = 1e-4  # of a duration, to which the runs themselves are right
 BLOCKS = "block,after,mass [t]\nA,,210\nB,A,285\n"
 WIND = "month,scale [m/s],shape\n" + "".join(f"{n},6,2\n" for n in range(1, 13))
 
@@ -61,9 +62,9 @@ def test_a_lift_at_rest_from_the_table_and_in_place_ends_within_the_stated_error
             assert 0 < max(one.lift.error for one in yard.activities) < 0.02
             simulated = [in_place(one.order, 2.0).seconds for one in yard.activities]
             for found, true, error in zip(ends[way], simulated, errors, strict=True):
-                assert abs(found - true) <= error + 1e-9
+                assert abs(found - true) <= error + ACCURATE * true
             end = expected(replace(yard, wind=None)).delivery
-            assert abs(end - sum(simulated)) <= sum(errors) + 1e-6
+            assert abs(end - sum(simulated)) <= sum(errors) + ACCURATE * sum(simulated)
     assert ends["table"] != ends["rest"]
 
 
@@ -89,14 +90,16 @@ def test_a_run_with_lifts_in_place_is_equal_in_processes_verified_and_resumed(fo
     found = verify(RecordedRun(Path("a.mcap")))
     assert (found.same, found.digest) == (True, made.digest)
     whole = Path("a.mcap").read_bytes()
-    Path("cut.mcap.part").write_bytes(whole[: len(whole) * 2 // 3])
+    Path("cut.mcap.part").write_bytes(whole[: len(whole) // 3])
     assert resume_model("cut.mcap.part").digest == made.digest
     assert CliRunner().invoke(app, ["resume", "cut.mcap.part", "-o", "again.mcap"]).exit_code == 0
 
 
 def test_a_lift_that_is_red_when_it_is_simulated_makes_the_run_red(folder):
     text = Path("crane.yaml").read_text()
-    Path("crane.yaml").write_text(text.replace("gust: {when: wind >= 10 m/s", "gust: {when: wind >= 1 m/s"))
+    Path("crane.yaml").write_text(
+        text.replace("wind >= 10 m/s, until: wind <= 8 m/s", "wind >= 1 m/s, until: wind <= 0.5 m/s")
+    )
     found = in_place(LiftOrder("crane.yaml", ("block.mass=250 t",), "run"), 2.0)
     assert found.state == "red"
     assert found.why

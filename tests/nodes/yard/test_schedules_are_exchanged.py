@@ -27,7 +27,7 @@ def test_an_exported_schedule_is_read_again_as_the_plan(tmp_path, form, seed):
     path = exported(yard, spans, tmp_path / f"plan{form}")
     again = load(tmp_path / "yard.yaml", [f"plan={path.name}"])
     assert [t / 1e9 for t in again.plan] == [a for a, _, _ in spans]
-    assert scheduled(again) == spans
+    assert [span[:2] for span in scheduled(again)] == [span[:2] for span in spans], "what is critical is not exported"
 
 
 def test_a_plan_holds_back_what_could_begin_before(tmp_path):
