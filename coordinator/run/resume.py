@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 import msgspec
 from heavylift.coordinator.live.command_queue import TimedCommand, journaled
@@ -64,7 +63,7 @@ class Beginning:
             try:
                 return cls.left(part, RecordedRun(saved.path))
             except RecordingError as error:  # the user knows nothing of the copy
-                raise RecordingError(str(error).replace(f"{saved.path}", f"{part}")) from None
+                raise type(error)(str(error).replace(f"{saved.path}", f"{part}")) from None
 
     @classmethod
     def left(
@@ -157,13 +156,13 @@ def resume_model(part: str | Path, output: str | Path | None = None, force: bool
     target = file_path(output) if output else beside(part.with_name(part.name.removesuffix(PART)), "-resumed.mcap")
     with TemporaryDirectory(prefix="heavylift-") as folder:
         left = RecordedRun(recover(part, Path(folder) / "beginning.mcap", begun=True).path)
-        run: dict[str, Any] = left.recording.run
+        run = left.recording.run
         checked = Checked(left.events, partial(_parted, part, left.recording.version), RunObserver())
-        until = run["until"] / 1e9 if "until" in run else None
+        until = int(run["until"]) / 1e9 if "until" in run else None
         with allowed([run["model"]]):
             result = run_models(
-                run["model"], until, target, True, watch=checked, microsteps=run.get("microsteps", LIMIT), force=force,
-                stop=str(run.get("stop", "")),
+                run["model"], until, target, True, watch=checked, force=force, stop=str(run.get("stop", "")),
+                microsteps=int(run.get("microsteps", LIMIT)),
             )  # fmt: skip
         checked.end()
     return result
