@@ -35,7 +35,7 @@ PLAN = {
 }
 TENSION = np.array([1e5, 3e5, 4.4e5, 4e5, 4e5, 4e5, 4.2e5, 4e5])  # [N] each second; rated 4.3e5
 CRANES = ("lift", "crawler", "hall", "jib", "floating", "spreader", "tandem")  # of every kind
-UNITS = {"N": 1e-3, "kg": 1e-3, "Pa": 1e-3, "rad": 180.0 / np.pi}
+UNITS = {"N": 1e-3, "N m": 1e-3, "kg": 1e-3, "Pa": 1e-3, "rad": 180.0 / np.pi}
 OF_QUANTITY = {"lift-off speed": 60.0, "landing speed": 60.0, "uplift": 100.0, "interlock": 100.0}
 
 
