@@ -33,8 +33,8 @@ class Need:
 
 @dataclass(frozen=True)
 class Activity:
-    """A step of a block: its duration [s], beside its lift, what it needs, predecessors with their lags [ns], when its
-    block is ready [ns], when it works, its lift."""
+    """A step of a block: duration [s] besides its lift, needed resources, predecessors with their lags [ns], time from
+    which its block is ready [ns], working time, and its lift."""
 
     block: str
     step: str

@@ -145,7 +145,7 @@ def read(text: str, name: str, root: FilePath | None = None) -> Source:
 
 
 def mapped(data: Data, made: Callable[[Data, Path], Data], path: Path = ()) -> Any:
-    """Return the data with each value that is no mapping or list replaced by `made(value, path)`."""
+    """Return the data with each scalar value replaced by `made(value, path)`."""
     if isinstance(data, dict):
         return {key: mapped(each, made, (*path, key)) for key, each in data.items()}
     return [mapped(x, made, (*path, i)) for i, x in enumerate(data)] if isinstance(data, list) else made(data, path)
