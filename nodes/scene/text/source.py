@@ -19,9 +19,10 @@ from ruamel.yaml import YAML
 from ruamel.yaml.composer import Composer
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
+from ruamel.yaml.reader import ReaderError
 
 from .files import LARGEST
-from .yaml_errors import explained
+from .yaml_errors import explained, unreadable
 
 Path: TypeAlias = tuple[str | int, ...]
 Data: TypeAlias = "dict[str, Data] | list[Data] | str | int | float | bool | None"
@@ -171,6 +172,10 @@ def _composed(text: str, name: str) -> Source:
             node = yaml.compose(text)
     except MarkedYAMLError as error:
         sentence, place = explained(error, lines)
+        source.fault((), sentence, mark=at(*place))
+        return source
+    except ReaderError as error:
+        sentence, place = unreadable(error, text)
         source.fault((), sentence, mark=at(*place))
         return source
     except YAMLError as error:
