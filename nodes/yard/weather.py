@@ -24,7 +24,7 @@ YEAR = 8760  # hours; also how far ahead a calm is looked for
 
 
 @dataclass(frozen=True)
-class Wind:
+class HourlyWind:
     """Hourly wind [m/s]: a measured `series` from hour `first`, repeated; or drawn from Weibull distributions (scale
     [m/s] and shape of each month) with a correlation from hour to hour."""
 
@@ -75,7 +75,7 @@ class Weather(Atomic):
 
     over, wind = In(YardDone), Out(WindChange)
 
-    def __init__(self, name: str, wind: Wind, limits: Sequence[float], seed: int) -> None:
+    def __init__(self, name: str, wind: HourlyWind, limits: Sequence[float], seed: int) -> None:
         super().__init__(name)
         self.given, self.limits, self.seed = wind, tuple(limits), seed
 
@@ -132,7 +132,7 @@ class Weather(Atomic):
         return self.known[hour]
 
 
-def wind_of(given: Taking, start: date) -> tuple[Wind | None, int]:
+def wind_of(given: Taking, start: date) -> tuple[HourlyWind | None, int]:
     """Return the wind of a yard, and for how long it is forecast [ns]."""
     given.mapping(("weather",), {"wind", "forecast"})
     found = given.mapping(("weather", "wind"), {"series", "monthly", "persistence"})
@@ -171,7 +171,7 @@ def wind_of(given: Taking, start: date) -> tuple[Wind | None, int]:
             return None, forecast
         hours = round((datetime(start.year, start.month, start.day) - times[0]).total_seconds()) // 3600
         first = hours % (YEAR if len(speeds) >= YEAR else len(speeds))
-        return Wind(start, speeds, first), forecast
+        return HourlyWind(start, speeds, first), forecast
     months = {int(number(cells, "month")): cells for cells in table}
     if sorted(months) != [*range(1, 13)]:
         given.source.fault(path, "give each month once, from 1 to 12", mark=head[0].mark)
@@ -180,7 +180,7 @@ def wind_of(given: Taking, start: date) -> tuple[Wind | None, int]:
     if not 0 <= keep < 1:
         given.source.fault(("weather", "wind", "persistence"), "the correlation of two hours is from 0 to below 1")
     scales, shapes = (tuple(number(months[n], key) for n in range(1, 13)) for key in ("scale", "shape"))
-    return Wind(start, scales=scales, shapes=shapes, persistence=min(keep, 0.999)), forecast
+    return HourlyWind(start, scales=scales, shapes=shapes, persistence=min(keep, 0.999)), forecast
 
 
 def _time(text: str) -> datetime:

@@ -47,7 +47,7 @@ class TableColumn:
     mark: Mark
 
 
-class Table(NamedTuple):
+class SceneTable(NamedTuple):
     """A table in the folder of a scene: file, head, and rows of equal width, which their first cells name."""
 
     file: str
@@ -98,7 +98,7 @@ def row_names(root: FilePath, file: str) -> list[str]:
     return list(dict.fromkeys(row[0].text for row in table(root, file).rows))
 
 
-def table(root: FilePath, file: str) -> Table:
+def table(root: FilePath, file: str) -> SceneTable:
     """Read a table in the scene's folder."""
     read = {".csv": _separated, ".tsv": _separated, ".xlsx": _workbook}.get(FilePath(file).suffix.lower())
     if read is None:
@@ -118,7 +118,7 @@ def table(root: FilePath, file: str) -> Table:
         if any(cell.text for cell in row[width:]):
             where = f"{file}:{row[0].mark.line}"
             raise SceneError(f"{where}: has more cells than the head; write decimal points, or ';' between cells")
-    return Table(file, head, [row[:width] + [TableCell("", row[0].mark)] * (width - len(row)) for row in rows[1:]])
+    return SceneTable(file, head, [row[:width] + [TableCell("", row[0].mark)] * (width - len(row)) for row in rows[1:]])
 
 
 def _column(cell: TableCell) -> TableColumn:
