@@ -27,7 +27,7 @@ KNOCK_s = 0.5  # in which a coordinator refuses a certificate
 
 
 def play(name: str, listener: RemoteListener, run: str, scene: str, say: Callable[[str], None]) -> None:
-    """Run process `name` of a remote run, of this `run` id and this fingerprint of a `scene` ("" for any)."""
+    """Run process `name` of a remote run with this id `run` and this fingerprint of its `scene` ("" for any)."""
     _knock(name, listener)
     session = remote_session(listener)
     try:

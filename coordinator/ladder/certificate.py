@@ -64,7 +64,8 @@ class FigureErrors:
 
 @dataclass(frozen=True)
 class Certificate:
-    """Error estimates of all figures, why others lack; inputs with and without uncertainty; CPU time [s]."""
+    """Error estimates of all figures; reasons of missing ones; inputs with and without stated uncertainty; CPU time
+    [s]."""
 
     bars: list[FigureErrors]
     missing: dict[str, str]

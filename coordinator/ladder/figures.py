@@ -127,7 +127,7 @@ def figures(run: Played, ask: Sequence[Asked] = ASKABLE) -> list[AskedFigure]:
 
 
 def judged(judge: Judge, ask: Sequence[Asked] = ("limits", "clearance")) -> list[AskedFigure]:
-    """Figures of the verdict of a run."""
+    """Return the figures that come from the verdict of a run."""
     return [f for quantity in ask for f in _misread(_judged(quantity, *judge.fine), _judged(quantity, *judge.coarse))]
 
 

@@ -117,12 +117,12 @@ class Played:
 
     @cached_property
     def judge(self) -> "Judge":
-        """What judges the run, and needs its rows no more."""
+        """Return the data from which the verdict of the run is computed, so that its rows can be dropped."""
         return Judge(self.plan, self.mechanics, self.past, self.conduct, self.errors)
 
     @cached_property
     def past(self) -> Collector:
-        """The columns of all samples, with the rope lines."""
+        """Return the columns of all samples, with the rope lines."""
         past = Collector(self.layout)
         past.samples(0, self.times.tolist(), self.rows)
         for t_ns, lines in self.rigs:
@@ -132,7 +132,7 @@ class Played:
 
 @dataclass(frozen=True)
 class Judge:
-    """What the verdict of a run is made of: plan, its mechanics, history, course, errors of figures."""
+    """Input of a verdict: plan, its mechanics, history, course of the run, errors of figures."""
 
     plan: Plan
     mechanics: System
@@ -155,12 +155,12 @@ class Judge:
 
     @cached_property
     def fine(self) -> Judged:
-        """The same without tables and with the smallest clearance alone."""
+        """Verdict and utilisations without tables, and with the smallest clearance only."""
         return self._judged(whole=False)
 
     @cached_property
     def coarse(self) -> Judged:
-        """The same as `fine` from every second sample."""
+        """Verdict and utilisations as in `fine`, but from every second sample."""
         return self._judged(whole=False, every=2)
 
 

@@ -73,7 +73,7 @@ class Measuring:
         return self._read[candidate.key]
 
     def limits(self, candidate: ModelLevel) -> dict[str, AskedFigure]:
-        """Uses of limits and smallest clearance of a candidate; none of one that was not run."""
+        """Return the utilisations and the smallest clearance of a candidate; none if it was not run."""
         judge = self._judges.get(candidate.key)
         return {f.name: f for f in judged(judge)} if judge else {}
 

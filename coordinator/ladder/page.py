@@ -80,7 +80,8 @@ def _finite(x: object) -> object:
 
 
 def tradeoff_sheet(measured: MeasuredLadder) -> Sheet:
-    """Return a trade-off's page: recommendation, figure, candidates, fastest first, and those that did not run."""
+    """Return the page of a trade-off: recommendation, figure, candidates with the fastest first, and those that did not
+    run."""
     asked = (f"error of {quantity} [%]" for quantity in measured.ask)
     heads = columns("level", "steps", "kernel [s]", "start [s]", *asked, "failed")
     rows = [_row(measured, row) for row in sorted(measured.rows, key=lambda row: (row.worst == inf, row.run_s))]

@@ -102,7 +102,8 @@ class Sensitivities:
 
 @dataclass(frozen=True)
 class Moved:
-    """Runs with an input moved by some standard uncertainties; instead of a run why it cannot start."""
+    """Runs started with an input moved by some standard uncertainties; instead of a run the reason why it cannot
+    start."""
 
     input: UncertainInput
     runs: dict[float, Future[Ran] | str]

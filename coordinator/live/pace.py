@@ -35,7 +35,8 @@ class Lateness(NamedTuple):
 
 
 class Pace:
-    """As fast as possible; decisions, and so operators' waits, reach at most `ahead` [ns] beyond the next event."""
+    """Pacing without a clock: as fast as possible. Decisions reach at most `ahead` [ns] beyond the next event, which
+    bounds how long a command waits."""
 
     def __init__(self, ahead: int = NEVER) -> None:
         self.ahead = ahead

@@ -54,7 +54,8 @@ class Identifiable:
 
 @dataclass(frozen=True)
 class InputEstimates:
-    """Values and standard uncertainties of inputs by number; why others are `unknown`; the clock offset."""
+    """Estimated values and standard uncertainties of inputs by number; reasons for those not identifiable (`unknown`);
+    the clock offset."""
 
     values: dict[int, float]
     sigma: dict[int, float]

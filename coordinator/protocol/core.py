@@ -40,7 +40,8 @@ class RunEnd(Enum):
 
 
 class Coordinator:
-    """The conservative coordinator: call `hello` by node, `done` by DONE, send what `ready` returns, until `over`."""
+    """The conservative coordinator: call `hello` for each node and `done` for each DONE, and send what `ready` returns,
+    until `over` is set."""
 
     def __init__(
         self,

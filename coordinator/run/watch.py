@@ -8,7 +8,8 @@ LOG = logging.getLogger("heavylift.run")
 
 
 class RunObserver:
-    """Observer of a run: receives committed events, simulation time and sentences, which it logs as INFO."""
+    """Observer of a run: receives committed events, simulation time and sentences; the base class logs sentences as
+    INFO."""
 
     def event(self, event: Event) -> None:
         """Receive a committed event."""

@@ -38,8 +38,8 @@ FAR = 10.0  # times as fast, or so many scales away, where no range is given
 
 @dataclass(frozen=True)
 class FoundLimit:
-    """Result of a search: path and unit, all values with their rows, last green and first red value, or one of another
-    state `fails`; error of the search ("" if none).
+    """Result of a search: path and unit; all values with their rows; the last value with a green verdict and the first
+    with a red one (or the state in `fails`); error of the search ("" if none).
 
     `bar`: error estimate of the utilisation at the last green value, by tighter steps and the next finer model level,
     at 95 %; None if the verdict turns red by something other than a utilisation, or without a limit.
@@ -141,8 +141,8 @@ def limits_of_all(
     say: Callable[[str], None] = LOG.info,
     fails: State = "red",
 ) -> list[FoundLimit]:
-    """Find the limits of several numbers separately, in parallel processes; `say` reports the runs, `fails` is the best
-    state that ends the search."""
+    """Find the limits of several numbers, each varied alone, in parallel processes; `say` reports the runs; `fails`:
+    the mildest state that ends the search."""
 
     def message(name: str, value: str, row: Row) -> None:
         status = "green" if row["status"] == "done" else f"{row['status']}: {reason(row)}"

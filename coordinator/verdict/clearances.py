@@ -80,14 +80,14 @@ def clearances(
 
 
 def lift_of(plan: Plan, thing: str) -> str:
-    """Return the name of the lift that a thing belongs to, of several; else ""."""
+    """Return the name of the lift, among several, to which a thing belongs; else ""."""
     name = thing.rpartition(" ")[2]
     return max((x.name for x in plan.lists if name.startswith(f"{x.name}-")), key=len, default="")
 
 
 def limit_between(plan: Plan) -> Kept:
-    """Return the function that gives the clearance [m] to be kept between things: that of their lift, between lifts the
-    largest; without names the largest of all."""
+    """Return a function that gives the required clearance [m] between two things: that of their lift, between lifts the
+    larger one; without names the largest of all."""
     limits = {x.subject: x.value for x in reversed(plan.limits) if x.quantity == "clearance" and x.value is not None}
     own = {x.name: limits[x.name] for x in plan.lists if x.name in limits}
     most = max(own.values(), default=next(reversed(limits.values()), LIMIT))

@@ -34,7 +34,7 @@ class Placed(NamedTuple):
 
 
 class Near(NamedTuple):
-    """Distances (m,) [m], negative in a penetration; nearest or deepest points, directions from a to b (m, 3)."""
+    """Distances (m,) [m], negative in a penetration; nearest or deepest points; directions from a to b (m, 3)."""
 
     distance: Floats
     a: Floats

@@ -135,7 +135,7 @@ class Collector:
 
 @dataclass(frozen=True)
 class Every:
-    """The history of a run at each `every`-th sample."""
+    """The history of a run reduced to each `every`-th sample."""
 
     past: RunHistory
     every: int

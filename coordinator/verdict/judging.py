@@ -97,7 +97,8 @@ def _clearances(context: CheckContext) -> None:
 
 
 def near_at_rest(plan: Plan, statics: Followed) -> tuple[Check | Use, ...]:
-    """Return clearances below their limits on the equilibrium path, as findings; without any the smallest ones."""
+    """Return clearances below their limits on the equilibrium path as findings; if there are none, the smallest
+    ones."""
     each = [*at_rest(plan, statics)]
     if found := findings(_placed(x, one.conduct) for one in each for x in one.findings):
         return found

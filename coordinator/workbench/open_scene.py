@@ -174,7 +174,7 @@ class OpenScene:
         self._begin(name, lambda _: present(scene))
 
     def new(self, name: str, like: str) -> None:
-        """Write a new scene, like one that comes with heavylift, into the folder, and open it."""
+        """Write a new scene into the folder, a copy of a bundled one, and open it."""
         if like not in bundled():
             raise SceneError(f"there is no scene '{like}' to begin with")
         self._begin(name, lambda stem: new_scene(stem, like))
@@ -192,7 +192,7 @@ class OpenScene:
         self.open(path.name)
 
     def ask(self, do: str, text: str) -> str:
-        """Run the open scene (see `SceneRun.start`), or order what goes on."""
+        """Run the open scene (see `SceneRun.start`), or give an order to the run in progress."""
         if self.scene is None:
             raise SceneError("choose a scene first")
         if do not in ("run", "sweep", "limits", "plan"):

@@ -32,7 +32,7 @@ KEPT = {
 
 
 def of_checks(state: str, line: str, checks: Iterable[Check], tables: Iterable[str] = ()) -> dict[str, Any]:
-    """A verdict as pages list it."""
+    """Return a verdict as plain data for the page's list of checks."""
     listed = [msgspec.to_builtins(check) | {"word": check.word} for check in checks]
     return {"state": state, "line": line, "checks": listed, "tables": list(tables)}
 
@@ -55,13 +55,14 @@ def _verdict(path: Path, changed: int) -> tuple[str, str]:
 
 
 def studies(folder: Path) -> list[str]:
-    """Pages of sweeps and limits in a folder."""
+    """Return the pages of sweeps and limits in a folder."""
     found = chain(folder.glob(f"*/{STUDY}"), folder.glob(f"*{LIMITS}"))
     return [path.relative_to(folder).as_posix() for path in sorted(found) if path.is_file()]
 
 
 def played(folder: Path, name: str, other: str = "") -> dict[str, Any]:
-    """A recording as the page plays it, with its verdict; a second one beside it, with the tables that compare them."""
+    """Return a recording as data for the page's player, with its verdict; with a second one also the tables that
+    compare them."""
     rec, verdict = _recorded(folder, name)
     found: dict[str, Any] = {"run": {}, "checks": None, "differences": []}
     beside = None
@@ -93,7 +94,8 @@ def compared(folder: Path, a: str, b: str) -> str:
 
 
 def keep(folder: Path, name: str) -> dict[str, list[str]]:
-    """Write report and drawings of a recording into the folder: their names, and a sentence for each that cannot be."""
+    """Write report and drawings of a recording into the folder; return their names, and a sentence for each that could
+    not be written."""
     rec, verdict = _recorded(folder, name)
     stem = rec.path.with_suffix("")
     made, refused = list[str](), list[str]()
@@ -109,7 +111,8 @@ def keep(folder: Path, name: str) -> dict[str, list[str]]:
 
 
 def kept(folder: Path, name: str) -> tuple[bytes, str]:
-    """A report or drawing in the folder, or the page of a study there, with its media type; raises SceneError."""
+    """Return a report or drawing in the folder, or the page of a study there, with its media type; raises SceneError if
+    there is none."""
     path = _inside(folder, name)
     study = path.name == STUDY or path.name.endswith(LIMITS)
     if not path.is_file() or not (study or path.suffix in KEPT):

@@ -115,7 +115,7 @@ class SceneName(msgspec.Struct):
 
 
 class New(msgspec.Struct):
-    """A scene to begin with, as another one that comes with heavylift."""
+    """Request for a new scene as a copy of a bundled one."""
 
     name: str
     like: str

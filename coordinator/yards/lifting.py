@@ -32,14 +32,14 @@ LEAST_WIND = "1"  # m/s, from which limits are looked for
 
 
 def lifter(orders: Sequence[LiftOrder]) -> list[Lift]:
-    """What is found of all lifts, from the cache if possible."""
+    """Return the properties of all lifts, from the cache if possible."""
     here = Path(__file__).parent.parent
     code = b"".join(contents(here / folder, ".py") for folder in ("yards", "sweeps", "verdict", "ladder"))
     return kept(orders, code, lambda: found(orders))
 
 
 def found(orders: Sequence[LiftOrder]) -> list[Lift]:
-    """What is found of all lifts."""
+    """Compute the properties of all lifts; equal ones once."""
     alone = [*dict.fromkeys(orders)]
     lifts = dict(zip(alone, called(at_rest, alone), strict=True))
     for way in dict.fromkeys((order.scene, order.way, order.grid, order.over, order.windy) for order in alone):
@@ -52,7 +52,8 @@ def found(orders: Sequence[LiftOrder]) -> list[Lift]:
 
 
 def compared(orders: Sequence[LiftOrder], lifts: dict[LiftOrder, Lift]) -> dict[LiftOrder, Lift]:
-    """Lifts at rest with their error: the largest of the shortest, the middle and the longest one, which are run."""
+    """Return lifts at rest with their error: the largest deviation of the shortest, the middle and the longest one from
+    simulations."""
     able = sorted((x for x in orders if lifts[x].stages), key=lambda x: (lifts[x].seconds, x.settings))
     spots = [*dict.fromkeys(able[n] for n in (0, len(able) // 2, -1))] if able else []
     errors = [_apart(run.seconds, lifts[x].seconds) for x, run in zip(spots, called(ran, spots), strict=True)]
@@ -60,7 +61,8 @@ def compared(orders: Sequence[LiftOrder], lifts: dict[LiftOrder, Lift]) -> dict[
 
 
 def tabled(orders: Sequence[LiftOrder], lifts: dict[LiftOrder, Lift]) -> dict[LiftOrder, Lift]:
-    """Lifts whose stages and wind are interpolated in one table, with its errors; their verdicts are those at rest."""
+    """Return lifts whose stages and wind limits are interpolated in a table of runs, with its errors; their verdicts
+    are those at rest."""
     if not orders:
         return {}
     one = orders[0]
@@ -103,7 +105,7 @@ def stated(differences: Sequence[float]) -> float:
 
 
 def interpolated(axes: Sequence[Any], grid: Any, at: Sequence[float]) -> list[float]:
-    """Values of a table (n1, n2, ..., m) at a place, linear along each axis."""
+    """Return the values of a table (n1, n2, ..., m) at a place, interpolated linearly along each axis."""
     for axis, x in zip(axes, at, strict=True):
         n = min(max(int(np.searchsorted(axis, x)) - 1, 0), len(axis) - 2)
         part = (x - float(axis[n])) / float(axis[n + 1] - axis[n])
@@ -120,8 +122,8 @@ def _at(order: LiftOrder, node: Sequence[str]) -> LiftOrder:
 
 
 def ran(order: LiftOrder, wind: float = -1.0) -> Lift:
-    """A lift that is simulated and judged, in a wind [m/s] (-1: the scene's own); with the wind up to which it is
-    green, if that is asked."""
+    """Simulate a lift in a wind [m/s] (-1: that of its scene) and return it with its verdict; if requested, with the
+    wind up to which it is green."""
     at = at_rest(order)
     settings = (*order.settings, *([f"wind.speed={wind!r} m/s"] if wind >= 0 else []))
     try:
@@ -147,19 +149,20 @@ def _simulated(order: LiftOrder, wind: float) -> Lift:
 
 
 def in_place(order: LiftOrder, wind: float) -> Lift:
-    """A lift that begins now, in this wind [m/s] if its scene has any; one that fails takes as long as at rest."""
+    """Simulate a lift that begins now in this wind [m/s], if its scene has any; a lift that fails is given its duration
+    at rest."""
     found = _simulated(replace(order, windy=0.0), wind if windy(order.scene) else -1.0)
     return found if found.stages else replace(at_rest(order), state="red", why=found.why)
 
 
 @lru_cache
 def windy(scene: str) -> bool:
-    """Whether wind blows in a scene."""
+    """Return whether a scene has wind."""
     return bool(load(scene).scene.wind)
 
 
 def called(call: Callable[[LiftOrder], Lift], orders: Sequence[LiftOrder]) -> list[Lift]:
-    """What a call finds of all lifts, in a pool if they are many."""
+    """Call a function for all lifts, in a process pool if there are many, and return the results."""
     if len(orders) <= (FEW if call is at_rest else 1) or cores() == 1:
         return [call(order) for order in orders]
     with Pool(min(cores(), len(orders))) as pool:

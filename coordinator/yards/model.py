@@ -11,7 +11,7 @@ from .lifting import in_place, lifter
 
 
 def load_yard(file: str, settings: Sequence[str] = ()) -> Yard:
-    """Read a yard file with settings laid over it and its lifts; raises SceneError with all its errors."""
+    """Read a yard file with settings, and its lifts; raises SceneError with all its faults."""
     return load(file, settings, lifter)
 
 

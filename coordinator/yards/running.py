@@ -24,8 +24,8 @@ def run_yard(
     exports: Sequence[Path] = (),
     drawn: bool = False,
 ) -> tuple[Sheet, ModelRun | None]:
-    """What is known of a yard after a run, perhaps `drawn`, whose schedule is exported, or after so many replications;
-    raises HeavyliftError."""
+    """Run a yard file once (with a Gantt chart if `drawn`, and its schedule exported) or in replications, and return
+    its results; raises HeavyliftError."""
     yard = load_yard(file, settings)
     build = f"heavylift.coordinator.yards.model:yard({str(file)!r}, {[*settings]!r})"
     if replications:

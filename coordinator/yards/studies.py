@@ -28,23 +28,25 @@ NEAR = 0.01  # of a range that is no whole number
 
 @dataclass(frozen=True)
 class Replicated:
-    """A yard and the numbers of its runs."""
+    """A yard with the numbers of its replications."""
 
     yard: Yard
     values: Values
 
     @property
     def days(self) -> Sequence[float]:
-        """Days from the start to the delivery, of all runs."""
+        """Days from the start to the delivery, by replication."""
         return [t * 1e9 / DAY for t in delivery(self.values)]
 
     @property
     def state(self) -> str:
-        """Whether contract dates are kept with their quantile, and all lifts can be carried out."""
+        """State of the yard: whether contract dates are met with their probability, and all lifts can be carried
+        out."""
         return state_of(self.yard, self.values)
 
     def cells(self) -> list[Cell]:
-        """Delivery at P10, P50 and P90, the least probability of a contract date, its longest wait."""
+        """Table cells: delivery at P10, P50 and P90, the lowest probability of a contract date, the cause with the
+        longest wait."""
         dates = [at_end(self.yard, quantile(delivery(self.values), part)) for part in PARTS]
         kept = min((100 * x for x in chances(self.yard, self.values).values()), default=None)
         most = max(waits(self.yard, self.values), key=lambda x: x[1], default=("", 0.0))
@@ -57,7 +59,7 @@ HEADS = ("P10", "P50", "P90", "contracts kept [%] .1", "waits most for")
 
 @dataclass(frozen=True)
 class YardStudy:
-    """Replications of a yard file with other settings: so many of a seed, on any executor of concurrent.futures."""
+    """Replications of variants of a yard file, all with the same seed, on any executor of concurrent.futures."""
 
     file: str
     settings: tuple[str, ...] = ()
@@ -68,7 +70,7 @@ class YardStudy:
     say: Say = lambda text: None
 
     def of(self, *more: str, file: str = "") -> Replicated:
-        """The yard with more settings; raises HeavyliftError."""
+        """Return the yard with further settings; raises HeavyliftError for invalid ones."""
         file, settings = file or self.file, [*self.settings, *more]
         yard = load_yard(file, settings)
         build = f"heavylift.coordinator.yards.model:yard({file!r}, {settings!r})"
@@ -78,7 +80,7 @@ class YardStudy:
         return made
 
     def varied(self, vary: Sequence[str]) -> Sheet:
-        """All combinations of the values of `PATH=VALUES`."""
+        """Replicate all combinations of the values of `PATH=VALUES`."""
         axes = [axis_of(text) for text in vary]
         variants = [*product(*(texts for _, texts in axes))]
         if not vary or len(variants) > MOST:
@@ -95,7 +97,7 @@ class YardStudy:
         return Sheet(f"Variants of {self.file}", lead, "red" if red == len(states) else "green", (table,))
 
     def beside(self, other: str) -> Sheet:
-        """Two yard files, and the distribution of their difference."""
+        """Compare two yard files, with the distribution of their difference."""
         a, b = self.of(), self.of(file=other)
         later = [y - x for x, y in zip(a.days, b.days, strict=True)]
         rows = [(name, *made.cells()) for name, made in ((self.file, a), (other, b))]
@@ -113,7 +115,7 @@ class YardStudy:
         return Sheet(f"{self.file} beside {other}", lead, b.state, parts)
 
     def planned(self, out: str, effort: float, force: bool) -> Sheet:
-        """Write a schedule by CP-SAT, and measure it beside that of the yard's own rule."""
+        """Optimise the schedule by CP-SAT, write it, and compare it with that of the yard's own rule."""
         yard = load_yard(self.file, self.settings)
         found = optimised(yard, effort)
         spans = [(a / 1e9, b / 1e9, False) for a, b in found.spans]
@@ -128,7 +130,8 @@ class YardStudy:
         return Sheet(f"Schedule of {self.file}", lead, "green", (table,))
 
     def sensitivities(self) -> Sheet:
-        """What one unit more of each resource gains, and what the spread of each step and the weather cost."""
+        """Measure the gain of one more unit of each resource, and the cost of each step's scatter and of the
+        weather."""
         base = self.of()
         yard, rows = base.yard, list[tuple[Cell, ...]]()
         mean = {one.step: one.takes.mean for one in yard.activities}
@@ -148,7 +151,8 @@ class YardStudy:
         return Sheet(f"Sensitivities of {self.file}", f"most: {rows[0][0]}", base.state, (table,))
 
     def limit(self, of: str) -> Sheet:
-        """How far a number may go from the first end of a range, `PATH=72..40`, before a contract date is missed."""
+        """Find how far a number may go from the first end of a range, `PATH=72..40`, before a contract date is
+        missed."""
         path, _, text = (part.strip() for part in of.partition("="))
         found = range_of(text)
         if found is None:
@@ -177,7 +181,7 @@ class YardStudy:
 
 
 def axis_of(text: str) -> tuple[str, tuple[str, ...]]:
-    """Path and values of `PATH=1..3 by 1` or `PATH={one, another}`."""
+    """Return path and values of `PATH=1..3 by 1` or `PATH={one, another}`."""
     path, equals, values = (part.strip() for part in text.partition("="))
     if not (equals and path and values):
         raise SceneError(f"--vary '{text}': write PATH=VALUES, such as 'resources.welders.units=1..3 by 1'")

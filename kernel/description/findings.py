@@ -56,7 +56,7 @@ class Check(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
 
     @property
     def between(self) -> bool:
-        """Whether its value must be between two limits, which it does not use up."""
+        """Whether the value must lie between two limits, so that no utilisation is defined."""
         return " to " in self.allowed
 
     @property

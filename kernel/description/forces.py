@@ -34,8 +34,8 @@ class Wave(Struct, frozen=True):
 
 
 class WaveSum(Struct, frozen=True):
-    """Irregular: r sum_k cosines_k cos(w_k t) + sines_k sin(w_k t) of the run's time t, with r as of a `Wave`; zero in
-    equilibria.
+    """An irregular signal: r sum_k cosines_k cos(w_k t) + sines_k sin(w_k t) of the run's time t, with r as of a
+    `Wave`; zero in equilibria.
 
     Cubic Hermite pieces of `piece` seconds represent it: harmonic k to (w_k piece)^4 / 384 of its amplitude.
     """

@@ -248,7 +248,7 @@ class BushingLaw(ForceLaw[Bushing]):
 
 
 def filled(pattern: list[int], given: Iterator[Scalar], shape: tuple[int, int]) -> Any:
-    """Return a matrix with the next given numbers at the flat places of `pattern`, zeros elsewhere."""
+    """Return a matrix with given numbers at the flat indices `pattern`, zeros elsewhere."""
     places = set(pattern)
     flat = [next(given) if i in places else 0.0 for i in range(shape[0] * shape[1])]
     return np.array([*flat, None], dtype=object)[:-1].reshape(shape)

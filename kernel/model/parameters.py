@@ -87,7 +87,7 @@ class ParameterLayout:
 
 
 def irregular_waves(system: System) -> dict[str, WaveSum]:
-    """Return the irregular waves by the drives and forces that follow them."""
+    """Return the irregular waves with the drives and forces that follow them."""
     given = [(d.name, d.waves) for d in system.drives] + [(n, s.waves) for n, s in signals(system.forces).items()]
     return {name: waves for name, waves in given if waves}
 

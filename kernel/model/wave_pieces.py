@@ -40,7 +40,7 @@ class WavePieces:
             self._P[sea.places] = sea.piece(epoch_ns, epoch_ns + round(t * 1e9))
 
     def breaks(self, epoch_ns: int, after: float) -> list[float]:
-        """Return the ends of the pieces that are active behind local time `after` [s], in local seconds."""
+        """Return the ends, in local seconds, of the pieces that are active after local time `after` [s]."""
         now = epoch_ns + round(after * 1e9)
         return [((now // sea.length + 1) * sea.length - epoch_ns) * 1e-9 for sea in self._groups]
 
@@ -56,7 +56,7 @@ class _Sea:
         self._knots: dict[int, Knot] = {}  # the last two
 
     def piece(self, epoch_ns: int, now_ns: int) -> np.ndarray:
-        """Return the numbers (n, 5) of the piece at a time."""
+        """Return the numbers (n, 5) of the piece that is active at a time."""
         k = now_ns // self.length
         self._knots = {i: self._knots.get(i) or self._knot(i) for i in (k, k + 1)}
         (x, dx), (y, dy) = self._knots[k], self._knots[k + 1]

@@ -55,7 +55,7 @@ PRACTICES: dict[str, dict[str, Clause]] = {  # what was read in a public copy ha
 }
 
 
-class Lift(NamedTuple):
+class LiftConditions(NamedTuple):
     """Properties of a lift on which the factors of a part depend."""
 
     weight: float  # of what is lifted [N]
@@ -129,7 +129,7 @@ def _rigging(plan: Plan, rope: str) -> float:
     return total
 
 
-def _lift(plan: Plan, limit: RatedLimit) -> Lift | None:
+def _lift(plan: Plan, limit: RatedLimit) -> LiftConditions | None:
     """Return the load that a part carries; None if there is none."""
     for machine in plan.machines:
         for cargo in machine.cargo:
@@ -148,11 +148,11 @@ def _lift(plan: Plan, limit: RatedLimit) -> Lift | None:
                 to = [x for x in direct if x.lug in cargo.lugs or (x.lower and x.lower.body == cargo.body)]
                 four = any(sum(y.upper == x.upper for y in to) >= FOUR for x in to) and not bent
                 several = any(len(ropes) > 1 for ropes in own)
-                return Lift(cargo.mass * plan.gravity, tuple(held), len(cranes), several, four)
+                return LiftConditions(cargo.mass * plan.gravity, tuple(held), len(cranes), several, four)
     return None
 
 
-def _needed(name: str, quantity: str, lift: Lift) -> bool:
+def _needed(name: str, quantity: str, lift: LiftConditions) -> bool:
     if name in BELOW and quantity == "hook design load":
         return False
     return {
@@ -165,7 +165,7 @@ def _value(
     name: str,
     given: Factors,
     clauses: Mapping[str, Clause],
-    lift: Lift,
+    lift: LiftConditions,
     plan: Plan,
     limit: RatedLimit,
     states: Sequence[StaticState],
@@ -196,7 +196,7 @@ def _value(
     return None, f"to be confirmed ({clause.source}): write 'factors: {{{key}}}'"
 
 
-def _wind(given: Factors, lift: Lift) -> tuple[float | None, str]:
+def _wind(given: Factors, lift: LiftConditions) -> tuple[float | None, str]:
     """Return the factor for wind on a load: the resultant of wind force and weight over the weight."""
     if given.wind is None:
         return None, "to be confirmed: write 'factors: {wind: 10 m/s, area: 100 m2}', in no wind 'wind: 0 m/s'"

@@ -134,7 +134,7 @@ def _built(
         return _built(own, path, text, corner=True)
 
     def shifted(centres: Centres) -> LoadedScene:
-        """Return the scene with other centres of mass of its blocks, and the limits that design loads are made of."""
+        """Return the scene with other centres of mass of its blocks, with the limits that enter design loads."""
         moved = _planned(replace(source, faults=[]), with_centres(scene, centres), replace(known, passing=True))
         limits = tuple(x for x in moved.plan.limits if x.quantity in BASES.values())
         return _on_same_path(moved, msgspec.structs.replace(moved.plan, limits=limits))

@@ -88,7 +88,7 @@ def _blocks(scene: schema.Scene) -> dict[Path, schema.Block]:
 
 def designed(nominal: LoadedScene, scene: schema.Scene, build: Callable[[Centres], LoadedScene]) -> list[RatedLimit]:
     """Return the design loads of a scene with practice or factors, at the worst corner of the centre-of-mass box of
-    each block; `build`: the scene with other centres of mass, with the limits that design loads are made of."""
+    each block; `build`: makes the scene with other centres of mass."""
     if scene.practice is None and not scene.factors.model_fields_set:
         return []
     given, corners = scene.factors.built(), Corners(nominal)
@@ -136,7 +136,7 @@ class Corners:
             self.uses(dict(corner), partial(build, dict(corner)))
 
     def uses(self, values: Values, build: Callable[[], LoadedScene]) -> dict[Key, float]:
-        """Return the utilisation of each limit at a corner, whose scene `build` makes."""
+        """Return the utilisation of each limit at a corner; `build` makes its scene."""
         message, why = ", ".join(f"{shown(path)} {text}" for path, text in values.items()), ""
         try:
             scene = build()

@@ -87,7 +87,8 @@ def source_of(whole: Source, name: str, path: Path, at: tuple[float, float]) -> 
 def several(
     source: Source, scene: Scene, path: Path, built: Callable[[Source], LoadedScene]
 ) -> tuple[Plan, Followed, dict[str, LoadedScene]]:
-    """Return the plan of all instances, their equilibrium paths one after the other, and each as if it were alone."""
+    """Return the plan of all instances, their equilibrium paths one after the other, and each instance as if it were
+    alone."""
     for key in sorted(scene.model_fields_set & {*MACHINES}):
         message = "a scene of several lifts has nothing else: what belongs to one of them stands there"
         source.fault((key,), message, on_key=True)

@@ -26,5 +26,5 @@ def frames_folder() -> Path:
 
 
 def vessels_folder() -> Path:
-    """Return the folder of the bundled hulls."""
+    """Return the folder of the bundled hulls of vessels."""
     return Path(__file__).parent / "vessels"

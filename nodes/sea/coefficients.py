@@ -44,8 +44,8 @@ def hull_of(path: Path) -> Hydrodynamics:
 
 
 def computed(mesh: Path) -> Path:
-    """Compute the coefficients of a mesh whose waterline is z = 0 and whose bow points along x; return the netCDF file
-    written beside it. Raises SceneError."""
+    """Compute the hydrodynamic coefficients of a mesh (waterline at z = 0, bow along x) by Capytaine; return the netCDF
+    file written next to it. Raises SceneError."""
     missing = SceneError("coefficients of a mesh are computed by Capytaine: pip install 'heavylift[sea]'")
     cpt, xr = extra("capytaine", missing), extra("xarray", missing)
     try:

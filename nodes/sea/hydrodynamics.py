@@ -24,7 +24,8 @@ SIDES = (1.0, -1.0, 1.0, -1.0, 1.0, -1.0)  # how loads change where a wave comes
 
 
 class FitError(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Largest error of the radiation's state space, as parts of the largest added mass and damping of a mode."""
+    """Errors of the fitted radiation model: the largest ones, relative to the largest added mass and damping of each
+    mode."""
 
     added_mass: float
     damping: float
@@ -39,7 +40,8 @@ class RadiationStates(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class WaveLoads(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Wave loads: frequencies [rad/s] and headings [rad], both rising; real and imaginary part [heading][frequency]."""
+    """Wave loads: frequencies [rad/s] and headings [rad], both increasing; real and imaginary parts by
+    [heading][frequency]."""
 
     frequencies: tuple[float, ...]
     headings: tuple[float, ...]
@@ -87,7 +89,7 @@ class Hydrodynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def read_hydrodynamics(text: bytes, file: str) -> Hydrodynamics:
-    """Return what a file says of a hull; raises SceneError for one that is none or whose fit is bad."""
+    """Return the hydrodynamics in a file; raises SceneError if it holds none, or if the fit of its radiation is bad."""
     try:
         found = msgspec.json.decode(text, type=Hydrodynamics)
     except msgspec.DecodeError as error:
@@ -118,10 +120,8 @@ def _between(places: Sequence[float], x: float) -> tuple[int, float]:
 def loads_in_sea(
     hull: Hydrodynamics, sea: Sequence[Component], at: tuple[float, float], bow: float, gravity: float, ramp: float
 ) -> list[WaveSum]:
-    """Return the six loads of a sea on a hull whose origin is at a place [m], with its bow to a direction [rad].
-
-    `at`: relative to the origin of the waves' phases; on deep water, where the wave number is w^2 / g.
-    """
+    """Return the six loads of a sea on a hull with its origin at a place [m] and its bow in a direction [rad]. `at`:
+    relative to the origin of the waves' phases; on deep water, where the wave number is w^2 / g."""
     sums: list[tuple[list[float], list[float]]] = [([], []) for _ in range(6)]
     for w, size, to, phase in sea:
         k = w * w / gravity

@@ -30,17 +30,17 @@ LEAST = 1e-6  # [1/s] of the damping of a start, so that its root has a slope
 
 
 class StateSpace(NamedTuple):
-    """x' = F x + G v, f = -G^T x with F (n, n), G (n, m)."""
+    """Passive state-space model x' = F x + G v, f = -G^T x with F (n, n), G (n, m)."""
 
     F: np.ndarray
     G: np.ndarray
 
     def memory(self, w: np.ndarray) -> np.ndarray:
-        """Return K(iw) (len(w), m, m)."""
+        """Return the transfer function K(iw) (len(w), m, m) from velocities to forces."""
         return np.asarray(self.G.T @ self.answers(w))
 
     def answers(self, w: np.ndarray) -> np.ndarray:
-        """Return the states (len(w), n, m) that unit velocities of these frequencies excite."""
+        """Return the states (len(w), n, m) excited by unit velocities of these frequencies."""
         n = len(self.F)
         found: np.ndarray = np.linalg.solve(1j * w[:, None, None] * np.eye(n) - self.F, self.G.astype(complex))
         return found
@@ -63,13 +63,13 @@ class CoupledModes:
         self.wanted = self.rows(K / np.outer(self.size, self.size))
 
     def rows(self, K: np.ndarray) -> np.ndarray:
-        """Return damping and added mass of K (..., n, m, m), each in parts of the largest value of its mode."""
+        """Return damping and added mass of K (..., n, m, m), each relative to the largest value of its mode."""
         parts = K.real, K.imag / self.w[:, None, None] / self._ratio
         flat = [x[..., self._upper[0], self._upper[1]].reshape(*K.shape[:-3], -1) for x in parts]
         return np.concatenate(flat, axis=-1)
 
     def fitted(self) -> StateSpace:
-        """Return the state space of the fewest states whose error is GOOD, or else the best one."""
+        """Return the state space with the fewest states whose error is below GOOD, or else the best one."""
         terms, found = self._terms(), list[tuple[float, StateSpace]]()
         for n in (n for n in STATES if n >= 2 * self.m):
             space = self._polished(self._projected(terms, n))
@@ -141,7 +141,8 @@ class CoupledModes:
 
 
 def fitted(w: np.ndarray, A: np.ndarray, B: np.ndarray, A_inf: np.ndarray) -> tuple[StateSpace, FitError]:
-    """Return the radiation of added mass A and damping B (n, 6, 6) at frequencies w (n,) [rad/s], with its error."""
+    """Return the state-space model of added mass A and damping B (n, 6, 6) at frequencies w (n,) [rad/s], with its
+    error."""
     F, G, worst = list[np.ndarray](), list[np.ndarray](), np.zeros(2)
     for modes in _groups(np.abs(B).max(axis=0)):
         of = CoupledModes(w, A, B, A_inf, modes)

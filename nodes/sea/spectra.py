@@ -61,7 +61,8 @@ def tabulated(rows: Sequence[tuple[float, float]]) -> Density:
 def components(
     density: Density, Hs: float, ends: tuple[float, float], n: int, heading: float, spreading: float, seed: str
 ) -> list[Component]:
-    """Return n components of a spectrum between two frequencies [rad/s] with the energy of Hs [m].
+    """Return n wave components of a spectrum between two frequencies [rad/s], scaled to the energy of the significant
+    height Hs [m].
 
     `heading`: mean direction to which the waves travel [rad]; `spreading`: the exponent s of cos^2s, 0 for long crests.
     """

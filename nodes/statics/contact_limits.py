@@ -36,7 +36,7 @@ def there(before: StaticState, after: StaticState, part: float) -> StaticState:
 
 
 def meets(contact: Contact, before: StaticState, after: StaticState) -> float | None:
-    """Return the fraction between two points of the path at which shapes begin to penetrate; None if not."""
+    """Return the fraction between two points of the path at which shapes begin to penetrate; None if they do not."""
     ends = _poses(contact, before), _poses(contact, after)
     distance = max(norm((a - b).tolist()) for (a, _), (b, _) in zip(*ends, strict=True))
     steps = max(1, ceil(distance / STEP))

@@ -66,7 +66,7 @@ def examined(yard: Yard) -> Sheet:
 
 
 def impossible(yard: Yard) -> list[Activity]:
-    """Activities whose lift cannot be carried out."""
+    """Return the activities whose lift cannot be carried out."""
     return [one for one in yard.activities if one.lift and one.lift.state == "red"]
 
 
@@ -101,12 +101,12 @@ def _lifts(yard: Yard) -> list[Table]:
 
 
 def delivery(values: Values) -> Sequence[float]:
-    """The ends [s] of all runs."""
+    """Return the delivery times [s] of all runs."""
     return values["dispatcher.delivery"]
 
 
 def finishes(yard: Yard, values: Values) -> dict[str, Sequence[float]]:
-    """When the yard, and the blocks with contract dates, are done [s] in all runs."""
+    """Return the times [s] at which the yard, and each block with a contract date, is done, by run."""
     found: dict[str, Sequence[float]] = {DELIVERY: delivery(values)}
     for block in yard.contract:
         own = [n for n, one in enumerate(yard.activities) if one.block == block]
@@ -116,19 +116,19 @@ def finishes(yard: Yard, values: Values) -> dict[str, Sequence[float]]:
 
 
 def chances(yard: Yard, values: Values) -> dict[str, float]:
-    """The share of the runs that keep each contract date."""
+    """Return for each contract date the fraction of the runs that meet it."""
     found = finishes(yard, values)
     return {key: sum(t <= _limit(yard, key) for t in found[key]) / len(found[key]) for key in yard.contract}
 
 
 def missed(yard: Yard, values: Values) -> list[str]:
-    """The contract dates that are not kept at their quantile."""
+    """Return the contract dates that are not met with their required probability."""
     found = finishes(yard, values)
     return [key for key in yard.contract if quantile(found[key], yard.quantile) > _limit(yard, key)]
 
 
 def state_of(yard: Yard, values: Values) -> str:
-    """Red if a contract date is missed, or a lift cannot be carried out."""
+    """Return red if a contract date is missed or a lift cannot be carried out, else green."""
     return "red" if missed(yard, values) or impossible(yard) or _red_runs(values) else "green"
 
 
@@ -137,8 +137,8 @@ def _red_runs(values: Values) -> float:
 
 
 def answered(yard: Yard, values: Values, drawn: bool = False) -> Sheet:
-    """The key dates, what they depend on, and what held up the blocks; of a single run its schedule, too, perhaps
-    `drawn`."""
+    """Return the sheet of `run` for a yard: quantiles of the key dates, what they depend on, and the causes of waiting;
+    for a single run also its schedule, with a Gantt chart if `drawn`."""
     runs, late, kept = len(delivery(values)), missed(yard, values), chances(yard, values)
     rows = list[tuple[Cell, ...]]()
     for key, ends in finishes(yard, values).items():
@@ -167,7 +167,7 @@ def answered(yard: Yard, values: Values, drawn: bool = False) -> Sheet:
 
 
 def waits(yard: Yard, values: Values) -> list[tuple[str, float]]:
-    """Mean waiting time of all activities [h] by cause."""
+    """Return the mean waiting time of all activities [h] by cause."""
     causes = (NOT_READY, NO_SHIFT, WEATHER, *yard.capacities)
     means = [fmean(values[f"dispatcher.waits[{n}]"]) / 3600 for n in range(len(causes))]
     stopped = sum(fmean(x) for key, x in values.items() if key.endswith(".stopped")) / 3600
@@ -192,7 +192,7 @@ def _criticality(yard: Yard, values: Values, runs: int) -> Table:
 
 
 def spans(yard: Yard, values: Values) -> list[tuple[float, float, bool]]:
-    """Start and end [s] of each activity in a single run, and whether it is critical."""
+    """Return start and end [s] of each activity in a single run, and whether it is critical."""
     keys = ("starts", "ends", "critical")
     rows = [[values[f"dispatcher.{key}[{n}]"][0] for key in keys] for n in range(len(yard.activities))]
     return [(start, end, bool(critical)) for start, end, critical in rows]
@@ -208,7 +208,7 @@ def _schedule(yard: Yard, values: Values) -> Table:
 
 
 def at_end(yard: Yard, t: float) -> str:
-    """A time [s] as date and time of day."""
+    """Return a time [s] as date and time of day."""
     return f"{at(yard.start, t):%Y-%m-%d %H:%M}"
 
 

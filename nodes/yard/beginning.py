@@ -6,7 +6,7 @@ HEAD = "heavylift yard"
 
 
 def is_yard(path: str | Path) -> bool:
-    """Whether a file begins as one of a yard does, or a name is that of a bundled one."""
+    """Return whether a file begins like a yard file, or a name is that of a bundled yard."""
     try:
         with open(yard_path(path), encoding="utf-8") as file:
             lines = (line.strip() for line in file)
@@ -16,6 +16,6 @@ def is_yard(path: str | Path) -> bool:
 
 
 def yard_path(name: str | Path) -> Path:
-    """The file of a yard: the path itself, or that of a bundled yard of this name."""
+    """Return the file of a yard: the path itself, or that of the bundled yard with this name."""
     bundled = Path(__file__).parent / "yards" / f"{name}.yaml"
     return bundled if not Path(name).exists() and str(name).isidentifier() and bundled.is_file() else Path(name)

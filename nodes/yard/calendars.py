@@ -54,7 +54,7 @@ class Calendar:
         return begins[n] + total - worked[n]
 
     def between(self, a: int, b: int) -> int:
-        """Time worked from a to b."""
+        """Return the working time from a to b."""
         return self._until(b) - self._until(a) if self.key else b - a
 
     def _until(self, t: int) -> int:
@@ -97,7 +97,7 @@ def windows(key: str) -> Windows:
 
 
 def merged(windows: Iterable[Shift]) -> list[Shift]:
-    """Windows [ns], sorted by their begin, without overlaps."""
+    """Return working intervals [ns] without overlaps, sorted."""
     found = list[Shift]()
     for a, b in windows:
         if found and a <= found[-1][1]:

@@ -16,7 +16,7 @@ LABELLED = 60  # blocks whose names are legible
 
 
 def figure(yard: Yard, spans: Sequence[tuple[float, float, bool]]) -> "Figure":
-    """The chart of start and end [s] of all activities, with the critical ones outlined."""
+    """Draw the Gantt chart of start and end [s] of all activities, with the critical ones outlined."""
     from matplotlib import dates
     from matplotlib.figure import Figure
 
@@ -59,5 +59,5 @@ def figure(yard: Yard, spans: Sequence[tuple[float, float, bool]]) -> "Figure":
 
 
 def gantt(yard: Yard, spans: Sequence[tuple[float, float, bool]]) -> str:
-    """The chart as <svg> of a page."""
+    """Return the Gantt chart as <svg> for a page."""
     return in_page(figure(yard, spans))

@@ -29,8 +29,9 @@ WAYS: dict[Way, str] = {
 
 @dataclass(frozen=True)
 class LiftOrder:
-    """A scene with settings and how it is carried out; `over`: axes of the table as name and texts of their values;
-    `at`: the block's place on them; `windy`: up to which wind [m/s] limits are looked for, 0: not at all."""
+    """Description of a lift: scene with settings, and how its duration is found; `over`: axes of the table as name and
+    texts of their values; `at`: place of the block on them; `windy`: the highest wind [m/s] for which limits are
+    searched, 0: none."""
 
     scene: str
     settings: tuple[str, ...]
@@ -43,9 +44,9 @@ class LiftOrder:
 
 @dataclass(frozen=True)
 class Lift:
-    """What is found of a lift: durations of its stages [s]; wind [m/s] up to which it begins, above which it stops,
-    and down to which it stays stopped; state of its verdict (`wrong`: its settings do not fit the scene) and why;
-    relative errors of its duration and of its wind."""
+    """Properties of a lift: durations of its stages [s]; winds [m/s] up to which it may begin, above which it stops,
+    and below which it continues; state and reason of its verdict ("wrong": its settings do not fit the scene); relative
+    errors of duration and wind."""
 
     stages: tuple[tuple[str, float], ...]
     wind: float = inf
@@ -66,12 +67,12 @@ Lifter = Callable[[Sequence[LiftOrder]], list[Lift]]
 
 
 def of_scene(order: LiftOrder) -> LoadedScene:
-    """The scene of an order; raises SceneError."""
+    """Return the scene of a lift; raises SceneError."""
     return load(order.scene, order.settings)
 
 
 def cranes(scene: str) -> dict[str, str]:
-    """The cranes of a scene by name, with their types; raises SceneError."""
+    """Return the cranes of a scene by name, with their types; raises SceneError."""
     loaded = load(scene)
     found = read(loaded.merged or loaded.text, loaded.path.name).data
     machines = cast("dict[str, dict[str, object]]", found.get("cranes") or {})
@@ -79,7 +80,7 @@ def cranes(scene: str) -> dict[str, str]:
 
 
 def winds(plan: Plan, factor: float | None) -> tuple[float, float, float]:
-    """Up to which wind [m/s] a lift may begin, which wind stops it, and below which it goes on."""
+    """Return three winds [m/s]: up to which a lift may begin, above which it stops, and below which it continues."""
     stated = [x.value for x in plan.limits if x.quantity == "wind" and x.value is not None]
     trips = [x for x in plan.interlocks if x.rising and any(guard.quantity == "wind" for guard in x.guards)]
     allowed = min([*stated, *(x.value for x in trips), *([factor] if factor else [])], default=inf)
@@ -88,7 +89,7 @@ def winds(plan: Plan, factor: float | None) -> tuple[float, float, float]:
 
 
 def at_rest(order: LiftOrder) -> Lift:
-    """A lift followed along its equilibrium path; one that cannot be carried out is red."""
+    """Return a lift followed along its equilibrium path; one that cannot be carried out is red."""
     try:
         scene = of_scene(order)
     except HeavyliftError as error:
@@ -106,13 +107,13 @@ def at_rest(order: LiftOrder) -> Lift:
 
 
 def first_line(error: Exception) -> str:
-    """What an error says first, without its place."""
+    """Return the first line of an error without its place."""
     text = str(error).splitlines()[0]
     return text.partition("error: ")[2] or text
 
 
 def kept(orders: Sequence[LiftOrder], code: bytes, find: Callable[[], list[Lift]]) -> list[Lift]:
-    """What `find` finds of the lifts, from the cache if they, the code and all that they read are known."""
+    """Return what `find` returns for the lifts, cached under the lifts, the code and all files that they read."""
     before = files_read()
     texts = {name: (x := load(name)).merged or x.text for name in dict.fromkeys(order.scene for order in orders)}
     types = contents(next(iter(bundled().values())).parent, ".yaml")
@@ -128,11 +129,11 @@ def kept(orders: Sequence[LiftOrder], code: bytes, find: Callable[[], list[Lift]
 
 
 def all_at_rest(orders: Sequence[LiftOrder]) -> list[Lift]:
-    """All lifts at rest, equal ones once."""
+    """Return all lifts at rest; equal ones are computed once."""
     found = {order: at_rest(order) for order in dict.fromkeys(orders)}
     return [found[order] for order in orders]
 
 
 def rested(orders: Sequence[LiftOrder]) -> list[Lift]:
-    """All lifts at rest, from the cache if possible."""
+    """Return all lifts at rest, from the cache if possible."""
     return kept(orders, b"", lambda: all_at_rest(orders))

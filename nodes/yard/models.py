@@ -57,7 +57,8 @@ class ResourceUse(Message):
 
 
 class StepWork(Message):
-    """How long the wind stopped the work of a step [s], how often, and how many lifts were simulated and red."""
+    """Statistics of a step: time for which the wind stopped it [s], number of stops, numbers of simulated and of red
+    lifts."""
 
     stopped: float
     stops: int
@@ -188,7 +189,7 @@ class Dispatcher(Atomic):
         self.hold_in(0 if self.begun or self.changed or self.telling else wake if wake == NEVER else wake - now)
 
     def calm_for(self, n: int, now: int) -> bool:
-        """Whether the wind allows a lift now, and until its expected end as far as it is forecast."""
+        """Return whether the wind allows a lift to begin, now and (as far as it is forecast) until its expected end."""
         end = self.calm[self.limited[n]] if self.calm else -1
         one = self.activities[n]
         return end > now and end >= min(now + self.forecast, one.works.add(now, one.expected))
@@ -223,8 +224,9 @@ class Dispatcher(Atomic):
 
 
 class YardStep(Atomic):
-    """Carries out a step of all blocks, each for a time of its own in working time; expected times for seed 0.  The
-    wind stops lifts and lets them go on; `carry_out` simulates those that are not known before they begin."""
+    """Carries out one step for all blocks; each takes its own drawn working time, or the expected one for seed 0. Wind
+    stops lifts and lets them continue; `carry_out` simulates lifts whose properties depend on the wind at their
+    begin."""
 
     work, wind, done = In(ActivityStart), In(WindChange), Out(ActivityEnd)
 
@@ -243,7 +245,7 @@ class YardStep(Atomic):
         self.stopped, self.stops, self.simulated, self.red = 0, 0, 0, 0
 
     def external(self, e: int, x: Bag) -> None:
-        """Begin, stop and go on."""
+        """Begin the ordered activities; stop lifts, or continue them, by the wind."""
         now = self._present.now[0]
         for change in x[self.wind]:
             self.speed = change.speed
@@ -254,7 +256,7 @@ class YardStep(Atomic):
         self.hold_in(self.due[0][0] - now if self.due else NEVER)
 
     def lifting(self, n: int) -> int:
-        """How long the lift of a block takes [ns]."""
+        """Return the duration of the lift of a block [ns]."""
         one = self.activities[n]
         if one.order and one.order.way == "run" and self.carry_out:
             found = self.carry_out(one.order, self.speed)
@@ -263,7 +265,7 @@ class YardStep(Atomic):
         return seconds(one.lift.seconds) if one.lift else 0
 
     def stop(self, now: int) -> None:
-        """Stop lifts in too much wind; let them go on in less."""
+        """Stop lifts in too much wind, and continue those that are allowed again."""
         for end, n in [*self.due]:
             one = self.activities[n]
             if one.lift and self.speed > one.lift.stop and end > now:
@@ -291,7 +293,7 @@ class YardStep(Atomic):
         self.hold_in(self.due[0][0] - now if self.due else NEVER)
 
     def result(self) -> StepWork:
-        """How the wind stopped it."""
+        """Return how the wind stopped this step."""
         return StepWork(self.stopped / 1e9, self.stops, self.simulated, self.red)
 
 
@@ -314,7 +316,8 @@ class YardResource(Atomic):
 
 
 def coupled(yard: Yard, seed: int = 0, rule: str = "", carry_out: CarryOut | None = None) -> Coupled:
-    """The model of a yard, by its own rule or another one; for seed 0 with expected durations, in drawn weather."""
+    """Return the DEVS model of a yard with its own rule or another one; for seed 0 with expected durations, in drawn
+    weather."""
     root, limits = Coupled("yard"), thresholds(yard) if yard.wind else ()
     dispatcher = root.add(
         Dispatcher(
@@ -338,7 +341,7 @@ def coupled(yard: Yard, seed: int = 0, rule: str = "", carry_out: CarryOut | Non
 
 
 def expected(yard: Yard, rule: str = "") -> YardSchedule:
-    """The schedule of a run with expected durations."""
+    """Return the schedule of a run with expected durations."""
     model = coupled(yard, 0, rule)
     simulator = Simulator(model)
     simulator.start()
@@ -349,7 +352,8 @@ def expected(yard: Yard, rule: str = "") -> YardSchedule:
 
 
 def thresholds(yard: Yard) -> tuple[float, ...]:
-    """The winds [m/s] at which something begins or stops; each whole one if a lift is simulated in its wind."""
+    """Return the winds [m/s] at which something begins or stops; every whole number if lifts are simulated in their
+    wind."""
     lifts = [one.lift for one in yard.activities if one.lift]
     found = {limit for lift in lifts for limit in (lift.wind, lift.stop, lift.resume) if limit < inf}
     if any(one.order and one.order.way == "run" for one in yard.activities):

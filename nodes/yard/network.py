@@ -14,7 +14,7 @@ from heavylift.nodes.queueing.distributions import Distribution
 
 from .calendars import Calendar
 from .lifts import Lift, LiftOrder
-from .weather import Wind
+from .weather import HourlyWind
 
 RULES = {
     "earliest start": "EST", "latest start": "LST", "latest finish": "LFT", "minimum slack": "MSLK",
@@ -33,8 +33,8 @@ class Need:
 
 @dataclass(frozen=True)
 class Activity:
-    """A step of a block: its duration [s], beside its lift, what it needs, predecessors with their lags [ns], when its
-    block is ready [ns], when it works, its lift."""
+    """A step of a block: duration [s] besides its lift, needed resources, predecessors with their lags [ns], time from
+    which its block is ready [ns], working time, and its lift."""
 
     block: str
     step: str
@@ -71,7 +71,7 @@ class Yard:
     contract: dict[str, date]
     quantile: float
     sources: dict[str, str]  # of the durations of each step
-    wind: Wind | None = None
+    wind: HourlyWind | None = None
     forecast: int = 0  # [ns]
     plan: tuple[int, ...] = ()  # [ns] starts of an existing schedule, -1 where it has none; before them nothing begins
 

@@ -23,7 +23,8 @@ SEED = 1
 
 @dataclass(frozen=True)
 class Optimised:
-    """Start and end of each activity [ns], the end of all, the bound below which none can be, how it was found."""
+    """An optimised schedule: start and end of each activity [ns], delivery, lower bound of all schedules, and how it
+    was found."""
 
     spans: tuple[Span, ...]
     end: int
@@ -32,12 +33,12 @@ class Optimised:
 
     @property
     def gap(self) -> float:
-        """How much later than the bound it ends, relative."""
+        """Relative difference between the delivery and its lower bound."""
         return self.end / self.bound - 1.0 if self.bound else 0.0
 
 
 class AnyWork:
-    """Time [ns] in which any of some calendars works."""
+    """Union of several calendars: time [ns] at which any of them works."""
 
     def __init__(self, keys: Sequence[str]) -> None:
         always = not all(keys)
@@ -46,18 +47,18 @@ class AnyWork:
         self.worked = [0, *accumulate(b - a for a, b in found)]
 
     def until(self, t: int) -> int:
-        """Time worked until t."""
+        """Return the working time until t."""
         n = bisect_right(self.begins, t) - 1
         if not self.begins:
             return t
         return self.worked[n] + min(t, self.ends[n]) - self.begins[n] if n >= 0 else 0
 
     def least(self, lag: int) -> int:
-        """The least time worked within a time that passes by the clock."""
+        """Return the least working time within any interval of this length."""
         return min((self.until(end + lag) - self.until(end) for end in self.ends[:400]), default=lag) if lag else 0
 
     def instant(self, worked: int) -> int:
-        """When so much has been worked."""
+        """Return the time at which so much has been worked."""
         if not self.begins:
             return worked
         n = min(max(bisect_right(self.worked, worked - 1) - 1, 0), len(self.begins) - 1)
@@ -65,8 +66,8 @@ class AnyWork:
 
 
 def optimised(yard: Yard, effort: float = 60.0) -> Optimised:
-    """The earliest schedule that is found with an effort in the solver's own seconds, which every machine counts
-    alike; raises SceneError without OR-Tools."""
+    """Return the earliest schedule found with an effort in the solver's deterministic time, equal on every machine;
+    raises SceneError without OR-Tools."""
     cp = extra("ortools.sat.python.cp_model", SceneError("plan needs OR-Tools: pip install 'heavylift[schedule]'"))
     bare = replace(yard, wind=None)
     schedules = {rule: _spans(bare, rule) for rule in RULES}

@@ -17,7 +17,8 @@ MOST = 1000  # runs of a table
 
 @dataclass(frozen=True)
 class LiftStep:
-    """What a step says of its lifts: scene, settings as path and text or =column, way, axes of its table."""
+    """Lift of a step as written: scene, settings as path and text or =column, how its duration is found, axes of its
+    table."""
 
     step: str
     scene: str
@@ -28,12 +29,12 @@ class LiftStep:
 
     @property
     def columns(self) -> set[str]:
-        """Columns of the table of blocks that it reads."""
+        """The columns of the table of blocks to which its settings refer."""
         return {text[1:] for _, text in self.sets if text[:1] == "="}
 
 
 def lift_steps(given: Taking, steps: list[str]) -> dict[str, LiftStep]:
-    """The steps that lift."""
+    """Return the steps that are lifts."""
     found = dict[str, LiftStep]()
     for step in steps:
         at = ("steps", step)
@@ -64,7 +65,7 @@ def lift_steps(given: Taking, steps: list[str]) -> dict[str, LiftStep]:
 
 
 def values(text: str) -> tuple[str, ...]:
-    """The values of an axis, `100..500 t by 200 t`, each with its unit."""
+    """Return the values of an axis such as `100..500 t by 200 t`, each with its unit."""
     found = range_of(text)
     low, high, by = (float(found.low), float(found.high), float(found.step or 0)) if found else (0.0, 0.0, 0.0)
     if not found or not low < high or not 0 < by <= high - low or (high - low) / by > MOST:
@@ -74,7 +75,7 @@ def values(text: str) -> tuple[str, ...]:
 
 
 def runs(over: tuple[tuple[str, tuple[str, ...]], ...]) -> int:
-    """How many runs a table takes."""
+    """Return the number of runs that a table takes."""
     count = 1
     for _, texts in over:
         count *= len(texts)
@@ -84,7 +85,7 @@ def runs(over: tuple[tuple[str, tuple[str, ...]], ...]) -> int:
 def order_of(
     given: Taking, one: LiftStep, row: TableCell, cells: dict[str, TableCell], units: dict[str, str]
 ) -> LiftOrder:
-    """The lift of a block; faults stand at its row."""
+    """Return the lift of a block; faults are reported at its row."""
     at, texts = ("blocks", row.text), dict[str, str]()
     for column in sorted(one.columns):
         if column in cells:
@@ -118,7 +119,7 @@ def order_of(
 
 
 def found_scene(given: Taking, name: str) -> str:
-    """A scene beside the yard file, or a bundled one; raises SceneError."""
+    """Return a scene next to the yard file, or a bundled one; raises SceneError."""
     beside = given.source.root / name
     scene = str(beside) if beside.is_file() else name
     scene_file(scene)
@@ -128,7 +129,8 @@ def found_scene(given: Taking, name: str) -> str:
 def taken(
     given: Taking, order: LiftOrder, step: str, types: dict[str, str], capacities: dict[str, int]
 ) -> dict[str, int]:
-    """The units of each crane that a lift takes: of the resource of its name and type, or of one of its type."""
+    """Return the units of each crane that a lift takes: of the resource with the crane's name and type, or of one of
+    its type."""
     found = dict[str, int]()
     try:
         machines = cranes(order.scene)

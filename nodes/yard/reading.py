@@ -44,8 +44,7 @@ DELIVERY = "delivery"
 
 
 def load(path: str | FilePath, settings: Sequence[str] = (), lifter: Lifter = rested) -> Yard:
-    """Read a yard file with settings laid over it, its lifts found by `lifter`; raises SceneError with all its
-    errors."""
+    """Read a yard file with settings; `lifter` finds its lifts. Raises SceneError with all its faults."""
     source = source_of(path, settings)
     yard = _Reading(source, lifter).yard()
     raise_faults(source, source.faults)
@@ -54,7 +53,7 @@ def load(path: str | FilePath, settings: Sequence[str] = (), lifter: Lifter = re
 
 
 def source_of(path: str | FilePath, settings: Sequence[str] = ()) -> Source:
-    """The text of a yard file with settings laid over it; raises SceneError."""
+    """Return the source of a yard file with settings applied; raises SceneError."""
     path, name = yard_path(path), path_text(path)
     source = read(scene_text(path, name), name, path.parent)
     raise_faults(source, source.faults)
@@ -247,7 +246,7 @@ class _Reading(Taking):
         return tuple(made) if self.source.faults else self.lifted(made, orders, marks), blocks
 
     def lifted(self, made: list[Activity], orders: dict[int, LiftOrder], marks: list[Mark]) -> tuple[Activity, ...]:
-        """The activities with what heavylift finds of their lifts."""
+        """Return the activities with the properties of their lifts."""
         steps = len(made) // len(marks)
         for (n, order), lift in zip(orders.items(), self.lifter([*orders.values()]) if orders else (), strict=True):
             made[n] = replace(made[n], lift=lift, order=order)
@@ -282,7 +281,7 @@ class _Reading(Taking):
         return tuple(found)
 
     def planned(self, activities: tuple[Activity, ...]) -> tuple[int, ...]:
-        """The starts [ns] of an existing schedule."""
+        """Return the starts [ns] of an existing schedule."""
         file = self.source.at(("plan",))
         if file is None or not activities:
             return ()

@@ -14,7 +14,7 @@ T = TypeVar("T")
 
 
 class Taking:
-    """What is read of a source."""
+    """Reader of typed values from a source, which collects faults."""
 
     def __init__(self, source: Source) -> None:
         self.source = source
@@ -54,7 +54,7 @@ class Taking:
             self.source.fault(path, f"there is no {what} '{word}'", closest(str(word), [x for x in among if x]))
 
     def table(self, path: Path, root: FilePath | None = None) -> tuple[list[TableColumn], list[list[TableCell]]]:
-        """Head and rows of the table that is named at a path, of a folder, default that of the file; nothing after a
+        """Return head and rows of the table named at a path, in a folder (default: that of the file); nothing after a
         fault."""
         try:
             found = table(root or self.source.root, str(self.source.at(path)))

@@ -24,9 +24,9 @@ YEAR = 8760  # hours; also how far ahead a calm is looked for
 
 
 @dataclass(frozen=True)
-class Wind:
-    """Hourly wind [m/s]: `series` from hour `first` of it on, again and again; or without one drawn by scale [m/s] and
-    shape of each month and the correlation of two hours."""
+class HourlyWind:
+    """Hourly wind [m/s]: a measured `series` from hour `first`, repeated; or drawn from Weibull distributions (scale
+    [m/s] and shape of each month) with a correlation from hour to hour."""
 
     start: date
     series: tuple[float, ...] = ()
@@ -36,14 +36,15 @@ class Wind:
     persistence: float = 0.0
 
     def begin(self, random: Random, drawn: bool) -> float:
-        """What the first hour follows from; a series of several years begins in a year that is `drawn`."""
+        """Return the state from which the first hour follows; a series of several years begins in a year that is
+        `drawn`."""
         years = len(self.series) // YEAR
         if self.series:
             return self.first + (random.randrange(years) * YEAR if drawn and years > 1 else 0)
         return random.gauss(0.0, 1.0)
 
     def hours(self, day: int, state: float, random: Random) -> tuple[list[float], float]:
-        """The wind of all hours of a day, and what the next day follows from."""
+        """Return the wind of all hours of a day, and the state from which the next day follows."""
         if self.series:
             n, count = int(state), len(self.series)
             return [self.series[(n + k) % count] for k in range(24)], n + 24
@@ -57,8 +58,8 @@ class Wind:
 
 
 class WindChange(Message):
-    """The wind [m/s] has crossed a limit; until when it stays within each limit [ns], -1 where it is above it; whether
-    it will never cross one again."""
+    """The wind [m/s] has crossed a limit; times [ns] until which it stays within each limit (-1: it is above it);
+    whether it will never cross one again."""
 
     speed: float
     calm: tuple[int, ...]
@@ -70,16 +71,16 @@ class YardDone(Message):
 
 
 class Weather(Atomic):
-    """Tells of the wind whenever it crosses one of the `limits` [m/s, rising], until all work is done."""
+    """Reports the wind whenever it crosses one of the `limits` [m/s, increasing], until all work is done."""
 
     over, wind = In(YardDone), Out(WindChange)
 
-    def __init__(self, name: str, wind: Wind, limits: Sequence[float], seed: int) -> None:
+    def __init__(self, name: str, wind: HourlyWind, limits: Sequence[float], seed: int) -> None:
         super().__init__(name)
         self.given, self.limits, self.seed = wind, tuple(limits), seed
 
     def start(self) -> None:
-        """Tell of the first hour."""
+        """Report the wind of the first hour."""
         self.random, self.known = stream(self.seed, self.path), list[float]()
         self.state = self.given.begin(self.random, self.seed > 0)
         self.hour, self.above = 0, [0] * len(self.limits)  # the hour of which it tells next; next one above each limit
@@ -87,15 +88,15 @@ class Weather(Atomic):
         self.hold_in(0)
 
     def external(self, e: int, x: Bag) -> None:
-        """Nobody asks any more."""
+        """Stop reporting: all work is done."""
         self.passivate()
 
     def output(self) -> None:
-        """Tell of the wind, and of the calms that follow."""
+        """Send the wind, and how long it stays within each limit."""
         self.wind.send(self.change)
 
     def internal(self) -> None:
-        """Wait for the next crossing."""
+        """Wait for the next crossing of a limit."""
         last, self.hour = self.hour, self.next
         if self.next < 0:
             self.passivate()
@@ -104,7 +105,7 @@ class Weather(Atomic):
             self.hold_in((self.hour - last) * HOUR)
 
     def look(self) -> None:
-        """What it tells next, and when it tells again."""
+        """Find the next report and its time."""
         ends = [self.exceeded(k) for k in range(len(self.limits))]
         class_, n = bisect_left(self.limits, self.at(self.hour)), self.hour + 1
         most = n + (len(self.given.series) or YEARS * YEAR)
@@ -115,7 +116,8 @@ class Weather(Atomic):
         self.change = WindChange(self.at(self.hour), calm, self.next < 0)
 
     def exceeded(self, k: int) -> int:
-        """The first hour from the present one on in which the wind is above a limit; at most a year ahead."""
+        """Return the first hour, from the present one on, in which the wind is above a limit; searches one year at
+        most."""
         n = max(self.above[k], self.hour)
         while n < self.hour + YEAR and self.at(n) <= self.limits[k]:
             n += 1
@@ -123,15 +125,15 @@ class Weather(Atomic):
         return n
 
     def at(self, hour: int) -> float:
-        """The wind of an hour."""
+        """Return the wind of an hour."""
         while len(self.known) <= hour:
             day, self.state = self.given.hours(len(self.known) // 24, self.state, self.random)
             self.known += day
         return self.known[hour]
 
 
-def wind_of(given: Taking, start: date) -> tuple[Wind | None, int]:
-    """The wind of a yard, and for how long it is forecast [ns]."""
+def wind_of(given: Taking, start: date) -> tuple[HourlyWind | None, int]:
+    """Return the wind of a yard, and for how long it is forecast [ns]."""
     given.mapping(("weather",), {"wind", "forecast"})
     found = given.mapping(("weather", "wind"), {"series", "monthly", "persistence"})
     forecast = given.take(("weather", "forecast"), lambda x: round(TIME.read(str(x)) * 1e9), 0)
@@ -169,7 +171,7 @@ def wind_of(given: Taking, start: date) -> tuple[Wind | None, int]:
             return None, forecast
         hours = round((datetime(start.year, start.month, start.day) - times[0]).total_seconds()) // 3600
         first = hours % (YEAR if len(speeds) >= YEAR else len(speeds))
-        return Wind(start, speeds, first), forecast
+        return HourlyWind(start, speeds, first), forecast
     months = {int(number(cells, "month")): cells for cells in table}
     if sorted(months) != [*range(1, 13)]:
         given.source.fault(path, "give each month once, from 1 to 12", mark=head[0].mark)
@@ -178,7 +180,7 @@ def wind_of(given: Taking, start: date) -> tuple[Wind | None, int]:
     if not 0 <= keep < 1:
         given.source.fault(("weather", "wind", "persistence"), "the correlation of two hours is from 0 to below 1")
     scales, shapes = (tuple(number(months[n], key) for n in range(1, 13)) for key in ("scale", "shape"))
-    return Wind(start, scales=scales, shapes=shapes, persistence=min(keep, 0.999)), forecast
+    return HourlyWind(start, scales=scales, shapes=shapes, persistence=min(keep, 0.999)), forecast
 
 
 def _time(text: str) -> datetime:

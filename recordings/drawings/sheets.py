@@ -178,7 +178,8 @@ def write_dxf(
     project: Mapping[str, str],
     force: bool = False,
 ) -> FilePath:
-    """Write the drawings of a recording to a .dxf file; RecordingError without its library or a suspended load."""
+    """Write the drawings of a recording to a .dxf file; raises RecordingError without its library, or if nothing is
+    suspended."""
     path = output_path(out, "a drawing", ENDINGS)
     missing = "drawings as DXF need ezdxf: pip install 'heavylift[drawings]'; or write the report as .html or .pdf"
     library: Any = extra("ezdxf", RecordingError(missing))

@@ -153,7 +153,8 @@ def scene_of(scene: str, sets: list[str] | None) -> "LoadedScene":
 
 
 def yard_file(context: typer.Context, scene: str, allowed: Collection[str], only: Collection[str] = ()) -> bool:
-    """Return whether a file is a yard file; raises SceneError for options of the other kind (`only` for scenes)."""
+    """Return whether a file is a yard file; raises SceneError for options of the other kind (`only`: those for
+    scenes)."""
     from heavylift.nodes.yard.beginning import is_yard
 
     found = is_yard(scene)
@@ -180,7 +181,7 @@ def tell(sheet: "Sheet", as_json: bool) -> None:
 def study_of(
     file: str, sets: list[str] | None, count: int, seed: int = 1, workers: int = 0, executor: Any = None
 ) -> "YardStudy":
-    """Replications of a yard file, with a line for each variant."""
+    """Return the study that replicates a yard file; it prints a line for each variant."""
     from heavylift.coordinator.yards.studies import YardStudy
 
     def say(text: str) -> None:
@@ -190,7 +191,7 @@ def study_of(
 
 
 def tell_study(sheet: "Sheet", output: Path | None, force: bool, as_json: bool) -> None:
-    """Print the sheet of a yard's study, and write it."""
+    """Print the sheet of a yard's study, and write it to a file if requested."""
     tell(sheet, as_json)
     if output:
         from heavylift.recordings.sheets.workbook import write

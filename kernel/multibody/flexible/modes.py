@@ -88,7 +88,8 @@ class FlexibleModes:
         return smallness(self)
 
     def hardly_compressed(self, forces: np.ndarray, a: np.ndarray, w: np.ndarray) -> np.ndarray:
-        """Return whether axial loads are surely small, cheaply; arguments of `FlexibleColumn.part`, for n instants."""
+        """Return whether axial loads are certainly small, by a cheap test; arguments as of `FlexibleColumn.part`, for n
+        instants."""
         beam = self.flexible.beam
         if beam is None:
             return np.full(len(a), self.flexible.modal is not None)

@@ -33,7 +33,8 @@ Numbers = Callable[[str, str], np.ndarray]
 
 @dataclass(frozen=True)
 class Unilateral(ABC):
-    """A unilateral constraint; `numbers`: parts of P; `rows`: row numbers, normal first; `guard`: of its force."""
+    """A unilateral constraint; `numbers`: its parts of P; `rows`: row numbers, normal first; `guard`: number of the
+    guard of its force."""
 
     name: str
     numbers: Numbers

@@ -54,7 +54,7 @@ def _fixed(joint: Joint) -> Joint:
 
 
 def yielding(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """Return the machine with drives that yield, where elastic parts are modelled."""
+    """Return the machine with drives that are compliant servos, where elastic parts are modelled."""
     if fidelity.girder == "rigid" or not machine.servos:
         return machine
     rows = {row.drive: row for row in machine.servos}

@@ -51,7 +51,7 @@ class Sea(Base):
     components: int = Field(default=200, ge=10, le=2000)
 
     def harmonics(self, heading: float, seed: str) -> list[Component]:
-        """Return its components, which a seed draws."""
+        """Return the harmonic components of the sea, drawn by a seed."""
         peak = 2.0 * pi / self.Tp
         gamma = self.gamma if self.spectrum == "jonswap" else 1.0
         return components(
@@ -84,7 +84,7 @@ class Waves(Base):
 
     @property
     def regular(self) -> tuple[float, float]:
-        """Amplitude [m] and frequency [rad/s] of a regular wave; zero of irregular ones."""
+        """Amplitude [m] and frequency [rad/s] of a regular wave; zero for irregular seas."""
         return (0.5 * self.height, 2.0 * pi / self.period) if self.height and self.period else (0.0, 0.0)
 
     def harmonics(self, seed: int) -> list[Component]:

@@ -73,8 +73,8 @@ def validated(text: str, name: str) -> Scene:
 
 
 def uncertainties(source: Source) -> dict[Path, Stated]:
-    """Return the stated uncertainties of a scene by path; its data keep nominal values. Each of several lifts is asked
-    for its own."""
+    """Return the stated uncertainties of a scene by path; its data keep nominal values. Lifts side by side state their
+    own."""
 
     def is_text(path: Path) -> bool:
         inside = path[0] == "lifts" and path[2:3] not in (("at",), ("start",))

@@ -45,7 +45,8 @@ def within(root: Path, path: Path) -> Path:
 
 @contextmanager
 def files_read() -> Iterator[dict[str, str]]:
-    """Yield the files that scenes name meanwhile, each with its state before it was read."""
+    """Yield a dict that collects the files read by scenes within this context, each with its state before it was
+    read."""
     named: dict[str, str] = {}
     token = _named.set(named)
     try:
@@ -55,7 +56,7 @@ def files_read() -> Iterator[dict[str, str]]:
 
 
 def state(path: str) -> str:
-    """Return a text that is another one when the content of a file is; "" if it is none."""
+    """Return a text that changes whenever the content of a file does; "" if there is no file."""
     try:
         return hashlib.sha256(Path(path).read_bytes()).hexdigest() if Path(path).is_file() else ""
     except OSError:

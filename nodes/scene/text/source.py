@@ -19,9 +19,10 @@ from ruamel.yaml import YAML
 from ruamel.yaml.composer import Composer
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
+from ruamel.yaml.reader import ReaderError
 
 from .files import LARGEST
-from .spelling import explained
+from .spelling import explained, unreadable
 
 Path: TypeAlias = tuple[str | int, ...]
 Data: TypeAlias = "dict[str, Data] | list[Data] | str | int | float | bool | None"
@@ -145,7 +146,7 @@ def read(text: str, name: str, root: FilePath | None = None) -> Source:
 
 
 def mapped(data: Data, made: Callable[[Data, Path], Data], path: Path = ()) -> Any:
-    """Return the data with each value that is no mapping or list replaced by `made(value, path)`."""
+    """Return the data with each scalar value replaced by `made(value, path)`."""
     if isinstance(data, dict):
         return {key: mapped(each, made, (*path, key)) for key, each in data.items()}
     return [mapped(x, made, (*path, i)) for i, x in enumerate(data)] if isinstance(data, list) else made(data, path)
@@ -171,6 +172,10 @@ def _composed(text: str, name: str) -> Source:
             node = yaml.compose(text)
     except MarkedYAMLError as error:
         sentence, place = explained(error, lines)
+        source.fault((), sentence, mark=at(*place))
+        return source
+    except ReaderError as error:
+        sentence, place = unreadable(error, text)
         source.fault((), sentence, mark=at(*place))
         return source
     except YAMLError as error:

@@ -9,6 +9,7 @@ from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 from ruamel.yaml.error import MarkedYAMLError
+from ruamel.yaml.reader import ReaderError
 
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 PLUS = r"\+-|\+/-|±"
@@ -137,6 +138,8 @@ def explained(error: MarkedYAMLError, lines: Sequence[str]) -> tuple[str, Place]
         return (f"a tab stands before this; {TABS}" if here[1] else TABS), here
     if "quoted scalar" in context and "end of stream" in problem:
         return QUOTE, begin
+    if here[1] and "scalar" in problem and (opened := _opened(lines, here)):
+        return opened
     if found := re.search(r"flow (sequence|mapping)", context):
         what, bracket = BRACKETS[found[1]]
         return f"the {what} that opens here is not closed by '{bracket}', or a comma is missing in it", begin
@@ -164,6 +167,26 @@ def explained(error: MarkedYAMLError, lines: Sequence[str]) -> tuple[str, Place]
     if "another document" in problem:
         return "'---' begins a second document; a scene is one", here
     return f"this is not YAML: {problem}", here
+
+
+def unreadable(error: ReaderError, text: str) -> tuple[str, Place]:
+    """Return a sentence about a character that no text may contain, and its place."""
+    before = text[: error.position].splitlines() or [""]
+    return f"delete the control character U+{error.character:04X} here", (len(before) - 1, len(before[-1]))
+
+
+def _opened(lines: Sequence[str], at: Place) -> tuple[str, Place] | None:
+    """Explain text behind a closing quote: where the quote opens that closes too late, if that is known."""
+    before = "\n".join([*lines[: at[0]], lines[at[0]][: at[1]]]).rstrip(" ")
+    quote = before[-1:]
+    start = before.rfind(quote, 0, -1) if quote in ("'", '"') else -1
+    line, column = before.count("\n", 0, start), start - before.rfind("\n", 0, start) - 1
+    if start < 0 or (line == at[0] and not re.search(r"[,:]\s", before[start + 1 : -1])):
+        return None  # all in one value: it is the text behind it that is wrong
+    return f"the quote that opens here closes only at the next one, in line {at[0] + 1}: one of them is missing", (
+        line,
+        column,
+    )
 
 
 def _value(lines: Sequence[str], at: Place) -> tuple[str, Place]:

@@ -47,8 +47,8 @@ class TableColumn:
     mark: Mark
 
 
-class Table(NamedTuple):
-    """A table in the folder of a scene: its file, its head, and rows as wide as that, named by their first cells."""
+class SceneTable(NamedTuple):
+    """A table in the folder of a scene: file, head, and rows of equal width, which their first cells name."""
 
     file: str
     head: list[TableColumn]
@@ -59,14 +59,14 @@ class Table(NamedTuple):
         return with_unit(row[column].text, self.head[column].unit)
 
     def named(self, name: str) -> list[list[TableCell]]:
-        """Return the rows of a name; raises SceneError if there are none."""
+        """Return the rows with a name; raises SceneError if there are none."""
         if found := [row for row in self.rows if name and row[0].text == name]:
             return found
         near = closest(name, dict.fromkeys(row[0].text for row in self.rows))
         raise SceneError(f"{self.file} has no row '{name}': {near}")
 
     def only(self, name: str) -> list[TableCell]:
-        """Return the row of a name; raises SceneError if there are none or several."""
+        """Return the row with a name; raises SceneError if there is none or several."""
         found = self.named(name)
         if len(found) > 1:
             lines = " and ".join(str(row[0].mark.line) for row in found[:2])
@@ -98,7 +98,7 @@ def row_names(root: FilePath, file: str) -> list[str]:
     return list(dict.fromkeys(row[0].text for row in table(root, file).rows))
 
 
-def table(root: FilePath, file: str) -> Table:
+def table(root: FilePath, file: str) -> SceneTable:
     """Read a table in the scene's folder."""
     read = {".csv": _separated, ".tsv": _separated, ".xlsx": _workbook}.get(FilePath(file).suffix.lower())
     if read is None:
@@ -118,7 +118,7 @@ def table(root: FilePath, file: str) -> Table:
         if any(cell.text for cell in row[width:]):
             where = f"{file}:{row[0].mark.line}"
             raise SceneError(f"{where}: has more cells than the head; write decimal points, or ';' between cells")
-    return Table(file, head, [row[:width] + [TableCell("", row[0].mark)] * (width - len(row)) for row in rows[1:]])
+    return SceneTable(file, head, [row[:width] + [TableCell("", row[0].mark)] * (width - len(row)) for row in rows[1:]])
 
 
 def _column(cell: TableCell) -> TableColumn:

@@ -26,7 +26,7 @@ from heavylift.kernel.errors import SceneError
 from . import units
 from .faults import closest, raise_faults
 from .source import Data, Mark, Path, Source
-from .table_files import AXES, Found, Table, TableCell, lay, table
+from .table_files import AXES, Found, SceneTable, TableCell, lay, table
 
 BLOCK = "block"
 ROW, LUGS, MODES = "from", "lugs from", "modes from"
@@ -106,7 +106,7 @@ def _names(data: Data) -> list[str]:
     return list(data) if isinstance(data, dict) else []
 
 
-def _charts(read: Table) -> tuple[list[Data], dict[Path, Mark]]:
+def _charts(read: SceneTable) -> tuple[list[Data], dict[Path, Mark]]:
     """Return a chart for each boom, counterweight and base, with the marks of its cells."""
     file, head, rows = read
     places = {column.key: i for i, column in enumerate(head) if column.unit}
@@ -137,7 +137,7 @@ def _wins(source: Source, path: Path, named: Mark) -> bool:
     return source.layer(source.mark(path, on_key=True)) >= source.layer(named)
 
 
-def _block(source: Source, base: Path, read: Table, row: list[TableCell], named: Mark) -> Found:
+def _block(source: Source, base: Path, read: SceneTable, row: list[TableCell], named: Mark) -> Found:
     """Return the keys of a row."""
     found: Found = {}
     for i, (column, cell) in enumerate(zip(read.head, row, strict=True)):
@@ -167,7 +167,7 @@ def _block(source: Source, base: Path, read: Table, row: list[TableCell], named:
     return found
 
 
-def _lugs(source: Source, base: Path, read: Table, block: str) -> Found:
+def _lugs(source: Source, base: Path, read: SceneTable, block: str) -> Found:
     """Return the lugs of a block by name."""
     if others := [c.key for c in read.head if c.unit and (c.axis or c.key) not in AXES]:
         raise SceneError(f"{read.file}: a lug has a place x, y, z and no '{others[0]}'; a remark has no unit")
@@ -183,7 +183,7 @@ def _lugs(source: Source, base: Path, read: Table, block: str) -> Found:
     return found
 
 
-def _modes(source: Source, base: Path, read: Table, block: str) -> Found:
+def _modes(source: Source, base: Path, read: SceneTable, block: str) -> Found:
     """Return the modes of a block by name, with a row for each displaced place."""
     chosen, places = _chosen(read, block, "")
     first, head = 1 if block else 0, read.head
@@ -208,7 +208,7 @@ def _modes(source: Source, base: Path, read: Table, block: str) -> Found:
     return found
 
 
-def _chosen(read: Table, block: str, unit: str) -> tuple[list[list[TableCell]], list[int]]:
+def _chosen(read: SceneTable, block: str, unit: str) -> tuple[list[list[TableCell]], list[int]]:
     """Return the rows of a block, and the numbers of the columns x, y and z."""
     chosen = read.named(block) if block or not read.rows else read.rows
     places = {column.axis or column.key: i for i, column in enumerate(read.head)}

@@ -72,7 +72,7 @@ def test_what_is_assumed_is_amber_until_it_is_accepted(page: Any, hands: Hands) 
     page.locator("[data-assumed='clearance']").wait_for(state="detached")
 
 
-def test_a_change_from_elsewhere_is_never_overwritten_unseen(page: Any, hands: Hands) -> None:
+def test_a_change_by_another_editor_is_never_overwritten_unseen(page: Any, hands: Hands) -> None:
     text = hands.text
     page.route("**/save", lambda route: route.abort())
     page.locator(".cm-line", has_text="name: lift").click()

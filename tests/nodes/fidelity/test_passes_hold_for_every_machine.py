@@ -278,12 +278,12 @@ def test_a_drive_that_bears_weight_stays_stiff() -> None:
         ("jib.upper: {span: 5 m, mass: 1 t, stiffness: 1 MN/m, height: 1 m, slides: [x]}", "there is no joint 'x'"),
     ],
 )
-def test_an_optional_part_that_cannot_be_is_reported(elastic: str, message: str) -> None:
+def test_an_impossible_optional_part_of_a_type_is_reported(elastic: str, message: str) -> None:
     with pytest.raises(SceneError, match=re.escape(message)):
         load("jib", [f"machines.jib.elastic={{{elastic}}}"])
 
 
-def test_a_girder_is_read_in_its_former_section(tmp_path: Path) -> None:
+def test_a_scene_with_the_former_keys_of_a_girder_section_is_read(tmp_path: Path) -> None:
     """A type that writes `girders:` has the same parts as one that writes `elastic:`."""
     text, scene = library()["goliath-900"].read_text(encoding="utf-8"), bundled()["lift"].read_text(encoding="utf-8")
     found = []
@@ -296,7 +296,7 @@ def test_a_girder_is_read_in_its_former_section(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["crawler", "jib", "floating"])
-def test_a_hook_keeps_its_height_on_a_rope_of_pieces(name: str) -> None:
+def test_a_hook_on_a_lumped_rope_keeps_its_height(name: str) -> None:
     """All pieces follow the boom as their rope does."""
     order = "{crane}: luff 0.3 deg/s by 2 deg\n    {crane} main: hold height\n"
     crane = next(x.name for x in load(name).plan.machines if x.hooks)

@@ -44,7 +44,7 @@ def moments(scene: LoadedScene) -> dict[tuple[str, str], float]:
 
 
 @pytest.mark.parametrize("crane", TURNING)
-def test_luffing_holds_boom_and_load_about_its_foot(crane: str) -> None:
+def test_the_luffing_drive_holds_the_moment_of_boom_and_load_about_the_boom_foot(crane: str) -> None:
     """M = (m_boom g L/2 cos + T r - T/n of the rope to the drum), on every type at random radii and loads."""
     r = Random(crane)
     for _ in range(3):
@@ -79,7 +79,7 @@ def test_luffing_holds_boom_and_load_about_its_foot(crane: str) -> None:
 
 
 @pytest.mark.parametrize("crane", TURNING)
-def test_a_type_moves_what_its_chart_allows(crane: str) -> None:
+def test_the_drives_of_each_type_move_the_loads_of_its_chart(crane: str) -> None:
     plan = lifted(crane, 15.0, 3.0).plan
     chart = next(hook.chart for m in plan.machines for hook in m.hooks)
     block = next(hook.block_mass for m in plan.machines for hook in m.hooks)
@@ -89,7 +89,7 @@ def test_a_type_moves_what_its_chart_allows(crane: str) -> None:
             assert u.limit.quantity not in MOMENTS or not u.beyond, (crane, radius, u)
 
 
-def test_slewing_starts_all_that_turns_with_it() -> None:
+def test_the_slewing_drive_accelerates_everything_that_turns_with_it() -> None:
     """About the axis of slewing: I of upperworks, ballast and boom times the ramp; the boom's as of a thin rod."""
     scene = load("crawler", ["actions=[{crawler: slew 0.5 deg/s by 5 deg}]", "end=200 s"])
     machine = next(m for m in scene.plan.machines if m.hooks)
@@ -101,7 +101,7 @@ def test_slewing_starts_all_that_turns_with_it() -> None:
     assert found["its drive moves"] - found["its brake holds"] == pytest.approx(radians(0.2) * inertia, rel=1e-2)
 
 
-def test_a_drive_that_is_too_weak_is_red_and_an_unstated_one_is_named(tmp_path: Path) -> None:
+def test_a_drive_that_is_too_weak_is_red_and_one_without_data_is_named(tmp_path: Path) -> None:
     text = library()["jib-60"].read_text(encoding="utf-8").replace("name: jib-60", "name: own")
     for force, state in (("force: 4 MN m, brake: 20 MN m", "red"), ("brake: 20 MN m", NOT_CHECKED)):
         assert "force: 17 MN m, brake: 20 MN m" in text

@@ -37,7 +37,7 @@ def tip(t: float, slew: float = SLEWED) -> np.ndarray:
     return p + np.array([q["surge"], q["sway"], q["heave"]])
 
 
-def test_the_tip_moves_by_the_responses_of_the_barge(recording: Recording) -> None:
+def test_the_crane_tip_moves_by_the_responses_of_the_barge(recording: Recording) -> None:
     """To rounding, at all samples before and after the boom is slewed."""
     boom, begun = recording["pose/crane.boom"], dict((name, t) for t, name in recording.stages())
     for t, (*p, x, y, z, w) in zip(boom.t, boom.values, strict=True):

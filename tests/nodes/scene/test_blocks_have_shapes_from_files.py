@@ -151,7 +151,7 @@ def test_a_missing_mesh_library_is_reported_with_its_extra(tmp_path: Path, monke
         load(tmp_path / "shaped.yaml")
 
 
-def test_one_of_several_blocks_has_a_shape_too(tmp_path: Path) -> None:
+def test_one_of_several_blocks_can_have_a_mesh(tmp_path: Path) -> None:
     """Its slices are drawn, and the box around them is what gaps are measured from."""
     mesh = hull()
     mesh.export(tmp_path / "hull.stl")

@@ -72,7 +72,7 @@ def test_renaming_parts_of_types_changes_no_result(tmp_path: Path) -> None:
     ]
 
 
-def test_former_words_are_in_one_table_of_product_code() -> None:
+def test_former_words_of_scenes_are_in_one_table_of_the_product() -> None:
     """No plan, model, builder or check knows a goliath or a block loader; importlib has loaders of its own."""
     root = Path(__file__).parents[3]
     files = [file for room in ("kernel", "nodes", "recordings", "coordinator") for file in (root / room).rglob("*.py")]

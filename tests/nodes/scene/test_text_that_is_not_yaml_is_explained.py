@@ -16,6 +16,7 @@ SCENES = {name: content(path).decode() for name, path in sorted(bundled().items(
 SECOND = "a second ':' in one line: put the inner key on a line of its own, or quotes around the text"
 ALIAS = "undefined alias 'foo': no '&name' stands above; a text that begins with '*' needs quotes"
 ITEM = "an item of a list stands among keys: indent it below the key whose list it is in"
+LATER = "the quote that opens here closes only at the next one, in line"
 COLON = "a colon is missing behind this key: write 'key: value'"
 
 
@@ -104,6 +105,9 @@ def test_a_yaml_mistake_in_any_bundled_scene_is_reported_at_its_line(
         ("a: [1, 2]]\n", (1, 10), "nothing is open that this ']' closes"),
         ("a: 'x' y\n", (1, 8), "text follows behind the closing quote: put the quotes around all of it"),
         ("a: 1\n---\nb: 2\n", (2, 1), "'---' begins a second document; a scene is one"),
+        ('n: "my\na: 1\nb: {c: "2026"}\n', (1, 4), f"{LATER} 3: one of them is missing"),
+        ('b: {k: "s, EA: 1, c: "2026"}\n', (1, 8), f"{LATER} 1: one of them is missing"),
+        ("a: b\nn: x\x80y\n", (2, 5), "delete the control character U+0080 here"),
     ],
 )  # fmt: skip
 def test_a_yaml_mistake_is_reported_in_plain_words(text: str, place: tuple[int, int], sentence: str) -> None:

@@ -41,16 +41,16 @@ def digest() -> str:
     return play(lift().plan).digest
 
 
-def test_another_seed_is_another_run(digest: str) -> None:
+def test_another_seed_of_the_sea_gives_another_run(digest: str) -> None:
     assert play(lift(2).plan).digest != digest
 
 
-def test_the_digest_is_equal_in_one_process_and_in_many(digest: str, tmp_path: Path) -> None:
+def test_the_digest_of_a_lift_at_sea_is_equal_in_one_process_and_in_several(digest: str, tmp_path: Path) -> None:
     for name, in_process in (("one", True), ("many", False)):
         assert run(lift(), tmp_path / f"{name}.mcap", in_process=in_process).digest == digest
 
 
-def test_a_run_that_is_cut_off_goes_on(digest: str, tmp_path: Path) -> None:
+def test_an_interrupted_run_at_sea_is_resumed(digest: str, tmp_path: Path) -> None:
     """It repeats the part that was recorded, with the states of the water, and continues."""
     whole = tmp_path / "whole.mcap"
     run(lift(), whole, in_process=True)
@@ -59,7 +59,7 @@ def test_a_run_that_is_cut_off_goes_on(digest: str, tmp_path: Path) -> None:
     assert resume(cut, Beginning.of(cut), in_process=True).digest == digest
 
 
-def test_one_seed_of_a_sea_is_not_green() -> None:
+def test_a_single_seed_of_a_sea_does_not_make_a_verdict_green() -> None:
     (row,) = [x for x in checks_of(lift().plan, [], [], None, []) if x.quantity == "sea state"]
     assert (row.state, row.why) == ("amber", "not checked")
     assert not [x for x in checks_of(load("floating").plan, [], [], None, []) if x.quantity == "sea state"]

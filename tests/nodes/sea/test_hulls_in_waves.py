@@ -75,7 +75,7 @@ def motion(s: Simulation, until: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("period", "heading"), [(6.0, 150.0), (8.0, 150.0), (10.0, 90.0), (12.0, 180.0)])
-def test_motions_in_a_regular_wave_are_those_of_the_frequency_domain(period, heading):
+def test_motions_of_a_hull_in_a_regular_wave_agree_with_the_frequency_domain(period, heading):
     """After 15 minutes the amplitude of each motion is that of the linear system to 0.5 % of its kind's largest."""
     small = parse(scene(f"height: 2 cm, period: {period} s", f"{heading} deg").replace("400 s", "2000 s"))
     s = Simulation(system(small.plan), 1e-8)
@@ -97,7 +97,7 @@ BAD = {
 
 
 @pytest.mark.parametrize(("waves", "name"), BAD)
-def test_water_that_cannot_be_is_one_sentence(waves, name):
+def test_impossible_hydrodynamics_are_refused_in_one_sentence(waves, name):
     with pytest.raises(SceneError) as error:
         parse(scene(waves, hull=name))
     assert BAD[waves, name] in str(error.value)
@@ -110,7 +110,7 @@ def test_a_vessel_that_floats_deeper_than_its_data_is_refused():
         parse(scene("height: 1 m, period: 8 s").replace("14432 t", "15000 t"))
 
 
-def test_motions_that_are_given_know_no_irregular_sea():
+def test_given_motions_of_a_vessel_cannot_be_used_in_an_irregular_sea():
     text = scene("seas: {wind: {Hs: 1 m, Tp: 8 s}}")
     given = (
         text[: text.index("    motion: forces")] + "    responses: {heave: [0.5 m/m, 0 deg]}\nactions: [{wait: 1 s}]\n"
@@ -119,7 +119,7 @@ def test_motions_that_are_given_know_no_irregular_sea():
         parse(given)
 
 
-def test_the_largest_heave_grows_with_the_sea_and_comes_again():
+def test_the_largest_heave_grows_with_the_sea_and_repeats_with_its_seed():
     """Twice the height of the sea gives twice the motion, to what is not linear; the same seed the same bits."""
 
     def largest(Hs: float) -> list[float]:
@@ -132,7 +132,7 @@ def test_the_largest_heave_grows_with_the_sea_and_comes_again():
     assert np.abs(np.array(double) - 2.0 * np.array(small)).max() < 0.02 * np.abs(double).max()
 
 
-def test_a_file_of_capytaine_becomes_a_hull(tmp_path):
+def test_a_hull_is_read_from_a_file_of_capytaine(tmp_path):
     """Written as Capytaine does, exp(-iwt) and all: loads, hydrostatics and added mass come back."""
     of = hull()
     w = np.array([*of.loads.frequencies, np.inf])
@@ -163,7 +163,7 @@ def test_a_file_of_capytaine_becomes_a_hull(tmp_path):
     assert max(found.radiation.error.added_mass, found.radiation.error.damping) < 0.03
 
 
-def test_a_file_that_is_no_netcdf_is_one_sentence(tmp_path):
+def test_a_file_that_is_no_netcdf_is_refused_in_one_sentence(tmp_path):
     (tmp_path / "barge.nc").write_text("no")
     with pytest.raises(SceneError, match=r"barge.nc: it is no netCDF file of the classic format"):
         hull_of(tmp_path / "barge.nc")

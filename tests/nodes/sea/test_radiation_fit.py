@@ -23,7 +23,7 @@ def known() -> StateSpace:
     return StateSpace(F, G)
 
 
-def test_a_known_memory_is_found():
+def test_a_known_radiation_memory_function_is_fitted():
     """Data of a passive memory with uncoupled modes at rest: damping and added mass to 2 %."""
     w = np.arange(0.1, 3.0, 0.1)
     K = known().memory(w)
@@ -42,7 +42,7 @@ def test_a_known_memory_is_found():
 
 
 @pytest.mark.parametrize("path", sorted(vessels_folder().glob("*.json")), ids=lambda path: path.stem)
-def test_bundled_hulls_are_passive_and_say_their_error(path):
+def test_bundled_hulls_have_passive_radiation_and_state_its_error(path):
     hull = read_hydrodynamics(path.read_bytes(), path.name)
     F = np.array(hull.radiation.F)
     assert np.linalg.eigvalsh(F + F.T).max() < 1e-9

@@ -9,7 +9,7 @@ HS, TP = 2.5, 9.0
 PEAK = 2.0 * np.pi / TP
 
 
-def test_pierson_moskowitz_has_the_energy_and_the_mean_period_of_the_standard():
+def test_the_pierson_moskowitz_spectrum_has_the_energy_and_mean_period_of_the_standard():
     """m0 = Hs^2 / 16; Tz = 0.7104 Tp and T1 = 0.7718 Tp (DNV-RP-C205, 3.5.4.5)."""
     m0, m1, m2 = (quad(lambda w, n=n: w**n * pierson_moskowitz(w, HS, TP), 0.05, 60.0, limit=500)[0] for n in range(3))
     assert m0 == pytest.approx(HS * HS / 16.0, rel=1e-6)
@@ -18,7 +18,7 @@ def test_pierson_moskowitz_has_the_energy_and_the_mean_period_of_the_standard():
 
 
 @pytest.mark.parametrize("gamma", [1.0, 2.0, 3.3, 5.0])
-def test_jonswap_is_the_spectrum_of_the_standard(gamma):
+def test_the_jonswap_spectrum_is_that_of_the_standard(gamma):
     """The factor 1 - 0.287 ln gamma of DNV-RP-C205, 3.5.5.2 is the one that gives the energy, to 1.5 %."""
     m0 = quad(lambda w: jonswap(w, HS, TP, gamma), 0.05, 60.0, limit=800, points=[PEAK])[0]
     assert HS * HS / 16.0 / m0 == pytest.approx(1.0 - 0.287 * np.log(gamma), rel=1.5e-2)
@@ -27,7 +27,7 @@ def test_jonswap_is_the_spectrum_of_the_standard(gamma):
 
 @pytest.mark.parametrize("spreading", [0.0, 2.0, 10.0])
 @pytest.mark.parametrize("seed", range(5))
-def test_components_have_the_moments_of_the_spectrum(seed, spreading):
+def test_wave_components_have_the_moments_of_their_spectrum(seed, spreading):
     """Their energy is that of Hs exactly, their mean frequency that of the spectrum to what 300 random ones allow."""
     ends = LOWEST * PEAK, HIGHEST * PEAK
     found = components(lambda w: jonswap(w, HS, TP, 3.3), HS, ends, 300, 0.7, spreading, f"{seed} sea")
@@ -44,7 +44,7 @@ def test_components_have_the_moments_of_the_spectrum(seed, spreading):
         assert not away.any()
 
 
-def test_a_seed_names_one_sea():
+def test_a_seed_determines_one_sea():
     def sea(seed):
         return components(tabulated([(0.4, 0.0), (0.7, 2.0), (1.5, 0.0)]), HS, (0.4, 1.5), 50, 0.0, 4.0, seed)
 

@@ -9,13 +9,13 @@ from math import log
 import pytest
 from heavylift.kernel import HeavyliftError, SceneError
 from heavylift.nodes.devs import NEVER, Simulator
-from heavylift.nodes.yard import HOUR, Lift, Weather, Wind, coupled, load
+from heavylift.nodes.yard import HOUR, HourlyWind, Lift, Weather, coupled, load
 
 START = date(2027, 1, 4)
 
 
 def drawn(months, scale=6.0, shape=2.0, persistence=0.8, seed=5):
-    wind = Wind(START, scales=(scale,) * 12, shapes=(shape,) * 12, persistence=persistence)
+    wind = HourlyWind(START, scales=(scale,) * 12, shapes=(shape,) * 12, persistence=persistence)
     own, found = random.Random(seed), []
     state = wind.begin(own, True)
     for day in range(30 * months):
@@ -31,7 +31,7 @@ def test_drawn_wind_has_the_weibull_distribution_of_its_month(scale, shape):
         assert found[int(p * len(found))] == pytest.approx(scale * (-log(1 - p)) ** (1 / shape), rel=0.03)
 
 
-def test_drawn_wind_persists_as_it_is_said():
+def test_drawn_wind_has_the_stated_correlation_from_hour_to_hour():
     """The share of hours after a strong one that are strong is that of two normal variables with this correlation."""
     found = drawn(480, persistence=0.8)
     limit = 6.0 * (-log(0.5)) ** 0.5  # the median: P(both above) = 1/4 + asin(rho) / (2 pi)
@@ -39,10 +39,10 @@ def test_drawn_wind_persists_as_it_is_said():
     assert both == pytest.approx(0.25 + 0.9273 / (2 * 3.14159265), abs=0.006)
 
 
-def test_weather_tells_of_each_crossing_and_how_long_each_calm_lasts():
+def test_weather_reports_each_crossing_of_a_limit_and_how_long_each_calm_lasts():
     draw, limits = random.Random(3), (3.0, 5.0, 8.0)
     speeds = tuple(draw.uniform(0, 10) for _ in range(24 * 20))
-    model = Weather("weather", Wind(START, speeds), limits, 0)
+    model = Weather("weather", HourlyWind(START, speeds), limits, 0)
     simulator = Simulator(model)
     simulator.start()
     told = {}
@@ -97,7 +97,7 @@ def ran(yard):
     return [t / 3600 for t in schedule.starts], [t / 3600 for t in schedule.ends], schedule, model
 
 
-def test_a_lift_waits_is_stopped_and_goes_on(tmp_path):
+def test_wind_makes_a_lift_wait_stop_and_continue(tmp_path):
     #         0  1  2  3  4  5   6   7  8  9  10 ...
     speeds = [9, 9, 5, 5, 9, 11, 10, 8, 7, 6] + [5] * 38
     yard = load(written(tmp_path, speeds), lifter=three_hours)
@@ -115,7 +115,7 @@ def test_a_lift_begins_if_the_wind_stays_within_its_limit_as_far_as_it_is_foreca
     assert ran(load(written(tmp_path, speeds, forecast), lifter=three_hours))[0][0] == start
 
 
-def test_random_lifts_are_done_when_a_walk_hour_by_hour_says(tmp_path):
+def test_random_lifts_in_wind_are_done_when_a_count_hour_by_hour_says(tmp_path):
     for seed in range(10):
         draw = random.Random(seed)
         speeds = [draw.randint(4, 12) for _ in range(24 * 30)]
@@ -132,7 +132,7 @@ def test_random_lifts_are_done_when_a_walk_hour_by_hour_says(tmp_path):
             assert end == hour
 
 
-def test_a_lift_whose_wind_never_comes_is_named(tmp_path):
+def test_a_lift_whose_wind_limit_is_never_met_is_named(tmp_path):
     with pytest.raises(HeavyliftError, match="A erect waits for ever for weather"):
         ran(load(written(tmp_path, [9] * 48), lifter=three_hours))
 
@@ -170,7 +170,7 @@ def test_without_weather_a_lift_begins_when_its_crane_is_free(tmp_path):
         ("yard.yaml", "lift: lift, set", "set", r"yard.yaml:8:\d+: error: .*for steps with a 'lift'"),
     ],
 )
-def test_bad_lifts_and_weather_are_named_with_their_place(tmp_path, file, old, new, message):
+def test_invalid_lifts_and_weather_are_reported_with_their_place(tmp_path, file, old, new, message):
     path = written(tmp_path, [5] * 48)
     text = (tmp_path / file).read_text()
     assert old in text
@@ -179,13 +179,13 @@ def test_bad_lifts_and_weather_are_named_with_their_place(tmp_path, file, old, n
         load(path, lifter=three_hours)
 
 
-def test_settings_that_do_not_fit_the_scene_are_named_at_the_row_of_the_block(tmp_path):
+def test_settings_that_do_not_fit_a_scene_are_reported_at_the_row_of_the_block(tmp_path):
     path = written(tmp_path, [5] * 48, text=YARD.replace("block.mass: =mass", "block.weight: =mass"))
     with pytest.raises(SceneError, match=r"blocks.csv:2:1: error: .*block 'A': .*weight"):
         load(path)
 
 
-def test_a_block_that_cannot_be_lifted_is_a_finding(tmp_path):
+def test_a_block_that_cannot_be_lifted_is_listed_as_a_finding(tmp_path):
     from heavylift.nodes.yard import examined
 
     yard = load(written(tmp_path, [5] * 48, blocks=BLOCKS.replace("200", "1200")))

@@ -19,7 +19,7 @@ AFLOAT = 0.02  # of the displacement, by which the weight may differ from that o
 
 
 def hydrodynamics_of(builder: SceneBuilder, name: str, file: str) -> Hydrodynamics | None:
-    """Return what the file of a vessel says; a fault of the scene and None if it cannot be read."""
+    """Return the hydrodynamics in the file of a vessel; None, and a fault of the scene, if it cannot be read."""
     source, at = builder.source, ("vessels", name, "floating", "hydrodynamics")
     known = {path.stem: path for path in sorted(vessels_folder().glob("*.json"))}
     try:
@@ -36,7 +36,7 @@ def hydrodynamics_of(builder: SceneBuilder, name: str, file: str) -> Hydrodynami
 
 
 def check_draught(builder: SceneBuilder, name: str, hull: Hydrodynamics, mass: float) -> None:
-    """Check that a vessel floats about as deep as in its file, with all that stands on it [kg]."""
+    """Check that a vessel with everything on it [kg] floats about as deep as its file assumes."""
     displaced = hull.density * hull.volume
     if abs(mass - displaced) > AFLOAT * displaced:
         message = (
@@ -46,8 +46,8 @@ def check_draught(builder: SceneBuilder, name: str, hull: Hydrodynamics, mass: f
 
 
 def restoring(hull: Hydrodynamics, gravity: float, weight: float, height: float) -> tuple[float, float, float]:
-    """Return the stiffness of heave [N/m], roll and pitch [N m] of a weight whose centre is at a height over the
-    waterline [m]."""
+    """Return the stiffness of heave [N/m], roll and pitch [N m] of a floating weight; argument: height of its centre
+    over the waterline [m]."""
     across, along = (weight * (metacentre - height) for metacentre in hull.metacentres)
     return hull.density * gravity * hull.waterplane, across, along
 

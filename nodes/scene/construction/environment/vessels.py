@@ -111,7 +111,8 @@ def check_decks(builder: SceneBuilder) -> None:
 
 
 def afloat(builder: SceneBuilder, built: list[plan.Mechanism], around: System) -> list[plan.Mechanism]:
-    """Return the machines with water forces of vessels; a load that would change a given motion is a fault."""
+    """Return the machines with the water forces of vessels; a load too heavy for a vessel of given motion is a
+    fault."""
     out = []
     for machine in built:
         given = builder.scene.vessels.get(machine.name)

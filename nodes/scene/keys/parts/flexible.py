@@ -84,8 +84,8 @@ class GirderKeys(Base):
 
 
 class Elastic(Base):
-    """A body that bends: a uniform beam along x from its frame, equal about y and z. Defaults: the `length` of its box
-    and the `mass` of the body."""
+    """A body that bends as a uniform beam along x from its frame, equally about y and z. Defaults: the `length` of its
+    box and the `mass` of the body."""
 
     EI: u.Rigidity
     length: u.Extent | None = None
@@ -96,7 +96,7 @@ class Elastic(Base):
 
 
 class ServoKeys(Base):
-    """A prescribed drive that yields as a servo."""
+    """A prescribed drive that is a compliant servo at some model levels."""
 
     stiffness: u.AnyStiffness
     damping: u.AnyDamping = 0.0
