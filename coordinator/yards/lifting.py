@@ -7,7 +7,7 @@ runs in the middle of its cells; that of lifts at rest from runs of three of the
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import lru_cache
+from functools import cache, lru_cache
 from itertools import product
 from math import inf, isfinite
 from pathlib import Path
@@ -33,9 +33,13 @@ LEAST_WIND = "1"  # m/s, from which limits are looked for
 
 def lifter(orders: Sequence[LiftOrder]) -> list[Lift]:
     """Return the properties of all lifts, from the cache if possible."""
-    here = Path(__file__).parent.parent
-    code = b"".join(contents(here / folder, ".py") for folder in ("yards", "sweeps", "verdict", "ladder"))
-    return kept(orders, code, lambda: found(orders))
+    return kept(orders, code(), lambda: found(orders))
+
+
+@cache
+def code() -> bytes:
+    """Hash of the code that runs and judges lifts."""
+    return contents(Path(__file__).parent.parent, ".py")
 
 
 def found(orders: Sequence[LiftOrder]) -> list[Lift]:
@@ -144,8 +148,7 @@ def ran(order: LiftOrder, wind: float = -1.0) -> Lift:
 
 @lru_cache(4096)
 def _simulated(order: LiftOrder, wind: float) -> Lift:
-    here = Path(__file__).parent.parent
-    return kept([order], repr(wind).encode() + contents(here, ".py"), lambda: [ran(order, wind)])[0]
+    return kept([order], repr(wind).encode() + code(), lambda: [ran(order, wind)])[0]
 
 
 def in_place(order: LiftOrder, wind: float) -> Lift:

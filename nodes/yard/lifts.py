@@ -5,7 +5,9 @@ machines and its factors state; an interlock on the wind stops it, and lets it g
 """
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import cache
 from hashlib import sha256
 from math import inf
 from pathlib import Path as FilePath
@@ -16,10 +18,9 @@ from heavylift.kernel.cache import contents, read_cached, sources, write_cached
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.plan.actions import Wait
 from heavylift.nodes.plan.plan import Plan
-from heavylift.nodes.scene import LoadedScene, load
-from heavylift.nodes.scene.text.files import files_read
+from heavylift.nodes.scene import LoadedScene, load, parse
+from heavylift.nodes.scene.text.files import files_read, scene_file, scene_text, state
 from heavylift.nodes.scene.text.source import read
-from heavylift.nodes.scenes import bundled
 
 Way = Literal["rest", "table", "run"]
 WAYS: dict[Way, str] = {
@@ -114,18 +115,34 @@ def first_line(error: Exception) -> str:
 
 def kept(orders: Sequence[LiftOrder], code: bytes, find: Callable[[], list[Lift]]) -> list[Lift]:
     """Return what `find` returns for the lifts, cached under the lifts, the code and all files that they read."""
-    before = files_read()
-    texts = {name: (x := load(name)).merged or x.text for name in dict.fromkeys(order.scene for order in orders)}
-    types = contents(next(iter(bundled().values())).parent, ".yaml")
-    nodes = contents(FilePath(__file__).parent.parent, ".py")
-    answer = msgspec.msgpack.encode([list(orders), texts])
-    name = f"{sha256(sources() + nodes + code + types + answer).hexdigest()}.lifts"
+    scenes = dict.fromkeys(order.scene for order in orders)
+    files = [(path, state(path)) for name in scenes for path in files_of(name, orders[0].settings)]
+    answer = msgspec.msgpack.encode([list(orders), files])
+    name = f"{sha256(programs() + code + answer).hexdigest()}.lifts"
     if data := read_cached(name):
         return msgspec.msgpack.decode(data, type=list[Lift])
     found = find()
-    if files_read() == before:
-        write_cached(name, msgspec.msgpack.encode(found))
+    write_cached(name, msgspec.msgpack.encode(found))
     return found
+
+
+def files_of(scene: str, settings: tuple[str, ...]) -> tuple[str, ...]:
+    """The files that a scene is built of."""
+    path = scene_file(scene).resolve()
+    return (str(path), *_named(str(path), scene_text(path, scene), settings))
+
+
+@cache
+def _named(path: str, text: str, settings: tuple[str, ...]) -> tuple[str, ...]:
+    with files_read() as named, suppress(HeavyliftError):
+        parse(text, path, settings, passing=True, followed=False)
+    return tuple(sorted(named))
+
+
+@cache
+def programs() -> bytes:
+    """Hash of all code and types that lifts are found with."""
+    return sources() + contents(FilePath(__file__).parent.parent, ".py", ".yaml")
 
 
 def all_at_rest(orders: Sequence[LiftOrder]) -> list[Lift]:
