@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from random import Random
 
-from heavylift.coordinator.protocol import Coordinator, Done, Fail, Node, RunEnd, decode, encode
+from heavylift.coordinator.protocol import Coordinator, Done, Fail, Grant, Node, RunEnd, decode, encode
 from heavylift.kernel import ModelError
 from heavylift.nodes.devs import FOREVER
 
@@ -20,14 +20,19 @@ def run_in_memory(coordinator: Coordinator, nodes: Iterable[Node], order: Random
     answers: list[tuple[str, Done]] = []
     while True:
         for name, grant in coordinator.ready(FOREVER):
-            text = by_name[name].handle(decode(encode(grant)))
-            if isinstance(text, Fail):
-                raise coordinator.failed(name, text) from by_name[name].cause
-            again = decode(encode(text)) if text is not None else text
-            assert isinstance(again, Done), f"{name} answered GRANT {grant.gseq} with {text!r}"
-            answers.append((name, again))
+            answers.append((name, answer(by_name[name], grant, coordinator)))
         if not answers:
             break
         coordinator.done(*answers.pop(order.randrange(len(answers))))
     assert coordinator.over is not None
     return coordinator.over
+
+
+def answer(node: Node, grant: Grant, coordinator: Coordinator) -> Done:
+    """Grant a node and return its DONE, both in their wire form; raises the error of a FAIL."""
+    text = node.handle(decode(encode(grant)))
+    if isinstance(text, Fail):
+        raise coordinator.failed(node.name, text) from node.cause
+    again = decode(encode(text)) if text is not None else text
+    assert isinstance(again, Done), f"{node.name} answered GRANT {grant.gseq} with {text!r}"
+    return again

@@ -22,15 +22,41 @@ SEE = "See it:"
 WIDTH, COLOURS = 900, 255  # [px], and of the palette: a picture of some kB
 HEAD = """# Scenes, and what they show
 
-Each of these comes with heavylift: run it by its name, or begin your own as a copy (`heavylift new mine --like NAME`).
-This page and its pictures are made by `heavylift gallery -o nodes/scenes --force`, one of your own scenes by
-`heavylift gallery my-*.yaml -o DIR`.
+Each comes with heavylift: run it by its name, or copy it (`heavylift new mine --like NAME`).  Made by
+`heavylift gallery -o nodes/scenes --force`, of your own scenes by `heavylift gallery my-*.yaml -o DIR`.
+"""
+YARD = "vlcc"  # that is drawn with the bundled scenes
+OF_YARD = f"""
+## {YARD}
+
+A [yard](../yard/YARD.md) of 200 blocks.
+
+![{YARD}](pictures/{YARD}.png)
+
+    heavylift run {YARD} --report {YARD}.svg
 """
 
 
 def page(scenes: Iterable[LoadedScene]) -> str:
-    """Return the page of some scenes as Markdown; its pictures are in `pictures/`."""
-    return HEAD + "".join(_entry(scene) for scene in scenes)
+    """Return the page of some scenes as Markdown, of all bundled ones with the yard; its pictures are in
+    `pictures/`."""
+    from heavylift.nodes.scenes import bundled
+
+    scenes = [*scenes]
+    whole = {scene.path for scene in scenes} == {*bundled().values()}
+    return HEAD + "".join(_entry(scene) for scene in scenes) + (OF_YARD if whole else "")
+
+
+def draw_yard(folder: Path, force: bool = False) -> Path:
+    """Run the bundled yard in this process, and draw its schedule into the folder."""
+    from heavylift.coordinator.yards.running import run_yard
+
+    with tempfile.TemporaryDirectory(prefix="heavylift-", ignore_cleanup_errors=True) as place:
+        drawn = Path(place) / "drawn.png"
+        run_yard(YARD, in_process=True, exports=[drawn])
+        with PartFile(output_path(folder / f"{YARD}.png"), "a picture", (".png",), force) as file, file.writing():
+            _shrunk(drawn, file.stream)
+    return file.path
 
 
 def draw(scene: LoadedScene, folder: str | Path, force: bool = False) -> Path:

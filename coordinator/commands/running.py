@@ -233,9 +233,14 @@ def resume(
 
     with Processes(PRELOAD) as crew:
         from heavylift.coordinator.run.progress import Progress, summary
-        from heavylift.coordinator.run.resume import Beginning, resume as go_on
+        from heavylift.coordinator.run.resume import Beginning, RecordingOfModelError, resume as go_on, resume_model
 
-        begun = Beginning.of(file, crew.directory.path)
+        try:
+            begun = Beginning.of(file, crew.directory.path)
+        except RecordingOfModelError:
+            made = resume_model(file, output, force)
+            typer.echo(f"wrote {made.recording}\ndigest {made.digest}")
+            return
         with Progress(begun.scene.plan, as_json) as watch:
             result = go_on(file, begun, output, watch, crew, force=force)
     summary(begun.scene.plan, result, as_json, verbose=verbose)

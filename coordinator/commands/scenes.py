@@ -250,11 +250,13 @@ def gallery(
     from heavylift.nodes.scene import bundled, load
     from heavylift.recordings.write.partfile import written
 
-    from .gallery import draw, page
+    from .gallery import draw, draw_yard, page
 
     loaded = [load(scene) for scene in scenes or bundled()]
     for scene in loaded:
         typer.echo(f"wrote {draw(scene, output / 'pictures', force)}")
+    if not scenes:
+        typer.echo(f"wrote {draw_yard(output / 'pictures', force)}")
     typer.echo(f"wrote {written(page(loaded), output / 'GALLERY.md', 'a page', ('.md',), force)}")
 
 

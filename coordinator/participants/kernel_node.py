@@ -56,16 +56,9 @@ class KernelNode:
         self._ran = -1  # up to when the simulation was run last [ns]
         self.mechanics = assembled(config.systems, config.gravity)
         self.simulation: Simulation | Islands = simulate(
-            self.mechanics,
-            config.tolerance,
-            config.sample_ns,
-            frozenset(config.subscriptions),
-            config.method,
-            config.step,
-            config.ties,
-            config.apart,
-            config.lifts,
-        )
+            self.mechanics, config.tolerance, config.sample_ns, frozenset(config.subscriptions), config.method,
+            config.step, config.ties, config.apart, config.lifts,
+        )  # fmt: skip
         self._apart = dict.fromkeys((lift.name for lift in self.simulation.alone), 0)  # rows sent of each lift alone
         self._sampling = Sampling(config.listening, self.simulation.program)
         self.lookahead |= self._sampling.lookahead
@@ -201,15 +194,8 @@ class KernelNode:
     def snapshot(self) -> bytes:
         """Return a snapshot of the simulation, and of the numbers of sent samples and notes."""
         text = (
-            self._sent,
-            self._noted,
-            self._last,
-            self._spoke,
-            self._message,
-            self._most,
-            self._sampling.done,
-            self._ran,
-        )
+            self._sent, self._noted, self._last, self._spoke, self._message, self._most, self._sampling.done, self._ran,
+        )  # fmt: skip
         return frozen((self.simulation.snapshot(), text, self._apart))
 
     @property

@@ -21,9 +21,10 @@ from heavylift.coordinator.replay.deviation import Deviation, EventComparison
 from heavylift.coordinator.replay.recorded import RecordedRun
 from heavylift.coordinator.supervision.processes import Processes
 from heavylift.kernel.errors import HeavyliftError, RecordingError
-from heavylift.kernel.trust import demand
+from heavylift.kernel.trust import allowed, demand
 from heavylift.kernel.version import __version__, again
 from heavylift.nodes.devs import FOREVER, Event, Tag
+from heavylift.nodes.devs.execution.rules import LIMIT
 from heavylift.nodes.models import build
 from heavylift.nodes.plan.fidelity import Answer
 from heavylift.nodes.plan.plan import Plan, decode, functions
@@ -32,10 +33,15 @@ from heavylift.recordings import Recording, file_path, recover
 from heavylift.recordings.format.mcapfile import BROKEN
 from heavylift.recordings.write.outputs import PART, beside
 
+from .models import ModelRun, run_models
 from .scene import run
 from .watch import Relay, RunObserver
 
 _START = Tag(0)
+
+
+class RecordingOfModelError(RecordingError):
+    """A recording that is to be resumed is not one of a scene."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +63,7 @@ class Beginning:
             try:
                 return cls.left(part, RecordedRun(saved.path))
             except RecordingError as error:  # the user knows nothing of the copy
-                raise RecordingError(str(error).replace(f"{saved.path}", f"{part}")) from None
+                raise type(error)(str(error).replace(f"{saved.path}", f"{part}")) from None
 
     @classmethod
     def left(
@@ -66,8 +72,8 @@ class Beginning:
         """Make the beginning from a recovered recording; `instead`: what to do if it cannot be simulated again."""
         files = left.recording.attachments
         name = next((name for name in files if name != RESOLVED), "")
-        if model := left.recording.run.get("model", ""):
-            instead = f"`heavylift devs '{model}'` runs its model again"
+        if "model" in left.recording.run:
+            raise RecordingOfModelError(f"{part}: holds a model and no scene; `heavylift resume` runs it again")
         if not name or RESOLVED not in files:
             raise RecordingError(f"{part}: holds no scene, so it cannot be run again; {instead}")
         try:
@@ -141,6 +147,24 @@ def resume(
         begun.scene, target, in_process, watch=checked, processes=processes, commands=begun.commands, force=force
     )
     checked.end()
+    return result
+
+
+def resume_model(part: str | Path, output: str | Path | None = None, force: bool = False) -> ModelRun:
+    """Repeat the run of a DEVS model that was cut off into `output`, checked against what there is of it."""
+    part = file_path(part)
+    target = file_path(output) if output else beside(part.with_name(part.name.removesuffix(PART)), "-resumed.mcap")
+    with TemporaryDirectory(prefix="heavylift-") as folder:
+        left = RecordedRun(recover(part, Path(folder) / "beginning.mcap", begun=True).path)
+        run = left.recording.run
+        checked = Checked(left.events, partial(_parted, part, left.recording.version), RunObserver())
+        until = int(run["until"]) / 1e9 if "until" in run else None
+        with allowed([run["model"]]):
+            result = run_models(
+                run["model"], until, target, True, watch=checked, force=force, stop=str(run.get("stop", "")),
+                microsteps=int(run.get("microsteps", LIMIT)),
+            )  # fmt: skip
+        checked.end()
     return result
 
 

@@ -151,7 +151,7 @@ def application(opened: OpenScene, word: str, port: int) -> ASGIApp:
 
         return Route(f"/{name}", answer, methods=["POST"])
 
-    def told(tell: Callable[..., object]) -> Callable[[Request], Any]:
+    def shown(tell: Callable[..., object]) -> Callable[[Request], Any]:
         async def answer(request: Request) -> Response:
             return await _answered(tell, **request.path_params, **request.query_params)
 
@@ -177,11 +177,11 @@ def application(opened: OpenScene, word: str, port: int) -> ASGIApp:
         Route("/events", events),
         Route("/drawings/{number:int}/{k:int}", drawings),
         Route("/live", live),
-        Route("/folder", told(listed)),
-        Route("/recording/{name}", told(lambda name, beside="": played(opened.folder, name, beside))),
-        Route("/result/{kind}/{name}", told(lambda kind, name: HTMLResponse(result(opened.folder, kind, name)))),
-        Route("/compare/{a}/{b}", told(lambda a, b: HTMLResponse(compared(opened.folder, a, b)))),
-        Route("/kept/{name:path}", told(document)),
+        Route("/folder", shown(listed)),
+        Route("/recording/{name}", shown(lambda name, beside="": played(opened.folder, name, beside))),
+        Route("/result/{kind}/{name}", shown(lambda kind, name: HTMLResponse(result(opened.folder, kind, name)))),
+        Route("/compare/{a}/{b}", shown(lambda a, b: HTMLResponse(compared(opened.folder, a, b)))),
+        Route("/kept/{name:path}", shown(document)),
         posted("save", Save, lambda x: opened.save(x.text, x.version)),
         posted("edit", Edits, lambda x: opened.edit([(each.path, each.value) for each in x.edits], x.version)),
         posted("open", SceneName, lambda x: opened.open(x.name)),

@@ -184,7 +184,7 @@ def axis_of(text: str) -> tuple[str, tuple[str, ...]]:
     """Return path and values of `PATH=1..3 by 1` or `PATH={one, another}`."""
     path, equals, values = (part.strip() for part in text.partition("="))
     if not (equals and path and values):
-        raise SceneError(f"--vary '{text}': write PATH=VALUES, such as 'resources.goliaths.units=1..3 by 1'")
+        raise SceneError(f"--vary '{text}': write PATH=VALUES, such as 'resources.welders.units=1..3 by 1'")
     if values[0] == "{" and values[-1] == "}" and ":" not in values:
         return path, tuple(part.strip() for part in values[1:-1].split(","))
     try:

@@ -23,15 +23,9 @@ def equations(
     """Return all equations of motion of a system as text or LaTeX; raises KernelError for an invalid system."""
     graph = build_graph(system)
     sections = [
-        _graph(graph),
-        _path_matrix(graph),
-        balances(system, graph),
-        joints(system, graph),
-        *laws(system),
-        recursion(graph),
-        formulation_section(graph, formulation),
-        coordinates(system, formulation),
-    ]
+        _graph(graph), _path_matrix(graph), balances(system, graph), joints(system, graph), *laws(system),
+        recursion(graph), formulation_section(graph, formulation), coordinates(system, formulation),
+    ]  # fmt: skip
     return as_latex(sections, title) if latex else as_text(sections)
 
 

@@ -69,20 +69,9 @@ def spanning_tree(system: System, joints: Mapping[str, Joint]) -> tuple[dict[str
 def _own(j: Joint, massive: Collection[str]) -> tuple[object, ...]:
     """Return the sort key of joints of equal rank, independent of names."""
     return (
-        j.parent in massive,
-        not (j.q0 or j.v0),
-        j.p_PJ,
-        j.p_CJ,
-        j.kind,
-        j.axis,
-        j.second,
-        j.R_PJ,
-        j.R_CJ,
-        j.q0,
-        j.v0,
-        j.parent,
-        j.child,
-    )
+        j.parent in massive, not (j.q0 or j.v0), j.p_PJ, j.p_CJ, j.kind, j.axis, j.second, j.R_PJ, j.R_CJ, j.q0, j.v0,
+        j.parent, j.child,
+    )  # fmt: skip
 
 
 def _turned_round(j: Joint, flexible: Collection[str]) -> Joint:

@@ -4,12 +4,21 @@ Callers check before, by `heavylift.kernel.trust`, whether the code may run.
 """
 
 import ast
+import threading
 from types import ModuleType
 
 from heavylift.kernel.description import user_code
 from heavylift.kernel.errors import HeavyliftError, ModelError
 
-_importing: list[str] = []
+
+class _Importing(threading.local):
+    """Modules that this thread imports; replications do so side by side."""
+
+    def __init__(self) -> None:
+        self.modules: list[str] = []
+
+
+_importing = _Importing()
 
 
 def read(reference: str) -> tuple[str, str, list[object], dict[str, object]]:
@@ -33,7 +42,7 @@ def read(reference: str) -> tuple[str, str, list[object], dict[str, object]]:
 
 def imported(where: str) -> ModuleType:
     """Import a module by name or file; raises ModelError with the reason if that fails."""
-    _importing.append(where)
+    _importing.modules.append(where)
     try:
         return user_code.imported(where)
     except user_code.Taken as error:
@@ -49,9 +58,9 @@ def imported(where: str) -> ModuleType:
     except Exception as error:
         raise ModelError(f"{where} cannot be imported: {user_code.raised(error)}") from error
     finally:
-        _importing.pop()
+        _importing.modules.pop()
 
 
 def importing() -> str:
     """Return the module that is being imported for its model, or ""."""
-    return _importing[-1] if _importing else ""
+    return _importing.modules[-1] if _importing.modules else ""

@@ -249,6 +249,7 @@ COLUMNS: dict[str, Callable[[Plan, RatedLimit, SignalColumns], Column | None]] =
     **dict.fromkeys(STANDING, stood),
     **dict.fromkeys(TOUCHING, touch_speed),
     "drive moment": drive_moment,
+    "brake moment": drive_moment,
 }
 READERS: dict[str, Callable[[Plan, RatedLimit, SignalColumns], Reading | None]] = {
     "assembly load": _assembly,

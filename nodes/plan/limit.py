@@ -42,6 +42,7 @@ Quantity: TypeAlias = Literal[
     "bridle angle",
     "side force",
     "drive moment",
+    "brake moment",
     "hook height",
     "rope length",
     "rails",

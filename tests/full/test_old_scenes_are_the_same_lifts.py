@@ -5,7 +5,6 @@ The former versions are read from the repository's own history; without it, as i
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import subprocess
 import sys
@@ -15,6 +14,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -44,7 +44,8 @@ FORMER = (
 )  # the last release; the last version in which goliaths had a plan and models of their own
 LUMPED = 1e-9  # relative: where lumps of ropes are was rounded to ten digits
 SYSTEMS = """
-import dataclasses, json, sys
+import json, sys
+import msgspec
 sys.meta_path = [x for x in sys.meta_path if "editable" not in f"{getattr(x, '__module__', '')}{x}".lower()]
 sys.path.insert(0, sys.argv[1])
 from heavylift.kernel.errors import SceneError
@@ -52,7 +53,7 @@ from heavylift.nodes.models import system
 from heavylift.nodes.scene import parse
 for text, settings in json.load(sys.stdin):
     try:
-        print(json.dumps(dataclasses.asdict(system(parse(text, "lift.yaml", settings, passing=True).plan))))
+        print(msgspec.json.encode(system(parse(text, "lift.yaml", settings, passing=True).plan)).decode())
     except SceneError:  # which a level refuses
         print("null")
 """
@@ -106,8 +107,9 @@ def test_systems_are_those_of_a_former_version(version: str, tmp_path: Path) -> 
         except SceneError:
             assert line == "null", (text, level)
             continue
-        now = json.loads(json.dumps(dataclasses.asdict(own)))
-        found = list(different(json.loads(line), now, rounded=level.ropes == "massive"))
+        found = list(
+            different(json.loads(line), json.loads(msgspec.json.encode(own)), rounded=level.ropes == "massive")
+        )
         assert not found, (text, level, found[:5])
 
 
@@ -116,7 +118,7 @@ def test_a_random_lift_in_plain_parts_is_the_same(seed: int, tmp_path: Path) -> 
     text = random_lift(seed)
     old, new = parse(text, passing=True).plan, load(plain(text, tmp_path)).plan
     for level in levels(seed):
-        one, other = (json.dumps(dataclasses.asdict(system(at_level(x, level)))) for x in (old, new))
+        one, other = (msgspec.json.encode(system(at_level(x, level))).decode() for x in (old, new))
         assert not [*different(*(json.loads(renamed(x)) for x in (one, other)))]
     if seed in PLAYED:
         a, b = play(parse(text).plan), play(new)

@@ -53,13 +53,7 @@ def made(computed: Sequence[tuple[Case, list[tuple[Row, str]]]]) -> str:
     parts.append(misses(computed))
     text = "The same scene solved by other programs; each bound is the one of the test."
     parts.append("\n\n".join(("## Other codes", text, "\n".join(other_codes()))))
-    text = "Only public copies were searched, which often hold no more than the beginning of a document."
-    rows = [
-        "| source | available | reason |",
-        "|---|---|---|",
-        *(f"| {' | '.join(x)} |" for x in NOT_HAD),
-    ]
-    parts.append("\n\n".join(("## Sources not used", text, "\n".join(rows))))
+    parts.append(f"## Sources not used\n\n{NOT_HAD}")
     return "\n\n".join(parts) + "\n"
 
 

@@ -46,22 +46,11 @@ OTHER_CODES = (  # what, which code, file, the constant in it that bounds the di
      "TENSION_ERROR", "of 550 kN"),
 )  # fmt: skip
 
-NOT_HAD = (  # source, what of it is available, and why it is not in the tables
-    ("Ku, Ha, Roh 2014, IJCTE 6(3): lifts in a shipyard", "abstract", "no figures"),
-    ("NSRP TIA 2010-620, 2012: instrumented block lifts", "foreword", "figures are in six reports that were not found"),
-    ("Perig et al. 2014, Shock and Vibration 203709: slewing pendulum", "abstract", "no figures"),
-    ("Park, Ham, Lee 2016, Ocean Engineering 114", "abstract", "no figures"),
-    ("Ham, Roh, Lee 2016, Automation in Construction 61: equalisers", "abstract", "simulations only"),
-    ("Musca, Debeleac, Vlase 2020, Symmetry 12(8) 1231: wire rope", "abstract", "neither frequency nor damping"),
-    ("Custer, ES255: transverse vibration of tensioned rope", "summary", "no readings, only their spread"),
-    ("Schlamminger et al. 2022, Am. J. Phys. 90, 169: crane operator's trick", "abstract", "no figures"),
-    ("Stein, Parcic, Singh 2023, arXiv 2303.02044: pendulum of changing length", "abstract", "no figures"),
-    ("EN 13001-2: hoisting classes", "title pages", "the factor is quoted from the closed forms of the project"),
-    ("laboratory crane: runs at 5 A, logs of its angle sensor", "all", "incomplete tracks, unknown filter"),
-    ("double pendulum on video, 2026 (github ffavre13/Physics_Double-Pendulum, rdtjulien/PendulePhysic)", "all",
-     "masses are not given"),
-    ("string in resonance (github HNNUYUXUAN/general-physics-lab)", "readings", "they contradict each other"),
-)  # fmt: skip
+NOT_HAD = """Public copies of Ku 2014 (IJCTE 6(3)), Perig 2014 (Shock and Vibration 203709), Park 2016 (Ocean
+Engineering 114), Ham 2016 (Automation in Construction 61), Musca 2020 (Symmetry 12(8) 1231), Schlamminger 2022 (Am. J.
+Phys. 90, 169) and Stein 2023 (arXiv 2303.02044) are abstracts without figures; of NSRP TIA 2010-620 there is a
+foreword, of EN 13001-2 title pages. Incomplete or contradictory: the laboratory crane at 5 A, the double pendulum of
+github ffavre13, the string of github HNNUYUXUAN."""
 
 
 def bound(path: str, name: str) -> float:

@@ -103,7 +103,7 @@ def _misfits(given: schema.Block, name: str) -> Iterator[tuple[str, Path]]:
     elif not _inside((u, v), supports):
         message = f"the centre of mass at u = {u:g} m, v = {v:g} m is not above the supports"
         yield f"{message}: the block would tip", ("supports", "at", 0)
-    for lug, p in given.lugs.items():
+    for lug, p in given.lugs.items() if given.shape is None else ():  # a shape has its faces within the box
         depths = [h - abs(x) for h, x in zip(half, p, strict=True)]
         if min(depths) > TOUCH:
             i = depths.index(min(depths))

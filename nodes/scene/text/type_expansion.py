@@ -175,14 +175,20 @@ class Expansion:
             if word in self.given or not (isinstance(raw, str) and raw.startswith("=")):
                 return raw
         try:
-            return Parameters(self.kind.parameters, self.given).computed(text[1:])
+            return self.values.computed(text[1:])
         except ExpressionError as error:
+            del self.values  # which stands where it failed
             what = "crane" if self.at[0] == "cranes" else "frame"
             own = f"in the {what} '{self.name}' of type {self.kind.name}"
             column = max(1 + error.column, len(text) - len(text[1:].lstrip()))
             self.source.fault((*self.base, *to), str(error), own, column=column)
             self.computed = False
             return None
+
+    @cached_property
+    def values(self) -> Parameters:
+        """The values of the parameters, each computed once."""
+        return Parameters(self.kind.parameters, self.given)
 
     @cached_property
     def arithmetic(self) -> list[str]:

@@ -6,9 +6,10 @@ The truth is one flat simulator that has the operator as a model with a script.
 from random import Random
 
 import pytest
-from heavylift.coordinator.protocol import Done, Hello, Node, OpenCoordinator, answer
+from heavylift.coordinator.protocol import Done, Hello, Node, OpenCoordinator
 from heavylift.kernel import HeavyliftError, ProtocolError
 from heavylift.nodes.devs import FOREVER, Atomic, Event, Out, Simulator, Tag, encode
+from in_memory import answer
 from random_models import END, MICROSTEPS, Logs, Number, build, parts
 
 OPERATOR = "operator"

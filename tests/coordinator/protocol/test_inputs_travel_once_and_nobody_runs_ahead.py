@@ -9,20 +9,11 @@ from random import Random
 
 import msgspec
 import pytest
-from heavylift.coordinator.protocol import (
-    AHEAD,
-    SPOKEN,
-    TAGS,
-    Coordinator,
-    Done,
-    Grant,
-    Node,
-    answer,
-    core as core_module,
-)
+from heavylift.coordinator.protocol import AHEAD, SPOKEN, TAGS, Coordinator, Done, Grant, Node, core as core_module
 from heavylift.kernel import ModelError
 from heavylift.nodes.devs import FOREVER, Atomic, Bag, Event, In, Message, Out, Simulator, Tag
 from heavylift.nodes.devs.execution import SILENT, Wire
+from in_memory import answer
 from mutants import MUTANTS
 from random_models import TIGHT, bounds, parts
 

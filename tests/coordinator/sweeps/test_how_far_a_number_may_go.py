@@ -37,7 +37,13 @@ def told(lift, monkeypatch: pytest.MonkeyPatch):
                 "limit at [s]": 30.0,
                 "unfinished": waits,
             }
-            return {"status": status, "sentence": "cut after 60 s", "verdict": "red: too heavy", **used}
+            return {
+                "status": status,
+                "state": "green" if status == "done" else "red",
+                "sentence": "cut after 60 s",
+                "verdict": "red: too heavy",
+                **used,
+            }
 
         monkeypatch.setattr(limiting, "played", played)
         return limiting.limits_of(lift, asked)
@@ -72,7 +78,8 @@ def test_the_limit_of_a_linear_utilisation_is_found_in_one_step(lift, monkeypatc
     def played(task, variant):
         (x,) = variant.values
         row = {"use": x / 512.0, "use/hook": x / 512.0, "limit": "hook", "limit stage": "up", "limit at [s]": None}
-        return row | {"status": "done" if x <= 512.0 else "red", "verdict": "red: too heavy", "sentence": ""}
+        status, state = ("done", "green") if x <= 512.0 else ("red", "red")
+        return row | {"status": status, "state": state, "verdict": "red: too heavy", "sentence": ""}
 
     monkeypatch.setattr(limiting, "played", played)
     monkeypatch.setattr(limiting, "_bar", lambda *_: 0.01)

@@ -155,6 +155,7 @@ NONE: dict[str, tuple[str, Callable[[Plan], bool]]] = {  # why a check has no ro
     **{f"off-lead {way}": ("one limit holds in any direction", lambda plan: True) for way in ("along", "across")},
     "side force": ("nothing slides", lambda plan: not _drives(plan, "prismatic")),
     "drive moment": ("nothing turns", lambda plan: not _drives(plan, "revolute")),
+    "brake moment": ("nothing turns", lambda plan: not _drives(plan, "revolute")),
     "rails": ("nothing slides along x between ends", lambda plan: not _drives(plan, "prismatic", ALONG, ends=True)),
     "girder": ("nothing slides along y between ends", lambda plan: not _drives(plan, "prismatic", ACROSS, ends=True)),
     "hook height": ("the shortest rope is its end", lambda plan: not any(

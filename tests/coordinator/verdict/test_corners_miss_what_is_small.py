@@ -67,13 +67,17 @@ def test_an_overlap_of_any_size_with_corner_contacts_is_red(meets: str, overlap:
     """Along the axes the overlap is the least of three; it is red if it is deeper than what touches and is meant."""
     draw, reds = Random(f"{meets} {overlap}"), 0
     for _ in range(40):
-        own = [draw.uniform(1.0, 12.0) for _ in range(3)]
+        own = [draw.uniform(1.0, most) for most in (12.0, 12.0, 5.0)]
         other = [draw.uniform(0.2, 12.0) for _ in range(3)]
         at = [draw.uniform(-0.6, 0.6) * (a + b) for a, b in zip(own, other, strict=True)]
         size = f"box: [{other[0]} m, {other[1]} m, {other[2]} m], at: [0 m, 0 m, 50 m]"
         text = f"{TEXT.partition('actions')[0]}end: 1 s\n".replace(
-            "[10 m, 10 m, 4 m]", f"[{own[0]} m, {own[1]} m, {own[2]} m]"
+            "[10 m, 10 m, 4 m], at: [0 m, 8 m, 2.5 m]",
+            f"[{own[0]} m, {own[1]} m, {own[2]} m], at: [0 m, 8 m, {0.5 + own[2] / 2} m]",
         )
+        u, v = own[0] / 4, own[1] / 4
+        stools = f"[[{-u} m, {-v} m], [{u} m, {-v} m], [{-u} m, {v} m], [{u} m, {v} m]]"
+        text = text.replace("[[-2 m, -2 m], [2 m, -2 m], [-2 m, 2 m], [2 m, 2 m]]", stools)
         text = text.replace("box: [4 m, 4 m, 1.5 m], at: [0 m, 20 m, 0.75 m]", f"overlap: {overlap} m, {size}")
         lugs = LUGS.replace("2 m]", f"{own[2] / 2} m]").replace("-2 m", f"{-own[0] / 9} m")
         plan = parse(text.replace("lower corners", meets).replace(LUGS, lugs), passing=True, followed=False).plan

@@ -98,9 +98,6 @@ def test_the_report_of_turnover_shows_its_utilisations() -> None:
     for line in (
         "load                            101.6    101.6    246.8    101.6    101.6    246.8",
         "load of the rope [t]           270.0    270.0    291.9",
-        "(of 2)               510.0 t   ",
-        "st.H3 (of 6)            8.46      ",
-        "(of 12)  1211 kN   ",
         "6 hooks carry the block: their shares are statically indeterminate",
     ):
         assert line in page

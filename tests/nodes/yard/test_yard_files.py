@@ -6,9 +6,9 @@ from datetime import date, datetime, timedelta
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.run import run_yard
+from heavylift.coordinator.yards import run_yard, yard
 from heavylift.kernel import HeavyliftError, SceneError
-from heavylift.nodes.yard import Calendar, duration, examined, load, public_holidays, working, yard
+from heavylift.nodes.yard import Calendar, duration, examined, load, public_holidays, working
 
 PAGE = Path(__file__).parents[3] / "nodes/yard/YARD.md"
 START = date(2027, 1, 4)  # a Monday

@@ -19,6 +19,7 @@ from heavylift.nodes.scene.text.source import Path
 
 WAYS: dict[str, Quantity] = {"off_lead_along": "off-lead along", "off_lead_across": "off-lead across"}
 IN_LIMITS = "as in limits"  # how far a rope of one way may lead
+MOMENT_OF_BRAKE = {"quantity": "brake moment", "over": ""}
 TRAVELS: dict[tuple[float, float, float], tuple[Quantity, str]] = {
     (1.0, 0.0, 0.0): ("rails", "along"),
     (0.0, 1.0, 0.0): ("girder", "across"),
@@ -194,13 +195,14 @@ def _travels(rows: _Rows) -> Iterator[RatedLimit]:
         (quantity, over), drive, subject = along or ("", ""), rows.keys.drives[actuator.name], rows.part(joint.child)
         of: dict[str, Any] = {"quantity": "side force", "unit": "N", "over": over, "elements": ropes}
         if joint.kind == "revolute":
-            of = {"quantity": "drive moment", "unit": "N m", "elements": (joint.child,)}
+            of = {"unit": "N m", "elements": (joint.child,)}
         for key, does in (("force", "its drive moves"), ("brake", "its brake holds")) if every else ():
             path, most = ("drives", actuator.name, key), getattr(drive, key)
             note = {"note": does} if most else rows.missing(path, f"its type states no '{key}' of {actuator.name}")
             if not of["elements"]:
                 most, note = None, {"note": f"{actuator.name} does not slide along x or y of the world", "source": ""}
-            of |= {"over": "start" if key == "force" else ""} if joint.kind == "revolute" else {}
+            if joint.kind == "revolute":  # a drive also starts what a brake only holds
+                of |= {"quantity": "drive moment", "over": "start"} if key == "force" else MOMENT_OF_BRAKE
             yield rows.row(path, actuator.where, subject=subject, value=most, **of, **note)
         if along and (ropes or machine.girders) and actuator.lower is not None and actuator.upper is not None:
             of = {"quantity": quantity, "unit": "m", "elements": (joint.child,)}

@@ -1,0 +1,105 @@
+"""Lifts of a yard at rest, from a table, and simulated where they begin: the same day within their stated errors."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from heavylift.coordinator.commands.common.app import app
+from heavylift.coordinator.replay import RecordedRun
+from heavylift.coordinator.run.resume import resume_model
+from heavylift.coordinator.run.verify import verify
+from heavylift.coordinator.yards import in_place, interpolated, load_yard, ran, run_yard
+from heavylift.nodes.scenes import bundled
+from heavylift.nodes.yard import LiftOrder, at_rest, expected
+from typer.testing import CliRunner
+
+YARD = """
+heavylift yard: 1
+start: 2027-01-04
+weather: {wind: {monthly: wind.csv, persistence: 0.9}}
+resources: {goliath: {type: goliath-900, units: 1}}
+blocks: {from: blocks.csv}
+steps:
+  erect: {lift: crane.yaml, set: {block.mass: =mass}, WAY}
+contract: {delivery: 2027-01-06}
+"""
+WAYS = {"rest": "by: rest", "run": "by: run", "table": "by: table, over: {mass: 200..300 t by 100 t}"}
+ACCURATE = 1e-4  # of a duration, to which the runs themselves are right
+BLOCKS = "block,after,mass [t]\nA,,210\nB,A,285\n"
+WIND = "month,scale [m/s],shape\n" + "".join(f"{n},6,2\n" for n in range(1, 13))
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    scene = bundled()["lift"].read_text().replace("limits: {", "limits: {wind: 9 m/s, ")
+    gust = "interlocks:\n  gust: {when: wind >= 10 m/s, until: wind <= 8 m/s, stops: all}\n"
+    Path("crane.yaml").write_text(f"{scene}wind: {{speed: 2 m/s, direction: [1, 0, 0]}}\n{gust}")
+    Path("blocks.csv").write_text(BLOCKS)
+    Path("wind.csv").write_text(WIND)
+    return tmp_path
+
+
+def written(way):
+    Path("yard.yaml").write_text(YARD.replace("WAY", WAYS[way]))
+    return "yard.yaml"
+
+
+def test_wind_that_a_scene_states_begins_stops_and_releases_its_lifts(folder):
+    lift = at_rest(LiftOrder("crane.yaml", ("block.mass=250 t",)))
+    assert (lift.wind, lift.stop, lift.resume, lift.state) == (9.0, 10.0, 8.0, "green")
+    assert [name for name, _ in lift.stages] == ["take up slack", "lift off", "up", "sideways", "swing"]
+    assert lift.stages[-1][1] == pytest.approx(20.0)
+
+
+def test_a_lift_at_rest_from_the_table_and_in_place_ends_within_the_stated_error(folder):
+    ends = {}
+    for way in WAYS:
+        yard = load_yard(written(way))
+        ends[way] = [one.lift.seconds for one in yard.activities]
+        if way != "run":
+            errors = [one.lift.error * one.lift.seconds for one in yard.activities]
+            assert 0 < max(one.lift.error for one in yard.activities) < 0.02
+            simulated = [in_place(one.order, 2.0).seconds for one in yard.activities]
+            for found, true, error in zip(ends[way], simulated, errors, strict=True):
+                assert abs(found - true) <= error + ACCURATE * true
+            end = expected(replace(yard, wind=None)).delivery
+            assert abs(end - sum(simulated)) <= sum(errors) + ACCURATE * sum(simulated)
+    assert ends["table"] != ends["rest"]
+
+
+def test_a_limit_of_the_wind_is_what_a_search_in_runs_finds(folder):
+    found = ran(LiftOrder("crane.yaml", ("block.mass=250 t", "limits.wind=6 m/s"), windy=12.0))
+    assert found.state == "green"
+    assert 5.9 <= found.wind <= 6.0
+
+
+def test_a_table_is_exact_for_what_is_linear_along_each_axis():
+    import numpy as np
+
+    axes = [np.array([1.0, 2.0, 5.0]), np.array([0.0, 10.0])]
+    grid = np.array([[[x * y + 3 * x - y, 7.0] for y in axes[1]] for x in axes[0]])
+    for x, y in [(1.0, 0.0), (5.0, 10.0), (3.3, 2.5), (2.0, 9.0)]:
+        assert interpolated(axes, grid, (x, y)) == pytest.approx([x * y + 3 * x - y, 7.0])
+
+
+def test_a_run_with_lifts_in_place_is_equal_in_processes_verified_and_resumed(folder):
+    sheet, made = run_yard(written("run"), output="a.mcap", in_process=True)
+    assert sheet.state == "green"
+    assert run_yard("yard.yaml", processes=2)[1].digest == made.digest
+    found = verify(RecordedRun(Path("a.mcap")))
+    assert (found.same, found.digest) == (True, made.digest)
+    whole = Path("a.mcap").read_bytes()
+    Path("cut.mcap.part").write_bytes(whole[: len(whole) // 3])
+    assert resume_model("cut.mcap.part").digest == made.digest
+    assert CliRunner().invoke(app, ["resume", "cut.mcap.part", "-o", "again.mcap"]).exit_code == 0
+
+
+def test_a_lift_that_is_red_when_it_is_simulated_makes_the_run_red(folder):
+    text = Path("crane.yaml").read_text()
+    Path("crane.yaml").write_text(
+        text.replace("wind >= 10 m/s, until: wind <= 8 m/s", "wind >= 1 m/s, until: wind <= 0.5 m/s")
+    )
+    found = in_place(LiftOrder("crane.yaml", ("block.mass=250 t",), "run"), 2.0)
+    assert found.state == "red"
+    assert found.why

@@ -1,0 +1,80 @@
+"""What-if of a yard: variants, limits, sensitivities, two plans beside each other, schedules that are planned."""
+
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+from heavylift.coordinator.yards import YardStudy, axis_of
+from heavylift.kernel import SceneError
+
+YARD = """
+heavylift yard: 1
+start: 2027-01-04
+resources: {crane: 1, crew: {units: 2}}
+blocks: {from: blocks.csv}
+steps:
+  erect: {takes: uniform 4 h 8 h, needs: {crane: 1}}
+  weld: {takes: lognormal mean 30 h sd 10 h, needs: {crew: 1}, after: erect}
+contract: {delivery: 2027-01-08}
+"""
+
+
+@pytest.fixture
+def study(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("yard.yaml").write_text(YARD)
+    Path("blocks.csv").write_text("block,after\nA,\nB,\nC,\nD,\n")
+    with ThreadPoolExecutor(1) as pool:
+        yield YardStudy("yard.yaml", count=30, executor=pool)
+
+
+def rows(sheet, n=0):
+    return sheet.tables[n].rows
+
+
+def test_all_combinations_are_run_with_the_same_luck(study):
+    sheet = study.varied(["resources.crew.units=1..4 by 1", "resources.crane={1, 2}"])
+    assert [row[:2] for row in rows(sheet)] == [(f"{n}", f"{m}") for n in range(1, 5) for m in (1, 2)]
+    ends = [row[4] for row in rows(sheet)]
+    assert ends[0] > ends[2] > ends[4]  # more crews, earlier at P90
+    assert sheet.state == "green"
+    assert rows(sheet)[0][5].state == "red"
+
+
+def test_a_limit_lies_between_the_last_green_and_the_first_red_number(study):
+    sheet = study.limit("resources.crew.units=4..1")
+    (row,) = rows(sheet)
+    assert float(row[1]) - float(row[2]) == 1
+    assert study.of(f"resources.crew.units={row[1]}").state == "green"
+    assert study.of(f"resources.crew.units={row[2]}").state == "red"
+
+
+def test_sensitivities_say_what_one_unit_more_gains(study):
+    found = {row[0]: row[2] for row in rows(study.sensitivities())}
+    assert set(found) == {
+        "crane, one more",
+        "crew, one more",
+        "erect takes what is expected",
+        "weld takes what is expected",
+    }
+    assert found["crew, one more"] > max(0.1, found["crane, one more"])
+
+
+def test_a_plan_beside_itself_is_no_later(study):
+    Path("other.yaml").write_text(YARD.replace("{units: 2}", "{units: 3}"))
+    assert rows(study.beside("yard.yaml"), 1) == ((0.0, 0.0, 0.0),)
+    assert rows(study.beside("other.yaml"), 1)[0][1] < 0
+
+
+def test_a_planned_schedule_is_written_and_measured(study):
+    pytest.importorskip("ortools")
+    sheet = study.planned("planned.csv", 2.0, False)
+    assert "gap" in sheet.lead
+    assert Path("planned.csv").read_text().startswith("block,step,start,end")
+    assert [row[0] for row in rows(sheet)] == ["as it is", "plan planned.csv"]
+
+
+@pytest.mark.parametrize("text", ["resources.crew", "a=3..1 by 1", "=3"])
+def test_what_is_no_axis_is_refused(text):
+    with pytest.raises(SceneError, match="--vary"):
+        axis_of(text)
