@@ -1,8 +1,8 @@
 """Lifts of a yard as the mechanics has them: at rest, from a table of runs, or simulated where they begin.
 
 A table has the durations of all stages, and the wind up to which a run is green, at all combinations of its axes'
-values; between them both are interpolated linearly along each axis.  Its error is the largest one of runs in the middle
-of its cells; that of lifts at rest is the largest one of three of them.  All is kept in the cache.
+values; between them both are interpolated linearly along each axis.  Its error is twice the largest difference from
+runs in the middle of its cells; that of lifts at rest from runs of three of them.  All is kept in the cache.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from heavylift.coordinator.supervision.pool import Pool, cores
 from heavylift.coordinator.sweeps.axes import Variant
-from heavylift.coordinator.sweeps.limiting import limits_of, reason
+from heavylift.coordinator.sweeps.limiting import NEAR, limits_of, reason
 from heavylift.coordinator.sweeps.variant import Task, played
 from heavylift.kernel.cache import contents
 from heavylift.kernel.errors import HeavyliftError
@@ -25,6 +25,7 @@ from heavylift.nodes.scene.text.spelling import number_and_unit
 from heavylift.nodes.yard.lifts import Lift, LiftOrder, at_rest, first_line, kept
 
 LIMIT_s = 600.0  # wall time of a run
+ACCURATE = 1e-4  # of a duration, to which a run is right: its events, found at the tolerance of the integration
 SPOTS = 4  # cells of a table that are checked, at most
 FEW = 8  # lifts at rest that need no pool
 LEAST_WIND = "1"  # m/s, from which limits are looked for
@@ -56,7 +57,7 @@ def compared(orders: Sequence[LiftOrder], lifts: dict[LiftOrder, Lift]) -> dict[
     able = sorted((x for x in orders if lifts[x].stages), key=lambda x: (lifts[x].seconds, x.settings))
     spots = [*dict.fromkeys(able[n] for n in (0, len(able) // 2, -1))] if able else []
     errors = [_apart(run.seconds, lifts[x].seconds) for x, run in zip(spots, called(ran, spots), strict=True)]
-    return {x: replace(lifts[x], error=max(errors, default=0.0)) for x in able}
+    return {x: replace(lifts[x], error=stated(errors)) for x in able}
 
 
 def tabled(orders: Sequence[LiftOrder], lifts: dict[LiftOrder, Lift]) -> dict[LiftOrder, Lift]:
@@ -78,7 +79,7 @@ def tabled(orders: Sequence[LiftOrder], lifts: dict[LiftOrder, Lift]) -> dict[Li
     shape = (*(len(axis) for axis in axes), -1)
     rows = [[s for _, s in x.stages] if len(x.stages) == len(names) else [np.nan] * len(names) for x in known]
     grid = np.array([[*row, x.wind] for row, x in zip(rows, known, strict=True)]).reshape(shape)
-    errors, wind_errors = [0.0], [0.0]
+    errors, wind_errors = list[float](), list[float]()
     for spot, lift in zip(spots, checked, strict=True):
         at = interpolated(axes, grid, spot)
         if lift.stages and isfinite(sum(at[:-1])):
@@ -93,9 +94,14 @@ def tabled(orders: Sequence[LiftOrder], lifts: dict[LiftOrder, Lift]) -> dict[Li
             continue
         stages, most = tuple(zip(names, at[:-1], strict=True)), at[-1] if one.windy else inf
         begin, stop, resume = (min(x, most) for x in (own.wind, own.stop, own.resume))
-        within = replace(own, error=max(errors), wind_error=max(wind_errors))
+        within = replace(own, error=stated(errors), wind_error=stated(wind_errors) + NEAR if one.windy else 0.0)
         result[order] = replace(within, stages=stages, wind=begin, stop=stop, resume=resume)
     return result
+
+
+def stated(differences: Sequence[float]) -> float:
+    """The relative error that is stated for differences from some runs: twice the largest, and that of runs."""
+    return 2.0 * max(differences, default=0.0) + ACCURATE
 
 
 def interpolated(axes: Sequence[Any], grid: Any, at: Sequence[float]) -> list[float]:

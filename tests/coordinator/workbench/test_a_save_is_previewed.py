@@ -7,7 +7,7 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from heavylift.coordinator.verdict import with_worst_clearances
+from heavylift.coordinator.verdict import near_at_rest, with_worst_clearances
 from heavylift.coordinator.workbench import OpenScene, previewed, version_of
 from heavylift.nodes.scene import bundled, check, load
 
@@ -44,7 +44,8 @@ def test_a_preview_shows_the_start_pose_first_then_the_path_and_its_checks() -> 
     assert "20.00" in start["drawings"][0]["svg"], "the length of the block is a dimension of the plan"  # type: ignore[index]
     stages = list(dict.fromkeys(x["stage"] for x in path["states"]))  # type: ignore[attr-defined]
     assert stages[:4] == ["at the start", "take up slack", "lift off", "up"]
-    report = check(with_worst_clearances(load("lift")))
+    scene = with_worst_clearances(load("lift"))
+    report = check(scene, near_at_rest(scene.plan, scene.statics))
     assert (checks["line"], checks["state"]) == (report.line, report.state)
     assert len(checks["checks"]) == len(report.checks)  # type: ignore[arg-type]
     msgspec.json.encode(data)
