@@ -188,7 +188,7 @@ class Program:
         for c in self.system.contacts:
             if self.formulation != "recursive":
                 raise KernelError(
-                    f"contact '{c.name}': formulation '{self.formulation}' knows none; take the recursive one"
+                    f"contact '{c.name}': formulation '{self.formulation}' has no contacts; take the recursive one"
                 )
             if c.a.body == "world":
                 raise KernelError(f"contact '{c.name}': its first shape belongs to the ground; name a body first")

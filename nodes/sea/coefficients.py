@@ -39,7 +39,7 @@ def hull_of(path: Path) -> Hydrodynamics:
     found = _hull(data, path.stem, f"Capytaine, {path.name}")
     if (worst := max(found.radiation.error.added_mass, found.radiation.error.damping)) > WORST:
         advice = f"more than {WORST:.0%}; compute finer panels with a lid, or no frequencies whose waves they miss"
-        raise SceneError(f"{path}: the radiation fits to {worst:.1%} of the largest, {advice}")
+        raise SceneError(f"{path}: the error of the fitted radiation is {worst:.1%} of the largest, {advice}")
     return found
 
 
