@@ -1,7 +1,7 @@
 """Error estimates of a run's figures: `2651 +- 4 (numerical) +- 9 (model) +- 80 kN (inputs: ...)`, at a level of 95 %.
 
 After ASME V&V 20-2009, whose u_num and u_input these are; effects that the level leaves out are listed, too. Numerical
-and model errors are those of `choosing.as_it_is`; the error of inputs is the root of the sum of squares of each input's
+and model errors are those of `looking.as_it_is`; the error of inputs is the root of the sum of squares of each input's
 effect, from two runs each (`sensitivities`).
 """
 
@@ -22,8 +22,9 @@ from heavylift.recordings import Recording
 from heavylift.recordings.read.export import amended
 from heavylift.recordings.render.curves import larger
 
-from .choosing import chosen, tighter
+from .choosing import chosen
 from .figures import AskedFigure
+from .looking import tighter
 from .measuring import Errors
 from .model_levels import Ladder, ModelLevel
 from .run_pool import Ran, Start, result, starting

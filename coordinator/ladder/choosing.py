@@ -9,7 +9,7 @@ machine; the cache only saves time.
 
 import hashlib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import cache
 from math import inf
 from pathlib import Path
@@ -17,20 +17,19 @@ from pathlib import Path
 import msgspec
 from heavylift.kernel.cache import contents, read_cached, remembered, sources
 from heavylift.kernel.errors import HeavyliftError
-from heavylift.nodes.models import system
 from heavylift.nodes.plan.fidelity import MEANT, Answer, Question, percent
 from heavylift.nodes.plan.plan import Plan, encode, functions
 from heavylift.nodes.scene import LoadedScene
 
 from .in_memory import CUT, play
-from .measuring import WITNESSED, Errors, Measuring, added, largest, most, times
-from .model_levels import Ladder, ModelLevel, at_level, undamped
+from .looking import Look, as_it_is, error_of_level, errors_of_limits, looks, witnesses
+from .measuring import Measuring, added, largest, times
+from .model_levels import Ladder, ModelLevel, at_level
 
 STUCK = 3  # decades of the tolerance that change nothing for the better, until it is given up: steps become four times
 # as short, by which a method that has damped a swing away sees it
 LOOSEST = 0.1  # tolerance of a step, as a part of the accuracy
 HIDES = 0.25  # part of the errors of steps by which that of a level may be seen wrongly
-ORDERS = (1.0, 0.75, 0.5)  # powers of the tolerance that errors of steps fall with
 ACCURACIES = (0.01, 0.003, 0.001, 0.0003)  # by which checks are decided
 ROOM = Path(__file__).parents[2]  # of the product
 Report = Callable[[str], None]
@@ -111,20 +110,6 @@ def level_of(scene: LoadedScene, say: Report = lambda message: None) -> LoadedSc
     return replace(found, settings=(*scene.settings, *ModelLevel(found.plan).settings))
 
 
-@dataclass(frozen=True)
-class Look:
-    """Measured errors of a candidate: in all, of its steps, of its level; why it could not run; which errors are
-    missing, and why."""
-
-    candidate: ModelLevel
-    error: Errors = field(default_factory=lambda: {"": inf})
-    steps: Errors = field(default_factory=dict)
-    model: Errors = field(default_factory=dict)
-    pairs: tuple[tuple[ModelLevel, ModelLevel], ...] = ()
-    why: str = ""
-    missing: dict[str, str] = field(default_factory=dict)
-
-
 def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
     """Choose level and steps; raises HeavyliftError only if the time limit cuts a run."""
     last: Look | None = None
@@ -162,7 +147,7 @@ def _climbed(
             if len(run) == 1 and run[0] + 1 < len(candidates):
                 run.append(_next(tolerances, run[0], 0.1))
                 continue
-            results = _candidates([candidates[i] for i in run], model, pair, measuring)
+            results = looks([candidates[i] for i in run], model, pair, measuring)
         except HeavyliftError as error:
             if CUT in str(error):
                 raise
@@ -177,8 +162,10 @@ def _climbed(
             seen = candidates.index(kept.candidate) <= checked or largest(added(kept.error, hidden)) <= accuracy
             if seen and (checked == run[-1] or not measuring.slack(candidates[checked])):
                 return kept
-            checked = run[run.index(checked) + 1]  # looser steps may hide what its level is wrong by, above all where
-            # ropes go slack and taut: what decides when is damped first
+            # looser steps may hide what its level is wrong by, above all where ropes go slack and taut: what decides
+            # when is damped first
+            slack = measuring.slack(candidates[checked])
+            checked = run[-1] if slack else run[run.index(checked) + 1]
             continue
         best = results[-1]
         steps, wrong = largest(best.steps), largest(best.model)
@@ -203,115 +190,8 @@ def _next(tolerances: Sequence[float], at: int, part: float) -> int:
     return next((i for i, x in enumerate(tolerances) if i > at and x <= wanted), len(tolerances) - 1)
 
 
-def _candidates(
-    runs: Sequence[ModelLevel], model: Errors, pair: tuple[tuple[ModelLevel, ModelLevel], ...], measuring: Measuring
-) -> list[Look]:
-    """Return the candidates of one level, loosest steps first, with errors measured against the tightest of them.
-
-    Errors of steps are assumed to fall as a power of the tolerance, observed on three candidates (Roache 1994, and ASME
-    V&V 20-2009, section 2), or as its root if there are only two. The error of the tightest one is extrapolated from
-    the last difference; for a figure that hardly changed in it, from the difference before.
-    """
-    found, (*others, last) = list[Look](), runs
-    if not others:
-        others, last = [last], last.tighter
-    # two runs give one difference; a third one gives its rate of convergence
-    now, ratio = measuring.apart(others[-1], last), others[-1].plan.tolerance / last.plan.tolerance
-    order = ORDERS[-1]
-    if len(others) > 1:
-        before, wider = measuring.apart(*others[-2:]), others[-2].plan.tolerance / others[-1].plan.tolerance
-        rate = largest(before) / largest(now) if 0.0 < largest(now) < inf else inf
-        # the highest order that the observed rate supports (Roache's grid convergence)
-        order = next((p for p in ORDERS if rate >= (wider**p - 1.0) / (1.0 - ratio**-p)), 0.0)
-        now = {name: max(e, before.get(name, 0.0) / rate) for name, e in now.items()}
-    # remaining error of the tightest run by Richardson extrapolation with that order
-    left = 1.0 / (ratio**order - 1.0) if order and ratio > 1.0 else 1.0
-    for candidate in others:
-        # at least doubled: a difference between two runs is no bound by itself
-        steps = times(max(WITNESSED, 1.0 + left), measuring.apart(candidate, last))
-        found.append(_look(candidate, steps, model, (*pair, (candidate, last)), measuring))
-    if last in runs:
-        found.append(_look(last, times(WITNESSED * left, now), model, (*pair, (others[-1], last)), measuring))
-    return found
-
-
-def _look(
-    candidate: ModelLevel,
-    steps: Errors,
-    model: Errors,
-    pairs: tuple[tuple[ModelLevel, ModelLevel], ...],
-    measuring: Measuring,
-) -> Look:
-    return Look(candidate, added(steps, measuring.misread(candidate), model), steps, model, pairs)
-
-
-def _of_limits(look: Look, measuring: Measuring) -> Errors:
-    """Return errors of the utilisations of limits from the runs made so far; they do not influence the choice."""
-    own = measuring.limits(look.candidate)
-    known = [tuple(measuring.limits(x) for x in pair) for pair in look.pairs]
-    return {
-        name: (f.misread + WITNESSED * sum(abs(a[name].value - b[name].value) for a, b in known)) / f.scale
-        for name, f in own.items()
-        if all(name in a and name in b for a, b in known)
-    }
-
-
-def witnesses(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> list[tuple[ModelLevel, ModelLevel]]:
-    """Return the pairs of candidates whose difference shows the error of a candidate's level: the candidate with the
-    cheapest level that models everything it leaves out. If hook ropes go slack or something has no damping, with all
-    such levels, since waves along ropes have any length; for the finest level, with the next coarser one."""
-    levels, own = ladder.witnesses(candidate.plan.fidelity), ladder.in_own_steps(candidate)
-    # waves along ropes and undamped modes are seen by some levels only: compare with all that restore them
-    if len(levels) > 1 and not undamped(system(candidate.plan)):
-        levels = levels if any(measuring.slack(x, hooks=True) for x in (own, own.on(levels[0]))) else levels[:1]
-    return [(own, own.on(level)) for level in levels or ([ladder.poorer] if ladder.poorer else [])]
-
-
-def error_of_level(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> Errors:
-    """Return the largest difference of a candidate to its witnesses, doubled; not doubled for the finest level, which
-    is better than the coarser one that it is compared with."""
-    # the finest level has no better one: its error is smaller than the difference to the coarser one
-    factor = WITNESSED if ladder.witnesses(candidate.plan.fidelity) else 1.0
-    return times(factor, most(*(measuring.apart(*pair) for pair in witnesses(ladder, candidate, measuring))))
-
-
-def tighter(candidate: ModelLevel) -> list[ModelLevel]:
-    """Return the candidate with tighter steps; with rigid ropes, whose impacts can bifurcate, two increasingly tight
-    ones."""
-    # impacts of rigid ropes can bifurcate: one tighter run may agree by chance
-    once = candidate.tighter
-    return [once, once.tighter] if system(candidate.plan).rigid_ropes else [once]
-
-
-def as_it_is(plan: Plan, accuracy: float, measuring: Measuring) -> Look:
-    """Measure the errors of a plan at its own level and steps: for the steps twice the difference to tighter ones, for
-    the level the difference to its witnesses. Raises HeavyliftError if the plan cannot run."""
-    ladder, candidate = Ladder(plan), ModelLevel(plan)
-    while not measuring.read_well(candidate, accuracy):
-        pass
-    missing = dict[str, str]()
-
-    def found(part: str, measure: Callable[[], Errors]) -> Errors:
-        try:
-            errors = measure()
-        except HeavyliftError as error:
-            missing[part] = f"a run beside it does not come to its end: {' '.join(str(error).split())}"
-            return {}
-        if lost := [name for name, e in errors.items() if e == inf]:
-            missing[part] = f"the run beside it shows no {', '.join(lost[:3])}"
-        return errors
-
-    pairs = [(candidate, x) for x in tighter(candidate)]
-    steps = found("numerical", lambda: times(WITNESSED, most(*(measuring.apart(*pair) for pair in pairs))))
-    if ladder.poorer is None:
-        missing["model"] = "it is modelled as it is written, there is no finer level"
-    model = found("model", lambda: error_of_level(ladder, candidate, measuring))
-    pairs += witnesses(ladder, candidate, measuring)[:1] if "model" not in missing else []
-    return replace(_look(candidate, steps, model, tuple(pairs), measuring), missing=missing)
-
-
 def _answer(look: Look, question: Question, measuring: Measuring, *notes: str) -> Answer:
-    limits = _of_limits(look, measuring)
+    limits = errors_of_limits(look, measuring)
     plan, quantity = look.candidate.plan, {f.name: f.quantity for f in measuring.seen.values()}
     by = {q: {name: e for name, e in look.error.items() if quantity.get(name) == q} for q in question.ask}
     worst = {q: max(errors, key=lambda name: (errors[name], name)) for q, errors in by.items() if errors}

@@ -2,12 +2,13 @@
 
 Peaks are those of the dense output, stages begin at events. Figures from samples (swings, positions, support forces,
 clearances, utilisations of limits) are also computed from every second sample; the difference is the reading error.
+What swings faster than samples show looks slow in all of them: its speed in the same samples tells.
 """
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from math import atan2, cos, dist, hypot, inf, pi, sin, sqrt
+from math import dist, hypot, inf
 from typing import NamedTuple
 
 import numpy as np
@@ -17,11 +18,10 @@ from heavylift.nodes.plan.fidelity import ASKABLE, SHORTEST, Asked
 from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.plan import Plan
 from heavylift.recordings.read.verdict import RecordedVerdict
-from numpy.typing import NDArray
 
 from .in_memory import Judge, Played
+from .swings import Floats, Span, swing, top, unseen
 
-Floats = NDArray[np.float64]
 WHOLE = "the whole run"
 LOADED = 1.0  # [N] a peak below it is that of what never carries
 SMALL = 0.01  # [m or rad] of ways: errors of smaller ones are relative to it, and of swings, as angles of hook ropes
@@ -29,7 +29,6 @@ SWUNG = 0.1  # [m] the same of swings of what no hook lifts
 NEAR = 0.1  # [m] the same of clearances
 PART = 0.1  # of the largest swing, and of forces a tenth of that: what is smaller is relative to that
 THIRD = 3.0  # of what twice the distance of samples changes, they leave open: errors fall with its square, at least
-FEWEST = 8  # samples of a stage in which a swing is looked for
 
 
 class AskedFigure(NamedTuple):
@@ -44,26 +43,16 @@ class AskedFigure(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Span:
-    """A stage: begin and end [s]; `free`: no drive moves in it; `lifts`: a load is lifted off in it."""
-
-    name: str
-    start: float
-    end: float
-    free: bool
-    lifts: bool
-
-
-@dataclass(frozen=True)
 class RunSeries:
     """Results of a run from which figures are computed: stages; peak tensions [N]; times (n,) [s]; positions (n, 3) [m]
-    of lifted bodies and coordinates (n, 1) by name, with units; support forces (n,) [N]."""
+    of lifted bodies and coordinates (n, 1) by name, with units; support forces (n,) [N]; speeds (n,) of places."""
 
     spans: list[Span]
     peaks: dict[str, float]
     t: Floats = field(default_factory=lambda: np.zeros(0))
     places: dict[str, tuple[Floats, str]] = field(default_factory=dict)
     supports: dict[str, Floats] = field(default_factory=dict)
+    speeds: dict[str, Floats] = field(default_factory=dict)
 
     @classmethod
     def of(cls, run: Played) -> "RunSeries":
@@ -83,19 +72,37 @@ class RunSeries:
         borne = {name: run.rows[first, forces.start + i] for i, name in enumerate(forces.names)} if forces else {}
         # pieces of a rope ("~") are not ropes of the scene
         peaks = {name: peak.tension for name, peak in run.peaks.items() if "~" not in name}
-        return cls(spans(plan, run.conduct.stages, run.end_ns * 1e-9), peaks, t, places, borne)
+        stages = spans(plan, run.conduct.stages, run.end_ns * 1e-9)
+        return cls(stages, peaks, t, places, borne, _speeds(run, run.rows[first]))
 
     def halved(self) -> "RunSeries":
         """Return the same results with every second sample only."""
         places = {name: (x[::2], unit) for name, (x, unit) in self.places.items()}
-        return RunSeries(
-            self.spans, self.peaks, self.t[::2], places, {name: x[::2] for name, x in self.supports.items()}
-        )
+        supports, speeds = ({name: x[::2] for name, x in each.items()} for each in (self.supports, self.speeds))
+        return RunSeries(self.spans, self.peaks, self.t[::2], places, supports, speeds)
 
     @property
     def stages(self) -> list[tuple[str, float]]:
         """Duration of each stage [s]."""
         return [(x.name, x.end - x.start) for x in self.spans if x.name != WHOLE]
+
+
+def _speeds(run: Played, rows: Floats) -> dict[str, Floats]:
+    """Return the speeds (n,) of free bodies and of coordinates, by name."""
+    channel, found = run.layout.find("joint/velocity"), dict[str, Floats]()
+    if channel is None:
+        return found
+    columns = {name: channel.start + i for i, name in enumerate(channel.names)}
+    for joint in run.mechanics.joints:
+        kind = JOINTS[joint.kind]
+        v = [columns[f"{joint.name}.{name}"] for name in kind.velocities if f"{joint.name}.{name}" in columns]
+        if len(v) < kind.n_v:  # a joint that closes a loop has no coordinates
+            continue
+        if kind.quaternion is None:
+            found |= {f"{joint.name}.{c}": abs(rows[:, i]) for c, i in zip(kind.coordinates, v, strict=True)}
+        elif kind.quaternion:  # behind a displacement, of which the velocity is in axes of the body
+            found[joint.child] = np.hypot(np.hypot(rows[:, v[0]], rows[:, v[1]]), rows[:, v[2]])
+    return found
 
 
 def spans(plan: Plan, stages: list[tuple[float, int, str]], last: float) -> list[Span]:
@@ -126,15 +133,19 @@ def figures(run: Played, ask: Sequence[Asked] = ASKABLE) -> list[AskedFigure]:
     return found
 
 
-def judged(judge: Judge, ask: Sequence[Asked] = ("limits", "clearance")) -> list[AskedFigure]:
-    """Return the figures that come from the verdict of a run."""
-    return [f for quantity in ask for f in _misread(_judged(quantity, *judge.fine), _judged(quantity, *judge.coarse))]
+def judged(judge: Judge, ask: Sequence[Asked] = ("limits", "clearance"), read: bool = True) -> list[AskedFigure]:
+    """Return the figures that come from the verdict of a run; with `read`, with their reading errors."""
+    found = list[AskedFigure]()
+    for quantity in ask:
+        fine = _judged(quantity, *judge.fine)
+        found += _misread(fine, _judged(quantity, *judge.coarse)) if read else _numbered(fine)
+    return found
 
 
 def _misread(read: Iterator[AskedFigure], again: Iterator[AskedFigure]) -> Iterator[AskedFigure]:
     """Yield figures with their reading errors, from the same of every second sample."""
     coarse = {f.name: f.value for f in _numbered(again)}
-    return (f._replace(misread=abs(f.value - coarse.get(f.name, inf)) / THIRD) for f in _numbered(read))
+    return (f._replace(misread=f.misread + abs(f.value - coarse.get(f.name, inf)) / THIRD) for f in _numbered(read))
 
 
 def _tensions(slings: bool) -> Callable[[Plan, RunSeries], Iterator[AskedFigure]]:
@@ -173,72 +184,10 @@ def _swings(plan: Plan, shown: RunSeries) -> Iterator[AskedFigure]:
         scale = max([small if unit == "m" else SMALL, *(PART * s.amplitude for _, s in seen)])
         for span, s in seen:
             message = f"swing of {name} in '{span.name}'"
-            yield AskedFigure(f"{message}, amplitude", "swing", unit, s.amplitude, max(scale, s.amplitude))
+            hidden, most = unseen(shown.t, x, shown.speeds.get(name), span), max(scale, s.amplitude)
+            yield AskedFigure(f"{message}, amplitude", "swing", unit, s.amplitude, most, hidden)
             if s.period and s.amplitude >= scale:
-                yield AskedFigure(f"{message}, period", "swing", "s", s.period, s.period)
-
-
-class Swing(NamedTuple):
-    """Amplitude [m or rad] and period [s] of the best-fitting sinusoid; 0 if none fits."""
-
-    amplitude: float
-    period: float
-
-
-def swing(t: Floats, x: Floats, span: Span) -> Swing | None:
-    """Return the swing of a signal (n, 3) or (n, 1) in a stage, along the horizontal direction of its largest
-    motion."""
-    inside = (t >= span.start) & (t <= span.end)
-    since, across = t[inside] - span.start, x[inside]
-    if len(since) < FEWEST:
-        return None
-    y = across[:, 0] - across[:, 0].mean()
-    if across.shape[1] == 3:  # level
-        z = across[:, 1] - across[:, 1].mean()
-        turned = 0.5 * atan2(2.0 * float((y * z).sum()), float((y * y).sum() - (z * z).sum()))
-        y = y * cos(turned) + z * sin(turned)
-    amplitude = 0.5 * (_top(since, y) + _top(since, -y))
-    return Swing(amplitude, _period(since, y) if amplitude > SMALL * SMALL else 0.0)
-
-
-def _top(t: Floats, y: Floats) -> float:
-    """Return the maximum of the parabola through the largest sample and its neighbours."""
-    k = int(np.argmax(y))
-    if not 0 < k < len(y) - 1:
-        return float(y[k])
-    a, b = t[k - 1] - t[k], t[k + 1] - t[k]
-    left, right = y[k - 1] - y[k], y[k + 1] - y[k]
-    bent, slope = (left / a - right / b) / (a - b), (left * b / a - right * a / b) / (b - a)
-    return float(y[k] - slope * slope / (4.0 * bent)) if bent < 0.0 else float(y[k])
-
-
-def _period(t: Floats, y: Floats) -> float:
-    """Return the period [s] of the sinusoid on a straight line that fits best; 0 if fewer than two periods are seen, or
-    the fit is poor."""
-    even = np.linspace(t[0], t[-1], len(t))
-    spectrum = np.abs(np.fft.rfft(np.interp(even, t, y) * np.hanning(len(t))))
-    k, lasts = int(np.argmax(spectrum[1:])) + 1, float(t[-1])
-    line = [np.ones_like(t), t]
-
-    def left(f: float) -> float:
-        A = np.column_stack([*line, np.cos(2 * pi * f * t), np.sin(2 * pi * f * t)])
-        x, *_ = np.linalg.lstsq(A, y, rcond=None)
-        return float(((A @ x - y) ** 2).sum())
-
-    low, high, part = max(0.4, k - 1.0) / lasts, (max(0.4, k - 1.0) + 2.2) / lasts, (sqrt(5.0) - 1.0) / 2.0
-    a, b = high - part * (high - low), low + part * (high - low)
-    at_a, at_b = left(a), left(b)
-    while high - low > 1e-9 * high:  # by the golden section
-        if at_a < at_b:
-            high, b, at_b = b, a, at_a
-            a = high - part * (high - low)
-            at_a = left(a)
-        else:
-            low, a, at_a = a, b, at_b
-            b = low + part * (high - low)
-            at_b = left(b)
-    f = 0.5 * (low + high)
-    return 1.0 / f if f * lasts >= 2.0 and left(f) < 0.5 * float((y * y).sum()) else 0.0
+                yield AskedFigure(f"{message}, period", "swing", "s", s.period, s.period, hidden / most * s.period)
 
 
 def _positions(plan: Plan, shown: RunSeries) -> Iterator[AskedFigure]:
@@ -267,7 +216,7 @@ def _at(t: Floats, x: Floats, times: Sequence[float]) -> Floats:
 
 
 def _supports(plan: Plan, shown: RunSeries) -> Iterator[AskedFigure]:
-    tops = {name: _top(shown.t, force) for name, force in shown.supports.items()}
+    tops = {name: top(shown.t, force) for name, force in shown.supports.items()}
     least = PART * PART * max(tops.values(), default=0.0)
     for name, force in tops.items():
         if force > LOADED:

@@ -13,9 +13,9 @@ from heavylift.kernel.trust import demand
 from heavylift.nodes.plan.fidelity import ASKABLE, USUAL
 from heavylift.nodes.plan.plan import Plan, decode, encode, functions
 
-from .choosing import as_it_is
 from .figures import AskedFigure, figures
 from .in_memory import play
+from .looking import as_it_is
 from .measuring import Errors, Measuring
 
 LONGEST = 3600.0  # [s] of wall time that a run may take

@@ -13,7 +13,8 @@ from functools import partial
 from itertools import count
 from math import hypot, inf, isfinite, nan
 
-from heavylift.coordinator.ladder.choosing import as_it_is, level_of
+from heavylift.coordinator.ladder.choosing import level_of
+from heavylift.coordinator.ladder.looking import as_it_is
 from heavylift.coordinator.ladder.measuring import Measuring
 from heavylift.coordinator.supervision.pool import Pool, cores
 from heavylift.kernel.description.findings import STATES, State, clock

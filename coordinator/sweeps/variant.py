@@ -18,8 +18,8 @@ from typing import Any, Literal
 
 import msgspec
 import numpy as np
-from heavylift.coordinator.ladder.choosing import as_it_is
 from heavylift.coordinator.ladder.in_memory import CUT, Played, play
+from heavylift.coordinator.ladder.looking import as_it_is
 from heavylift.coordinator.ladder.measuring import Measuring
 from heavylift.coordinator.ladder.model_levels import ModelLevel
 from heavylift.coordinator.verdict.limits import signals_of_run

@@ -7,11 +7,26 @@ from random import Random
 
 import numpy as np
 import pytest
-from heavylift.coordinator.ladder import Span, play, swing
+from heavylift.coordinator.ladder import Measuring, Span, as_it_is, play, swing
 from heavylift.coordinator.ladder.figures import figures
 from heavylift.nodes.plan import ASKABLE
-from heavylift.nodes.scene import bundled, load
+from heavylift.nodes.scene import bundled, load, parse
+from scipy.special import ellipk
 
+START = 3.0  # [deg]
+PENDULUM = """heavylift: 1
+name: pendulum
+samples: HZ Hz
+method: METHOD
+tolerance: 1e-4
+end: 200 s
+mechanism:
+  bodies: {load: {mass: 4 t, com: [0, 0, -LENGTH m]}}
+  joints: {pivot: {type: revolute, child: load, axis: [0, 1, 0], start: START deg}}
+actions: [wait 200 s]
+"""
+FIT = 1e-5  # of a period: a swing of 3 degrees is nearly a sinusoid
+READ = 0.25 * 0.01  # of an amplitude, between samples: a quarter of the accuracy
 WHOLE = Span("still", 2.0, 40.0, True, False)
 
 
@@ -35,6 +50,21 @@ def test_samples_too_coarse_for_a_signal_are_reported() -> None:
         if name in true:
             assert abs(f.value - true[name].value) <= max(3.0 * f.misread, 1e-3 * f.scale), name
     assert all(f.misread < 1e-3 * f.scale for f in true.values())
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_swing_faster_than_the_samples_of_its_scene_has_its_own_period_and_amplitude(seed: int) -> None:
+    """Every second sample shows the same slow swing, which there is not."""
+    r = Random(seed)
+    length, hz, method = round(r.uniform(0.5, 40.0), 3), r.choice([0.1, 0.2, 0.5]), r.choice(["radau5", "dopri5"])
+    text = PENDULUM.replace("HZ", repr(hz)).replace("METHOD", method).replace("START", repr(START))
+    plan = parse(text.replace("LENGTH", repr(length)), passing=True, followed=False).plan
+    look = as_it_is(plan, 0.01, measuring := Measuring(("swing",)))
+    amplitude, period = measuring.figures(look.candidate).values()
+    exact = 4.0 * ellipk(np.sin(0.5 * np.radians(START)) ** 2) * np.sqrt(length / plan.gravity)
+    assert period.value == pytest.approx(exact, rel=look.error[period.name] + FIT)
+    assert amplitude.value == pytest.approx(np.radians(START), rel=READ)
+    assert max(look.error.values()) < 0.01
 
 
 def test_a_peak_utilisation_between_two_samples_is_reported() -> None:

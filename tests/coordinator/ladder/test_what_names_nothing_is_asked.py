@@ -9,7 +9,7 @@ import msgspec
 import pytest
 from heavylift.coordinator.cli import main
 from heavylift.coordinator.ladder import AskedFigure, Ladder, Measuring, ModelLevel, chosen, decided, play
-from heavylift.coordinator.ladder.choosing import _candidates
+from heavylift.coordinator.ladder.looking import looks
 from heavylift.coordinator.run import RunBranch, run
 from heavylift.coordinator.run.branch import branch
 from heavylift.coordinator.run.simulate import simulate
@@ -95,7 +95,7 @@ def test_the_estimated_step_errors_bound_the_true_ones_closely(seed: int) -> Non
     second = first + draw.choice((1, 2))
     third = second + draw.choice((1, 2))
     for runs in ([candidates[first], candidates[second]], [candidates[first], candidates[second], candidates[third]]):
-        samples = _candidates(runs, {}, (), measuring)
+        samples = looks(runs, {}, (), measuring)
         for look, candidate in zip(samples, runs, strict=True):
             for name, message in look.steps.items():
                 assert message >= abs(measuring.error(name, candidate))
