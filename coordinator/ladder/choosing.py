@@ -162,10 +162,8 @@ def _climbed(
             seen = candidates.index(kept.candidate) <= checked or largest(added(kept.error, hidden)) <= accuracy
             if seen and (checked == run[-1] or not measuring.slack(candidates[checked])):
                 return kept
-            # looser steps may hide what its level is wrong by, above all where ropes go slack and taut: what decides
-            # when is damped first
-            slack = measuring.slack(candidates[checked])
-            checked = run[-1] if slack else run[run.index(checked) + 1]
+            checked = run[run.index(checked) + 1]  # looser steps may hide what its level is wrong by, above all where
+            # ropes go slack and taut: what decides when is damped first
             continue
         best = results[-1]
         steps, wrong = largest(best.steps), largest(best.model)
