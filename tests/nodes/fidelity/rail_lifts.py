@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from heavylift.kernel.description import Body, Drive, Line, Point, Reeving, Support, Vector
-from heavylift.nodes.plan import Mechanism, Plan
-from heavylift.nodes.plan.mechanism import Bend
+from heavylift.nodes.plan import Bend, Mechanism, Plan
 
 
 @dataclass(frozen=True)
