@@ -12,7 +12,7 @@ class Job(Message):
     number: int
 
 
-class Stop(Message):
+class ObservationEnd(Message):
     """The end of the observation, sent to the generator."""
 
 
@@ -26,7 +26,7 @@ class Counted(Message):
 class Generator(Atomic):
     """Sends job 0 at once and further ones every `period` [ns], until stopped."""
 
-    stop, job = In(Stop), Out(Job)
+    stop, job = In(ObservationEnd), Out(Job)
 
     def __init__(self, name: str, period: int) -> None:
         super().__init__(name)
@@ -102,7 +102,7 @@ class Processor(Atomic):
 class Transducer(Atomic):
     """Counts arrived and solved jobs for `span` [ns], then sends stop."""
 
-    arrived, solved, stop = In(Job), In(Job), Out(Stop)
+    arrived, solved, stop = In(Job), In(Job), Out(ObservationEnd)
 
     def __init__(self, name: str, span: int) -> None:
         super().__init__(name)
@@ -125,7 +125,7 @@ class Transducer(Atomic):
 
     def output(self) -> None:
         """Send the end of the observation."""
-        self.stop.send(Stop())
+        self.stop.send(ObservationEnd())
 
     def internal(self) -> None:
         """Only listen from now on."""
