@@ -6,7 +6,7 @@ Coupled              yard = Coupled("yard"); hoist = yard.add(Hoist("hoist")); y
 Simulator            Simulator(yard, log=lines.append): start(), then run(until), or step by step as below
 Trace                Simulator(yard, trace=Trace()): the same transitions, cheap to store and built when read
 Steppable            interface of a node: next_time, outputs(), advance(tag, bag); exchanges Events
-Tag                  logical time: whole nanoseconds and a microstep; succ and after give later tags, FOREVER never comes
+Tag                  logical time: whole nanoseconds and a microstep; succ and after return later ones; FOREVER: never
 seconds, ms, us      nanoseconds of a time in these units, for waits and lookaheads: hold_in(seconds(1.5))
 
 events                          logical times, and the events that pass between nodes
