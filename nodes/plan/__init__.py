@@ -1,4 +1,4 @@
-"""A scene as plain data: names resolved, numbers in SI units; needs neither NumPy nor pydantic.
+"""A scene as plain data, with resolved names and numbers in SI units; importing it needs neither NumPy nor pydantic.
 
 plan              the whole plan: machines, actions, limits and everything else that node processes are built from
 mechanism         a machine made of parts: its system, hooks, ties, loads, cells, shapes
