@@ -28,7 +28,7 @@ from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.operator_command import spoken
 from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.files import content
-from heavylift.nodes.scene.text.source import Fault, Mark, Source, read
+from heavylift.nodes.scene.text.source import Fault, Mark, SourceText, read
 from heavylift.nodes.scene.text.spelling import PLUS, tidy
 from heavylift.nodes.scene.text.uncertainty import half_width
 from heavylift.nodes.scene.text.units import DIMENSIONS, MASS, STROKE, STROKE_SPEED, TIME, offered
@@ -106,12 +106,12 @@ def measured(rec: Recording, path: str | Path, maps: Sequence[str], gravity: flo
     return LogSignals(log, log.seconds() if t is None else t, channels, lines)
 
 
-def _source(given: str) -> Source:
+def _source(given: str) -> SourceText:
     """Return the lines of a map file, or the single line of an option, with their places."""
     column, equals, line = given.partition("=")
     if equals:
         place = Mark("--map", 1, len(column) + 2, given)
-        return Source("--map", {column.strip(): line.strip()}, values={(column.strip(),): place})
+        return SourceText("--map", {column.strip(): line.strip()}, values={(column.strip(),): place})
     try:
         source = read(content(Path(given)).decode(), given)
     except (OSError, ValueError) as error:

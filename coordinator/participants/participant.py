@@ -64,7 +64,7 @@ class Participant:
             answer: m.AnyMessage | None = self._work(self._node, message)
         elif isinstance(message, m.Welcome):
             answer = self._join(message)
-        elif isinstance(message, m.Stop) and self._node is None:
+        elif isinstance(message, m.StopRun) and self._node is None:
             answer = m.Bye()
         else:
             if self._node is None:
@@ -90,7 +90,7 @@ class Participant:
             if isinstance(message, m.Grant):
                 self._unchanged(False)
             answer = node.handle(message)
-            if isinstance(answer, m.Done | m.Bye):
+            if isinstance(answer, m.GrantDone | m.Bye):
                 self._unchanged(isinstance(answer, m.Bye))
         except ModelError as error:
             answer = node.failure(error)

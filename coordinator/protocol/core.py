@@ -26,7 +26,7 @@ from heavylift.nodes.devs.execution.rules import LIMIT
 
 from .distance import Coupling, NodeState, checked, distances, paths_to
 from .invariants import CycleWatch, check_done, check_hello
-from .messages import Done, Fail, Grant, Hello
+from .messages import Fail, Grant, GrantDone, Hello
 
 AHEAD = 256  # of what a node has said: what may be held while it goes on
 
@@ -121,7 +121,7 @@ class Coordinator:
         if source not in node.models and node not in (known := self._receivers.setdefault((source, port), [])):
             known.append(node)
 
-    def done(self, name: str, done: Done) -> None:
+    def done(self, name: str, done: GrantDone) -> None:
         """(5) Process the DONE of a node."""
         node = self._node(name)
         check_done(node, done, self._tags[node.rank])
@@ -234,7 +234,7 @@ class Coordinator:
             raise ProtocolError(f"{name} is not a node of this run: they are {', '.join(self._nodes)}")
         return self._nodes[name]
 
-    def _take(self, node: NodeState, text: Hello | Done) -> None:
+    def _take(self, node: NodeState, text: Hello | GrantDone) -> None:
         """Update next, offer and quiet of a node; with an empty offer it is silent at next, whatever `quiet` is."""
         node.next, node.offer = text.next, text.offer
         # silent at `next`: its next output is at the next microstep at the earliest

@@ -71,7 +71,7 @@ class Grant(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="grant")
     inputs: list[Event]
 
 
-class Done(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="done"):
+class GrantDone(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="done"):
     """DONE: the node has processed everything before `reached`."""
 
     gseq: Count
@@ -110,7 +110,7 @@ class Fail(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="fail"):
     spoken: list[Event] = []
 
 
-class Stop(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="stop"):
+class StopRun(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="stop"):
     """STOP: the run is over."""
 
     end: Tag
@@ -126,7 +126,7 @@ class Bye(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="bye"):
     results: list[AtomicResult] = []
 
 
-AnyMessage = Hello | Welcome | Grant | Done | Checkpoint | Fail | Stop | Bye
+AnyMessage = Hello | Welcome | Grant | GrantDone | Checkpoint | Fail | StopRun | Bye
 
 _ENCODER = msgspec.msgpack.Encoder()
 _DECODER: msgspec.msgpack.Decoder[AnyMessage] = msgspec.msgpack.Decoder(AnyMessage)
@@ -143,6 +143,11 @@ def decode(data: bytes) -> AnyMessage:
         return _DECODER.decode(data)
     except UNREADABLE as error:
         raise ProtocolError(f"not a message of the time protocol: {error}") from None
+
+
+def name_of(message: AnyMessage) -> str:
+    """Return the name of a message in the table above, such as GRANT."""
+    return str(type(message).__struct_config__.tag).upper()
 
 
 def kind(data: bytes) -> str:

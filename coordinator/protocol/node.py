@@ -19,7 +19,7 @@ from heavylift.kernel.errors import HeavyliftError, ModelError, ProtocolError, o
 from heavylift.nodes.devs import FOREVER, AtomicResult, Event, Keepable, Steppable, Tag, after, encode, succ
 
 from .distance import plus
-from .messages import AnyMessage, Bye, Checkpoint, Done, Fail, Grant, Hello, Stop, Welcome
+from .messages import AnyMessage, Bye, Checkpoint, Fail, Grant, GrantDone, Hello, StopRun, Welcome, name_of
 
 _ENCODER = msgspec.msgpack.Encoder()
 _KEPT = msgspec.msgpack.Decoder(tuple[Tag, bytes, Tag, list[Event], list[Event], bytes])
@@ -46,7 +46,7 @@ class Node:
         self._samples, self._hashed = samples, hashed
         self.name, self.model, self.epoch, self._finish = name, model, 0, finish
         self._last, self._hash = Tag(-1), b""
-        self._done: Done | None = None
+        self._done: GrantDone | None = None
         self._gseq, self._quiet = 0, FOREVER
         self._kept: list[Event] = []  # heap of inputs that it has not reached
         self._spoken: list[Event] = []  # under the present grant
@@ -64,7 +64,7 @@ class Node:
             return self.failure(error)
         return Hello(tag, offer, self._quiet, dict(self.model.lookahead), declaration, version, scene)
 
-    def handle(self, message: AnyMessage) -> Done | Checkpoint | Fail | Bye | None:
+    def handle(self, message: AnyMessage) -> GrantDone | Checkpoint | Fail | Bye | None:
         """Return the answer to a message of the coordinator; None if there is none."""
         match message:
             case Grant():
@@ -85,7 +85,7 @@ class Node:
                     return self._resume(message) if message.state else self._checkpoint()
                 except Exception as error:
                     return self.failure(error, max(self._last, _BEGIN))
-            case Stop():
+            case StopRun():
                 try:
                     return Bye(self._finish(message.end), slack=self.model.slack, results=self._results(message))
                 except Exception as error:
@@ -93,14 +93,14 @@ class Node:
             case Welcome():
                 self.epoch = message.epoch
                 return None
-        raise ProtocolError(f"{self.name} does not accept {type(message).__name__.upper()}")
+        raise ProtocolError(f"{self.name} does not accept {name_of(message)}")
 
     @property
     def first(self) -> Tag:
         """The earliest pending tag, of the model itself or of a kept input."""
         return min(self.model.next_time, self._kept[0].tag if self._kept else FOREVER)
 
-    def _run(self, grant: Grant) -> Done:
+    def _run(self, grant: Grant) -> GrantDone:
         model, kept, stop = self.model, self._kept, grant.until
         for event in grant.inputs:
             heappush(kept, event)
@@ -140,7 +140,7 @@ class Node:
         if mixed:
             spoken.sort()
         due, offer, self._quiet = self._present()
-        return Done(grant.gseq, stop, spoken, due, offer, self._quiet, self._hash, model.last)
+        return GrantDone(grant.gseq, stop, spoken, due, offer, self._quiet, self._hash, model.last)
 
     def _checkpoint(self) -> Checkpoint:
         """Return the state that determines the next answer; it includes the last DONE, by which it can be verified."""
@@ -153,16 +153,16 @@ class Node:
         text = self._done.reached, self._done.spoken
         return Checkpoint(self._gseq, _ENCODER.encode((self._last, self._hash, *text, sorted(self._kept), model)))
 
-    def _resume(self, checkpoint: Checkpoint) -> Done:
+    def _resume(self, checkpoint: Checkpoint) -> GrantDone:
         assert isinstance(self.model, Keepable), "it has given a checkpoint"
         self._last, self._hash, reached, spoken, self._kept, model = _KEPT.decode(checkpoint.state)
         self.model.restore(model)
         self._gseq = checkpoint.gseq
         due, offer, self._quiet = self._present()
-        self._done = Done(checkpoint.gseq, reached, spoken, due, offer, self._quiet, self._hash, self.model.last)
+        self._done = GrantDone(checkpoint.gseq, reached, spoken, due, offer, self._quiet, self._hash, self.model.last)
         return self._done
 
-    def _results(self, stop: Stop) -> list[AtomicResult]:
+    def _results(self, stop: StopRun) -> list[AtomicResult]:
         """Return the results of the models; none for an aborted run."""
         results = {} if stop.why else self.model.results(stop.end)
         return [AtomicResult(path, type(value).__name__, encode(value)) for path, value in results.items()]

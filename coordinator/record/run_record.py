@@ -79,8 +79,9 @@ def clocked(method: Callable[Concatenate[T, P], R]) -> Callable[Concatenate[T, P
 Held = Sequence[tuple[int, str]]  # after so many DONEs of all nodes, who began to hold a node back
 
 SUMMARY: dict[type, tuple[str, ...]] = {
-    m.Grant: ("gseq", "until", "inputs", "committed"), m.Done: ("gseq", "next", "spoken", "offer"),
-    m.Hello: ("next", "lookahead"), m.Fail: ("tag", "sentence"), m.Stop: ("end", "why"), m.Bye: ("busy_s", "sentence"),
+    m.Grant: ("gseq", "until", "inputs", "committed"), m.GrantDone: ("gseq", "next", "spoken", "offer"),
+    m.Hello: ("next", "lookahead"), m.Fail: ("tag", "sentence"), m.StopRun: ("end", "why"),
+    m.Bye: ("busy_s", "sentence"),
 }  # fmt: skip
 COUNTED = ("inputs", "spoken", "offer")
 _schema = cache(msgspec.json.schema)  # of a type of messages, which many ports have
@@ -181,7 +182,7 @@ class FileRecorder(RunRecorder):
         summary = {**_summary(message), "wall_ns": time.perf_counter_ns() - self._began_ns}
         if held:
             summary["held"] = held
-        self.recorder.protocol(t_ns, node, direction, type(message).__name__.upper(), summary, data)
+        self.recorder.protocol(t_ns, node, direction, m.name_of(message), summary, data)
 
     @clocked
     def checkpoint(self, at: Tag, state: bytes) -> None:

@@ -40,7 +40,7 @@ def end_ns(until: object) -> int:
 
 
 def timed(orders: object, what: str, fits: Callable[[object], bool]) -> list[Order[What]]:
-    """Return orders sorted by time, each a time [s] and a value that `fits`, described by `what`; ModelError."""
+    """Return orders sorted by time, each a time [s] and a value that `fits`; other values raise ModelError."""
     if not isinstance(orders, Iterable) or isinstance(orders, str | bytes):
         raise ModelError(f"orders={orders!r}: give pairs (seconds, {what})")
     found: list[Order[What]] = []

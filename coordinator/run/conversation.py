@@ -166,7 +166,7 @@ class Conversation:
                 got = self._hear(min(POLL_s, tempo.rest(core)))
             while got is not None:
                 node, message = got
-                if not isinstance(message, m.Done):
+                if not isinstance(message, m.GrantDone):
                     raise ProtocolError(f"{node} sent {type(message).__name__.upper()} where DONE was expected")
                 core.done(node, message)
                 self._due += [e.tag for e in (*message.spoken, *message.offer) if (e.source, e.port) in self._marks]
@@ -179,7 +179,7 @@ class Conversation:
         self._take_samples()
         self._recorder.settle(end.t)
         for node in self._hub.nodes:
-            self._send(node, m.Stop(end))
+            self._send(node, m.StopRun(end))
         left: dict[str, m.Bye] = {}
         while len(left) < len(self._hub.nodes):
             node, message = self._receive()
@@ -192,7 +192,7 @@ class Conversation:
     def abort(self, error: BaseException) -> None:
         """Dismiss the nodes after an error and keep their samples; raises Stopped if a signal was the reason."""
         self._close()
-        self._hub.dismiss(m.encode(m.Stop(self.now, "aborted")))
+        self._hub.dismiss(m.encode(m.StopRun(self.now, "aborted")))
         with suppress(RecordingError):  # what follows on samples that the error has cut; the error itself is reported
             self._take_samples()
         if isinstance(error, KeyboardInterrupt):

@@ -109,13 +109,13 @@ class Life:
         if not self.repeated:
             return False
         done, grant = m.decode(answer), m.decode(self.asked) if self.asked else None
-        return isinstance(done, m.Done) and not (isinstance(grant, m.Grant) and grant.gseq == done.gseq)
+        return isinstance(done, m.GrantDone) and not (isinstance(grant, m.Grant) and grant.gseq == done.gseq)
 
     @property
     def reached(self) -> Tag:
         """The tag reached with the last answer in the replay."""
         done = m.decode(self.heard) if self.heard else None
-        return done.reached if isinstance(done, m.Done) else Tag(0)
+        return done.reached if isinstance(done, m.GrantDone) else Tag(0)
 
 
 def nondeterminism(models: Sequence[str], before: bytes, now: bytes, last: Tag) -> ModelError:
@@ -125,11 +125,11 @@ def nondeterminism(models: Sequence[str], before: bytes, now: bytes, last: Tag) 
     if isinstance(new, m.Fail):
         what = f"it failed where the lost process had continued ({new.sentence})"
     elif type(old) is not type(new):
-        what = f"it said {type(new).__name__.upper()} where it had said {type(old).__name__.upper()} before"
+        what = f"it said {m.name_of(new)} where it had said {m.name_of(old)} before"
     else:
         fields = [f for f in old.__struct_fields__ if getattr(old, f) != getattr(new, f)]
-        what = f"{', '.join(fields)} of its {type(old).__name__.upper()} differ from what it had said before"
-    where = f"after {last}" if isinstance(old, m.Done) else "at its start"
+        what = f"{', '.join(fields)} of its {m.name_of(old)} differ from what it had said before"
+    where = f"after {last}" if isinstance(old, m.GrantDone) else "at its start"
     suspects = models if len(models) == 1 else _suspects(models, old, new)
     who = f"model {suspects[0]}" if len(suspects) == 1 else f"one of the models {together(suspects)}"
     return ModelError(f"{who} is not deterministic {where}: a replacement got the same messages, but {what}; {_CURE}")

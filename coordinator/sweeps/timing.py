@@ -22,7 +22,7 @@ from heavylift.nodes.plan.actions import Action, LandedCondition, LiftedConditio
 from heavylift.nodes.plan.plan import driven
 from heavylift.nodes.plan.verbs import VERBS
 from heavylift.nodes.scene import LoadedScene
-from heavylift.nodes.scene.text.source import Mark, Path, Source, ordered, read
+from heavylift.nodes.scene.text.source import Mark, Path, SourceText, ordered, read
 from heavylift.nodes.scene.text.spelling import NUMBER
 from heavylift.recordings.sheets.sheet import Cell, Table, columns, table_text
 
@@ -158,7 +158,7 @@ def rewritten(text: str, name: str, changes: Mapping[Path, str]) -> str:
     return found
 
 
-def _mark(source: Source, path: Path) -> Mark:
+def _mark(source: SourceText, path: Path) -> Mark:
     """Return the place of a value, or of the key before which a new one is inserted."""
     if path in source.values:
         return source.values[path]

@@ -149,8 +149,8 @@ class OpenScene:
         self._changed.set()
         return version_of(text)
 
-    def edit(self, edits: list[tuple[list[str | int], str | int | None]], version: str) -> str:
-        """Change values of the scene, all or none, if it still has this version; returns the new one.
+    def edit(self, edits: list[tuple[list[str | int], str | int | None]], version: str) -> dict[str, str]:
+        """Change values of the scene, all or none, if it still has this version; returns the new text with its version.
 
         A number in place of a value: the item of a list at the path is to have that number.
         """
@@ -158,7 +158,7 @@ class OpenScene:
         if version_of(text) == version:
             for path, value in edits:
                 text = reordered(text, path, value) if isinstance(value, int) else edited(text, path, value)
-        return self.save(text, version)
+        return {"text": text, "version": self.save(text, version)}
 
     def _writable(self) -> Path:
         if self.scene is None or not self.own:

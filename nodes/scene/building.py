@@ -41,7 +41,7 @@ from heavylift.nodes.scene.text.extending import alike, extended
 from heavylift.nodes.scene.text.faults import raise_faults
 from heavylift.nodes.scene.text.machine_types import gather
 from heavylift.nodes.scene.text.meshes import shaped
-from heavylift.nodes.scene.text.source import Data, Fault, Path as InData, Source, read
+from heavylift.nodes.scene.text.source import Data, Fault, Path as InData, SourceText, read
 from heavylift.nodes.scene.text.tables import tabled
 from heavylift.nodes.statics.aiming import aimed
 from heavylift.nodes.statics.resting import rigged, settled, standing
@@ -94,7 +94,7 @@ def build(
 
 
 def _built(
-    source: Source,
+    source: SourceText,
     path: Path,
     text: str,
     overrides: Sequence[str] = (),
@@ -145,7 +145,7 @@ def _built(
 
 
 def _planned(
-    source: Source, scene: schema.Scene, known: LoadedScene, followed: bool = True, nominal: bool = False
+    source: SourceText, scene: schema.Scene, known: LoadedScene, followed: bool = True, nominal: bool = False
 ) -> LoadedScene:
     """Build the plan of a valid scene into what is `known` of it; loads at rest are checked if it is `nominal`."""
     builder = build_machines(source, scene)
@@ -206,11 +206,17 @@ def _on_same_path(loaded: LoadedScene, built: plan.Plan) -> LoadedScene:
 
 
 def _side_by_side(
-    source: Source, scene: schema.Scene, path: Path, text: str, overrides: Sequence[str], passing: bool, followed: bool
+    source: SourceText,
+    scene: schema.Scene,
+    path: Path,
+    text: str,
+    overrides: Sequence[str],
+    passing: bool,
+    followed: bool,
 ) -> LoadedScene:
     """Build a scene of several lifts, each as if it were alone."""
 
-    def alone(own: Source) -> LoadedScene:
+    def alone(own: SourceText) -> LoadedScene:
         alike(own)
         tabled(own)
         geared(own)
@@ -260,7 +266,7 @@ def _first_rest(loaded: LoadedScene, followed: bool) -> StaticState | None:
     return None
 
 
-def _impossible(source: Source, loaded: LoadedScene, followed: bool) -> list[Fault]:
+def _impossible(source: SourceText, loaded: LoadedScene, followed: bool) -> list[Fault]:
     """Return the faults of a scene that cannot be built or carried out, or else is overloaded at rest."""
     scene, built = loaded.scene, loaded.plan
     found = start_checks(scene, built) or held_orders(built)

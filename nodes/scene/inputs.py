@@ -24,7 +24,7 @@ from heavylift.nodes.scene.keys.quantities import below, quantity
 from heavylift.nodes.scene.keys.validate import listed, uncertainties
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.overlay import made, next_key, parts
-from heavylift.nodes.scene.text.source import Path, Source, read
+from heavylift.nodes.scene.text.source import Path, SourceText, read
 from heavylift.nodes.scene.text.spelling import spread_of, unit_in
 from heavylift.nodes.scene.text.uncertainty import Kind, Stated, standard
 from heavylift.nodes.scene.text.units import Limited, Quantity
@@ -111,7 +111,7 @@ def inputs(scene: LoadedScene, names: Sequence[str]) -> list[Input]:
 
 
 def uncertain_inputs(scene: LoadedScene, given: Sequence[str] = ()) -> list[UncertainInput]:
-    """Return all uncertain inputs of a scene, stated there or in `given` (`block.mass +- 3 %`); SceneError."""
+    """Return the uncertain inputs of a scene and of `given` (`block.mass +- 3 %`); raise SceneError for wrong ones."""
     source, stated = _source(scene)
     found = {x.path: x for name in scene.scene.lifts for x in _of_lift(scene, name)}
     found |= {path: _uncertain(*_input(scene, source, _name(scene, path)), each) for path, each in stated.items()}
@@ -161,7 +161,7 @@ def settings(changed: Sequence[Input], values: Sequence[str]) -> list[str]:
     return [*first, *(f"{'.'.join(map(str, p.path))}={text}" for p, text in zip(changed, values, strict=True))]
 
 
-def _source(scene: LoadedScene) -> tuple[Source, dict[Path, Stated]]:
+def _source(scene: LoadedScene) -> tuple[SourceText, dict[Path, Stated]]:
     """Return the data of the scene with nominal values, and the stated uncertainties."""
     source = read(scene.merged or scene.text, scene.path.name)
     return source, uncertainties(source)
@@ -187,7 +187,7 @@ def _uncertain(one: Input, kind: Quantity, stated: Stated) -> UncertainInput:
     return UncertainInput(**vars(one), kind=stated.kind, sd=sd)
 
 
-def _input(scene: LoadedScene, source: Source, name: str) -> tuple[Input, Quantity]:
+def _input(scene: LoadedScene, source: SourceText, name: str) -> tuple[Input, Quantity]:
     at: object = scene.scene
     kind: object = None
     path: Path = ()

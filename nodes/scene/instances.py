@@ -28,7 +28,7 @@ from heavylift.nodes.scene.construction.signals import build_interlocks
 from heavylift.nodes.scene.keys.schema import ORDERED, Scene
 from heavylift.nodes.scene.text.extending import over
 from heavylift.nodes.scene.text.faults import raise_faults
-from heavylift.nodes.scene.text.source import Source
+from heavylift.nodes.scene.text.source import SourceText
 from heavylift.nodes.statics import Followed, StaticState, goal_states
 from heavylift.nodes.statics.findings import path_findings
 from heavylift.nodes.statics.state import Acted
@@ -56,7 +56,7 @@ MACHINES = (
 EVERY = "all"  # subject of limits of the whole scene, and its own action list
 
 
-def source_of(whole: Source, name: str, path: Path, at: tuple[float, float]) -> Source:
+def source_of(whole: SourceText, name: str, path: Path, at: tuple[float, float]) -> SourceText:
     """Return the source of an instance: its keys merged over the scene that it extends; `at`: its origin [m]."""
     base = ("lifts", name)
     keys, values = (
@@ -67,7 +67,7 @@ def source_of(whole: Source, name: str, path: Path, at: tuple[float, float]) -> 
     data |= {key: whole.data[key] for key in COMMON if key in whole.data}
     keys |= {(key,): whole.keys[key,] for key in COMMON if (key,) in whole.keys}
     values |= {(key,): whole.values[key,] for key in COMMON if (key,) in whole.values}
-    found = over(Source(whole.name, data, keys, values, root=whole.root, files=(whole.name,)), path, whole.root)
+    found = over(SourceText(whole.name, data, keys, values, root=whole.root, files=(whole.name,)), path, whole.root)
     raise_faults(found, found.faults)
     block = found.data.pop("block", None) if "rig" not in found.data else None
     if block is not None:
@@ -85,7 +85,7 @@ def source_of(whole: Source, name: str, path: Path, at: tuple[float, float]) -> 
 
 
 def several(
-    source: Source, scene: Scene, path: Path, built: Callable[[Source], LoadedScene]
+    source: SourceText, scene: Scene, path: Path, built: Callable[[SourceText], LoadedScene]
 ) -> tuple[Plan, Followed, dict[str, LoadedScene]]:
     """Return the plan of all instances, their equilibrium paths one after the other, and each instance as if it were
     alone."""
@@ -174,7 +174,7 @@ def _split(rope: str) -> tuple[str, str]:
     return crane, hook
 
 
-def _begins_each_once(source: Source, scene: Scene, listed: Sequence[Action]) -> None:
+def _begins_each_once(source: SourceText, scene: Scene, listed: Sequence[Action]) -> None:
     """Add the faults of the common list: orders to machines, a lift begun twice, a lift never begun."""
     begun: list[str] = []
     for order in (order for action in listed for order in action.orders):

@@ -12,7 +12,7 @@ from heavylift.nodes.scene.construction.resolve import build_orders
 from heavylift.nodes.scene.language.grammar import read_order
 from heavylift.nodes.scene.language.phrases import PhraseError
 from heavylift.nodes.scene.language.words import LONGEST
-from heavylift.nodes.scene.text.source import Mark, Path, Source
+from heavylift.nodes.scene.text.source import Mark, Path, SourceText
 
 if TYPE_CHECKING:
     from .loaded_scene import LoadedScene
@@ -36,7 +36,7 @@ def spoken(scene: "LoadedScene", words: str) -> actions.Action:
         meant = read_order(phrase)
     except PhraseError as error:
         raise _wrong(words, at + error.column, str(error), error.hint) from None
-    source = Source(NOWHERE)
+    source = SourceText(NOWHERE)
     builder = build_machines(source, scene.scene)
     builder.machines, builder.interlocks = [*scene.plan.machines], scene.plan.interlocks
     source.keys[PLACE], source.values[PLACE] = Mark(NOWHERE, 1, 1, words), Mark(NOWHERE, 1, at + 1, words)

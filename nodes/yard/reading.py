@@ -17,7 +17,7 @@ from heavylift.nodes.queueing.distributions import Fixed
 from heavylift.nodes.scene.text.faults import raise_faults
 from heavylift.nodes.scene.text.files import scene_text, within
 from heavylift.nodes.scene.text.overlay import override
-from heavylift.nodes.scene.text.source import Mark, Path, Source, read
+from heavylift.nodes.scene.text.source import Mark, Path, SourceText, read
 from heavylift.nodes.scene.text.table_files import TableCell, with_unit
 from heavylift.nodes.scene.text.units import RATIO
 
@@ -52,7 +52,7 @@ def load(path: str | FilePath, settings: Sequence[str] = (), lifter: Lifter = re
     return yard
 
 
-def source_of(path: str | FilePath, settings: Sequence[str] = ()) -> Source:
+def source_of(path: str | FilePath, settings: Sequence[str] = ()) -> SourceText:
     """Return the source of a yard file with settings applied; raises SceneError."""
     path, name = yard_path(path), path_text(path)
     source = read(scene_text(path, name), name, path.parent)
@@ -66,7 +66,7 @@ def source_of(path: str | FilePath, settings: Sequence[str] = ()) -> Source:
 class _Reading(Taking):
     """What is read of a yard."""
 
-    def __init__(self, source: Source, lifter: Lifter) -> None:
+    def __init__(self, source: SourceText, lifter: Lifter) -> None:
         super().__init__(source)
         self.start, self.lifter = date.min, lifter
 

@@ -6,7 +6,7 @@ from re import fullmatch
 from typing import Any, TypeVar, cast
 
 from heavylift.kernel.errors import SceneError, closest
-from heavylift.nodes.scene.text.source import Data, Mark, Path, Source
+from heavylift.nodes.scene.text.source import Data, Mark, Path, SourceText
 from heavylift.nodes.scene.text.table_files import TableCell, TableColumn, table
 
 NAME = r"[A-Za-z0-9_-]+"
@@ -16,7 +16,7 @@ T = TypeVar("T")
 class Taking:
     """Reader of typed values from a source, which collects faults."""
 
-    def __init__(self, source: Source) -> None:
+    def __init__(self, source: SourceText) -> None:
         self.source = source
 
     def take(self, path: Path, of: Callable[[Any], T], usual: Any, mark: Mark | None = None, value: Data = None) -> T:

@@ -12,7 +12,7 @@ class Job(Message):
     number: int
 
 
-class Stop(Message):
+class ObservationEnd(Message):
     """Message to the generator that the observation has ended."""
 
 
@@ -26,7 +26,7 @@ class Counted(Message):
 class Generator(Atomic):
     """Sends job 0 at once and a further job every `period` [ns], until it is stopped."""
 
-    stop, job = In(Stop), Out(Job)
+    stop, job = In(ObservationEnd), Out(Job)
 
     def __init__(self, name: str, period: int) -> None:
         super().__init__(name)
@@ -102,7 +102,7 @@ class Processor(Atomic):
 class Transducer(Atomic):
     """Counts arrived and solved jobs for `span` [ns], then sends a stop message."""
 
-    arrived, solved, stop = In(Job), In(Job), Out(Stop)
+    arrived, solved, stop = In(Job), In(Job), Out(ObservationEnd)
 
     def __init__(self, name: str, span: int) -> None:
         super().__init__(name)
@@ -124,8 +124,8 @@ class Transducer(Atomic):
         return Counted(self.arrivals, self.solutions)
 
     def output(self) -> None:
-        """Send the stop message."""
-        self.stop.send(Stop())
+        """Send the end of the observation."""
+        self.stop.send(ObservationEnd())
 
     def internal(self) -> None:
         """Schedule nothing more."""

@@ -30,7 +30,8 @@ Step = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarr
 
 
 def assemble(program: Program, y: np.ndarray, P: np.ndarray, step: Step) -> tuple[np.ndarray, list[str]]:
-    """Return the initial state (ny,) with closed loops and consistent speeds, and its changes; KernelError."""
+    """Return the initial state (ny,), loops closed and speeds consistent, and what was changed; without one raise
+    KernelError."""
     _, gap, slip, pivot = step(y)
     asked = y
     message: list[str] = []

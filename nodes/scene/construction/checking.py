@@ -16,7 +16,7 @@ from heavylift.nodes.scene.keys.parts.flexible import BeamKeys
 from heavylift.nodes.scene.keys.parts.joints import POSITIONS
 from heavylift.nodes.scene.keys.parts.rigging import Edge
 from heavylift.nodes.scene.text.faults import closest
-from heavylift.nodes.scene.text.source import Path, Source
+from heavylift.nodes.scene.text.source import Path, SourceText
 
 from .scene_builder import box
 
@@ -32,7 +32,12 @@ class Checking:
     """
 
     def __init__(
-        self, source: Source, given: mechanics.Parts[Any], lift: k.System, base: Path, edges: Mapping[str, Edge] = NONE
+        self,
+        source: SourceText,
+        given: mechanics.Parts[Any],
+        lift: k.System,
+        base: Path,
+        edges: Mapping[str, Edge] = NONE,
     ) -> None:
         self.source, self.given, self.lift, self.fault = source, given, lift, source.fault
         self.base, self.edges = base, edges

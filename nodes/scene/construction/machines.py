@@ -18,7 +18,7 @@ from heavylift.nodes.scene.keys.parts.flexible import GirderKeys
 from heavylift.nodes.scene.keys.parts.mechanics import HookKeys, MechanismKeys, Parts
 from heavylift.nodes.scene.keys.schema import Scene
 from heavylift.nodes.scene.text.faults import closest, raise_faults
-from heavylift.nodes.scene.text.source import Path, Source
+from heavylift.nodes.scene.text.source import Path, SourceText
 from heavylift.nodes.statics.static_path import at_rest
 from heavylift.recordings.format.spellings import BEAM, BEAMS
 
@@ -31,7 +31,7 @@ from .scene_builder import SceneBuilder
 from .supports import block_machine
 
 
-def build_machines(source: Source, scene: schema.Scene) -> SceneBuilder:
+def build_machines(source: SourceText, scene: schema.Scene) -> SceneBuilder:
     """Build the machines of a lift: cranes with girders or frames of `rig`, those frames, and the blocks below; faults
     are added to those of the source."""
     builder = SceneBuilder(source, scene)
@@ -63,7 +63,7 @@ def with_hooks(builder: SceneBuilder, crane: plan.Mechanism, hung: plan.Mechanis
     return msgspec.structs.replace(crane, cells=load_cells(builder, crane))
 
 
-def check_parts(source: Source, scene: schema.Scene) -> None:
+def check_parts(source: SourceText, scene: schema.Scene) -> None:
     """Check that the scene has the parts of a lift, and something that moves."""
     block = scene.block is not None or bool(scene.blocks)
     parts = {"cranes": bool(scene.machines), "block": block, "rig": scene.rig is not None}
@@ -86,7 +86,7 @@ def check_parts(source: Source, scene: schema.Scene) -> None:
     _check_ends(source, scene)
 
 
-def _check_ends(source: Source, scene: schema.Scene) -> None:
+def _check_ends(source: SourceText, scene: schema.Scene) -> None:
     """Check the end of the run and its tolerance."""
     if scene.tolerance_of == "rope tension" and scene.method not in get_args(RemovedMethod):
         source.fault(("tolerance of",), "no method has a tolerance of rope tension alone; leave this key out")
@@ -255,7 +255,7 @@ def _used(hooks: Mapping[str, HookKeys], tree: RiggingTree | None) -> dict[str, 
     return {name: x for name, x in hooks.items() if x.unused == "kept" or (tree is not None and tree.of_any(name))}
 
 
-def _wind(source: Source, scene: Scene, around: System) -> MechanismKeys | None:
+def _wind(source: SourceText, scene: Scene, around: System) -> MechanismKeys | None:
     """Return the wind forces as a mechanism, None without wind."""
     if scene.wind is None:
         return None

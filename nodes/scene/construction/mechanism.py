@@ -28,7 +28,7 @@ from heavylift.nodes.scene.keys.parts.flexible import Elastic, GirderKeys, RopeM
 from heavylift.nodes.scene.keys.parts.forces import CharacteristicKeys
 from heavylift.nodes.scene.keys.parts.rigging import Edge
 from heavylift.nodes.scene.text.faults import closest
-from heavylift.nodes.scene.text.source import Path, Source
+from heavylift.nodes.scene.text.source import Path, SourceText
 
 from .checking import NONE, Checking, moments
 from .environment.footings import footing_of
@@ -47,7 +47,7 @@ TOUCH = 1e-9  # a rope or support this close carries [m]
 
 
 def build_mechanism(
-    source: Source,
+    source: SourceText,
     given: mechanics.Parts[Any],
     gravity: float,
     lift: k.System = NO_LIFT,

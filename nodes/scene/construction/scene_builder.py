@@ -8,7 +8,7 @@ from heavylift.nodes.plan.limit import RatedLimit
 from heavylift.nodes.plan.mechanism import Cargo
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.language.phrases import SwingRamp
-from heavylift.nodes.scene.text.source import Source
+from heavylift.nodes.scene.text.source import SourceText
 
 UPPER, LOWER = "upper", "lower"  # faces of a block
 
@@ -19,7 +19,7 @@ PROVISIONAL = 0.05  # [m/s2 or rad/s2] of a ramp that lasts a swing, until that 
 class SceneBuilder:
     """Builder of the machines of a scene, in the order of their nodes; faults are collected by the source."""
 
-    source: Source
+    source: SourceText
     scene: schema.Scene
     machines: list[plan.Mechanism] = field(default_factory=list)
     vessels: list[plan.Mechanism] = field(default_factory=list)

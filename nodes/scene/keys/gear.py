@@ -13,7 +13,7 @@ the file extends. Under `gear`, the scene data keep the items in use, each with 
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.files import content, within
-from heavylift.nodes.scene.text.source import Data, Mark, Path, Source, read, shown
+from heavylift.nodes.scene.text.source import Data, Mark, Path, SourceText, read, shown
 from heavylift.nodes.scene.text.table_files import table
 from heavylift.recordings.format.spellings import BEAM
 
@@ -23,7 +23,7 @@ FRAME = ("mass", "size")
 USED = {"sling": SLING, "frame": FRAME, BEAM: ()}  # keys that each kind of place takes from an item
 
 
-def geared(source: Source) -> None:
+def geared(source: SourceText) -> None:
     """Replace references to gear by its data; raises SceneError with all faults so far."""
     named, before = source.data.get(GEAR), len(source.faults)
     items: dict[str, dict[str, Data]] = {}
@@ -47,7 +47,7 @@ def geared(source: Source) -> None:
         source.data[GEAR] = dict(used)
 
 
-def _walk(source: Source, path: Path, items: dict[str, dict[str, Data]], used: dict[str, dict[str, Data]]) -> None:
+def _walk(source: SourceText, path: Path, items: dict[str, dict[str, Data]], used: dict[str, dict[str, Data]]) -> None:
     """Replace references to gear below a path."""
     given = source.at(path)
     if not isinstance(given, dict):
@@ -86,7 +86,7 @@ def _walk(source: Source, path: Path, items: dict[str, dict[str, Data]], used: d
         source.keys[(*path, key)] = source.values[(*path, key)] = mark
 
 
-def _whole(source: Source, path: Path, key: str, item: dict[str, Data], name: str, mark: Mark) -> None:
+def _whole(source: SourceText, path: Path, key: str, item: dict[str, Data], name: str, mark: Mark) -> None:
     """Replace the name of gear that stands in place of a number by that number."""
     if key not in item:
         source.fault(path, f"the gear '{name}' has no '{key}'", mark=mark)
@@ -96,7 +96,7 @@ def _whole(source: Source, path: Path, key: str, item: dict[str, Data], name: st
     parent[str(path[-1])] = item[key]
 
 
-def _items(source: Source, file: str) -> dict[str, dict[str, Data]]:
+def _items(source: SourceText, file: str) -> dict[str, dict[str, Data]]:
     """Return the items of a file by ID."""
     if file.endswith((".yaml", ".yml")):
         own = read(content(within(source.root, source.root / file)).decode(), file)

@@ -20,7 +20,7 @@ from typing import Annotated, Literal
 
 from heavylift.nodes.scene.text import units as u
 from heavylift.nodes.scene.text.faults import closest
-from heavylift.nodes.scene.text.source import Fault, Source
+from heavylift.nodes.scene.text.source import Fault, SourceText
 from heavylift.nodes.scene.text.spelling import number_and_unit
 from pydantic import BeforeValidator, Field, model_validator
 
@@ -68,7 +68,7 @@ class Process(Base):
         return {"nodes": data} if isinstance(data, list) else data
 
 
-def placement_faults(source: Source, placement: Mapping[str, Process], nodes: Sequence[str]) -> list[Fault]:
+def placement_faults(source: SourceText, placement: Mapping[str, Process], nodes: Sequence[str]) -> list[Fault]:
     """Return the faults of a placement: unknown nodes, and nodes placed twice."""
     found, placed = list[Fault](), dict[str, str]()
     for process, hosting in placement.items():

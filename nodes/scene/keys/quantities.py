@@ -71,7 +71,7 @@ def quantity_at(scene: BaseModel, path: Path) -> tuple[float, Quantity] | None:
 
 
 def uncertainty_faults(scene: BaseModel, stated: Mapping[Path, Stated], given: Mapping[Path, Path]) -> list[Fault]:
-    """Return the faults of stated uncertainties: not on a quantity, or invalid for it; `given`: as `Source.given`."""
+    """Return the faults of stated uncertainties: not on a quantity, or invalid for it; `given`: that of SourceText."""
     faults, put = [], {written: at for at, written in given.items()}
     for path, each in stated.items():
         at = put.get(path, path)

@@ -19,7 +19,7 @@ from heavylift.nodes.scene.text.extending import alike
 from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.machine_types import expand, gather
 from heavylift.nodes.scene.text.parameters import arithmetic
-from heavylift.nodes.scene.text.source import Data, Fault, Path, Source, child, ordered, read
+from heavylift.nodes.scene.text.source import Data, Fault, Path, SourceText, child, ordered, read
 from heavylift.nodes.scene.text.tables import tabled
 from heavylift.nodes.scene.text.uncertainty import Stated, separated
 from heavylift.recordings.format.spellings import BEAMS
@@ -46,7 +46,7 @@ _PLAIN = {
 }
 
 
-def validate(source: Source) -> Scene | None:
+def validate(source: SourceText) -> Scene | None:
     """Return the validated scene with expanded machines, or None and faults in the source; data become nominal."""
     stated = uncertainties(source)
     if not (arithmetic(source) and expand(source)):
@@ -72,7 +72,7 @@ def validated(text: str, name: str) -> Scene:
     return scene
 
 
-def uncertainties(source: Source) -> dict[Path, Stated]:
+def uncertainties(source: SourceText) -> dict[Path, Stated]:
     """Return the stated uncertainties of a scene by path; its data keep nominal values. Lifts side by side state their
     own."""
 
@@ -106,7 +106,7 @@ def _key_of_action(word: str) -> str:
     return next(iter(get_close_matches(word.lower(), ("stage", "when", "timeout", "may touch", "wait"), 1, 0.75)), "")
 
 
-def _fault(source: Source, error: ErrorDetails) -> Fault:
+def _fault(source: SourceText, error: ErrorDetails) -> Fault:
     path, kind, given = _path(source.data, error["loc"]), str(error["type"]), error.get("input")
     context = error.get("ctx") or {}
     last = str(path[-1]) if path else ""
@@ -222,12 +222,12 @@ def _literals(loc: tuple[str | int, ...]) -> list[str]:
     return [str(word) for each in _at(loc) for word in get_args(each)]
 
 
-def override(source: Source, setting: str) -> None:
+def override(source: SourceText, setting: str) -> None:
     """Apply one setting `dotted.path=text` to the scene; its marks point into the setting."""
     overlay.override(source, setting, default_list)
 
 
-def default_list(source: Source, path: Path) -> list[Data] | None:
+def default_list(source: SourceText, path: Path) -> list[Data] | None:
     """Return the default of a path that the scene does not set, if it is a list of numbers or words; else None."""
     trial = deepcopy(source)
     try:

@@ -22,7 +22,7 @@ from heavylift.recordings.format.spellings import BEAM_TYPE, BEAMS, GIRDERS, old
 from .extending import merged
 from .faults import closest, raise_faults
 from .files import content, within
-from .source import Data, Path, Source, read
+from .source import Data, Path, SourceText, read
 from .tables import charted
 from .type_expansion import Expansion, MachineType
 
@@ -63,7 +63,7 @@ def extending(kind: MachineType) -> MachineType:
     return MachineType(kind.name, merged(below, kind.source))
 
 
-def gather(source: Source) -> None:
+def gather(source: SourceText) -> None:
     """Read the type files to which a scene refers by path, with their marks."""
     own = source.data.get("types")
     types = dict(own) if isinstance(own, dict) else {}
@@ -88,7 +88,7 @@ def gather(source: Source) -> None:
     charted(source)
 
 
-def expand(source: Source) -> bool:
+def expand(source: SourceText) -> bool:
     """Replace each crane by the parts of its type; faults are added to those of the source. Returns whether the data
     can be read further: whether all expressions have a result."""
     computed = True
@@ -130,7 +130,7 @@ def expand(source: Source) -> bool:
     return computed
 
 
-def _modern(source: Source, base: Path) -> None:
+def _modern(source: SourceText, base: Path) -> None:
     """Move parts in former spellings to their present places; their marks stay."""
     parts: Any = source.at(base)
     for old, new in [*old_parts(parts)] if isinstance(parts, dict) else ():
@@ -145,21 +145,21 @@ def _modern(source: Source, base: Path) -> None:
         del parts[GIRDERS]
 
 
-def _inline(source: Source, name: str, data: Data) -> MachineType:
+def _inline(source: SourceText, name: str, data: Data) -> MachineType:
     """Return a type defined in the scene itself."""
     at: Path = ("types", name)
     keys, values = (
         {path[2:]: mark for path, mark in some.items() if path[:2] == at} for some in (source.keys, source.values)
     )
-    return extending(MachineType(name, Source(name, data if isinstance(data, dict) else {}, keys, values)))
+    return extending(MachineType(name, SourceText(name, data if isinstance(data, dict) else {}, keys, values)))
 
 
-def _cranes(source: Source) -> list[tuple[Path, dict[str, Data]]]:
+def _cranes(source: SourceText) -> list[tuple[Path, dict[str, Data]]]:
     cranes = source.data.get("cranes")
     return [(("cranes", n), c) for n, c in cranes.items() if isinstance(c, dict)] if isinstance(cranes, dict) else []
 
 
-def _frames(source: Source) -> list[tuple[Path, dict[str, Data]]]:
+def _frames(source: SourceText) -> list[tuple[Path, dict[str, Data]]]:
     rig = source.data.get("rig")
     beams = rig.get(BEAMS) if isinstance(rig, dict) else None
     return [(("rig", BEAMS, n), b) for n, b in beams.items() if isinstance(b, dict)] if isinstance(beams, dict) else []

@@ -19,7 +19,7 @@ from heavylift.kernel.errors import SceneError, extra
 
 from .faults import raise_faults
 from .files import content, within
-from .source import Data, Path, Source
+from .source import Data, Path, SourceText
 from .units import DENSITY, LENGTH, MASS
 
 LARGEST = 1 << 25  # of a file [bytes]
@@ -45,7 +45,7 @@ class MeshProperties:
     moments: tuple[float, ...]
 
 
-def shaped(source: Source) -> None:
+def shaped(source: SourceText) -> None:
     """Set the keys of each block that follow from its `shape`; raises SceneError if that is impossible."""
     several = source.data.get("blocks")
     for base in (("block",), *(("blocks", name) for name in (several if isinstance(several, dict) else ()))):
@@ -58,7 +58,7 @@ def shaped(source: Source) -> None:
                 raise_faults(source, source.faults)
 
 
-def _put(source: Source, base: Path, block: dict[str, Data]) -> None:
+def _put(source: SourceText, base: Path, block: dict[str, Data]) -> None:
     given = block["shape"]
     shape: dict[str, Data] = dict(given) if isinstance(given, dict) else {"file": given}
     file, unit = shape.get("file"), str(shape.get("unit", "m"))
@@ -110,7 +110,7 @@ def _check_size(file: str, size: Sequence[float], given: Data) -> None:
         )
 
 
-def _read(source: Source, file: str) -> list[Triangle]:
+def _read(source: SourceText, file: str) -> list[Triangle]:
     """Return the triangles of a file, outward, z up; raises SceneError unless they form a closed surface."""
     kind = file.rpartition(".")[2].lower()
     if kind not in ("stl", *YUP):

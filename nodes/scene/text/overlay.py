@@ -12,7 +12,7 @@ from copy import deepcopy
 from .extending import forget
 from .faults import closest
 from .machine_types import expand
-from .source import DEEPEST, Data, Mark, Path, Source, child, read
+from .source import DEEPEST, Data, Mark, Path, SourceText, child, read
 from .spelling import NUMBER
 
 AXES = {"x": 0, "y": 1, "z": 2}
@@ -20,7 +20,7 @@ STAGE = re.compile(r"\s*stage\s+([^/]+?)\s*/\s*(.+)")
 PART = re.compile(r"[^./\[\]]+")
 
 
-def override(source: Source, setting: str, default: Callable[[Source, Path], list[Data] | None]) -> None:
+def override(source: SourceText, setting: str, default: Callable[[SourceText, Path], list[Data] | None]) -> None:
     """Apply one setting `dotted.path=text` to the scene; its marks point into the setting. `default`: returns the list
     at a path that the scene does not set."""
     dotted, equals, text = setting.partition("=")
@@ -82,7 +82,7 @@ def override(source: Source, setting: str, default: Callable[[Source, Path], lis
             source.values[(*path, *below_path[1:])] = mark
 
 
-def path_in(source: Source, text: str) -> Path:
+def path_in(source: SourceText, text: str) -> Path:
     """Return the path in the data of a scene that a user has written."""
     path: list[str | int] = []
     if (named := STAGE.fullmatch(text)) and named[1] in (stages := _stages(source)):
@@ -97,7 +97,7 @@ def path_in(source: Source, text: str) -> Path:
     return tuple(path)
 
 
-def made(source: Source) -> Source:
+def made(source: SourceText) -> SourceText:
     """Return a copy of a scene's data with expanded machines."""
     copy = deepcopy(source)
     expand(copy)
@@ -116,7 +116,7 @@ def next_key(words: list[str], known: Container[object]) -> str:
     return key
 
 
-def _stages(source: Source) -> list[str]:
+def _stages(source: SourceText) -> list[str]:
     """Return the stage of each action, "" for one without."""
     actions = source.data.get("actions")
     return [

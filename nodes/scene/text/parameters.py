@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from .expressions import ExpressionError, Value, evaluated, shown_as, value_of
-from .source import Data, Path, Source, mapped
+from .source import Data, Path, SourceText, mapped
 
 AXES = {"x": 0, "y": 1, "z": 2}
 
@@ -48,7 +48,7 @@ class Parameters:
         return self._known[word]
 
 
-def arithmetic(source: Source) -> bool:
+def arithmetic(source: SourceText) -> bool:
     """Replace each value `=...` of a scene by its result, over the scene's `parameters`; machine types have their own.
     Returns whether all have a result; faults are added to those of the source."""
     named = source.data.get("parameters")

@@ -56,7 +56,7 @@ class Fault:
 
 
 @dataclass
-class Source:
+class SourceText:
     """Plain data of a scene with the marks of keys and values."""
 
     name: str
@@ -138,11 +138,13 @@ class _TooLong(Exception):
     """Raised for more values than a scene may have, for example through nested aliases."""
 
 
-def read(text: str, name: str, root: FilePath | None = None) -> Source:
+def read(text: str, name: str, root: FilePath | None = None) -> SourceText:
     """Parse a YAML text to data and marks; errors become faults. `root`: the scene's folder."""
     found = _composed(text, name)
     data = mapped(found.data, lambda value, path: value)
-    return Source(name, data, dict(found.keys), dict(found.values), list(found.faults), {}, root or FilePath(), (name,))
+    return SourceText(
+        name, data, dict(found.keys), dict(found.values), list(found.faults), {}, root or FilePath(), (name,)
+    )
 
 
 def mapped(data: Data, made: Callable[[Data, Path], Data], path: Path = ()) -> Any:
@@ -153,8 +155,8 @@ def mapped(data: Data, made: Callable[[Data, Path], Data], path: Path = ()) -> A
 
 
 @lru_cache(maxsize=64)  # variants of a scene share its text, and settings among them theirs
-def _composed(text: str, name: str) -> Source:
-    source = Source(name)
+def _composed(text: str, name: str) -> SourceText:
+    source = SourceText(name)
     if len(text) > 2 * LARGEST:  # one that is merged of several
         source.fault((), f"a scene has at most {2 * LARGEST} characters", mark=Mark(name, 1, 1, ""))
         return source
@@ -240,7 +242,7 @@ def _composed(text: str, name: str) -> Source:
     try:
         source.data = mapping(node, (), (id(node),))
     except _TooLong:
-        source = Source(name, values={(): source.values[()]}, root=source.root)
+        source = SourceText(name, values={(): source.values[()]}, root=source.root)
         limits = f"more than {MOST_VALUES} values or more than {DEEPEST} levels of them"
         source.fault((), f"with its aliases, the scene has {limits}")
     return source
@@ -254,7 +256,7 @@ def _line(node: ScalarNode) -> str:
     return printable(text.replace("\t", " "), keep=SPACES)
 
 
-def _scalar(node: Node, path: Path, source: Source) -> str | int | float | bool | None:
+def _scalar(node: Node, path: Path, source: SourceText) -> str | int | float | bool | None:
     text = _line(node) if isinstance(node, ScalarNode) else str(node.value)
     kind = str(node.tag).rsplit(":", 1)[-1]
     if kind == "null":

@@ -13,7 +13,7 @@ from typing import NamedTuple
 from heavylift.kernel.errors import SPACES, SceneError, closest, printable
 
 from .files import content, within
-from .source import Data, Mark, Path, Source
+from .source import Data, Mark, Path, SourceText
 from .spelling import NUMBER
 
 AXES = ("x", "y", "z")
@@ -77,7 +77,7 @@ class SceneTable(NamedTuple):
 Found = dict[str, tuple[Data, Mark, dict[Path, Mark]]]  # by key: value, the mark of its head, the marks of its cells
 
 
-def lay(source: Source, path: Path, into: dict[str, Data], found: Found, named: Mark) -> None:
+def lay(source: SourceText, path: Path, into: dict[str, Data], found: Found, named: Mark) -> None:
     """Insert table values at a path, below those of higher layers; `named`: mark of the table's reference."""
     for key, (value, head, cells) in found.items():
         if key in into and source.layer(source.mark((*path, key), on_key=True)) >= source.layer(named):

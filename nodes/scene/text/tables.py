@@ -25,7 +25,7 @@ from heavylift.kernel.errors import SceneError
 
 from . import units
 from .faults import closest, raise_faults
-from .source import Data, Mark, Path, Source
+from .source import Data, Mark, Path, SourceText
 from .table_files import AXES, Found, SceneTable, TableCell, lay, table
 
 BLOCK = "block"
@@ -38,7 +38,7 @@ TURN = 2.0 * pi
 SAME = 1e-9  # [s, rad] between waves that are the same
 
 
-def tabled(source: Source) -> None:
+def tabled(source: SourceText) -> None:
     """Replace references to tables in blocks and vessels by their values. Raises SceneError with all faults of the
     scene so far if a table or row cannot be read."""
     for base in ((BLOCK,), *(("blocks", name) for name in _names(source.data.get("blocks")))):
@@ -50,7 +50,7 @@ def tabled(source: Source) -> None:
                 _answers(source, base, given, key)
 
 
-def _tabled(source: Source, base: Path) -> None:
+def _tabled(source: SourceText, base: Path) -> None:
     block = source.at(base)
     if not isinstance(block, dict):
         return
@@ -79,7 +79,7 @@ def _tabled(source: Source, base: Path) -> None:
         raise_faults(source, source.faults)
 
 
-def charted(source: Source) -> None:
+def charted(source: SourceText) -> None:
     """Replace the charts to which hooks refer, `charts from: rt59.csv`, by the tables.
 
     The head has `radius [m]`, optionally `counterweight [t]` and `outriggers [m]`, and a column of capacities for each
@@ -132,12 +132,12 @@ def _charts(read: SceneTable) -> tuple[list[Data], dict[Path, Mark]]:
     return list(found.values()), marks
 
 
-def _wins(source: Source, path: Path, named: Mark) -> bool:
+def _wins(source: SourceText, path: Path, named: Mark) -> bool:
     """Return whether a written value takes precedence over a table."""
     return source.layer(source.mark(path, on_key=True)) >= source.layer(named)
 
 
-def _block(source: Source, base: Path, read: SceneTable, row: list[TableCell], named: Mark) -> Found:
+def _block(source: SourceText, base: Path, read: SceneTable, row: list[TableCell], named: Mark) -> Found:
     """Return the keys of a row."""
     found: Found = {}
     for i, (column, cell) in enumerate(zip(read.head, row, strict=True)):
@@ -167,7 +167,7 @@ def _block(source: Source, base: Path, read: SceneTable, row: list[TableCell], n
     return found
 
 
-def _lugs(source: Source, base: Path, read: SceneTable, block: str) -> Found:
+def _lugs(source: SourceText, base: Path, read: SceneTable, block: str) -> Found:
     """Return the lugs of a block by name."""
     if others := [c.key for c in read.head if c.unit and (c.axis or c.key) not in AXES]:
         raise SceneError(f"{read.file}: a lug has a place x, y, z and no '{others[0]}'; a remark has no unit")
@@ -183,7 +183,7 @@ def _lugs(source: Source, base: Path, read: SceneTable, block: str) -> Found:
     return found
 
 
-def _modes(source: Source, base: Path, read: SceneTable, block: str) -> Found:
+def _modes(source: SourceText, base: Path, read: SceneTable, block: str) -> Found:
     """Return the modes of a block by name, with a row for each displaced place."""
     chosen, places = _chosen(read, block, "")
     first, head = 1 if block else 0, read.head
@@ -220,7 +220,7 @@ def _chosen(read: SceneTable, block: str, unit: str) -> tuple[list[list[TableCel
 Answer = tuple[dict[str, float], list[float], list[TableCell]]  # of a row: its wave, parts of all motions, its cells
 
 
-def _answers(source: Source, base: Path, given: dict[str, Data], key: str) -> None:
+def _answers(source: SourceText, base: Path, given: dict[str, Data], key: str) -> None:
     """Insert the responses of a vessel to the scene's wave from its table."""
     word = f"{key} from"
     named, mark = given.pop(word), source.mark((*base, word))
@@ -267,7 +267,7 @@ def _answers(source: Source, base: Path, given: dict[str, Data], key: str) -> No
         lay(source, (*base, key), into, found, mark)
 
 
-def _met(source: Source, vessel: Path) -> dict[str, float]:
+def _met(source: SourceText, vessel: Path) -> dict[str, float]:
     """Return the wave as encountered by a vessel: period [s], heading against the bow [rad]; empty in still water."""
     waves, own = source.data.get("waves"), source.at(vessel)
     if not isinstance(waves, dict) or not isinstance(own, dict):

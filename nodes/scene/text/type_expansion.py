@@ -10,7 +10,7 @@ from heavylift.recordings.format.spellings import GIRDERS
 from .expressions import ExpressionError, value_of
 from .faults import closest
 from .parameters import Parameters
-from .source import Data, Path, Source
+from .source import Data, Path, SourceText
 
 HEADER = {"machine type", "frame type", "extends", "name", "about", "capacity", "source", "parameters", "interlocks"}
 NAMED = (  # sections whose keys are names of parts
@@ -26,7 +26,7 @@ class MachineType:
     """A type file: description, parameters, data with marks."""
 
     name: str
-    source: Source
+    source: SourceText
 
     @property
     def data(self) -> Mapping[str, Data]:
@@ -47,7 +47,7 @@ class MachineType:
 class Expansion:
     """Expansion of the crane or frame `at` a path of the scene by its type."""
 
-    def __init__(self, source: Source, at: Path, crane: Mapping[str, Data], kind: MachineType) -> None:
+    def __init__(self, source: SourceText, at: Path, crane: Mapping[str, Data], kind: MachineType) -> None:
         self.source, self.at, self.name, self.kind = source, at, str(at[-1]), kind
         self.written = {key.replace("_", " "): key for key in crane if key != "type"}  # Python's names are keys, too
         self.given = {key: crane[word] for key, word in self.written.items()}

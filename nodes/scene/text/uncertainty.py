@@ -15,7 +15,7 @@ from decimal import Decimal
 from fractions import Fraction
 from typing import Literal, TypeAlias
 
-from .source import Data, Path, Source, mapped
+from .source import Data, Path, SourceText, mapped
 from .spelling import PLUS, number_and_unit, range_of, spread_of, tidy
 from .units import ACCURACY, DURATION, SAMPLING, Dimension, Either, Limited, Quantity, offered
 
@@ -39,7 +39,7 @@ class Stated:
         return "uniform" if self.how == ".." else "normal"
 
 
-def separated(source: Source, is_text: Callable[[Path], bool]) -> dict[Path, Stated]:
+def separated(source: SourceText, is_text: Callable[[Path], bool]) -> dict[Path, Stated]:
     """Return the stated uncertainties of a scene by path; its data keep nominal values, errors become faults.
     `is_text`: whether the value at a path is free text, in which no uncertainty is sought."""
     found: dict[Path, Stated] = {}

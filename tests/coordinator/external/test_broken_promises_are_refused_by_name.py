@@ -26,8 +26,8 @@ def event(t: int, port: str = "out", type_: str = "Token", payload: bytes = TOKE
     return Event(t, 0, "s1", port, 0, type_, payload)
 
 
-def done(spoken: list[Event], reached: int = ms(5), next_: Tag = FOREVER) -> m.Done:
-    return m.Done(1, Tag(reached, 1), spoken, next_, [], next_, b"")
+def done(spoken: list[Event], reached: int = ms(5), next_: Tag = FOREVER) -> m.GrantDone:
+    return m.GrantDone(1, Tag(reached, 1), spoken, next_, [], next_, b"")
 
 
 def bye(path: str, type_: str = "Token") -> m.Bye:

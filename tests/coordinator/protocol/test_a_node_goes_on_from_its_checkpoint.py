@@ -11,9 +11,9 @@ from heavylift.coordinator.protocol import (
     AnyMessage,
     Checkpoint,
     Coordinator,
-    Done,
     Fail,
     Grant,
+    GrantDone,
     Hello,
     Node,
     decode,
@@ -110,12 +110,12 @@ class Secret(Atomic):
 def test_a_state_that_cannot_be_saved_is_reported_and_the_node_goes_on() -> None:
     node = Node("secret", Simulator(Secret("secret")))
     node.hello()
-    assert isinstance(node.handle(Grant(1, Tag(5), None, False, [])), Done)
+    assert isinstance(node.handle(Grant(1, Tag(5), None, False, [])), GrantDone)
     answer = node.handle(Checkpoint(1))
     assert isinstance(answer, Checkpoint)
     assert answer.state == b""
     assert answer.why.startswith("secret: no snapshot can be taken (Secret.start.<locals>.<lambda> cannot be saved")
-    assert isinstance(node.handle(Grant(2, Tag(9), None, False, [])), Done)
+    assert isinstance(node.handle(Grant(2, Tag(9), None, False, [])), GrantDone)
 
 
 def test_bytes_that_are_no_saved_state_are_refused() -> None:

@@ -6,7 +6,7 @@ The truth is one flat simulator that has the operator as a model with a script.
 from random import Random
 
 import pytest
-from heavylift.coordinator.protocol import Done, Hello, Node, OpenCoordinator
+from heavylift.coordinator.protocol import GrantDone, Hello, Node, OpenCoordinator
 from heavylift.kernel import HeavyliftError, ProtocolError
 from heavylift.nodes.devs import FOREVER, Atomic, Event, Out, Simulator, Tag, encode
 from in_memory import answer
@@ -76,7 +76,7 @@ def live(seed: int, order: int, known: Script | None = None, slices: bool = True
         core.inject(event)
     for name in r.sample(sorted(nodes), len(nodes)):
         core.hello(name, nodes[name].hello())  # type: ignore[arg-type]
-    answers: list[tuple[str, Done]] = []
+    answers: list[tuple[str, GrantDone]] = []
     horizon = Tag(0)
     while True:
         if known is None and r.random() < SHARE:

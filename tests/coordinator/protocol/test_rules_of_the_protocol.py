@@ -9,13 +9,13 @@ from heavylift.coordinator.protocol import (
     Bye,
     Coordinator,
     Coupling,
-    Done,
     Fail,
     Grant,
+    GrantDone,
     Hello,
     Node,
     RunEnd,
-    Stop,
+    StopRun,
     Welcome,
     decode,
     encode,
@@ -76,10 +76,10 @@ def test_events_are_released_in_total_order_once_no_earlier_one_is_possible() ->
     core.hello("b", hello(3, [event(3, "b")]))
     core.ready()
     assert left == [event(3, "b")]
-    core.done("a", Done(1, FOREVER, [event(9)], FOREVER, [], FOREVER, b""))
+    core.done("a", GrantDone(1, FOREVER, [event(9)], FOREVER, [], FOREVER, b""))
     core.ready()
     assert left == [event(3, "b")]
-    core.done("b", Done(1, FOREVER, [event(7, "b")], FOREVER, [], FOREVER, b""))
+    core.done("b", GrantDone(1, FOREVER, [event(7, "b")], FOREVER, [], FOREVER, b""))
     assert core.ready() == []
     assert (left, core.over) == ([event(3, "b"), event(5), event(7, "b"), event(9)], RunEnd.QUIET)
 
@@ -114,7 +114,7 @@ def test_a_repeated_grant_is_answered_with_the_stored_done() -> None:
     node.hello()
     grant = Grant(1, Tag(6), None, True, [])
     done = node.handle(grant)
-    assert isinstance(done, Done)
+    assert isinstance(done, GrantDone)
     assert (done.reached, done.spoken, done.next) == (Tag(6), [], Tag(7))
     assert done.offer == [event(7, n=1, port="last"), event(7, n=1)]
     assert node.handle(grant) is done
@@ -127,7 +127,7 @@ def test_undelivered_events_stay_with_the_coordinator() -> None:
     node.hello()
     inputs = [event(t, "b") for t in (5, 6)]
     done = node.handle(Grant(1, Tag(100), (0, 1), False, inputs))
-    assert isinstance(done, Done)
+    assert isinstance(done, GrantDone)
     assert (done.reached, [e.tag for e in done.spoken], done.next) == (Tag(5, 2), [Tag(5, 1)], FOREVER)
 
 
@@ -137,7 +137,7 @@ def test_the_digest_depends_on_every_event_and_on_their_order() -> None:
         (node,) = started(Clockwork("a", delay=0))
         node.hello()
         done = node.handle(Grant(1, Tag(100), None, False, [event(5, "b", n)]))
-        assert isinstance(done, Done)
+        assert isinstance(done, GrantDone)
         hashes.append(done.hash)
     assert hashes[0] == hashes[1] != hashes[2]
 
@@ -152,10 +152,10 @@ def test_welcome_and_stop_frame_a_run() -> None:
     node = Node("a", Simulator(Clockwork("a")), finish)
     assert (node.handle(Welcome(3)), node.epoch) == (None, 3)
     node.hello()
-    assert (node.handle(Stop(Tag(9))), ends) == (Bye("still waiting for b"), [Tag(9)])
+    assert (node.handle(StopRun(Tag(9))), ends) == (Bye("still waiting for b"), [Tag(9)])
     (quiet,) = started(Clockwork("c"))
     quiet.hello()
-    assert quiet.handle(Stop(Tag(9))) == Bye()
+    assert quiet.handle(StopRun(Tag(9))) == Bye()
     for message in (Bye(), hello(3), Fail(Tag(0), "a", "", "")):
         with pytest.raises(ProtocolError, match=rf"^a does not accept {type(message).__name__.upper()}$"):
             node.handle(message)
@@ -181,7 +181,7 @@ def test_the_last_message_reports_the_largest_possible_lookaheads() -> None:
     node.hello()
     for gseq, (t, n) in enumerate([(10, 7), (40, 5), (60, 9)], 1):
         node.handle(Grant(gseq, Tag(t + 20), None, True, [event(t, "b", n)]))
-    assert node.handle(Stop(Tag(90))) == Bye(slack=[Slack("a.out", declared_ns=10, observed_ns=15, count=3)])
+    assert node.handle(StopRun(Tag(90))) == Bye(slack=[Slack("a.out", declared_ns=10, observed_ns=15, count=3)])
 
 
 def test_only_valid_messages_are_decoded_and_as_they_were_sent() -> None:
@@ -189,9 +189,9 @@ def test_only_valid_messages_are_decoded_and_as_they_were_sent() -> None:
         hello(3, [event(3)]),
         Welcome(1, b"x"),
         Grant(1, FOREVER, (5, 0), True, [event(2)]),
-        Done(1, Tag(3), [event(2)], Tag(4), [], Tag(4, 1), b"h", Tag(2)),
+        GrantDone(1, Tag(3), [event(2)], Tag(4), [], Tag(4, 1), b"h", Tag(2)),
         Fail(Tag(3), "a.b", "it broke", ""),
-        Stop(Tag(3), "finished"),
+        StopRun(Tag(3), "finished"),
         Bye("a waits", 0.5, [Slack("a.out", 10, 15, 3)], [AtomicResult("a.b", "Word", b"w")]),
     ]
     for message in messages:

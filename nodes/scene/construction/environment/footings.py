@@ -11,7 +11,7 @@ from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.keys.parts.mechanics import HookKeys, Parts
 from heavylift.nodes.scene.keys.parts.standing import Stands
 from heavylift.nodes.scene.text.faults import closest
-from heavylift.nodes.scene.text.source import Path, Source
+from heavylift.nodes.scene.text.source import Path, SourceText
 from heavylift.nodes.scene.text.units import LENGTH, MASS
 
 STATICS = "statics of a rigid base"
@@ -20,7 +20,7 @@ UNKNOWN = "give 'stands' to its type: tracks, outriggers or wheels"
 
 
 def footing_of(
-    source: Source, base: Path, given: Stands | None, bodies: Collection[str], prefix: str
+    source: SourceText, base: Path, given: Stands | None, bodies: Collection[str], prefix: str
 ) -> Footing | None:
     """Return the base of a machine whose bodies have this prefix; None if it has none."""
     if given is None:

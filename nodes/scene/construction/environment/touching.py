@@ -14,10 +14,10 @@ from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.keys.actions import ActionLine
 from heavylift.nodes.scene.language.phrases import GroundTest
 from heavylift.nodes.scene.text.faults import closest
-from heavylift.nodes.scene.text.source import Path, Source
+from heavylift.nodes.scene.text.source import Path, SourceText
 
 
-def touches(source: Source, path: Path, pairs: Sequence[tuple[str, str]]) -> Iterator[Touch]:
+def touches(source: SourceText, path: Path, pairs: Sequence[tuple[str, str]]) -> Iterator[Touch]:
     """Yield the pairs of a scene or of an action at a path."""
     for i, (a, b) in enumerate(pairs):
         yield Touch(names=(_ground(a), _ground(b)), where=source.where((*path, "may touch", i)))
@@ -31,7 +31,7 @@ def landings(builder: SceneBuilder, path: Path, action: ActionLine) -> Iterator[
             yield Touch(names=(block, _ground(test.on)), stays=True, where=builder.source.where(path))
 
 
-def check_touches(source: Source, built: plan.Plan) -> None:
+def check_touches(source: SourceText, built: plan.Plan) -> None:
     """Check that things named in `may touch` exist."""
     pairs = [*built.may_touch, *(touch for action in built.actions for touch in action.may_touch if not touch.stays)]
     shapes = Shapes(built)

@@ -21,7 +21,7 @@ from heavylift.nodes.scene.keys.parts.kinematics import Poses, place
 from heavylift.nodes.scene.keys.parts.rigging import Edge, Equaliser, Frame, SlingKeys, SlingType
 from heavylift.nodes.scene.keys.schema import Scene
 from heavylift.nodes.scene.text.faults import closest
-from heavylift.nodes.scene.text.source import Path, Source
+from heavylift.nodes.scene.text.source import Path, SourceText
 
 PLAIN = 1e-3  # sine below which it is not plain on which side of its edge a rope is
 SPREAD = 1e-6  # [m] less: what holds a frame tells nothing of where it points
@@ -29,7 +29,7 @@ HALVINGS = 60
 
 
 def along_edges(
-    source: Source,
+    source: SourceText,
     path: Path,
     names: Sequence[str],
     edges: Mapping[str, Edge],

@@ -15,7 +15,7 @@ from heavylift.nodes.scene.construction.scene_builder import box, ramp_of
 from heavylift.nodes.scene.keys.parts import kinematics
 from heavylift.nodes.scene.keys.parts.mechanics import HookKeys
 from heavylift.nodes.scene.keys.parts.rigging import SlingKeys
-from heavylift.nodes.scene.text.source import Path, Source
+from heavylift.nodes.scene.text.source import Path, SourceText
 
 from .edges import along_edges
 from .hook_ratings import rope_factor
@@ -70,7 +70,7 @@ def hang(checks: Checking, whole: k.System, tree: RiggingTree | None, gravity: f
     return found
 
 
-def check_drums(source: Source, path: Path, hook: HookKeys) -> None:
+def check_drums(source: SourceText, path: Path, hook: HookKeys) -> None:
     """Check that the falls of a hook can be shared by the ends of its rope on drums."""
     if hook.drum_ends and hook.falls % hook.drum_ends:
         message = f"{hook.falls} falls cannot be shared by {hook.drum_ends} drum ends: give an even number of falls"

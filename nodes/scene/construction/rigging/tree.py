@@ -20,7 +20,7 @@ from heavylift.nodes.scene.keys.parts import joints, kinematics, mechanics
 from heavylift.nodes.scene.keys.parts.rigging import Equaliser, Frame, Rigging, SlingKeys
 from heavylift.nodes.scene.keys.schema import Scene
 from heavylift.nodes.scene.text.faults import closest
-from heavylift.nodes.scene.text.source import Path, Source
+from heavylift.nodes.scene.text.source import Path, SourceText
 
 from .edges import SPREAD, along_edges, equalising, height_of, lugs_of, rated, slings_of
 
@@ -30,7 +30,7 @@ NOWHERE = k.Point("")
 class RiggingTree:
     """All rigging of a scene; faults are added to those of its source. `taken`: hooks that carry frames by `rig`."""
 
-    def __init__(self, source: Source, scene: Scene, around: k.System, taken: Container[str]) -> None:
+    def __init__(self, source: SourceText, scene: Scene, around: k.System, taken: Container[str]) -> None:
         blocks = scene.all_blocks
         for name in () if blocks else scene.rigging:
             source.fault(("rigging", name), "there is no block to hold: add 'block'", on_key=True)

@@ -16,7 +16,7 @@ from heavylift.nodes.scene.keys.nodes import ModelKeys as Keys
 from heavylift.nodes.scene.language.phrases import QUANTITIES, CrossTest
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.files import within
-from heavylift.nodes.scene.text.source import Path, Source
+from heavylift.nodes.scene.text.source import Path, SourceText
 
 from .conditions import Conditions
 
@@ -28,7 +28,7 @@ def build_models(builder: SceneBuilder) -> tuple[UserModel, ...]:
     return _Models(builder).all()
 
 
-def check_models(source: Source, built: plan.Plan) -> None:
+def check_models(source: SourceText, built: plan.Plan) -> None:
     """Build each user model once, to check that its code is trusted and has the named ports."""
     if source.faults:
         return

@@ -16,7 +16,7 @@ Poses = dict[str, tuple[Array, Array]]  # body -> position [m], rotation matrix
 
 
 def poses(system: System) -> Poses:
-    """Return position and rotation of each body connected with the world, along the spanning tree; KernelError."""
+    """Return position and rotation of each body connected with the world; wrong joints raise KernelError."""
     found: dict[str, tuple[Array, Array]] = {WORLD: (exact(np.zeros(3)), exact(np.eye(3)))}
     waiting = list(spanning_tree(system, {joint.name: joint for joint in system.joints})[0].values())
     while ready := [joint for joint in waiting if joint.parent in found]:
