@@ -103,7 +103,6 @@ class _Resolver:
         path: Path = ("actions", index)
         orders: list[actions.Order] = []
         busy: dict[str, str] = {}
-        turning = any(VERBS[phrase.verb].becomes == "turn" for phrase in action.orders.values())
         for target, phrase in action.orders.items():
             here = (*path, target)
             found = self._actors(here, target, phrase)
@@ -113,9 +112,10 @@ class _Resolver:
                     both = f"'{other}' and '{target}' give {actor.name} two orders at the same time"
                     self.source.fault(here, both, on_key=True)
             orders += self._orders(here, found, phrase)
-            if turning and VERBS[phrase.verb].becomes == "move" and VERBS[phrase.verb].along != "x":
+        for target, phrase in action.orders.items() if any(isinstance(x, actions.Turn) for x in orders) else ():
+            if VERBS[phrase.verb].becomes == "move" and VERBS[phrase.verb].along != "x":
                 follows = f"'{target}' must not {phrase.verb} while the block turns: it follows the turn"
-                self.source.fault(here, follows, on_key=True)
+                self.source.fault((*path, target), follows, on_key=True)
         when, where = self.condition((*path, "when"), action.when), self.source.where(path)
         made = plan.Action(stage=action.stage, when=when, timeout=action.timeout, orders=tuple(orders), where=where)
         may = (*touches(self.source, path, action.may_touch), *landings(self.yard, path, action))
