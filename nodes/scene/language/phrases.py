@@ -28,8 +28,8 @@ pulses would overlap, each has half of the acceleration.
 
 Moves `together` all stop when one of them is stopped. `to above [A, B]` ends with the ropes above the middle of these
 lugs, at the position of the block when the move begins. `level` hoists, then lowers these hooks until a block is level,
-or turned by the angle given (by default that of the last turn), about the axis across the line from them to the other
-hooks; spreaders and beams in between are taken into account. `hold` stops a drive; then the brakes of its joint engage,
+or at the given turn angle (by default that of the last turn), along the line from these hooks to the others; spreaders
+and beams in between are taken into account. `hold` stops a drive; then the brakes of its joint engage,
 if there are any. A winch with `hold height` hoists and lowers while its boom luffs by an order of the same action, so
 that its hook keeps its height.
 
