@@ -6,7 +6,6 @@ from typing import Literal
 import msgspec
 from heavylift.kernel.description.flexible import Flexible
 from heavylift.kernel.description.mechanics import WORLD, Joint, Point, System, Vector
-from heavylift.recordings.format.spellings import CALLED
 
 from .actions import Item
 
@@ -38,12 +37,10 @@ class Hoist(Item, frozen=True, kw_only=True):
     """A hook of a machine: its rope with all falls, and the point where it holds the hook block.
 
     `capacity`: what may hang below the block [kg], 0: not given; `chart`: (radius [m], mass with block and rigging
-    [kg]), `axis`: from where its radius is measured.
-    `on`: the body that its rope leaves; `line`: mass of all falls, as limits count it [kg/m]; `ends`: where the rope
-    begins and where its eye is at the start, in the world [m], where that is at rest as written; `below`: what hangs on
-    it then, with its block [kg];
-    `falls` and `drum_ends` of the rope, `efficiency` of each sheave, `breaking` force of one fall [N], 0: not given;
-    `rated`: the tension that counts as 100 % of its use [N].
+    [kg]), `axis`: from where its radius is measured; `on`: the body that its rope leaves; `line`: mass of all falls, as
+    limits count it [kg/m]; `ends` of rope and eye at the start, in the world [m], if at rest as written;
+    `below`: what hangs on it then, with its block [kg]; `falls` and `drum_ends` of the rope, `efficiency` of each
+    sheave, `breaking` force of one fall [N], 0: not given; `rated`: the tension at 100 % utilisation [N].
     """
 
     rope: str
@@ -99,12 +96,9 @@ class BrakeLatch(Item, frozen=True, kw_only=True):
 
 
 class Cargo(Item, frozen=True, kw_only=True):
-    """A lifted body.
-
-    Mass [kg], centre of mass and lugs [m], moments about it [kg m2], edges of its box [m] (zeros: not given), face of
-    each support, rotation at the start [rad] if its attitude is reported; `marks`: lines in the scene of its lugs and,
-    "", of its centre of mass.
-    """
+    """A lifted body: mass [kg], centre of mass and lugs [m], moments about it [kg m2], edges of its box [m] (zeros: not
+    given), face of each support, rotation at the start [rad] if its attitude is reported; `marks`: lines in the scene
+    of its lugs and, "", of its centre of mass."""
 
     body: str
     mass: float = 0.0
@@ -221,9 +215,9 @@ class Driven(Item, frozen=True, kw_only=True):
 class Mechanism(Item, frozen=True, kw_only=True, forbid_unknown_fields=False):  # as recorded before
     """A machine or a user's system of bodies, joints and laws; becomes one coupled model.
 
-    `system` holds no thresholds (they come from the conditions).  `taut` and `closed` name the ropes and
-    supports that carry at the start.  `pieces`: of ropes with lumps, with their parts of the falls.  Its parts may name
-    bodies and joints of other machines.  `configuration`: how it is set up, in words: boom, counterweight, falls, base.
+    `system` has no thresholds; its parts may name bodies and joints of other machines.
+    `taut`, `closed`: ropes and supports that carry at the start; `pieces`: of ropes with lumps, with their parts of the
+    falls; `configuration`: boom, counterweight, falls, base, in words.
     """
 
     name: str
@@ -252,8 +246,8 @@ class Mechanism(Item, frozen=True, kw_only=True, forbid_unknown_fields=False):  
     @property
     def rigged(self) -> dict[str, tuple[str, ...]]:
         """The slings by the name of their rigging."""
-        names = dict.fromkeys(tie.rigging for tie in self.ties if tie.rigging)
-        return {name: tuple(tie.rope for tie in self.ties if tie.rigging == name) for name in names}
+        names = dict.fromkeys(x.rigging for x in self.ties if x.rigging)
+        return {name: tuple(x.rope for x in self.ties if x.rigging == name) for name in names}
 
     def standing(self, body: str) -> str:
         """Return the name under which a body's supports are reported; the body's own name for bodies of the lift."""
@@ -303,17 +297,3 @@ def is_root(machine: Mechanism, body: str) -> bool:
 def lug_places(machines: Sequence[Mechanism]) -> dict[str, Point]:
     """Return the lugs of lifted bodies with their points."""
     return {name: Point(c.body, p) for machine in machines for c in machine.cargo for name, p in c.lugs.items()}
-
-
-def driven(actuator: str) -> str:
-    """Return what an actuator moves, named for planners: a crane, a trolley, else its own name."""
-    crane, called = called_of(actuator)
-    return f"the {called} of {crane}" if called else crane
-
-
-def called_of(actuator: str) -> tuple[str, str]:
-    """Return the machine of an actuator and the name of its part for planners; if there is none, its own name and
-    ""."""
-    name = actuator.removesuffix(".drive")
-    crane, _, axis = name.rpartition(".")
-    return (crane, CALLED[axis]) if name != actuator and axis in CALLED else (actuator, "")

@@ -48,3 +48,17 @@ def old_type(data: dict[str, Any]) -> bool:
     data["extends"] = BASE
     data.pop("drives", None)
     return True
+
+
+def driven(actuator: str) -> str:
+    """Return what an actuator moves, named for planners: a crane, a trolley, else its own name."""
+    crane, called = called_of(actuator)
+    return f"the {called} of {crane}" if called else crane
+
+
+def called_of(actuator: str) -> tuple[str, str]:
+    """Return the machine of an actuator and the name of its part for planners; if there is none, its own name and
+    ""."""
+    name = actuator.removesuffix(".drive")
+    crane, _, axis = name.rpartition(".")
+    return (crane, CALLED[axis]) if name != actuator and axis in CALLED else (actuator, "")
