@@ -44,7 +44,7 @@ Delay = tuple[Count, Count]  # ns and microsteps
 
 
 class RunEnd(Enum):
-    """Why a run ended."""
+    """The reason why a run ended."""
 
     FINISHED = "the finish port has spoken, and its time is completed"
     BOUND = "the time bound is reached"

@@ -7,7 +7,7 @@ from .units import IDENTITY, Matrix, Vector
 
 
 class Ball(Struct, frozen=True, tag=True):
-    """A ball on a body; radius 0: a point."""
+    """A ball fixed on a body; radius 0 makes it a point."""
 
     body: str
     p: Vector = (0.0, 0.0, 0.0)
@@ -15,7 +15,7 @@ class Ball(Struct, frozen=True, tag=True):
 
 
 class Box(Struct, frozen=True, tag=True):
-    """A box of a body: centre p, edges `size` along the columns of R."""
+    """A box fixed on a body: centre p, edge lengths `size` along the columns of R."""
 
     body: str
     size: Vector
@@ -24,7 +24,7 @@ class Box(Struct, frozen=True, tag=True):
 
 
 class Plane(Struct, frozen=True, tag=True):
-    """The half space below a plane of a body; `normal` points out of it."""
+    """The half space below a plane fixed on a body; `normal` points out of the half space."""
 
     body: str = "world"
     p: Vector = (0.0, 0.0, 0.0)
@@ -35,7 +35,8 @@ Shape = Ball | Box | Plane
 
 
 class Contact(Struct, frozen=True):
-    """Two shapes of different bodies: rigid, unilateral, Coulomb friction `mu`, Newton's `restitution`."""
+    """Rigid, unilateral contact between two shapes of different bodies, with Coulomb friction `mu` and Newton's
+    coefficient of restitution."""
 
     name: str
     a: Ball | Box

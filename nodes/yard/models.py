@@ -1,7 +1,9 @@
-"""A yard as Parallel DEVS: a dispatcher, the steps that it sends work to, and the resources that tell of their use.
+"""A yard as a Parallel DEVS model: a dispatcher, the steps to which it sends work, and the resources, which report
+their use.
 
-The dispatcher is the parallel schedule generation scheme: whenever something ends, gets ready, or a shift begins, it
-starts all that may start, in the order of the rule.  A break interrupts work, and what the work has it keeps.
+The dispatcher is the parallel schedule generation scheme: whenever an activity ends or becomes ready, or a shift
+begins, it starts all activities that may start, in the order of the priority rule. A break interrupts work, and the
+interrupted work keeps its resources.
 """
 
 from bisect import insort
@@ -21,13 +23,13 @@ CarryOut = Callable[[LiftOrder, float], Lift]  # simulates a lift in a wind [m/s
 
 
 class ActivityStart(Message):
-    """Order to begin an activity."""
+    """Order to begin the activity with this number."""
 
     activity: int
 
 
 class ActivityEnd(Message):
-    """An activity has ended."""
+    """Report that the activity with this number has ended."""
 
     activity: int
 
@@ -39,8 +41,9 @@ class UnitsInUse(Message):
 
 
 class YardSchedule(Message):
-    """Result of a yard: time of delivery, start and end of each activity [s], whether it is on the critical sequence
-    (0, 1), and the time activities waited for each cause [s]: the block, the shift, then the resources."""
+    """Result of a yard's run: time of delivery [s], start and end of each activity [s], whether it is on the critical
+    sequence (0 or 1), and the total time [s] that activities waited for each cause: the block, the shift, then the
+    resources."""
 
     delivery: float
     starts: tuple[float, ...]
@@ -50,15 +53,15 @@ class YardSchedule(Message):
 
 
 class ResourceUse(Message):
-    """Use of a resource: mean and maximum number of units."""
+    """Use of a resource: mean and maximum number of units in use."""
 
     used: float
     most: int
 
 
 class StepWork(Message):
-    """Statistics of a step: time for which the wind stopped it [s], number of stops, numbers of simulated and of red
-    lifts."""
+    """Statistics of a step: time for which wind stopped its lifts [s], number of stops, number of simulated lifts and
+    of those with a red verdict."""
 
     stopped: float
     stops: int
@@ -67,8 +70,8 @@ class StepWork(Message):
 
 
 class Dispatcher(Atomic):
-    """Starts activities in the order of their ranks as soon as predecessors, block, shift and resources allow (parallel
-    schedule generation)."""
+    """Starts activities in the order of their ranks as soon as predecessors, block, shift and resources allow it
+    (parallel schedule generation)."""
 
     done, wind, over = In(ActivityEnd), In(WindChange), Out(YardDone)
 
@@ -90,7 +93,7 @@ class Dispatcher(Atomic):
             self.add_out(f"use-{resource}", UnitsInUse)
 
     def start(self) -> None:
-        """Start with no activity begun."""
+        """Start without any activity begun."""
         count = len(self.activities)
         self.begin, self.end = [-1] * count, [-1] * count
         self.ready = [one.ready for one in self.activities]
@@ -106,7 +109,7 @@ class Dispatcher(Atomic):
         self.decide()
 
     def output(self) -> None:
-        """Send the activities that begin, and the changed numbers of units in use."""
+        """Send orders to begin activities, and the changed numbers of units in use."""
         for n in self.begun:
             self.ports[f"to-{self.activities[n].step}"].send(ActivityStart(n))  # type: ignore[attr-defined]
         for resource in self.changed:
@@ -115,24 +118,24 @@ class Dispatcher(Atomic):
             self.over.send(YardDone())
 
     def external(self, e: int, x: Bag) -> None:
-        """Record the ended activities, then decide which begin."""
+        """Record the activities that ended, then decide which ones begin."""
         unsent = self.begun, self.changed
         self.note(x)
         self.decide(*unsent)
 
     def internal(self) -> None:
-        """What began was sent; decide once more."""
+        """Forget the orders that were sent, and decide again which activities begin."""
         self.telling = False
         self.decide()
 
     def confluent(self, x: Bag) -> None:
-        """Decide once, after all that happens now."""
+        """Handle everything that happens now, then decide once."""
         self.telling = False
         self.note(x)
         self.decide()
 
     def note(self, x: Bag) -> None:
-        """Free the resources of ended activities, and queue their successors."""
+        """Free the resources of the activities that ended, and queue successors that have become ready."""
         now = self._present.now[0]
         for change in x[self.wind]:
             self.calm, self.calms = list(change.calm), not change.last
@@ -150,7 +153,8 @@ class Dispatcher(Atomic):
                     insort(self.pending, (self.rank[m], m))
 
     def decide(self, begun: tuple[int, ...] = (), changed: tuple[str, ...] = ()) -> None:
-        """Start all activities that may start now, and wait for the next block or shift."""
+        """Start all activities that may start now, and schedule the next decision for when a block is ready or a shift
+        begins."""
         now, wake, kept = self._present.now[0], NEVER, list[tuple[int, int]]()
         freed, self.freed = self.freed, {}
         started = list(begun)
@@ -189,7 +193,8 @@ class Dispatcher(Atomic):
         self.hold_in(0 if self.begun or self.changed or self.telling else wake if wake == NEVER else wake - now)
 
     def calm_for(self, n: int, now: int) -> bool:
-        """Return whether the wind allows a lift to begin, now and (as far as it is forecast) until its expected end."""
+        """Return whether the wind allows a lift to begin now, and does so until its expected end or the end of the
+        forecast."""
         end = self.calm[self.limited[n]] if self.calm else -1
         one = self.activities[n]
         return end > now and end >= min(now + self.forecast, one.works.add(now, one.expected))
@@ -203,7 +208,8 @@ class Dispatcher(Atomic):
         )  # fmt: skip
 
     def critical(self) -> list[int]:
-        """Return the critical sequence: from the last end back through the activities that released each start."""
+        """Return the critical sequence: from the activity that ends last, backwards through the activities whose ends
+        allowed the starts."""
         last = max(range(len(self.end)), key=lambda n: (self.end[n], -n))
         found = [last]
         while (n := self.releaser(found[-1])) >= 0:
@@ -211,8 +217,8 @@ class Dispatcher(Atomic):
         return found[::-1]
 
     def releaser(self, n: int) -> int:
-        """Return the activity whose end allowed another one to start; -1 if there is none, or the block itself came
-        last."""
+        """Return the number of the activity whose end allowed activity n to start; -1 if there is none or if n waited
+        for its block to be ready."""
         one, lacked = self.activities[n], self.lacked[n]
         before = [(self.end[m] + lag, True, -m) for m, lag in one.after]
         if lacked:
@@ -224,9 +230,9 @@ class Dispatcher(Atomic):
 
 
 class YardStep(Atomic):
-    """Carries out one step for all blocks; each takes its own drawn working time, or the expected one for seed 0. Wind
-    stops lifts and lets them continue; `carry_out` simulates lifts whose properties depend on the wind at their
-    begin."""
+    """Carries out one step for all blocks. Each block takes its own random working time, or the expected one if the
+    seed is 0. Wind stops lifts and lets them continue; `carry_out` simulates lifts whose results depend on the wind
+    when they begin."""
 
     work, wind, done = In(ActivityStart), In(WindChange), Out(ActivityEnd)
 
@@ -235,7 +241,7 @@ class YardStep(Atomic):
         self.activities, self.seed, self.carry_out = activities, seed, carry_out
 
     def start(self) -> None:
-        """Draw the durations of all blocks in advance, independent of the order in which they come."""
+        """Draw the durations for all blocks in advance, so that they do not depend on the order of the blocks."""
         self.due = list[tuple[int, int]]()
         self.times = {
             n: seconds(one.takes.draw(stream(self.seed, one.name)) if self.seed else one.takes.mean)
@@ -245,7 +251,7 @@ class YardStep(Atomic):
         self.stopped, self.stops, self.simulated, self.red = 0, 0, 0, 0
 
     def external(self, e: int, x: Bag) -> None:
-        """Begin the ordered activities; stop lifts, or continue them, by the wind."""
+        """Begin the ordered activities; stop or continue lifts according to the wind."""
         now = self._present.now[0]
         for change in x[self.wind]:
             self.speed = change.speed
@@ -265,7 +271,7 @@ class YardStep(Atomic):
         return seconds(one.lift.seconds) if one.lift else 0
 
     def stop(self, now: int) -> None:
-        """Stop lifts in too much wind, and continue those that are allowed again."""
+        """Stop lifts for which the wind is too strong, and continue those that are allowed again."""
         for end, n in [*self.due]:
             one = self.activities[n]
             if one.lift and self.speed > one.lift.stop and end > now:
@@ -286,14 +292,14 @@ class YardStep(Atomic):
                 self.done.send(ActivityEnd(n))
 
     def internal(self) -> None:
-        """Remove the ended activities, and wait for the next end."""
+        """Remove the activities that ended, and wait for the next end."""
         now = self.due[0][0]
         while self.due and self.due[0][0] == now:
             heappop(self.due)
         self.hold_in(self.due[0][0] - now if self.due else NEVER)
 
     def result(self) -> StepWork:
-        """Return how the wind stopped this step."""
+        """Return how often and how long wind stopped the lifts of this step."""
         return StepWork(self.stopped / 1e9, self.stops, self.simulated, self.red)
 
 
@@ -303,7 +309,7 @@ class YardResource(Atomic):
     level = In(UnitsInUse)
 
     def start(self) -> None:
-        """Start with no unit in use."""
+        """Start with no units in use."""
         self.used = TimeWeighted()
 
     def external(self, e: int, x: Bag) -> None:
@@ -316,8 +322,8 @@ class YardResource(Atomic):
 
 
 def coupled(yard: Yard, seed: int = 0, rule: str = "", carry_out: CarryOut | None = None) -> Coupled:
-    """Return the DEVS model of a yard with its own rule or another one; for seed 0 with expected durations, in drawn
-    weather."""
+    """Return the DEVS model of a yard with its own priority rule or another one; seed 0 means expected durations, in
+    random weather."""
     root, limits = Coupled("yard"), thresholds(yard) if yard.wind else ()
     dispatcher = root.add(
         Dispatcher(
@@ -341,7 +347,7 @@ def coupled(yard: Yard, seed: int = 0, rule: str = "", carry_out: CarryOut | Non
 
 
 def expected(yard: Yard, rule: str = "") -> YardSchedule:
-    """Return the schedule of a run with expected durations."""
+    """Return the schedule of one run with expected durations."""
     model = coupled(yard, 0, rule)
     simulator = Simulator(model)
     simulator.start()
@@ -352,8 +358,8 @@ def expected(yard: Yard, rule: str = "") -> YardSchedule:
 
 
 def thresholds(yard: Yard) -> tuple[float, ...]:
-    """Return the winds [m/s] at which something begins or stops; every whole number if lifts are simulated in their
-    wind."""
+    """Return the wind speeds [m/s] at which a lift may begin or must stop; every whole number up to 40 m/s if lifts are
+    simulated in their wind."""
     lifts = [one.lift for one in yard.activities if one.lift]
     found = {limit for lift in lifts for limit in (lift.wind, lift.stop, lift.resume) if limit < inf}
     if any(one.order and one.order.way == "run" for one in yard.activities):

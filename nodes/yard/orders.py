@@ -1,4 +1,5 @@
-"""Lifts as a yard file orders them: scene, settings of each block, how they are carried out, the cranes they take."""
+"""Lifts as a yard file describes them: scene, settings of each block, method by which the results are found, and the
+cranes used."""
 
 from dataclasses import dataclass
 from typing import get_args
@@ -17,8 +18,8 @@ MOST = 1000  # runs of a table
 
 @dataclass(frozen=True)
 class LiftStep:
-    """Lift of a step as written: scene, settings as path and text or =column, how its duration is found, axes of its
-    table."""
+    """A lift as written for a step: scene, settings as path and text or =column, method by which its duration is found,
+    and the axes of its table."""
 
     step: str
     scene: str
@@ -29,12 +30,12 @@ class LiftStep:
 
     @property
     def columns(self) -> set[str]:
-        """The columns of the table of blocks to which its settings refer."""
+        """The columns of the table of blocks that its settings use."""
         return {text[1:] for _, text in self.sets if text[:1] == "="}
 
 
 def lift_steps(given: Taking, steps: list[str]) -> dict[str, LiftStep]:
-    """Return the steps that are lifts."""
+    """Return the steps that are lifts, by name."""
     found = dict[str, LiftStep]()
     for step in steps:
         at = ("steps", step)
@@ -65,7 +66,7 @@ def lift_steps(given: Taking, steps: list[str]) -> dict[str, LiftStep]:
 
 
 def values(text: str) -> tuple[str, ...]:
-    """Return the values of an axis such as `100..500 t by 200 t`, each with its unit."""
+    """Return the values on an axis such as `100..500 t by 200 t`, each with its unit."""
     found = range_of(text)
     low, high, by = (float(found.low), float(found.high), float(found.step or 0)) if found else (0.0, 0.0, 0.0)
     if not found or not low < high or not 0 < by <= high - low or (high - low) / by > MOST:
@@ -75,7 +76,7 @@ def values(text: str) -> tuple[str, ...]:
 
 
 def runs(over: tuple[tuple[str, tuple[str, ...]], ...]) -> int:
-    """Return the number of runs that a table takes."""
+    """Return the number of runs that a table with these axes needs."""
     count = 1
     for _, texts in over:
         count *= len(texts)
@@ -85,7 +86,7 @@ def runs(over: tuple[tuple[str, tuple[str, ...]], ...]) -> int:
 def order_of(
     given: Taking, one: LiftStep, row: TableCell, cells: dict[str, TableCell], units: dict[str, str]
 ) -> LiftOrder:
-    """Return the lift of a block; faults are reported at its row."""
+    """Return the lift of a block; errors are reported at the block's row."""
     at, texts = ("blocks", row.text), dict[str, str]()
     for column in sorted(one.columns):
         if column in cells:
@@ -119,7 +120,7 @@ def order_of(
 
 
 def found_scene(given: Taking, name: str) -> str:
-    """Return a scene next to the yard file, or a bundled one; raises SceneError."""
+    """Return a scene in the folder of the yard file, or a bundled one; raises SceneError if there is none."""
     beside = given.source.root / name
     scene = str(beside) if beside.is_file() else name
     scene_file(scene)
@@ -129,8 +130,8 @@ def found_scene(given: Taking, name: str) -> str:
 def taken(
     given: Taking, order: LiftOrder, step: str, types: dict[str, str], capacities: dict[str, int]
 ) -> dict[str, int]:
-    """Return the units of each crane that a lift takes: of the resource with the crane's name and type, or of one of
-    its type."""
+    """Return how many units of each resource the cranes of a lift occupy: each crane uses the resource with its name
+    and type, or else one of its type."""
     found = dict[str, int]()
     try:
         machines = cranes(order.scene)

@@ -38,10 +38,7 @@ LEVELS = (
     Fidelity(ropes="rigid", slings="rigid"),
     Fidelity(motion="across", pads="standing"),
 )
-FORMER = (
-    "v0.2.0",
-    "ae8cf4df",
-)  # the last release; the last version in which goliaths had a plan and models of their own
+FORMER = ("12b8f9b5", "ae8cf4df")  # release 0.2.0; the last version with a plan and models for goliaths alone
 LUMPED = 1e-9  # relative: where lumps of ropes are was rounded to ten digits
 SYSTEMS = """
 import json, sys

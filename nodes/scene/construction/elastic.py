@@ -24,7 +24,8 @@ class ElasticParts(Checking):
     """The parts of a mechanism that `elastic` names, with faults for those that cannot be so."""
 
     def servos(self, made: tuple[k.Joint, ...]) -> Iterator[Servo]:
-        """Yield the drives that can yield; no weight may act on them, since a servo would begin to move."""
+        """Yield the drives that can be compliant; a drive on which weight acts is an error, since it would begin to
+        move."""
         joints = {joint.name: joint for joint in made}
         for name, x in self.given.elastic.items():
             if not isinstance(x, ServoKeys):
@@ -55,7 +56,7 @@ class ElasticParts(Checking):
                 yield Heavy(rope=name, line=x.mass_per_length, on=start.body, beside=other)
 
     def bends(self, bodies: tuple[k.Body, ...]) -> Iterator[Bend]:
-        """Yield the bodies that can bend, with their bending mass."""
+        """Yield the bodies that can bend, with the part of their mass that bends."""
         known = {body.name: body for body in bodies}
         for name, x in self.given.elastic.items():
             path, body = (*self.base, "elastic", name), known.get(name)
@@ -77,7 +78,7 @@ class ElasticParts(Checking):
                 yield from self._boom(path, name, body, x)
 
     def _boom(self, path: Path, name: str, body: k.Body, x: Elastic) -> Iterator[Bend]:
-        """Yield a body that bends from its frame."""
+        """Yield a body that bends as a beam, starting at the origin of its frame."""
         box = self.given.bodies[name].box
         length, mass = x.length or (box[0] if box else 0.0), x.mass or body.mass
         middle = (length / 2.0, 0.0, 0.0)
@@ -91,7 +92,8 @@ class ElasticParts(Checking):
             yield Bend(body=name, mass=min(mass, body.mass), flexible=flexible)
 
     def slices(self, bends: list[Bend]) -> Iterator[tuple[k.Body, k.Joint, plan.Shape]]:
-        """Yield massless bodies along a bending body that carry its shapes, except the first."""
+        """Yield massless bodies fixed along a bending body, which carry slices of its shape; the first slice stays on
+        the body."""
         for bend in bends:
             given, beam = self.given.bodies[bend.body], bend.flexible.beam
             if given.box is None or bend.body in self.given.shapes or beam is None:

@@ -1,8 +1,8 @@
 """The `mechanism:` of a scene file as a part of the plan.
 
-This module has the tree, its bodies, forces and contacts; ropes and laws along coordinates have modules of their own.
-The result is one description for the kernel, with the actuators that orders can move and the parts that carry at the
-start.
+This module makes the joint tree, its bodies, forces and contacts; ropes and laws along coordinates have modules of
+their own. The result is a description for the kernel, with the actuators that orders can move and the parts that carry
+a load at the start.
 """
 
 from collections.abc import Iterator, Mapping
@@ -51,8 +51,8 @@ def build_mechanism(
     tree: RiggingTree | None = None,
     edges: Mapping[str, Edge] = NONE,
 ) -> plan.Mechanism:
-    """Build a mechanism of the plan, which may act on a lift; faults are added to those of the source. `base`: its path
-    in the scene; `tree`: the rigging of the scene; `edges`: those of the scene."""
+    """Build a mechanism of the plan, which may act on a lift; errors are added to the source. `base`: path of the
+    mechanism in the scene; `tree`: rigging of the scene; `edges`: edges of the scene."""
     return _Assembly(source, given, lift, base, edges).build(gravity, tree)
 
 
@@ -168,13 +168,14 @@ class _Assembly(ElasticParts):
         return (*taut, *reeved), (*closed, *touching)
 
     def _parallel(self, whole: k.System, rope: forces.Reeving) -> None:
-        """Check that edges of several bodies over which one rope bends stay parallel."""
+        """Check that edges of different bodies stay parallel if the same rope bends over them."""
         if rope.apart:
             at = kinematics.poses(whole)
             check_parallel(rope, build_graph(whole), lambda body: (at[body][1], at[body][0]))
 
     def _overstretched(self, rope: k.Rope | forces.Reeving, stretch: float) -> None:
-        """Check that no wire rope begins beyond its breaking strain; softer ropes may be of any material."""
+        """Add an error if a wire rope starts beyond its breaking strain; softer ropes may be of any material and are
+        not checked."""
         if rope.EA >= WIRE and stretch > BREAKS * rope.L0:
             message = (
                 f"the rope begins stretched by {stretch / rope.L0:.1%} with {rope.EA * stretch / rope.L0 / 1e3:.4g} kN"
@@ -192,7 +193,7 @@ class _Assembly(ElasticParts):
             yield made
 
     def _joints(self) -> Iterator[k.Joint]:
-        """Yield the kernel's joints with the axes of their types."""
+        """Yield the kernel's joints, with the axes that their types define."""
         for name, joint in self.given.joints.items():
             path: Path = (*self.base, "joints", name)
             faults = len(self.source.faults)
@@ -208,7 +209,8 @@ class _Assembly(ElasticParts):
             yield made
 
     def _resisting(self, system: k.System) -> None:
-        """Check that bodies without mass or inertia carry others that have it in all directions of motion."""
+        """Add an error if a body can move in a direction in which neither it nor a body that it carries has mass or
+        inertia."""
         if all(b.flexible or (b.mass and all(row[i] for i, row in enumerate(b.inertia))) for b in system.bodies):
             return
         from heavylift.kernel.model.program import Program  # slow to import, and rarely needed
@@ -222,7 +224,7 @@ class _Assembly(ElasticParts):
             self.fault((*self.base, "bodies", body) if body else self.base, str(error), on_key=True)
 
     def _forces(self) -> Iterator[forces.Force]:
-        """Yield the forces, after checks that each acts on existing bodies or joints and can be built by the kernel."""
+        """Yield the forces; add errors for unknown bodies or joints and for forces that the kernel cannot build."""
         for name, force in self.given.forces.items():
             path: Path = (*self.base, "forces", name)
             for keys, body in force.bodies:
@@ -236,7 +238,7 @@ class _Assembly(ElasticParts):
             yield made
 
     def _contacts(self) -> Iterator[Contact]:
-        """Yield the contacts, after checks that each is between existing bodies and known shapes."""
+        """Yield the contacts; add errors for unknown bodies and shapes."""
         for name, given in self.given.contacts.items():
             path: Path = (*self.base, "contacts", name)
             self.known((*path, "body"), given.body)
