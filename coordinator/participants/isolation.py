@@ -34,7 +34,7 @@ _ghosts: dict[tuple[type, Reach], type] = {}
 
 
 def secluded(root: Coupled, names: Sequence[str], build: Callable[[], Coupled]) -> list[Model]:
-    """Return these children of the root, isolated from all other models; `build` builds the root again."""
+    """Return these children of the root, isolated from all other models; `build` builds the root model again."""
     bound = _bound([root.children[name] for name in names])
     own = {name: root.children[name] for name in names if name not in bound}
     _seclude(root, own)
@@ -158,7 +158,7 @@ _Place = tuple[str, dict[str, object], str]  # full name; the variables of its m
 
 
 class Commons:
-    """Guard for global variables that several children use: their values must remain as they were before the first
+    """Guard for global variables that several children use: their values must stay as they were before the first
     transition."""
 
     def __init__(self, root: Coupled) -> None:
@@ -178,7 +178,8 @@ class Commons:
         self._asked = 0
 
     def unchanged(self, now: bool) -> None:
-        """Raise ModelError for a changed global; checks if `now`, else at calls whose number is a power of two."""
+        """Raise ModelError for a changed global variable; checks if `now`, otherwise only at calls whose number is a
+        power of two."""
         self._asked += 1
         if not now and self._asked & (self._asked - 1):
             return

@@ -26,7 +26,7 @@ Mark = tuple[float, float]  # an instant, and the seconds of recording until the
 
 @dataclass(frozen=True)
 class Budget:
-    """Seconds of wall time of each part of a run."""
+    """Wall time [s] that each part of a run has taken."""
 
     start: float = 0.0
     kernel: float = 0.0
@@ -36,8 +36,8 @@ class Budget:
 
     @staticmethod
     def of(start: Mark, greeted: Mark, played: Mark, ended: Mark, kernel: float) -> "Budget":
-        """Compute the budget from the times of start, last HELLO, last grant and end of all processes, and the kernel's
-        own working time [s]."""
+        """Compute how the wall time of a run was spent, from the times of its start, the last HELLO, the last grant and
+        the end of all processes, and the kernel's own working time [s]."""
         marks = [start, greeted, played, ended]
         starting, playing, ending = ((b[0] - a[0]) - (b[1] - a[1]) for a, b in pairwise(marks))  # without the recording
         return Budget(starting, kernel, max(0.0, playing - kernel), ended[1], ending)
@@ -47,7 +47,7 @@ class Budget:
 
 
 class ClockedWork:
-    """Base of recorders whose working time is measured: `spent_s` [s]."""
+    """Base class of recorders whose working time `spent_s` [s] is measured."""
 
     spent_s = 0.0
 
@@ -88,7 +88,7 @@ _schema = cache(msgspec.json.schema)  # of a type of messages, which many ports 
 
 
 class RunRecorder(ClockedWork):
-    """Recorder of a run without a file: only the digest of the events and the time reached."""
+    """Recorder of a run without a file: computes only the digest of the events and the time reached."""
 
     def __init__(self) -> None:
         self.digest = Digest()
@@ -98,7 +98,7 @@ class RunRecorder(ClockedWork):
         """What was observed of the lookaheads of the nodes' ports, known when they have left."""
 
     def event(self, e: Event) -> None:
-        """Record a committed event; called in total order."""
+        """Record a committed event; events must arrive in total order."""
         self.last_ns = max(self.last_ns, e.t)
         self.digest.event(e.t, e.k, e.source, e.port, e.index, e.type, e.payload)
 
