@@ -8,11 +8,13 @@ interrupted work keeps its resources.
 
 from bisect import insort
 from collections.abc import Callable
+from dataclasses import replace
 from heapq import heapify, heappop, heappush
 from math import inf
 
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import NEVER, Atomic, Bag, Coupled, In, Message, Out, Simulator, TimeWeighted, seconds, stream
+from heavylift.nodes.queueing.distributions import Fixed
 
 from .lifts import Lift, LiftOrder
 from .network import Activity, Yard, ranks, successors
@@ -97,6 +99,7 @@ class Dispatcher(Atomic):
         count = len(self.activities)
         self.begin, self.end = [-1] * count, [-1] * count
         self.ready = [one.ready for one in self.activities]
+        self.opening = [one.works.open(one.ready) for one in self.activities]  # of the first shift when it is ready
         self.open = [len(one.after) for one in self.activities]  # predecessors that are not done
         self.used, self.running, self.decided = dict.fromkeys(self.capacities, 0), 0, 0
         self.freed = dict[str, None]()
@@ -148,7 +151,8 @@ class Dispatcher(Atomic):
                 self.freed[resource] = None
             for m, lag in self.successors[n]:
                 self.open[m] -= 1
-                self.ready[m] = max(self.ready[m], now + lag)
+                if now + lag > self.ready[m]:
+                    self.ready[m], self.opening[m] = now + lag, self.activities[m].works.open(now + lag)
                 if not self.open[m]:
                     insort(self.pending, (self.rank[m], m))
 
@@ -157,12 +161,14 @@ class Dispatcher(Atomic):
         begins."""
         now, wake, kept = self._present.now[0], NEVER, list[tuple[int, int]]()
         freed, self.freed = self.freed, {}
-        started = list(begun)
+        started, opens = list(begun), dict[str, int]()  # when the next shift begins, by calendar
         for rank, n in self.pending:
             one = self.activities[n]
             if cause := self.causes[n]:
                 self.waits[cause] += now - self.decided
-            cause, at = "", one.works.open(max(now, self.ready[n]))
+            cause, at = "", self.opening[n]
+            if at <= now and (at := opens.get(one.works.key, -1)) < 0:
+                at = opens[one.works.key] = one.works.open(now)
             if at > now:
                 cause, wake = NOT_READY if self.ready[n] > now else NO_SHIFT, min(wake, at)
             else:
@@ -230,23 +236,19 @@ class Dispatcher(Atomic):
 
 
 class YardStep(Atomic):
-    """Carries out one step for all blocks. Each block takes its own random working time, or the expected one if the
-    seed is 0. Wind stops lifts and lets them continue; `carry_out` simulates lifts whose results depend on the wind
-    when they begin."""
+    """Carries out one step for all blocks, each in its own expected time. Wind stops lifts and lets them continue;
+    `carry_out` simulates lifts whose properties depend on the wind at their begin."""
 
     work, wind, done = In(ActivityStart), In(WindChange), Out(ActivityEnd)
 
-    def __init__(self, name: str, activities: dict[int, Activity], seed: int, carry_out: CarryOut | None) -> None:
+    def __init__(self, name: str, activities: dict[int, Activity], carry_out: CarryOut | None) -> None:
         super().__init__(name)
-        self.activities, self.seed, self.carry_out = activities, seed, carry_out
+        self.activities, self.carry_out = activities, carry_out
+        self.times = {n: seconds(one.takes.mean) for n, one in activities.items()}
 
     def start(self) -> None:
-        """Draw the durations for all blocks in advance, so that they do not depend on the order of the blocks."""
+        """Start with no activity under way."""
         self.due = list[tuple[int, int]]()
-        self.times = {
-            n: seconds(one.takes.draw(stream(self.seed, one.name)) if self.seed else one.takes.mean)
-            for n, one in self.activities.items()
-        }
         self.speed, self.held = 0.0, dict[int, tuple[int, int]]()  # [m/s]; work left and since when of what stands
         self.stopped, self.stops, self.simulated, self.red = 0, 0, 0, 0
 
@@ -335,8 +337,8 @@ def coupled(yard: Yard, seed: int = 0, rule: str = "", carry_out: CarryOut | Non
         root.connect(weather.wind, dispatcher.wind)
         root.connect(dispatcher.over, weather.over)
     for name in dict.fromkeys(one.step for one in yard.activities):
-        own = {n: one for n, one in enumerate(yard.activities) if one.step == name}
-        step = root.add(YardStep(f"step-{name}", own, seed, carry_out))
+        own = {n: settled(one, seed) for n, one in enumerate(yard.activities) if one.step == name}
+        step = root.add(YardStep(f"step-{name}", own, carry_out))
         root.connect(dispatcher.ports[f"to-{name}"], step.work)
         root.connect(step.done, dispatcher.done)
         if weather and any(one.lift for one in own.values()):
@@ -344,6 +346,11 @@ def coupled(yard: Yard, seed: int = 0, rule: str = "", carry_out: CarryOut | Non
     for name in yard.capacities:
         root.connect(dispatcher.ports[f"use-{name}"], root.add(YardResource(f"resource-{name}")).level)
     return root
+
+
+def settled(one: Activity, seed: int) -> Activity:
+    """Return an activity with the working time that is drawn for it, for seed 0 with the expected one."""
+    return replace(one, takes=Fixed(one.takes.draw(stream(seed, one.name)) if seed else one.takes.mean))
 
 
 def expected(yard: Yard, rule: str = "") -> YardSchedule:

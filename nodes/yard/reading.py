@@ -179,7 +179,9 @@ class _Reading(Taking):
         head, rows = self.table(("blocks", "from"))
         if self.source.faults:
             return (), []
-        lifts, orders = lift_steps(self, steps), dict[int, LiftOrder]()
+        lifts, orders, machines = lift_steps(self, steps), dict[int, LiftOrder](), dict[str, dict[str, int]]()
+        if self.source.faults:
+            return (), []
         if not rows or not steps:
             self.source.fault(("blocks", "from"), "a yard has at least one block and one step")
         names = [f"{c.key} {c.axis}".strip() if c.key not in REMARKS else c.key for c in head]
@@ -232,7 +234,9 @@ class _Reading(Taking):
                 more = dict[str, int]()
                 if step in lifts:
                     order = orders[len(made)] = order_of(self, lifts[step], row[0], cells, units)
-                    more = taken(self, order, step, self.types, capacities)
+                    if order.scene not in machines:
+                        machines[order.scene] = taken(self, order, step, self.types, capacities)
+                    more = machines[order.scene]
                 needs = self.needs(step, block, cells, capacities, number, more)
                 made.append(Activity(block, step, takes, needs, tuple(after), max(0, ready), calendars[step]))
         try:
