@@ -103,12 +103,12 @@ class RunRecorder(ClockedWork):
         self.digest.event(e.t, e.k, e.source, e.port, e.index, e.type, e.payload)
 
     def samples(self, node: str, batch: bytes) -> int:
-        """Record a batch of samples; returns the simulation time that it reaches [ns]."""
+        """Record a batch of samples; return the simulation time [ns] of its last sample."""
         return self.last_ns
 
     @property
     def notes(self) -> list[str]:
-        """Notes of the nodes for the user so far; none without a file."""
+        """Notes for the user that nodes have sent so far; empty if no file is written."""
         return []
 
     def settle(self, t_ns: int) -> None:
@@ -117,16 +117,19 @@ class RunRecorder(ClockedWork):
     def protocol(
         self, t_ns: int, node: str, direction: str, message: m.AnyMessage, data: bytes, held: Held = ()
     ) -> None:
-        """Record a message of the time protocol; `direction`: "to node" or "from node"; `held`: who blocked a GRANT."""
+        """Record a message of the time protocol; `direction`: "to node" or "from node"; `held`: nodes that blocked a
+        GRANT."""
 
     def checkpoint(self, at: Tag, state: bytes) -> None:
-        """Record a checkpoint, not part of the digest: the sampling node's state after all before tag `at`."""
+        """Record a checkpoint, which is not part of the digest: the kernel's state after everything before the logical
+        time `at`."""
 
     def failed(self, message: m.Fail) -> None:
         """Record the failure of a node."""
 
     def note(self, t_ns: int, sentence: str) -> None:
-        """Record a failure at this simulation time [ns] from which the run has recovered; not part of the digest."""
+        """Record a failure, at this simulation time [ns], from which the run has recovered; it is not part of the
+        digest."""
 
     def close(self, facts: Mapping[str, object]) -> None:
         """Finish the record of a run that ended in order."""
@@ -139,7 +142,7 @@ class RunRecorder(ClockedWork):
 
 
 class FileRecorder(RunRecorder):
-    """Recorder that writes a file; its ports are announced before the run begins."""
+    """Recorder that writes a file; its ports must be announced before the run begins."""
 
     def __init__(
         self, output: Path, facts: Mapping[str, object], attachments: Mapping[str, bytes], force: bool = False
@@ -160,13 +163,13 @@ class FileRecorder(RunRecorder):
 
     @clocked
     def event(self, e: Event) -> None:
-        """Record a committed event; called in total order."""
+        """Record a committed event; events must arrive in total order."""
         self.last_ns = max(self.last_ns, e.t)
         self.recorder.event(e.t, e.k, e.source, e.port, e.index, e.type, e.payload)
 
     @property
     def notes(self) -> list[str]:
-        """Notes of the nodes for the user so far, as sentences."""
+        """Notes for the user that nodes have sent so far, as sentences."""
         return [note.sentence for note in self.recorder.notes]
 
     @clocked
@@ -178,7 +181,7 @@ class FileRecorder(RunRecorder):
     def protocol(
         self, t_ns: int, node: str, direction: str, message: m.AnyMessage, data: bytes, held: Held = ()
     ) -> None:
-        """Record a message of the time protocol with a summary and the data of `heavylift trace`."""
+        """Record a message of the time protocol with a summary and the data that `heavylift trace` needs."""
         summary = {**_summary(message), "wall_ns": time.perf_counter_ns() - self._began_ns}
         if held:
             summary["held"] = held
