@@ -5,12 +5,11 @@ from __future__ import annotations
 import random
 from dataclasses import replace
 from pathlib import Path
-from typing import get_args
+from typing import Any, get_args
 
 import pytest
 from heavylift.coordinator.commands.common import fails
-from heavylift.kernel.description import NOT_CHECKED, STATES, UNKNOWN
-from heavylift.kernel.description.findings import finding
+from heavylift.kernel.description import NOT_CHECKED, STATES, UNKNOWN, Check
 from heavylift.nodes.limits import ABSENT, RatedLimit, checks_of, likewise, line_of, table_of
 from heavylift.nodes.plan import Quantity, Use
 from heavylift.nodes.scene import new_scene_with, parse
@@ -85,10 +84,8 @@ def test_contact_that_nothing_allows_is_named_before_narrow_clearances(seed: int
     gaps = [rng.uniform(0.05, 0.4) for _ in range(rng.randint(0, 4))]
     depths = [-0.5 * rng.random() for _ in range(rng.randint(1, 3))]
     values = rng.sample(gaps + depths, len(gaps) + len(depths))
-    found = [
-        finding("red", "clearance", f"block and {i}", f"{value}", t=float(i), value=value, limit=0.5, unit="m")
-        for i, value in enumerate(values)
-    ]
+    common: dict[str, Any] = {"quantity": "clearance", "state": "red", "limit": 0.5, "unit": "m"}
+    found = [Check(subject=f"{i}", sentence=f"{x}", t=float(i), value=x, **common) for i, x in enumerate(values)]
     checks = checks_of(PLAN, [], found, {}, [])
     assert line_of(checks).endswith(f"; worst: {min(values)}")
     assert likewise(found)[0].value == min(values)
