@@ -57,7 +57,8 @@ def chosen(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScen
 
 
 def decided(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
-    """Return the scene at the loosest of `ACCURACIES` that leaves no check undecided, else at the finest."""
+    """Return the scene at the loosest accuracy of `ACCURACIES` that leaves no check undecided, otherwise at the finest
+    one."""
     ask = scene.facts.ask or MEANT
     for accuracy in ACCURACIES:
         facts = msgspec.structs.replace(scene.facts, own=ask, written=accuracy, named=(*scene.facts.named, "ask"))
@@ -82,7 +83,7 @@ def known(scene: LoadedScene) -> Answer | None:
 
 
 def answered(scene: LoadedScene, answer: Answer) -> LoadedScene:
-    """Return the scene with the level and steps of an `Answer`."""
+    """Return the scene with the model level and steps that an `Answer` holds."""
     plan = at_level(scene.plan, answer.fidelity)
     hz = plan.samples_hz if "samples" in scene.facts.named else answer.samples_hz or plan.samples_hz
     plan = msgspec.structs.replace(plan, method=answer.method, tolerance=answer.tolerance, samples_hz=hz)
@@ -111,7 +112,8 @@ def level_of(scene: LoadedScene, say: Report = lambda message: None) -> LoadedSc
 
 
 def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
-    """Choose level and steps; raises HeavyliftError only if the time limit cuts a run."""
+    """Choose the model level and steps that answer a question; raises HeavyliftError only if a run exceeds its time
+    limit."""
     last: Look | None = None
     for number, level in enumerate(ladder.levels):
         richer = number + 1 < len(ladder.levels)

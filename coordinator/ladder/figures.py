@@ -32,7 +32,8 @@ THIRD = 3.0  # of what twice the distance of samples changes, they leave open: e
 
 
 class AskedFigure(NamedTuple):
-    """A figure: name, quantity, unit, value, reference value of its relative error, and reading error."""
+    """A result figure of a run: name, quantity, unit, value, reference value for its relative error, and reading error
+    due to sampling."""
 
     name: str
     quantity: Asked
@@ -56,7 +57,7 @@ class RunSeries:
 
     @classmethod
     def of(cls, run: Played) -> "RunSeries":
-        """Collect the results of a run."""
+        """Collect the results of a finished run."""
         plan, layout = run.plan, run.layout
         # several rows at the instant of an event: the first one counts
         t, first = np.unique(run.t, return_index=True)
@@ -121,7 +122,7 @@ def spans(plan: Plan, stages: list[tuple[float, int, str]], last: float) -> list
 
 
 def figures(run: Played, ask: Sequence[Asked] = ASKABLE) -> list[AskedFigure]:
-    """Figures of a run for these quantities; repeated names are numbered."""
+    """Return the figures of a run for these quantities; repeated names are numbered."""
     shown = RunSeries.of(run)
     half = shown.halved()
     found = list[AskedFigure]()

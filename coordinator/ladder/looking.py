@@ -16,8 +16,8 @@ ORDERS = (1.0, 0.75, 0.5)  # powers of the tolerance that errors of steps fall w
 
 @dataclass(frozen=True)
 class Look:
-    """Measured errors of a candidate: in all, of its steps, of its level; why it could not run; which errors are
-    missing, and why."""
+    """Measured errors of one candidate: in total, due to its steps, due to its level; if it could not run, why; which
+    errors could not be measured, and why."""
 
     candidate: ModelLevel
     error: Errors = field(default_factory=lambda: {"": inf})
@@ -93,8 +93,8 @@ def witnesses(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> li
 
 
 def error_of_level(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> Errors:
-    """Return the largest difference of a candidate to its witnesses, doubled; not doubled for the finest level, which
-    is better than the coarser one that it is compared with."""
+    """Return twice the largest difference between a candidate and its witnesses, or for the finest level the simple
+    difference, since that level is better than the coarser one with which it is compared."""
     # the finest level has no better one: its error is smaller than the difference to the coarser one
     factor = WITNESSED if ladder.witnesses(candidate.plan.fidelity) else 1.0
     return times(factor, most(*(measuring.apart(*pair) for pair in witnesses(ladder, candidate, measuring))))

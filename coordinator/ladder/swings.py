@@ -16,7 +16,8 @@ SMALLEST = 1e-4  # [m or rad] amplitude of what has no period
 
 @dataclass(frozen=True)
 class Span:
-    """A stage: begin and end [s]; `free`: no drive moves in it; `lifts`: a load is lifted off in it."""
+    """Time span of a stage: begin and end [s]; `free`: no drive moves during it; `lifts`: a load is lifted off during
+    it."""
 
     name: str
     start: float
@@ -26,7 +27,7 @@ class Span:
 
 
 class Swing(NamedTuple):
-    """Amplitude [m or rad] and period [s] of the best-fitting sinusoid; 0 if none fits."""
+    """Amplitude [m or rad] and period [s] of the sinusoid that fits a signal best; 0 if none fits."""
 
     amplitude: float
     period: float
