@@ -143,7 +143,7 @@ def _further_types(items: list[pytest.Item]) -> set[pytest.Item]:
         values = getattr(item, "callspec", None) and item.callspec.params.values()
         for value in (x for x in values or () if isinstance(x, str) and x in TYPES):
             of.setdefault(item.nodeid.partition("[")[0], {})[item] = value
-    everywhere = (cases for cases in of.values() if TYPES == {*cases.values()})
+    everywhere = (cases for cases in of.values() if {*cases.values()} == TYPES)
     return {item for cases in everywhere for item, value in cases.items() if value not in KINDS}
 
 

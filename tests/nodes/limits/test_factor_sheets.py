@@ -42,7 +42,6 @@ def designs(uses: list[Use]) -> list[Use]:
 
 
 @pytest.mark.parametrize("crane", sorted(library()))
-@pytest.mark.large(beyond=DAILY)
 def test_a_design_load_is_the_load_at_rest_times_its_factors(
     crane: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -82,7 +81,6 @@ def test_a_design_load_is_the_load_at_rest_times_its_factors(
 
 
 @pytest.mark.parametrize("crane", sorted(library()))
-@pytest.mark.large(beyond=DAILY)
 def test_a_factor_that_is_not_given_is_a_row_without_a_number(
     crane: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
