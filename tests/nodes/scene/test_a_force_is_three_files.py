@@ -10,7 +10,7 @@ from shutil import copytree
 from typing import get_args
 
 import pytest
-from heavylift.kernel.description.forces import Force
+from heavylift.kernel.description import Force
 
 ROOT = Path(__file__).parents[3]
 LISTED = {kind: {"mechanics.py"} for kind in ("Reeving", "UserLaw")}  # systems list ropes and the user's code
