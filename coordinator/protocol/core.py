@@ -32,7 +32,7 @@ AHEAD = 256  # of what a node has said: what may be held while it goes on
 
 
 class RunEnd(Enum):
-    """Why a run ended."""
+    """The reason why a run ended."""
 
     FINISHED = "the finish port has spoken, and its time is completed"
     BOUND = "the time bound is reached"
@@ -87,7 +87,7 @@ class Coordinator:
             self._receives(source, port, self._home[target])
 
     def hello(self, name: str, hello: Hello) -> None:
-        """(1) Register a started node; the last one opens the run."""
+        """(1) Register a started node; the last node to start opens the run."""
         node = self._node(name)
         if node.greeted:
             raise ProtocolError(f"{node.who} sent HELLO twice: two nodes have this name, or an old process came back")
@@ -122,7 +122,7 @@ class Coordinator:
             known.append(node)
 
     def done(self, name: str, done: GrantDone) -> None:
-        """(5) Process the DONE of a node."""
+        """(5) Process the DONE message of a node."""
         node = self._node(name)
         check_done(node, done, self._tags[node.rank])
         # what the node has processed no longer counts as ahead of its sender
@@ -139,7 +139,8 @@ class Coordinator:
         self._moved(node)
 
     def working(self, name: str, t_ns: int) -> None:
-        """(6) Note that a sampling node has reached `t_ns` [ns] within its grant: its later outputs are not earlier."""
+        """(6) Note that a node which publishes samples has reached `t_ns` [ns] within its grant, so its later outputs
+        are not earlier."""
         node = self._node(name)
         if node.running:
             for tags, at in ((self._tags, 2 * self._n + node.rank), (self._floors, node.rank)):
@@ -187,7 +188,7 @@ class Coordinator:
 
     @property
     def over(self) -> RunEnd | None:
-        """(7) Why the run has ended, once `ready` grants nothing and no node runs; else None."""
+        """(7) The reason why the run has ended, once `ready` grants nothing and no node works; otherwise None."""
         if not self._open or self.running:
             return None
         first = self.first
@@ -199,7 +200,7 @@ class Coordinator:
 
     @property
     def first(self) -> Tag:
-        """The earliest pending tag of idle nodes; FOREVER if there is none."""
+        """The earliest pending logical time of idle nodes; FOREVER if there is none."""
         return min((node.first for node in self._by_rank if not node.running), default=FOREVER)
 
     def failed(self, name: str, fail: Fail) -> ModelError:
@@ -222,11 +223,13 @@ class Coordinator:
         return min(node.first for node in self._by_rank)
 
     def scheduled(self, names: Iterable[str]) -> Tag:
-        """The earliest pending tag of the nodes of these models; FOREVER if they only react."""
+        """Return the earliest pending logical time of the nodes that contain these models; FOREVER if they only react
+        to inputs."""
         return min(self._home[name].first for name in names)
 
     def held(self, name: str) -> list[tuple[int, str]]:
-        """Return the nodes that blocked this one since the last call, each with the number of its DONE since then."""
+        """Return the nodes that have blocked this one since the last call, each with the number of its DONE since
+        then."""
         return self._node(name).blocked_by()
 
     def _node(self, name: str) -> NodeState:

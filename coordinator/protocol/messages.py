@@ -85,8 +85,8 @@ class GrantDone(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="don
 
 
 class Checkpoint(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="checkpoint"):
-    """CHECKPOINT: canonical state of a node after GRANT `gseq`; without a state it is a request for one, or `why` there
-    is none."""
+    """CHECKPOINT: canonical state of a node after GRANT `gseq`; without a state it is a request for one, or `why` says
+    that there is none."""
 
     gseq: Count
     state: bytes = b""
@@ -94,7 +94,7 @@ class Checkpoint(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="ch
 
 
 class Alive(msgspec.Struct, frozen=True, array_like=True, gc=False):
-    """ALIVE: progress counter of a process, and whether a debugger has stopped it."""
+    """ALIVE: progress counter of a process, and whether a debugger has stopped the process."""
 
     steps: Count
     traced: bool = False
@@ -118,7 +118,7 @@ class StopRun(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="stop"
 
 
 class Bye(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="bye"):
-    """BYE: the node ends; `sentence`: what it still waits for, `busy_s`: its working time [s]."""
+    """BYE: the node ends; `sentence`: what the node still waits for, `busy_s`: its working time [s]."""
 
     sentence: str = ""
     busy_s: Annotated[float, msgspec.Meta(ge=0.0)] = 0.0

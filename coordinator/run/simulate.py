@@ -59,7 +59,7 @@ STOP = "stop"
 
 
 class StageSpan(NamedTuple):
-    """A stage of the action list, with start and end [s]."""
+    """A stage of the action list, with its start and end [s]."""
 
     name: str
     start: float
@@ -88,12 +88,12 @@ class Result:
 
     @cached_property
     def verdict(self) -> RecordedVerdict | None:
-        """The verdict; None for a system."""
+        """The verdict of the run; None for a system, which has no checks."""
         return self._run.verdict if self._run else None
 
     @cached_property
     def digest(self) -> str:
-        """The digest of `run`; "" for a system."""
+        """The digest, equal to that of `run`; "" for a system."""
         return self._run.digest if self._run else ""
 
     def at(self, times: Floats | Sequence[float] | float, before: bool = False) -> "Result":
@@ -128,7 +128,7 @@ class Result:
         return self.signals[name]
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """All signals as a DataFrame: index time [s], which may repeat; columns `signal/column [unit]`."""
+        """Return all signals as a DataFrame: index time [s], which may repeat; columns `signal/column [unit]`."""
         how = "install heavylift[pandas] or use .t and [name]"
         library = extra("pandas", RecordingError(f"a DataFrame needs pandas; {how}"))
         columns = {

@@ -15,7 +15,7 @@ _SPECIAL = {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textas
 
 
 class Formula(NamedTuple):
-    """A formula in text and LaTeX."""
+    """A formula in two notations: plain text and LaTeX."""
 
     text: str
     latex: str
@@ -26,12 +26,12 @@ class Formula(NamedTuple):
 
 
 def plain(s: str) -> Formula:
-    """Return a formula whose text is the same in both notations."""
+    """Return a formula that reads the same in both notations."""
     return Formula(s, s)
 
 
 def sym(base: str, index: object = "", mark: str = "", dots: int = 0, bold: bool = True) -> Formula:
-    """Return a symbol: sym("F", 3, "c") is Fc3, F with c above and 3 below."""
+    """Return a symbol with index and mark: sym("F", 3, "c") is Fc3, F with superscript c and subscript 3."""
     letter = _GREEK.get(base, base)
     core = _DOTS[dots][1].format(rf"\mathbf{{{letter}}}" if bold and base not in _GREEK else letter)
     above = rf"^{{{mark}}}" if mark else ""
@@ -40,7 +40,7 @@ def sym(base: str, index: object = "", mark: str = "", dots: int = 0, bold: bool
 
 
 def law(base: str, name: str, bold: bool = False, dots: int = 0) -> Formula:
-    """Return a quantity of a law or point, such as T(H1)."""
+    """Return the symbol of a quantity of a force law or point, such as T(H1)."""
     letter = _GREEK.get(base, base)
     core = _DOTS[dots][1].format(rf"\mathbf{{{letter}}}" if bold else letter)
     return Formula(f"{base}({name}){_DOTS[dots][0]}", rf"{core}_{{\text{{{escaped(name)}}}}}")
@@ -60,7 +60,7 @@ def transposed(a: Formula) -> Formula:
 
 
 def joined(terms: list[tuple[str, Formula]]) -> Formula:
-    """Return a sum of signed terms as a formula; 0 without terms."""
+    """Return the sum of signed terms as a formula; 0 if there are no terms."""
     out: Formula | None = None
     for sign, term in terms:
         lead = ("-" if sign == "-" else "") if out is None else f" {sign} "
@@ -69,7 +69,7 @@ def joined(terms: list[tuple[str, Formula]]) -> Formula:
 
 
 def escaped(s: str) -> str:
-    """Return a text with LaTeX's special characters escaped."""
+    """Return a text with the special characters of LaTeX escaped."""
     return "".join(_SPECIAL.get(c, rf"\{c}" if c in "#$%&_{}" else c) for c in s)
 
 
@@ -89,7 +89,7 @@ PER_BLOCK = 40  # equations in one align environment, which TeX reads as a whole
 
 @dataclass(frozen=True)
 class Equation:
-    """An equation left = right with a remark; `parts`: terms of a long sum, between which lines may break."""
+    """An equation left = right with a remark; `parts`: terms of a long sum, between which a line may break."""
 
     left: Formula
     right: Formula
@@ -99,7 +99,8 @@ class Equation:
 
 @dataclass(frozen=True)
 class DocumentSection:
-    """A title, sentences, table rows (head first), a matrix, and equations under headings."""
+    """A section of the printed equations: title, sentences, table rows (header first), a matrix, and equations under
+    headings."""
 
     title: str
     sentences: tuple[str, ...] = ()
@@ -239,7 +240,7 @@ _LOOPS: tuple[_Row, ...] = (
 
 
 def formulation_section(graph: Graph, formulation: str) -> DocumentSection:
-    """Return the section on what the formulation solves for the accelerations."""
+    """Return the section that shows the system which the formulation solves for the accelerations."""
     n, n_v = len(graph.links), graph.nv
     sentence = {
         "recursive": f"{n_v} accelerations from {n} composite inertias, which are sums along the paths of T",

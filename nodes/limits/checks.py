@@ -1,4 +1,4 @@
-"""Checks of a lift: each row of the table of limits, and all other findings, with a state.
+"""Checks of a lift: each row of the table of limits, and every other finding, becomes a check with a state.
 
 red        beyond the limit
 undecided  the error interval of the value includes the limit
@@ -6,7 +6,7 @@ amber      not checked, assumed by heavylift, of unknown error, or a warning
 green      checked: value and error within the limit
 none       cannot occur in this scene: a row without a colour
 
-`line_of` summarises them as the verdict.
+`line_of` summarises the checks in one line, the verdict.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -40,9 +40,9 @@ def checks_of(
 ) -> list[Check]:
     """Return all checks, worst state first, then in the order of the table of limits from hook to ground.
 
-    `uses`: the highest utilisation of each limit; `others`: findings without a limit; `errors`: error estimates of a
-    run (None for an equilibrium path, which has none); `shapeless`: objects without a shape, whose clearance is
-    unknown.
+    `uses`: the highest utilisation of each limit; `others`: findings that have no limit; `errors`: error estimates of a
+    run (None for an equilibrium path, which has none); `shapeless`: names of objects without a shape, whose clearance
+    is unknown.
     """
     others = sorted(others, key=lambda x: (round(x.t or 0.0, 2), x.quantity, x.subject))
     known = {(x.quantity, x.subject) for x in others}  # which has one row
@@ -90,7 +90,8 @@ def _of_limit(plan: Plan, use: Use, errors: Errors | None) -> Check:
 
 
 def _state_of(use: Use, error: float | None, accepted: bool, *, at_rest: bool) -> tuple[State, str, str]:
-    """Return the state of a limit, the reason for amber, and a sentence."""
+    """Return the state of a limit's check, the reason if the state is amber, and a sentence for the reader. `error`:
+    error estimate of the value in its unit; `accepted`: the scene accepts assumed limits."""
     limit = use.limit
     name = name_of(limit)
     absent = limit.quantity in ABSENT and not limit.elements
@@ -113,8 +114,8 @@ def _state_of(use: Use, error: float | None, accepted: bool, *, at_rest: bool) -
 
 
 def error_of(use: Use, errors: Errors) -> float | None:
-    """Return the error of a value [its unit]; None if it is not known. A measured error of the utilisation takes
-    precedence; for a load carried by ropes, otherwise the errors of their tensions."""
+    """Return the error estimate of a value in its unit; None if it is unknown. A measured error of the utilisation is
+    used if there is one; otherwise, for a load carried by ropes, the errors of the rope tensions."""
     limit, value = use.limit, abs(use.value or 0.0)
     if limit.quantity == "clearance" and "smallest clearance" in errors:
         return errors["smallest clearance"] * max(NEAR, value)
@@ -130,12 +131,13 @@ def error_of(use: Use, errors: Errors) -> float | None:
 
 
 def state_of(checks: Iterable[Check]) -> State:
-    """Return the worst state; checks that cannot occur do not count."""
+    """Return the worst state of all checks; checks that cannot occur in the scene are ignored."""
     return min((c.state for c in checks if c.state != "none"), key=STATES.index, default="amber")
 
 
 def line_of(checks: Sequence[Check]) -> str:
-    """Return the verdict in one line: worst state, number of checks by state, and the worst check in words."""
+    """Return the verdict as one line: the worst state, the number of checks in each state, and the worst check in
+    words."""
     n = {state: sum(c.state == state for c in checks) for state in STATES}
     counts = [f"{n['green']} passed", f"{n['red']} red", f"{n['undecided']} undecided"]
     for why in COUNTED:
@@ -148,8 +150,8 @@ def line_of(checks: Sequence[Check]) -> str:
 
 
 def table_of(checks: Sequence[Check], *notes: str, title: str = "Checks", every: bool = False) -> Table:
-    """Return the table of checks, worst first: for each quantity and state the subject with the highest utilisation;
-    `every`: all subjects."""
+    """Return the table of checks, worst first. It shows only the subject with the highest utilisation for each quantity
+    and state, or all subjects if `every` is true."""
     groups: dict[object, list[Check]] = {}
     for number, check in enumerate(checks):
         alone = every or check.quantity == "factor"
@@ -174,7 +176,7 @@ def _row(group: list[Check]) -> tuple[Cell, ...]:
 
 
 def _size(check: Check) -> float:
-    """Return the size by which checks of a kind are compared."""
+    """Return the number by which checks of the same kind are compared: the utilisation, or else the value."""
     value = check.value or 0.0
     if abs(value) < NOISE.get(check.unit, 0.0):
         return 0.0
@@ -182,7 +184,7 @@ def _size(check: Check) -> float:
 
 
 def governing(checks: Sequence[Check]) -> list[str]:
-    """Return the check with the highest utilisation of each quantity, as lines of text."""
+    """Return, for each quantity, the check with the highest utilisation as a line of text."""
     found: dict[str, Check] = {}
     for check in sorted(checks, key=lambda c: -(c.use or 0.0)):
         if check.use and not check.between:
@@ -196,7 +198,8 @@ def governing(checks: Sequence[Check]) -> list[str]:
 
 
 def open_checks(checks: Sequence[Check]) -> list[str]:
-    """Return undecided and amber checks as lines of text, each kind once, with what would decide it."""
+    """Return the undecided and amber checks as lines of text, one for each kind, with the input that would decide
+    them."""
     kinds: dict[str, list[Check]] = {}
     for check in checks:
         if check.state in ("undecided", "amber") and check.why != WARNED:
@@ -215,7 +218,7 @@ def open_checks(checks: Sequence[Check]) -> list[str]:
 
 
 def likewise(found: Iterable[Check]) -> list[Check]:
-    """Merge findings of one quantity, limit and stage into one that lists the other subjects."""
+    """Merge findings with the same quantity, limit and stage into one finding that also names the other subjects."""
     groups: dict[object, list[Check]] = {}
     for x in found:
         groups.setdefault((x.word, x.quantity, x.limit, x.unit, x.stage), []).append(x)

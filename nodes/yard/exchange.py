@@ -1,6 +1,6 @@
-"""Schedules for other programs, and from them: CSV, Microsoft Project XML (MSPDI), iCalendar (RFC 5545), figures.
+"""Export and import of schedules: CSV, Microsoft Project XML (MSPDI), iCalendar (RFC 5545), figures.
 
-In XML a block is a summary task, its steps are the tasks below it; predecessors are links of type 1, finish to start.
+In XML a block is a summary task, and its steps are the tasks in it; predecessors are links of type 1, finish to start.
 """
 
 import csv
@@ -28,7 +28,7 @@ MOST_BYTES = 1 << 26
 
 
 def exported(yard: Yard, spans: Spans, out: str | Path, force: bool = False) -> Path:
-    """Write a schedule in the format given by the suffix of `out`; raises RecordingError."""
+    """Write a schedule in the format that the suffix of `out` names; raises RecordingError if that is impossible."""
     path = output_path(out, "a schedule", FORMATS)
     forms: dict[str, Callable[[Yard, Spans], str | bytes]] = {".csv": table_of, ".xml": project_of, ".ics": calendar_of}
     make = forms.get(path.suffix.lower())
@@ -37,14 +37,14 @@ def exported(yard: Yard, spans: Spans, out: str | Path, force: bool = False) -> 
 
 
 def drawn(yard: Yard, spans: Spans, form: str) -> bytes:
-    """Return the Gantt chart as a figure."""
+    """Return the Gantt chart as a figure in the format `form`."""
     file = io.BytesIO()
     figure(yard, spans).savefig(file, format=form, dpi=110, metadata={"Date": None} if form == "svg" else None)
     return file.getvalue()
 
 
 def table_of(yard: Yard, spans: Spans) -> str:
-    """Return the schedule as a table with a row for each activity."""
+    """Return the schedule as CSV text with a row for each activity."""
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow(HEADS)
@@ -55,7 +55,7 @@ def table_of(yard: Yard, spans: Spans) -> str:
 
 
 def project_of(yard: Yard, spans: Spans) -> bytes:
-    """Return the schedule as an MSPDI project: tasks with links and resources."""
+    """Return the schedule as an MSPDI project: tasks with their links and resources."""
     root = Xml.Element("Project", xmlns=SPACE)
     _fill(root, Name=yard.name, StartDate=_iso(yard, 0.0), ScheduleFromStart="1")
     tasks, number, identity = Xml.SubElement(root, "Tasks"), dict[int, int](), 0
@@ -90,7 +90,7 @@ def project_of(yard: Yard, spans: Spans) -> bytes:
 
 
 def calendar_of(yard: Yard, spans: Spans) -> bytes:
-    """Return the schedule as an iCalendar with an event for each activity, in local time."""
+    """Return the schedule as an iCalendar file with an event for each activity, in local time."""
     extra("icalendar", SceneError("a calendar needs icalendar: pip install 'heavylift[yard]'"))
     from icalendar import Calendar, Event
 
@@ -110,7 +110,7 @@ def calendar_of(yard: Yard, spans: Spans) -> bytes:
 
 
 def planned_in_project(path: Path, name: str) -> Planned:
-    """Read start and end of all leaf tasks in an MSPDI file; raises SceneError."""
+    """Read the start and end of all tasks without subtasks in an MSPDI file; raises SceneError if it cannot be read."""
     try:
         data = path.read_bytes()
         if len(data) > MOST_BYTES or b"<!DOCTYPE" in data or b"<!ENTITY" in data:
@@ -135,7 +135,7 @@ def planned_in_project(path: Path, name: str) -> Planned:
 
 
 def planned_in_table(cells: dict[str, TableCell]) -> tuple[datetime, datetime]:
-    """Read start and end in a row of a schedule; raises ValueError."""
+    """Read the start and end in a row of a schedule; raises ValueError if they are invalid."""
     try:
         start, end = (datetime.fromisoformat(cells[key].text).replace(tzinfo=None) for key in ("start", "end"))
     except ValueError as error:

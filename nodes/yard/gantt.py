@@ -1,4 +1,5 @@
-"""The schedule of a yard as a Gantt chart: blocks by their first starts in rows, steps in colours."""
+"""The schedule of a yard as a Gantt chart: one row for each block, in the order of their starts, with steps in
+different colours."""
 
 from collections.abc import Sequence
 from datetime import timedelta
@@ -16,7 +17,7 @@ LABELLED = 60  # blocks whose names are legible
 
 
 def figure(yard: Yard, spans: Sequence[tuple[float, float, bool]]) -> "Figure":
-    """Draw the Gantt chart of start and end [s] of all activities, with the critical ones outlined."""
+    """Return a Gantt chart of the start and end [s] of all activities, with the critical ones outlined."""
     from matplotlib import dates
     from matplotlib.figure import Figure
 
@@ -59,5 +60,5 @@ def figure(yard: Yard, spans: Sequence[tuple[float, float, bool]]) -> "Figure":
 
 
 def gantt(yard: Yard, spans: Sequence[tuple[float, float, bool]]) -> str:
-    """Return the Gantt chart as <svg> for a page."""
+    """Return the Gantt chart as an <svg> element for a page."""
     return in_page(figure(yard, spans))

@@ -1,7 +1,7 @@
-"""Serial schedule generation, and the chain of PERT.
+"""Serial schedule generation, and the critical path with its variance by PERT.
 
-The serial scheme takes activities one after the other and starts each as early as precedence and resources allow; the
-dispatcher of `models` is the parallel one, which never lets an activity wait that could start (Kolisch 1996).
+The serial scheme takes one activity after the other and starts each as early as its predecessors and resources allow.
+The dispatcher in `models` is the parallel scheme, which never lets an activity wait that could start (Kolisch 1996).
 """
 
 from .fields import variance
@@ -11,8 +11,8 @@ Span = tuple[int, int]  # [ns] start and finish
 
 
 def serial(yard: Yard, rule: str = "") -> list[Span]:
-    """Schedule by the serial generation scheme: return start and finish [ns] of each activity with expected durations;
-    only if no activity keeps a resource beyond its end."""
+    """Return the start and finish [ns] of each activity by the serial generation scheme, with expected durations; only
+    for yards in which no activity keeps a resource beyond its own end."""
     rank, done = ranks(yard, rule), dict[int, Span]()
     used: dict[str, list[tuple[int, int, int]]] = {name: [] for name in yard.capacities}
     todo = sorted(range(len(yard.activities)), key=rank.__getitem__)
@@ -30,7 +30,7 @@ def serial(yard: Yard, rule: str = "") -> list[Span]:
 def _first(
     one: Activity, earliest: int, capacities: dict[str, int], used: dict[str, list[tuple[int, int, int]]]
 ) -> Span:
-    """The first span in which all that an activity needs is free."""
+    """Return the first start and finish at which all units that an activity needs are free."""
     ends = {end for need in one.needs for _, end, _ in used[need.resource] if end > earliest}
     for t in [earliest, *sorted(ends)]:
         start = one.works.open(t)
@@ -43,14 +43,14 @@ def _first(
 
 
 def _peak(spans: list[tuple[int, int, int]], start: int, finish: int) -> int:
-    """The most units that are in use at once between two times."""
+    """Return the largest number of units that are in use at the same time between two times."""
     overlapping = [(a, b, units) for a, b, units in spans if a < finish and b > start]
     times = [start, *(a for a, _, _ in overlapping if a > start)]
     return max(sum(units for a, b, units in overlapping if a <= t < b) for t in times)
 
 
 def chain(yard: Yard) -> tuple[list[int], float, float]:
-    """Return a critical path, its expected length [s] of working time, and its variance [s2]."""
+    """Return a critical path, its expected length [s] in working time, and the variance of this length [s2]."""
     known = dates(yard)
     end = max(known.early_finish)
     path = [next(n for n, t in enumerate(known.early_finish) if t == end and known.critical(n))]

@@ -1,16 +1,20 @@
-"""A yard as Parallel DEVS: a dispatcher, the steps that it sends work to, and the resources that tell of their use.
+"""A yard as a Parallel DEVS model: a dispatcher, the steps to which it sends work, and the resources, which report
+their use.
 
-The dispatcher is the parallel schedule generation scheme: whenever something ends, gets ready, or a shift begins, it
-starts all that may start, in the order of the rule.  A break interrupts work, and what the work has it keeps.
+The dispatcher is the parallel schedule generation scheme: whenever an activity ends or becomes ready, or a shift
+begins, it starts all activities that may start, in the order of the priority rule. A break interrupts work, and the
+interrupted work keeps its resources.
 """
 
 from bisect import insort
 from collections.abc import Callable
+from dataclasses import replace
 from heapq import heapify, heappop, heappush
 from math import inf
 
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import NEVER, Atomic, Bag, Coupled, In, Message, Out, Simulator, TimeWeighted, seconds, stream
+from heavylift.nodes.queueing.distributions import Fixed
 
 from .lifts import Lift, LiftOrder
 from .network import Activity, Yard, ranks, successors
@@ -21,13 +25,13 @@ CarryOut = Callable[[LiftOrder, float], Lift]  # simulates a lift in a wind [m/s
 
 
 class ActivityStart(Message):
-    """Order to begin an activity."""
+    """Order to begin the activity with this number."""
 
     activity: int
 
 
 class ActivityEnd(Message):
-    """An activity has ended."""
+    """Report that the activity with this number has ended."""
 
     activity: int
 
@@ -39,8 +43,9 @@ class UnitsInUse(Message):
 
 
 class YardSchedule(Message):
-    """Result of a yard: time of delivery, start and end of each activity [s], whether it is on the critical sequence
-    (0, 1), and the time activities waited for each cause [s]: the block, the shift, then the resources."""
+    """Result of a yard's run: time of delivery [s], start and end of each activity [s], whether it is on the critical
+    sequence (0 or 1), and the total time [s] that activities waited for each cause: the block, the shift, then the
+    resources."""
 
     delivery: float
     starts: tuple[float, ...]
@@ -50,15 +55,15 @@ class YardSchedule(Message):
 
 
 class ResourceUse(Message):
-    """Use of a resource: mean and maximum number of units."""
+    """Use of a resource: mean and maximum number of units in use."""
 
     used: float
     most: int
 
 
 class StepWork(Message):
-    """Statistics of a step: time for which the wind stopped it [s], number of stops, numbers of simulated and of red
-    lifts."""
+    """Statistics of a step: time for which wind stopped its lifts [s], number of stops, number of simulated lifts and
+    of those with a red verdict."""
 
     stopped: float
     stops: int
@@ -67,8 +72,8 @@ class StepWork(Message):
 
 
 class Dispatcher(Atomic):
-    """Starts activities in the order of their ranks as soon as predecessors, block, shift and resources allow (parallel
-    schedule generation)."""
+    """Starts activities in the order of their ranks as soon as predecessors, block, shift and resources allow it
+    (parallel schedule generation)."""
 
     done, wind, over = In(ActivityEnd), In(WindChange), Out(YardDone)
 
@@ -90,10 +95,11 @@ class Dispatcher(Atomic):
             self.add_out(f"use-{resource}", UnitsInUse)
 
     def start(self) -> None:
-        """Start with no activity begun."""
+        """Start without any activity begun."""
         count = len(self.activities)
         self.begin, self.end = [-1] * count, [-1] * count
         self.ready = [one.ready for one in self.activities]
+        self.opening = [one.works.open(one.ready) for one in self.activities]  # of the first shift when it is ready
         self.open = [len(one.after) for one in self.activities]  # predecessors that are not done
         self.used, self.running, self.decided = dict.fromkeys(self.capacities, 0), 0, 0
         self.freed = dict[str, None]()
@@ -106,7 +112,7 @@ class Dispatcher(Atomic):
         self.decide()
 
     def output(self) -> None:
-        """Send the activities that begin, and the changed numbers of units in use."""
+        """Send orders to begin activities, and the changed numbers of units in use."""
         for n in self.begun:
             self.ports[f"to-{self.activities[n].step}"].send(ActivityStart(n))  # type: ignore[attr-defined]
         for resource in self.changed:
@@ -115,24 +121,24 @@ class Dispatcher(Atomic):
             self.over.send(YardDone())
 
     def external(self, e: int, x: Bag) -> None:
-        """Record the ended activities, then decide which begin."""
+        """Record the activities that ended, then decide which ones begin."""
         unsent = self.begun, self.changed
         self.note(x)
         self.decide(*unsent)
 
     def internal(self) -> None:
-        """What began was sent; decide once more."""
+        """Forget the orders that were sent, and decide again which activities begin."""
         self.telling = False
         self.decide()
 
     def confluent(self, x: Bag) -> None:
-        """Decide once, after all that happens now."""
+        """Handle everything that happens now, then decide once."""
         self.telling = False
         self.note(x)
         self.decide()
 
     def note(self, x: Bag) -> None:
-        """Free the resources of ended activities, and queue their successors."""
+        """Free the resources of the activities that ended, and queue successors that have become ready."""
         now = self._present.now[0]
         for change in x[self.wind]:
             self.calm, self.calms = list(change.calm), not change.last
@@ -145,20 +151,24 @@ class Dispatcher(Atomic):
                 self.freed[resource] = None
             for m, lag in self.successors[n]:
                 self.open[m] -= 1
-                self.ready[m] = max(self.ready[m], now + lag)
+                if now + lag > self.ready[m]:
+                    self.ready[m], self.opening[m] = now + lag, self.activities[m].works.open(now + lag)
                 if not self.open[m]:
                     insort(self.pending, (self.rank[m], m))
 
     def decide(self, begun: tuple[int, ...] = (), changed: tuple[str, ...] = ()) -> None:
-        """Start all activities that may start now, and wait for the next block or shift."""
+        """Start all activities that may start now, and schedule the next decision for when a block is ready or a shift
+        begins."""
         now, wake, kept = self._present.now[0], NEVER, list[tuple[int, int]]()
         freed, self.freed = self.freed, {}
-        started = list(begun)
+        started, opens = list(begun), dict[str, int]()  # when the next shift begins, by calendar
         for rank, n in self.pending:
             one = self.activities[n]
             if cause := self.causes[n]:
                 self.waits[cause] += now - self.decided
-            cause, at = "", one.works.open(max(now, self.ready[n]))
+            cause, at = "", self.opening[n]
+            if at <= now and (at := opens.get(one.works.key, -1)) < 0:
+                at = opens[one.works.key] = one.works.open(now)
             if at > now:
                 cause, wake = NOT_READY if self.ready[n] > now else NO_SHIFT, min(wake, at)
             else:
@@ -189,7 +199,8 @@ class Dispatcher(Atomic):
         self.hold_in(0 if self.begun or self.changed or self.telling else wake if wake == NEVER else wake - now)
 
     def calm_for(self, n: int, now: int) -> bool:
-        """Return whether the wind allows a lift to begin, now and (as far as it is forecast) until its expected end."""
+        """Return whether the wind allows a lift to begin now, and does so until its expected end or the end of the
+        forecast."""
         end = self.calm[self.limited[n]] if self.calm else -1
         one = self.activities[n]
         return end > now and end >= min(now + self.forecast, one.works.add(now, one.expected))
@@ -203,7 +214,8 @@ class Dispatcher(Atomic):
         )  # fmt: skip
 
     def critical(self) -> list[int]:
-        """Return the critical sequence: from the last end back through the activities that released each start."""
+        """Return the critical sequence: from the activity that ends last, backwards through the activities whose ends
+        allowed the starts."""
         last = max(range(len(self.end)), key=lambda n: (self.end[n], -n))
         found = [last]
         while (n := self.releaser(found[-1])) >= 0:
@@ -211,8 +223,8 @@ class Dispatcher(Atomic):
         return found[::-1]
 
     def releaser(self, n: int) -> int:
-        """Return the activity whose end allowed another one to start; -1 if there is none, or the block itself came
-        last."""
+        """Return the number of the activity whose end allowed activity n to start; -1 if there is none or if n waited
+        for its block to be ready."""
         one, lacked = self.activities[n], self.lacked[n]
         before = [(self.end[m] + lag, True, -m) for m, lag in one.after]
         if lacked:
@@ -224,28 +236,24 @@ class Dispatcher(Atomic):
 
 
 class YardStep(Atomic):
-    """Carries out one step for all blocks; each takes its own drawn working time, or the expected one for seed 0. Wind
-    stops lifts and lets them continue; `carry_out` simulates lifts whose properties depend on the wind at their
-    begin."""
+    """Carries out one step for all blocks, each in its own expected time. Wind stops lifts and lets them continue;
+    `carry_out` simulates lifts whose properties depend on the wind at their begin."""
 
     work, wind, done = In(ActivityStart), In(WindChange), Out(ActivityEnd)
 
-    def __init__(self, name: str, activities: dict[int, Activity], seed: int, carry_out: CarryOut | None) -> None:
+    def __init__(self, name: str, activities: dict[int, Activity], carry_out: CarryOut | None) -> None:
         super().__init__(name)
-        self.activities, self.seed, self.carry_out = activities, seed, carry_out
+        self.activities, self.carry_out = activities, carry_out
+        self.times = {n: seconds(one.takes.mean) for n, one in activities.items()}
 
     def start(self) -> None:
-        """Draw the durations of all blocks in advance, independent of the order in which they come."""
+        """Start with no activity under way."""
         self.due = list[tuple[int, int]]()
-        self.times = {
-            n: seconds(one.takes.draw(stream(self.seed, one.name)) if self.seed else one.takes.mean)
-            for n, one in self.activities.items()
-        }
         self.speed, self.held = 0.0, dict[int, tuple[int, int]]()  # [m/s]; work left and since when of what stands
         self.stopped, self.stops, self.simulated, self.red = 0, 0, 0, 0
 
     def external(self, e: int, x: Bag) -> None:
-        """Begin the ordered activities; stop lifts, or continue them, by the wind."""
+        """Begin the ordered activities; stop or continue lifts according to the wind."""
         now = self._present.now[0]
         for change in x[self.wind]:
             self.speed = change.speed
@@ -265,7 +273,7 @@ class YardStep(Atomic):
         return seconds(one.lift.seconds) if one.lift else 0
 
     def stop(self, now: int) -> None:
-        """Stop lifts in too much wind, and continue those that are allowed again."""
+        """Stop lifts for which the wind is too strong, and continue those that are allowed again."""
         for end, n in [*self.due]:
             one = self.activities[n]
             if one.lift and self.speed > one.lift.stop and end > now:
@@ -286,14 +294,14 @@ class YardStep(Atomic):
                 self.done.send(ActivityEnd(n))
 
     def internal(self) -> None:
-        """Remove the ended activities, and wait for the next end."""
+        """Remove the activities that ended, and wait for the next end."""
         now = self.due[0][0]
         while self.due and self.due[0][0] == now:
             heappop(self.due)
         self.hold_in(self.due[0][0] - now if self.due else NEVER)
 
     def result(self) -> StepWork:
-        """Return how the wind stopped this step."""
+        """Return how often and how long wind stopped the lifts of this step."""
         return StepWork(self.stopped / 1e9, self.stops, self.simulated, self.red)
 
 
@@ -303,7 +311,7 @@ class YardResource(Atomic):
     level = In(UnitsInUse)
 
     def start(self) -> None:
-        """Start with no unit in use."""
+        """Start with no units in use."""
         self.used = TimeWeighted()
 
     def external(self, e: int, x: Bag) -> None:
@@ -316,8 +324,8 @@ class YardResource(Atomic):
 
 
 def coupled(yard: Yard, seed: int = 0, rule: str = "", carry_out: CarryOut | None = None) -> Coupled:
-    """Return the DEVS model of a yard with its own rule or another one; for seed 0 with expected durations, in drawn
-    weather."""
+    """Return the DEVS model of a yard with its own priority rule or another one; seed 0 means expected durations, in
+    random weather."""
     root, limits = Coupled("yard"), thresholds(yard) if yard.wind else ()
     dispatcher = root.add(
         Dispatcher(
@@ -329,8 +337,8 @@ def coupled(yard: Yard, seed: int = 0, rule: str = "", carry_out: CarryOut | Non
         root.connect(weather.wind, dispatcher.wind)
         root.connect(dispatcher.over, weather.over)
     for name in dict.fromkeys(one.step for one in yard.activities):
-        own = {n: one for n, one in enumerate(yard.activities) if one.step == name}
-        step = root.add(YardStep(f"step-{name}", own, seed, carry_out))
+        own = {n: settled(one, seed) for n, one in enumerate(yard.activities) if one.step == name}
+        step = root.add(YardStep(f"step-{name}", own, carry_out))
         root.connect(dispatcher.ports[f"to-{name}"], step.work)
         root.connect(step.done, dispatcher.done)
         if weather and any(one.lift for one in own.values()):
@@ -340,8 +348,13 @@ def coupled(yard: Yard, seed: int = 0, rule: str = "", carry_out: CarryOut | Non
     return root
 
 
+def settled(one: Activity, seed: int) -> Activity:
+    """Return an activity with the working time that is drawn for it, for seed 0 with the expected one."""
+    return replace(one, takes=Fixed(one.takes.draw(stream(seed, one.name)) if seed else one.takes.mean))
+
+
 def expected(yard: Yard, rule: str = "") -> YardSchedule:
-    """Return the schedule of a run with expected durations."""
+    """Return the schedule of one run with expected durations."""
     model = coupled(yard, 0, rule)
     simulator = Simulator(model)
     simulator.start()
@@ -352,8 +365,8 @@ def expected(yard: Yard, rule: str = "") -> YardSchedule:
 
 
 def thresholds(yard: Yard) -> tuple[float, ...]:
-    """Return the winds [m/s] at which something begins or stops; every whole number if lifts are simulated in their
-    wind."""
+    """Return the wind speeds [m/s] at which a lift may begin or must stop; every whole number up to 40 m/s if lifts are
+    simulated in their wind."""
     lifts = [one.lift for one in yard.activities if one.lift]
     found = {limit for lift in lifts for limit in (lift.wind, lift.stop, lift.resume) if limit < inf}
     if any(one.order and one.order.way == "run" for one in yard.activities):

@@ -1,7 +1,8 @@
-"""Activities of a yard, their forward and backward pass, and the priority rules.
+"""Activities of a yard, forward and backward pass, and priority rules.
 
-Critical path method after Kelley and Walker (1959); rules as in Kolisch (1996), European Journal of Operational
-Research 90: each orders activities by a number, the lowest first, ties by the number of the activity.
+The critical path method follows Kelley and Walker (1959). The priority rules are those of Kolisch (1996), European
+Journal of Operational Research 90: each rule sorts activities by a number, the lowest first; ties are resolved by the
+number of the activity.
 """
 
 from collections.abc import Sequence
@@ -24,7 +25,8 @@ RULES = {
 
 @dataclass(frozen=True)
 class Need:
-    """Units of a resource that an activity takes when it begins, until activity number `until` is done."""
+    """Units of a resource that an activity occupies from its beginning until the activity with number `until` is
+    done."""
 
     resource: str
     units: int
@@ -33,8 +35,8 @@ class Need:
 
 @dataclass(frozen=True)
 class Activity:
-    """A step of a block: duration [s] besides its lift, needed resources, predecessors with their lags [ns], time from
-    which its block is ready [ns], working time, and its lift."""
+    """A step of a block: its duration [s] apart from its lift, needed resources, predecessors with lags [ns], time at
+    which the block is ready [ns], calendar of working time, and its lift."""
 
     block: str
     step: str
@@ -48,7 +50,7 @@ class Activity:
 
     @property
     def name(self) -> str:
-        """Name of the block, then of the step."""
+        """Name of the block followed by that of the step."""
         return f"{self.block} {self.step}"
 
     @property
@@ -59,8 +61,8 @@ class Activity:
 
 @dataclass(frozen=True)
 class Yard:
-    """A yard: activities by number from 0, units of each resource, priority rule or order of blocks, contract dates of
-    blocks or of the `delivery` and the probability with which they are to be met."""
+    """A yard: activities, numbered from 0; number of units of each resource; priority rule, or order of blocks;
+    contract dates for blocks or for the `delivery`, and the probability with which they must be met."""
 
     name: str
     start: date
@@ -77,13 +79,13 @@ class Yard:
 
     @property
     def holding(self) -> bool:
-        """Whether an activity keeps a resource beyond its own end."""
+        """Whether any activity keeps a resource beyond its own end."""
         return any(need.until != n for n, one in enumerate(self.activities) for need in one.needs)
 
 
 @dataclass(frozen=True)
 class Dates:
-    """Early and late start and finish [ns] of each activity, as if all resources were free."""
+    """Early and late start and finish [ns] of each activity if resources were unlimited."""
 
     early_start: list[int]
     early_finish: list[int]
@@ -91,12 +93,12 @@ class Dates:
     late_finish: list[int]
 
     def critical(self, n: int) -> bool:
-        """Return whether an activity has no slack."""
+        """Return whether activity n has no slack."""
         return self.late_start[n] <= self.early_start[n]
 
 
 def successors(yard: Yard) -> list[list[tuple[int, int]]]:
-    """Return the successors of each activity with their lags [ns]."""
+    """Return the successors of each activity, with their lags [ns]."""
     found: list[list[tuple[int, int]]] = [[] for _ in yard.activities]
     for n, one in enumerate(yard.activities):
         for m, lag in one.after:
@@ -105,8 +107,8 @@ def successors(yard: Yard) -> list[list[tuple[int, int]]]:
 
 
 def dates(yard: Yard) -> Dates:
-    """Return early and late dates by forward and backward pass (CPM) in working time, with expected durations, as if
-    all resources were free."""
+    """Return early and late dates from the forward and backward pass of the critical path method, in working time, with
+    expected durations and unlimited resources."""
     all_ = yard.activities
     order = sequence(yard)
     early, finish = [0] * len(all_), [0] * len(all_)
@@ -123,12 +125,13 @@ def dates(yard: Yard) -> Dates:
 
 
 def sequence(yard: Yard) -> list[int]:
-    """Return the activities in topological order: each after its predecessors."""
+    """Return the activities in topological order: each of them after its predecessors."""
     return [*TopologicalSorter({n: [m for m, _ in one.after] for n, one in enumerate(yard.activities)}).static_order()]
 
 
 def ranks(yard: Yard, rule: str = "") -> list[int]:
-    """Return the place of each activity in the order of a priority rule; default: the yard's own rule or order."""
+    """Return the position of each activity in the order of a priority rule; by default of the yard's own rule or
+    order."""
     numbers = range(len(yard.activities))
     known, values = dates(yard), list[int]()
     if not rule and yard.plan:
@@ -155,7 +158,7 @@ def ranks(yard: Yard, rule: str = "") -> list[int]:
 
 
 def _followers(yard: Yard) -> Sequence[int]:
-    """How many activities must wait for each, directly or not."""
+    """Return, for each activity, the number of activities that depend on it directly or indirectly."""
     after, sets = successors(yard), [0] * len(yard.activities)  # bits of a whole number
     for n in reversed(sequence(yard)):
         for m, _ in after[n]:

@@ -1,7 +1,7 @@
-"""A yard file and its table of blocks, with every error at its file, row and column.
+"""Reading of a yard file and its table of blocks, with every error at its file, row and column.
 
-The activities of a block follow each other by the steps' `after`; a block comes after another one where its step
-`begins` comes after that of the other one which `ends` the erection.
+The order of the activities of a block is given by `after` of the steps. A block comes after another block when its step
+that begins the erection comes after the other block's step that ends the erection.
 """
 
 from collections.abc import Sequence
@@ -44,7 +44,7 @@ DELIVERY = "delivery"
 
 
 def load(path: str | FilePath, settings: Sequence[str] = (), lifter: Lifter = rested) -> Yard:
-    """Read a yard file with settings; `lifter` finds its lifts. Raises SceneError with all its faults."""
+    """Read a yard file with settings; `lifter` finds the results of its lifts. Raises SceneError with all errors."""
     source = source_of(path, settings)
     yard = _Reading(source, lifter).yard()
     raise_faults(source, source.faults)
@@ -53,7 +53,7 @@ def load(path: str | FilePath, settings: Sequence[str] = (), lifter: Lifter = re
 
 
 def source_of(path: str | FilePath, settings: Sequence[str] = ()) -> SourceText:
-    """Return the source of a yard file with settings applied; raises SceneError."""
+    """Return the data of a yard file with settings applied; raises SceneError if the file is invalid."""
     path, name = yard_path(path), path_text(path)
     source = read(scene_text(path, name), name, path.parent)
     raise_faults(source, source.faults)
@@ -64,14 +64,14 @@ def source_of(path: str | FilePath, settings: Sequence[str] = ()) -> SourceText:
 
 
 class _Reading(Taking):
-    """What is read of a yard."""
+    """Reader of a yard from the data of its file."""
 
     def __init__(self, source: SourceText, lifter: Lifter) -> None:
         super().__init__(source)
         self.start, self.lifter = date.min, lifter
 
     def yard(self) -> Yard | None:
-        """Return the yard; None if there were faults."""
+        """Return the yard; None if there were errors."""
         given = self.mapping((), KEYS)
         for key in (HEAD, "start", "resources", "blocks", "steps"):
             if given.get(key) is None:
@@ -108,15 +108,15 @@ class _Reading(Taking):
         )  # fmt: skip
 
     def calendars(self) -> dict[str, tuple[Shift, ...]]:
-        """Return the working intervals of each shift; under "" those of all shifts, or the whole day if there are
-        none."""
+        """Return the working intervals of each shift; under "" those of all shifts or, if there are none, the whole
+        day."""
         self.mapping(("calendar",), OF_CALENDAR)
         shifts = {key: self.take(("calendar", "shifts", key), fields.shift, ()) for key in
                   self.mapping(("calendar", "shifts"))}  # fmt: skip
         return shifts | {"": tuple(w for windows in shifts.values() for w in windows) or ((0, 1440),)}
 
     def calendar(self, path: Path, words: list[str], shifts: dict[str, tuple[Shift, ...]]) -> Calendar:
-        """Return the calendar of some of the shifts."""
+        """Return the calendar of the named shifts."""
         if self.source.at(("calendar",)) is None:
             return Calendar()
         listed = self.source.at(("calendar", "holidays"))
@@ -131,7 +131,7 @@ class _Reading(Taking):
         return self.take(path, lambda _: working(self.start, days, windows, frozenset(off)), Calendar(), value=1)
 
     def steps(self, capacities: dict[str, int], shifts: dict[str, Any]) -> list[str]:
-        """Return the steps of a block in an order in which each follows its predecessors."""
+        """Return the steps of a block, sorted so that each follows its predecessors."""
         given = self.mapping(("steps",))
         for step in given:
             at = ("steps", step)
@@ -164,7 +164,7 @@ class _Reading(Taking):
         return order
 
     def needed(self, path: Path, resource: str, capacities: dict[str, int], cell: TableCell | None = None) -> int:
-        """Return the units of each resource that a step needs."""
+        """Return the number of units of a resource that a step needs; add an error if there are not as many."""
         mark, most = cell.mark if cell else None, capacities.get(resource, 0)
         units = self.take(path, fields.units, 0, mark, cell.text if cell else None)
         if resource in capacities and units > most:
@@ -174,12 +174,14 @@ class _Reading(Taking):
     def activities(
         self, steps: list[str], capacities: dict[str, int], shifts: dict[str, Any]
     ) -> tuple[tuple[Activity, ...], list[str]]:
-        """Return all activities, block by block, and the blocks."""
+        """Return all activities, block by block, and the names of the blocks."""
         self.mapping(("blocks",), {"from"})
         head, rows = self.table(("blocks", "from"))
         if self.source.faults:
             return (), []
-        lifts, orders = lift_steps(self, steps), dict[int, LiftOrder]()
+        lifts, orders, machines = lift_steps(self, steps), dict[int, LiftOrder](), dict[str, dict[str, int]]()
+        if self.source.faults:
+            return (), []
         if not rows or not steps:
             self.source.fault(("blocks", "from"), "a yard has at least one block and one step")
         names = [f"{c.key} {c.axis}".strip() if c.key not in REMARKS else c.key for c in head]
@@ -232,7 +234,9 @@ class _Reading(Taking):
                 more = dict[str, int]()
                 if step in lifts:
                     order = orders[len(made)] = order_of(self, lifts[step], row[0], cells, units)
-                    more = taken(self, order, step, self.types, capacities)
+                    if order.scene not in machines:
+                        machines[order.scene] = taken(self, order, step, self.types, capacities)
+                    more = machines[order.scene]
                 needs = self.needs(step, block, cells, capacities, number, more)
                 made.append(Activity(block, step, takes, needs, tuple(after), max(0, ready), calendars[step]))
         try:
@@ -246,7 +250,7 @@ class _Reading(Taking):
         return tuple(made) if self.source.faults else self.lifted(made, orders, marks), blocks
 
     def lifted(self, made: list[Activity], orders: dict[int, LiftOrder], marks: list[Mark]) -> tuple[Activity, ...]:
-        """Return the activities with the properties of their lifts."""
+        """Return the activities with the results of their lifts."""
         steps = len(made) // len(marks)
         for (n, order), lift in zip(orders.items(), self.lifter([*orders.values()]) if orders else (), strict=True):
             made[n] = replace(made[n], lift=lift, order=order)
@@ -257,7 +261,7 @@ class _Reading(Taking):
         return tuple(made)
 
     def erection(self, steps: list[str]) -> tuple[list[str], list[str]]:
-        """Return the steps that begin the erection of a block, and those that end it."""
+        """Return the steps that begin the erection of a block, and the steps that end it."""
         given = fields.words(self.source.at(("erection",)))
         if given and len(given) != 2:
             self.source.fault(("erection",), "name the step that begins the erection and the one that ends it")
@@ -269,7 +273,7 @@ class _Reading(Taking):
         self, step: str, block: str, cells: dict[str, TableCell], capacities: dict[str, int],
         number: dict[tuple[str, str], int], more: dict[str, int],
     ) -> tuple[Need, ...]:  # fmt: skip
-        """Return what a step of a block needs, in the order of the resources."""
+        """Return the resources that a step of a block needs, in the order of the resources."""
         found = list[Need]()
         for resource in capacities:
             path = ("steps", step, "needs", resource)
@@ -281,7 +285,7 @@ class _Reading(Taking):
         return tuple(found)
 
     def planned(self, activities: tuple[Activity, ...]) -> tuple[int, ...]:
-        """Return the starts [ns] of an existing schedule."""
+        """Return the starts [ns] of the activities in an existing schedule."""
         file = self.source.at(("plan",))
         if file is None or not activities:
             return ()
@@ -314,14 +318,14 @@ class _Reading(Taking):
         return tuple(starts)
 
     def order(self, blocks: list[str]) -> tuple[str, ...]:
-        """Return the blocks in the given order, followed by the others."""
+        """Return the blocks in the order given, followed by all other blocks."""
         given = fields.words(self.source.at(("order",)))
         for block in given:
             self.known(("order",), block, blocks, "block")
         return tuple(dict.fromkeys([*given, *blocks])) if given else ()
 
     def contract(self, blocks: list[str]) -> dict[str, date]:
-        """Return the contract dates by block, or of the delivery."""
+        """Return the contract dates by block, or under `delivery`."""
         given = self.mapping(("contract",))
         for key in given:
             self.known(("contract", key), key, [DELIVERY, *blocks], "block")

@@ -117,7 +117,7 @@ def archive_of(version: str, folder: Path) -> None:
 
 
 @pytest.mark.parametrize("version", FORMER)
-def test_systems_are_those_of_a_former_version(version: str, tmp_path: Path) -> None:
+def test_old_scenes_give_the_same_systems_as_former_versions(version: str, tmp_path: Path) -> None:
     archive_of(version, tmp_path)
     asked = [(random_lift(seed), level) for seed in LIFTS for level in levels(seed)]
     given = json.dumps([(text, setting(level)) for text, level in asked])

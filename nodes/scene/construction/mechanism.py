@@ -1,8 +1,8 @@
 """The `mechanism:` of a scene file as a part of the plan.
 
-This module has the tree, its bodies, forces and contacts; ropes and laws along coordinates have modules of their own.
-The result is one description for the kernel, with the actuators that orders can move and the parts that carry at the
-start.
+This module makes the joint tree, its bodies, forces and contacts; ropes and laws along coordinates have modules of
+their own. The result is a description for the kernel, with the actuators that orders can move and the parts that carry
+a load at the start.
 """
 
 from collections.abc import Iterator, Mapping
@@ -55,8 +55,8 @@ def build_mechanism(
     tree: RiggingTree | None = None,
     edges: Mapping[str, Edge] = NONE,
 ) -> plan.Mechanism:
-    """Build a mechanism of the plan, which may act on a lift; faults are added to those of the source. `base`: its path
-    in the scene; `tree`: the rigging of the scene; `edges`: those of the scene."""
+    """Build a mechanism of the plan, which may act on a lift; errors are added to the source. `base`: path of the
+    mechanism in the scene; `tree`: rigging of the scene; `edges`: edges of the scene."""
     return _Assembly(source, given, lift, base, edges).build(gravity, tree)
 
 
@@ -141,7 +141,8 @@ class _Assembly(Checking):
         return k.Body(name, body.mass or 0.0, body.com, moments(body), made)
 
     def _servos(self, made: tuple[k.Joint, ...]) -> Iterator[Servo]:
-        """Yield the drives that can yield; no weight may act on them, since a servo would begin to move."""
+        """Yield the drives that can be compliant; a drive on which weight acts is an error, since it would begin to
+        move."""
         joints = {joint.name: joint for joint in made}
         for name, x in self.given.elastic.items():
             if not isinstance(x, ServoKeys):
@@ -171,7 +172,7 @@ class _Assembly(Checking):
                 yield Heavy(rope=name, line=x.mass_per_length, on=start.body, beside=other)
 
     def _bends(self, bodies: tuple[k.Body, ...]) -> Iterator[Bend]:
-        """Yield the bodies that can bend, with their bending mass."""
+        """Yield the bodies that can bend, with the part of their mass that bends."""
         known = {body.name: body for body in bodies}
         for name, x in self.given.elastic.items():
             path, body = (*self.base, "elastic", name), known.get(name)
@@ -193,7 +194,7 @@ class _Assembly(Checking):
                 yield from self._boom(path, name, body, x)
 
     def _boom(self, path: Path, name: str, body: k.Body, x: Elastic) -> Iterator[Bend]:
-        """Yield a body that bends from its frame."""
+        """Yield a body that bends as a beam, starting at the origin of its frame."""
         box = self.given.bodies[name].box
         length, mass = x.length or (box[0] if box else 0.0), x.mass or body.mass
         middle = (length / 2.0, 0.0, 0.0)
@@ -207,7 +208,8 @@ class _Assembly(Checking):
             yield Bend(body=name, mass=min(mass, body.mass), flexible=flexible)
 
     def _slices(self, bends: list[Bend]) -> Iterator[tuple[k.Body, k.Joint, plan.Shape]]:
-        """Yield massless bodies along a bending body that carry its shapes, except the first."""
+        """Yield massless bodies fixed along a bending body, which carry slices of its shape; the first slice stays on
+        the body."""
         for bend in bends:
             given, beam = self.given.bodies[bend.body], bend.flexible.beam
             if given.box is None or bend.body in self.given.shapes or beam is None:
@@ -252,13 +254,14 @@ class _Assembly(Checking):
         return (*taut, *reeved), (*closed, *touching)
 
     def _parallel(self, whole: k.System, rope: forces.Reeving) -> None:
-        """Check that edges of several bodies over which one rope bends stay parallel."""
+        """Check that edges of different bodies stay parallel if the same rope bends over them."""
         if rope.apart:
             at = kinematics.poses(whole)
             check_parallel(rope, build_graph(whole), lambda body: (at[body][1], at[body][0]))
 
     def _overstretched(self, rope: k.Rope | forces.Reeving, stretch: float) -> None:
-        """Check that no wire rope begins beyond its breaking strain; softer ropes may be of any material."""
+        """Add an error if a wire rope starts beyond its breaking strain; softer ropes may be of any material and are
+        not checked."""
         if rope.EA >= WIRE and stretch > BREAKS * rope.L0:
             message = (
                 f"the rope begins stretched by {stretch / rope.L0:.1%} with {rope.EA * stretch / rope.L0 / 1e3:.4g} kN"
@@ -276,7 +279,7 @@ class _Assembly(Checking):
             yield made
 
     def _joints(self) -> Iterator[k.Joint]:
-        """Yield the kernel's joints with the axes of their types."""
+        """Yield the kernel's joints, with the axes that their types define."""
         for name, joint in self.given.joints.items():
             path: Path = (*self.base, "joints", name)
             faults = len(self.source.faults)
@@ -292,7 +295,8 @@ class _Assembly(Checking):
             yield made
 
     def _resisting(self, system: k.System) -> None:
-        """Check that bodies without mass or inertia carry others that have it in all directions of motion."""
+        """Add an error if a body can move in a direction in which neither it nor a body that it carries has mass or
+        inertia."""
         if all(b.flexible or (b.mass and all(row[i] for i, row in enumerate(b.inertia))) for b in system.bodies):
             return
         from heavylift.kernel.model.program import Program  # slow to import, and rarely needed
@@ -306,7 +310,7 @@ class _Assembly(Checking):
             self.fault((*self.base, "bodies", body) if body else self.base, str(error), on_key=True)
 
     def _forces(self) -> Iterator[forces.Force]:
-        """Yield the forces, after checks that each acts on existing bodies or joints and can be built by the kernel."""
+        """Yield the forces; add errors for unknown bodies or joints and for forces that the kernel cannot build."""
         for name, force in self.given.forces.items():
             path: Path = (*self.base, "forces", name)
             for keys, body in force.bodies:
@@ -320,7 +324,7 @@ class _Assembly(Checking):
             yield made
 
     def _contacts(self) -> Iterator[Contact]:
-        """Yield the contacts, after checks that each is between existing bodies and known shapes."""
+        """Yield the contacts; add errors for unknown bodies and shapes."""
         for name, given in self.given.contacts.items():
             path: Path = (*self.base, "contacts", name)
             self.known((*path, "body"), given.body)

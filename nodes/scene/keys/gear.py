@@ -1,13 +1,15 @@
-"""Rigging gear by ID: files of slings, shackles, spreaders and lifting beams beside a scene, and references to them.
+"""Rigging gear by ID: files of slings, shackles, spreaders and lifting beams in a scene's folder, and references to
+them.
 
     gear: [slings.csv, shackles.yaml]
     rigging:
       legs: {on: jib main, to: [A, B], length: {gear: WR-48-8}, sling: {gear: WR-48-8}, shackle: {gear: SH-25}}
       beam: {type: spreader, gear: SB-20, points: {...}}
 
-In a table the first column is the ID, the others are keys with their units, `breaking [kN]`; a file .yaml has the same
-keys below each ID. Keys written beside `gear` in the same file override the item, and the item overrides the scene that
-the file extends. Under `gear`, the scene data keep the items in use, each with the places of its use.
+In a table the first column is the ID, and the others are keys with their units, such as `breaking [kN]`; a .yaml file
+has the same keys below each ID. Keys written beside `gear` in the same file override the item, and the item overrides
+the scene that the file extends. In the scene's data, `gear` then holds the items in use, each with the places where it
+is used.
 """
 
 from heavylift.kernel.errors import SceneError
@@ -24,7 +26,7 @@ USED = {"sling": SLING, "frame": FRAME, BEAM: ()}  # keys that each kind of plac
 
 
 def geared(source: SourceText) -> None:
-    """Replace references to gear by its data; raises SceneError with all faults so far."""
+    """Replace references to gear by the data of the gear; raises SceneError with all errors found so far."""
     named, before = source.data.get(GEAR), len(source.faults)
     items: dict[str, dict[str, Data]] = {}
     for i, file in enumerate([named] if isinstance(named, str) else named if isinstance(named, list) else ()):
@@ -48,7 +50,7 @@ def geared(source: SourceText) -> None:
 
 
 def _walk(source: SourceText, path: Path, items: dict[str, dict[str, Data]], used: dict[str, dict[str, Data]]) -> None:
-    """Replace references to gear below a path."""
+    """Replace the references to gear at and below a path."""
     given = source.at(path)
     if not isinstance(given, dict):
         return
@@ -87,7 +89,7 @@ def _walk(source: SourceText, path: Path, items: dict[str, dict[str, Data]], use
 
 
 def _whole(source: SourceText, path: Path, key: str, item: dict[str, Data], name: str, mark: Mark) -> None:
-    """Replace the name of gear that stands in place of a number by that number."""
+    """Replace the name of a gear item, written where a number is expected, by the item's value for this key."""
     if key not in item:
         source.fault(path, f"the gear '{name}' has no '{key}'", mark=mark)
         return
@@ -97,7 +99,7 @@ def _whole(source: SourceText, path: Path, key: str, item: dict[str, Data], name
 
 
 def _items(source: SourceText, file: str) -> dict[str, dict[str, Data]]:
-    """Return the items of a file by ID."""
+    """Return the gear items in a file by ID."""
     if file.endswith((".yaml", ".yml")):
         own = read(content(within(source.root, source.root / file)).decode(), file)
         raise_faults(own, own.faults)

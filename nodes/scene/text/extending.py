@@ -1,6 +1,7 @@
-"""Scenes that extend others: the text of a scene merged over those that it extends, and entries that are like others.
+"""Scenes that extend others: the data of a scene are merged over those of the scene that it extends. Entries that are
+`like` others.
 
-Such an entry has only the differences: `two: {like: one, hook: west H2, lugs: [A3, A4]}`.
+An entry with `like` contains only the differences: `two: {like: one, hook: west H2, lugs: [A3, A4]}`.
 """
 
 from collections.abc import Iterator
@@ -25,12 +26,13 @@ SECTIONS: tuple[Path, ...] = (
 
 
 def extended(path: FilePath, name: str, text: str, root: FilePath, above: tuple[FilePath, ...] = ()) -> SourceText:
-    """Return the data of a file merged over the file that it extends, which is within the folder `root` or bundled."""
+    """Return the data of a file merged over the file that it extends, which must be in the folder `root` or bundled
+    with heavylift."""
     return over(read(text, name, root), path, root, above)
 
 
 def over(source: SourceText, path: FilePath, root: FilePath, above: tuple[FilePath, ...] = ()) -> SourceText:
-    """Return data merged over the file that they extend."""
+    """Return the data of a source merged over the file that they extend."""
     base = source.data.pop("extends", None)
     if base is None:
         return source
@@ -60,7 +62,7 @@ def over(source: SourceText, path: FilePath, root: FilePath, above: tuple[FilePa
 
 
 def alike(source: SourceText) -> None:
-    """Fill in the keys that entries with `like` omit, from the entry that they name; faults are added to those of the
+    """Fill in the keys that entries with `like` omit, from the entry that they name; errors are added to those of the
     source."""
     for section in SECTIONS:
         entries = source.at(section)
@@ -85,7 +87,7 @@ def _like(source: SourceText, section: Path, entries: dict[str, Data], name: str
 
 
 def _copy(source: SourceText, theirs: Data, there: Path, own: dict[str, Data], here: Path) -> None:
-    """Copy the keys that an entry omits, with their marks."""
+    """Copy the keys that an entry omits, with their places in the text."""
     for key, value in theirs.items() if isinstance(theirs, dict) else ():
         mine = own.get(key)
         if isinstance(mine, dict) and isinstance(value, dict):
@@ -98,7 +100,8 @@ def _copy(source: SourceText, theirs: Data, there: Path, own: dict[str, Data], h
 
 
 def merged(below: SourceText, above: SourceText) -> SourceText:
-    """Return a scene or type with another one merged over it: mappings key by key, lists and values are replaced."""
+    """Return a scene or type with another one merged over it: mappings are merged key by key, lists and values are
+    replaced."""
     keys, values = dict(below.keys), dict(below.values)
     found = SourceText(
         above.name, below.data, keys, values, below.faults + above.faults, {}, above.root, below.files + above.files
@@ -131,7 +134,7 @@ def _take(merged: SourceText, upper: SourceText, path: Path) -> None:
 
 
 def forget(source: SourceText, path: Path, value: Data) -> None:
-    """Drop the marks of a value and of all values in it."""
+    """Delete the recorded places of a value and of all values in it."""
     for found in _paths(value, path):
         source.keys.pop(found, None)
         source.values.pop(found, None)

@@ -1,7 +1,7 @@
-"""Errors of a scene, in a format that editors can jump to: `file:line:col: error: path: sentence`.
+"""Error messages of a scene in a format that editors can jump to: `file:line:col: error: path: sentence`.
 
-Below each is the source line with a caret and, if a name is close to a known one, a did-you-mean. All errors of a scene
-are reported at once, in the order of the text.
+Below each message is the source line with a caret and, if a name is similar to a known one, a suggestion. All errors of
+a scene are reported together, in the order of the text.
 """
 
 from collections.abc import Iterable
@@ -15,7 +15,7 @@ WIDEST = 400  # characters of a line that are shown
 
 
 def raise_faults(source: SourceText, faults: Iterable[Fault]) -> None:
-    """Raise one SceneError with the text of all faults, if there are any."""
+    """Raise one SceneError with the text of all faults (errors with their places), if there are any."""
     marked = sorted(((_mark(source, fault), fault) for fault in faults), key=lambda x: _order(source, x[0]))
     texts = list(dict.fromkeys(_text(mark, fault, source.written(fault.path)) for mark, fault in marked[:MOST]))
     if texts:

@@ -1,4 +1,4 @@
-"""Named values of a scene or machine type, which may be expressions of one another, and the values `=...` over them."""
+"""Named values of a scene or machine type, which may be expressions of one another, and values `=...` that use them."""
 
 from collections.abc import Mapping
 
@@ -9,7 +9,7 @@ AXES = {"x": 0, "y": 1, "z": 2}
 
 
 class Parameters:
-    """Named values, which may be expressions of one another; the values `given` override some of them."""
+    """Named values, which may be expressions of one another; the values in `given` override some of them."""
 
     def __init__(self, values: Mapping[str, Data], given: Mapping[str, Data]) -> None:
         self.values, self.given = values, given
@@ -17,11 +17,12 @@ class Parameters:
         self._busy: list[str] = []
 
     def raw(self, name: str) -> Data:
-        """Return a parameter as it is written."""
+        """Return the value of a parameter as it is written."""
         return self.given.get(name, self.values[name])
 
     def computed(self, text: str) -> Data:
-        """Return the result of an expression without its `=`; a parameter that is not a number is returned as it is."""
+        """Return the result of an expression, given without its `=`; a parameter that is not a number is returned
+        unchanged."""
         name = " ".join(text.split())
         if name in self.values:
             raw = self.raw(name)
@@ -49,8 +50,8 @@ class Parameters:
 
 
 def arithmetic(source: SourceText) -> bool:
-    """Replace each value `=...` of a scene by its result, over the scene's `parameters`; machine types have their own.
-    Returns whether all have a result; faults are added to those of the source."""
+    """Replace each value `=...` in a scene by its result, computed with the scene's `parameters`; machine types have
+    their own. Return whether all have a result; errors are added to those of the source."""
     named = source.data.get("parameters")
     parameters, done = Parameters(named if isinstance(named, dict) else {}, {}), True
 

@@ -1,4 +1,4 @@
-"""The user models of a scene's key `models`: signals and set-points, named as in conditions and orders."""
+"""The user models under a scene's key `models`: their signals and set-points, named as in conditions and orders."""
 
 import re
 
@@ -24,7 +24,7 @@ LED_BY = {"drive": "drive", "hook": "lower", "winch": "lower"}  # by kind
 
 
 def build_models(builder: SceneBuilder) -> tuple[UserModel, ...]:
-    """Return the user models of the plan; faults are added to those of the scene."""
+    """Return the user models of the plan; errors are added to those of the scene."""
     return _Models(builder).all()
 
 
@@ -69,7 +69,7 @@ class _Models:
         )  # fmt: skip
 
     def code(self, path: Path, model: str) -> str:
-        """Return the reference, with an absolute path for a file in the scene's folder."""
+        """Return the reference to a model's code, with an absolute path if it is a file in the scene's folder."""
         file, colon, name = model.partition(":")
         if not file.endswith((".py", ".fmu")):
             return model
@@ -80,7 +80,7 @@ class _Models:
             return model
 
     def signal(self, path: Path, text: str) -> ScalarSignal | None:
-        """Return the signal of a port: a quantity as in conditions."""
+        """Return the signal for a port of a model; its text names a quantity as conditions do."""
         words = " ".join(text.split())
         match = re.fullmatch(rf"({'|'.join(sorted(QUANTITIES, key=lambda x: -len(x)))})(?: (?:of )?(.+))?", words)
         if match is None:
@@ -102,12 +102,12 @@ class _Models:
         return found[1] if found else None
 
     def moved(self, actor: OrderTarget) -> tuple[str, str] | None:
-        """Return joint and coordinate that a drive moves; None if it moves none."""
+        """Return the joint and the coordinate that a drive moves; None if it moves none."""
         drives = (drive for m in self.builder.machines for drive in m.system.drives)
         return next(((drive.joint, drive.coordinate) for drive in drives if drive.name == actor.name), None)
 
     def led(self, path: Path, model: str, port: str, target: str) -> Led | None:
-        """Return the actuator that a port leads."""
+        """Return the actuator that the set-points from a port control; None, with an error added, if there is none."""
         words = " ".join(target.split())
         found = self.targets.get(words, ())
         found = tuple(x for x in found if called_of(x.name) == (words, "")) or found  # the drive called as its machine
