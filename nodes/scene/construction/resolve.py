@@ -180,11 +180,11 @@ class _Resolver:
             case "hook":
                 return self._hookups(path, found, phrase, where)
             case "unhook":
-                slings = dict.fromkeys(s for a in found for s in self._slings_of(a))
-                if not slings:
+                off = [*dict.fromkeys(s for a in found for s in self._slings_of(a))]
+                if not off:
                     self.source.fault(path, f"nothing hangs on {found[0].name} that could be unhooked")
-                self.hangs -= {*slings}
-                return [actions.UnhookSling(sling=s, where=where) for s in slings]
+                self.hangs -= {*off}
+                return [actions.UnhookSling(sling=s, where=where) for s in off]
             case "level":
                 return []
             case "stop" if phrase.height:
