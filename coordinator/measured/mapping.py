@@ -46,7 +46,7 @@ Floats = NDArray[np.float64]
 @dataclass(frozen=True)
 class LogChannel:
     """A measured channel: signal and column of the recording, values (n,) in its unit, standard uncertainties (n,) of
-    the sensor; `model`: the run has this channel, too; `stated`: the map states its uncertainty."""
+    the sensor; `model`: the run also has this channel; `stated`: the map states its uncertainty."""
 
     signal: str
     column: str
@@ -64,7 +64,7 @@ class LogChannel:
 
 @dataclass(frozen=True)
 class LogSignals:
-    """A log read by a map: times (n,) [s], channels, and the lines of the map."""
+    """A measured log read through a map: times (n,) [s], channels, and the lines of the map."""
 
     log: LogTable
     t: Floats
@@ -73,12 +73,12 @@ class LogSignals:
 
     @property
     def compared(self) -> list[LogChannel]:
-        """The channels that the run has, too."""
+        """The measured channels that the run also has."""
         return [channel for channel in self.channels if channel.model]
 
 
 def measured(rec: Recording, path: str | Path, maps: Sequence[str], gravity: float) -> LogSignals:
-    """Read a log by means of a map; HeavyliftError names what is wrong in map or log."""
+    """Read a measured log through a map; raises HeavyliftError for a fault in map or log."""
     log, t = read_log(path), None
     channels, lines = list[LogChannel](), dict[str, str]()
     for source in map(_source, maps):
@@ -171,7 +171,8 @@ BEYOND = 1e-3  # [m or rad] beyond an end position that are noise
 
 
 def driven(scene: LoadedScene, texts: Sequence[str]) -> LoadedScene:
-    """Return the scene with drives that follow logs; HeavyliftError names option, or file, row and column."""
+    """Return the scene with drives that follow measured logs; raises HeavyliftError that names the option, or file, row
+    and column."""
     actors = {drive.element: drive for model in build(scene.plan).values() for drive in drives(model)}
     found: dict[str, Driven] = {}
     for text in texts:

@@ -9,8 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Generic, TypeVar
 
-from heavylift.coordinator.protocol.core import RunEnd
-from heavylift.coordinator.protocol.messages import Bye, Fail, Grant, GrantDone, Hello, StopRun
+from heavylift.coordinator.protocol.messages import Bye, Fail, Grant, GrantDone, Hello, RunEnd, StopRun
 from heavylift.coordinator.protocol.node import Node
 from heavylift.coordinator.protocol.outside import OpenCoordinator
 from heavylift.kernel.errors import ModelError
@@ -31,7 +30,7 @@ def configured(plan: Plan, models: Mapping[str, NodeModel]) -> KernelConfig:
 
 
 class Session(Generic[Kernel]):
-    """A run of a plan in this process: `models`, `kernel`, `core` of the protocol; number of `grants` so far."""
+    """A run of a plan in this process: `models`, `kernel`, the protocol's `core`, and the number of `grants` so far."""
 
     def __init__(
         self,
@@ -69,7 +68,7 @@ class Session(Generic[Kernel]):
         self._hear(event)
 
     def advance(self, until: Tag = FOREVER) -> RunEnd | None:
-        """Execute everything before a tag; returns why the run is over, or None. Raises HeavyliftError."""
+        """Process everything before a logical time; return why the run is over, or None. Raises HeavyliftError."""
         answers: list[tuple[str, GrantDone]] = []
         while True:
             for name, grant in self.core.ready(until):
@@ -90,8 +89,8 @@ class Session(Generic[Kernel]):
         return text
 
     def finish(self, end: Tag) -> str:
-        """Let the kernel finish up to `end` and return what the models still wait for. Raises ModelError with it if the
-        plan has no end time and the run has not finished."""
+        """Let the kernel finish up to `end`, and return what the models still wait for. Raises ModelError with that
+        text if the plan has no end time and its action list has not finished."""
         bye = self._nodes[KERNEL].handle(StopRun(end))
         if not isinstance(bye, Bye):
             raise ModelError(getattr(bye, "sentence", f"{KERNEL} answered STOP with {bye!r}"))

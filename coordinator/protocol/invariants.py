@@ -18,19 +18,19 @@ from .messages import GrantDone, Hello
 
 
 class Before(NamedTuple):
-    """State of a node against which its next message is checked."""
+    """The state of a node against which its next message is checked."""
 
     node: NodeState
     says: Tag = Tag(0)
 
 
 def check_hello(node: NodeState, hello: Hello) -> None:
-    """Raise ProtocolError that names the node and the rule that its HELLO violates."""
+    """Raise a ProtocolError that names node and rule if the node's HELLO violates a rule."""
     _check(Before(node), hello)
 
 
 def check_done(node: NodeState, done: GrantDone, says: Tag) -> None:
-    """Raise ProtocolError that names the node and the rule that its DONE violates."""
+    """Raise a ProtocolError that names node and rule if the node's DONE violates a rule."""
     if not node.running or done.gseq != node.gseq:
         raise ProtocolError(f"{node.who} sent DONE {done.gseq} out of order, its last GRANT is {node.gseq}")
     _check(Before(node, says), done)
@@ -168,7 +168,7 @@ WHOLE: dict[str, Callable[[Before, Hello | GrantDone], str]] = {
 
 
 class CycleWatch:
-    """Detector of cycles without time advance: call `note` for every event, and `check` before time advances."""
+    """Detector of zero-delay cycles: `note` must be called for every event, and `check` before time advances."""
 
     def __init__(self, couplings: Iterable[Coupling], microsteps: int) -> None:
         """At most `microsteps` [> 0] microsteps at one time are allowed."""
@@ -197,7 +197,8 @@ class CycleWatch:
             )
 
     def sentence(self, node: str, tag: Tag) -> str:
-        """Return the cycle without advance of time when `node` reached `tag`, as a sentence; "" without other nodes."""
+        """Return a sentence about the zero-delay cycle that `node` has reached at `tag`; "" if no other nodes take
+        part."""
         distance = self._back(node, tag) if tag.k >= self.microsteps else []
         if not distance:
             return ""

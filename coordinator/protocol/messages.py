@@ -32,6 +32,7 @@ were not offered before, and events among its models or without receivers. `hash
 message, or one out of order, is refused by name. Messages are encoded by MessagePack, one array per message.
 """
 
+from enum import Enum
 from typing import Annotated
 
 import msgspec
@@ -40,6 +41,14 @@ from heavylift.nodes.devs import AtomicResult, Event, Slack, Tag
 
 Count = Annotated[int, msgspec.Meta(ge=0)]
 Delay = tuple[Count, Count]  # ns and microsteps
+
+
+class RunEnd(Enum):
+    """The reason why a run ended."""
+
+    FINISHED = "the finish port has spoken, and its time is completed"
+    BOUND = "the time bound is reached"
+    QUIET = "all nodes are passive and nothing is pending"
 
 
 class Hello(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="hello"):
@@ -85,8 +94,8 @@ class GrantDone(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="don
 
 
 class Checkpoint(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="checkpoint"):
-    """CHECKPOINT: canonical state of a node after GRANT `gseq`; without a state it is a request for one, or `why` there
-    is none."""
+    """CHECKPOINT: canonical state of a node after GRANT `gseq`; without a state it is a request for one, or `why` says
+    that there is none."""
 
     gseq: Count
     state: bytes = b""
@@ -94,7 +103,7 @@ class Checkpoint(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="ch
 
 
 class Alive(msgspec.Struct, frozen=True, array_like=True, gc=False):
-    """ALIVE: progress counter of a process, and whether a debugger has stopped it."""
+    """ALIVE: progress counter of a process, and whether a debugger has stopped the process."""
 
     steps: Count
     traced: bool = False
@@ -118,7 +127,7 @@ class StopRun(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="stop"
 
 
 class Bye(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="bye"):
-    """BYE: the node ends; `sentence`: what it still waits for, `busy_s`: its working time [s]."""
+    """BYE: the node ends; `sentence`: what the node still waits for, `busy_s`: its working time [s]."""
 
     sentence: str = ""
     busy_s: Annotated[float, msgspec.Meta(ge=0.0)] = 0.0

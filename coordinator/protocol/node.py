@@ -29,7 +29,8 @@ LONGEST = 20_000  # characters of a traceback that are sent, the last ones
 
 
 def kept(state: bytes) -> tuple[Tag, bytes]:
-    """Return the content of a checkpoint: the tag before which everything is done, and the model's snapshot."""
+    """Return the content of a checkpoint: the logical time before which everything is done, and the model's
+    snapshot."""
     found = _KEPT.decode(state)
     return found[2], found[5]
 
@@ -56,7 +57,7 @@ class Node:
         """Tags that it has done in its life, replayed ones as well: a measure of its progress."""
 
     def hello(self, declaration: bytes = b"", version: str = "", scene: str = "") -> Hello | Fail:
-        """Start the model and return the HELLO with this declaration, or a FAIL."""
+        """Start the model, and return a HELLO with this declaration, or a FAIL."""
         try:
             self.model.start()
             tag, offer, self._quiet = self._present()
@@ -97,7 +98,7 @@ class Node:
 
     @property
     def first(self) -> Tag:
-        """The earliest pending tag, of the model itself or of a kept input."""
+        """The earliest pending logical time, of the model itself or of an input that it keeps."""
         return min(self.model.next_time, self._kept[0].tag if self._kept else FOREVER)
 
     def _run(self, grant: Grant) -> GrantDone:
@@ -183,13 +184,14 @@ class Node:
                 )
 
     def failure(self, error: Exception, tag: Tag = _BEGIN, spoken: Iterable[Event] = ()) -> Fail:
-        """Return the FAIL of the node, and keep in `cause` the exception of a model."""
+        """Return the FAIL message of the node, and store the exception of the model in `cause`."""
         self.cause = error.__cause__ if isinstance(error, HeavyliftError) else error
         return failure(self.name, error, tag, spoken)
 
 
 def failure(name: str, error: Exception, tag: Tag = _BEGIN, spoken: Iterable[Event] = ()) -> Fail:
-    """Return the FAIL of a node; raises MemoryError for one outside of model code: the process is then lost."""
+    """Return the FAIL message of a node. Raises MemoryError if memory ran out outside of model code, which ends the
+    process."""
     if out_of_memory(error) and not isinstance(error, ModelError):
         raise MemoryError from error
     sentence = str(error) if isinstance(error, HeavyliftError) else f"{name} at {tag}: {raised(error)}"

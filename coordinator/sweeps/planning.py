@@ -31,7 +31,8 @@ LEAST = 0.2  # part of a step below which it is given up in runs
 
 
 def planned(scene: LoadedScene, budget: float, say: Callable[[str], None] = LOG.info) -> FoundTiming:
-    """Find the shortest timing of a scene within `budget` [s] of wall time; raises SceneError."""
+    """Find the shortest timing of a scene within `budget` [s] of wall time; raises SceneError if the scene cannot be
+    planned."""
     scene = chosen(scene, say)
     search = _Search(scene, time.monotonic() + budget, say)
     try:

@@ -42,10 +42,10 @@ def clearances(
     mechanics: System | None = None,
     meant: Meant = (),
 ) -> list[Clearance]:
-    """Return all clearances below their limit and, if these are few, the smallest ones; smallest first.
+    """Return all clearances below their limits and, if these are few, also the smallest other ones; smallest first.
 
-    `landing`: intervals [s] of orders to land; `mechanics`: those of the plan, if they are known; `meant`: allowed
-    contacts with their times.
+    `landing`: intervals [s] in which an order to land is carried out; `mechanics`: those of the plan, if known;
+    `meant`: allowed contacts with their times.
     """
     keep, known_shapes = limit_between(plan), Shapes(plan)
     known, nearest = NearestSoFar(smallest, keep()), dict[int, Clearance]()
@@ -80,14 +80,14 @@ def clearances(
 
 
 def lift_of(plan: Plan, thing: str) -> str:
-    """Return the name of the lift, among several, to which a thing belongs; else ""."""
+    """Return the name of the lift to which a part belongs, if the plan has several lifts; otherwise ""."""
     name = thing.rpartition(" ")[2]
     return max((x.name for x in plan.lists if name.startswith(f"{x.name}-")), key=len, default="")
 
 
 def limit_between(plan: Plan) -> Kept:
-    """Return a function that gives the required clearance [m] between two things: that of their lift, between lifts the
-    larger one; without names the largest of all."""
+    """Return a function that gives the required clearance [m] between two parts: that of their lift, between two lifts
+    the larger one; called without names, the largest of all."""
     limits = {x.subject: x.value for x in reversed(plan.limits) if x.quantity == "clearance" and x.value is not None}
     own = {x.name: limits[x.name] for x in plan.lists if x.name in limits}
     most = max(own.values(), default=next(reversed(limits.values()), LIMIT))
@@ -99,7 +99,7 @@ def limit_between(plan: Plan) -> Kept:
 
 
 def findings(found: Sequence[Clearance], plan: Plan | None = None) -> list[Check]:
-    """Return clearances below their limit as findings, with the remedy for intended contact."""
+    """Return clearances below their limits as findings; the message says what to write if the contact is intended."""
     shapes = Shapes(plan) if plan is not None else None
     missed = [shapes is not None and c.distance < -TOUCH and shapes.by_corners(c.a, c.b) for c in found]
     return [_finding(c, MISSED if m else "") for c, m in zip(found, missed, strict=True) if _red(c)]
@@ -128,8 +128,8 @@ def _finding(c: Clearance, more: str) -> Check:
 
 
 def thinned(past: RunHistory) -> Iterator[tuple[History, tuple[int, int]]]:
-    """Yield parts of a run without samples at the same instant, each with the range of samples to search; two more
-    samples at either end are for accelerations."""
+    """Yield parts of a run in which no two samples have the same time, each with the range of samples to search; two
+    more samples at either end serve to compute accelerations."""
     kept = np.flatnonzero(np.diff(past.t, prepend=-np.inf) >= THINNEST)
     n = len(kept)
     for first in range(0, max(min(n, 1), n - 1), BLOCK):

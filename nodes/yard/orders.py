@@ -55,7 +55,8 @@ def lift_steps(given: Taking, steps: list[str]) -> dict[str, LiftStep]:
             for axis in (axes if isinstance(axes, dict) else ())
         )
         windy = given.take((*at, "wind"), lambda x: SPEED.read(str(x)), 0.0)
-        one = found[step] = LiftStep(step, str(scene), pairs, way, over, windy)  # type: ignore[arg-type]
+        path = given.take((*at, "lift"), lambda x: found_scene(given, str(x)), "")
+        one = found[step] = LiftStep(step, path, pairs, way, over, windy)  # type: ignore[arg-type]
         for axis, _ in over:
             given.known((*at, "over", axis), axis, one.columns, "column that 'set' names,")
         if (way == "table") != bool(over):
@@ -86,8 +87,9 @@ def runs(over: tuple[tuple[str, tuple[str, ...]], ...]) -> int:
 def order_of(
     given: Taking, one: LiftStep, row: TableCell, cells: dict[str, TableCell], units: dict[str, str]
 ) -> LiftOrder:
-    """Return the lift of a block; errors are reported at the block's row."""
-    at, texts = ("blocks", row.text), dict[str, str]()
+    """Return the lift of a block; errors are reported at the block's row. A block with a scene of its own does not use
+    the table of its step: its lift is followed at rest."""
+    at, texts, own = ("blocks", row.text), dict[str, str](), cells.get("scene")
     for column in sorted(one.columns):
         if column in cells:
             texts[column] = with_unit(cells[column].text, units[column])
@@ -96,7 +98,7 @@ def order_of(
             given.source.fault(at, text, mark=row.mark)
             texts[column] = "0"
     place = list[float]()
-    for axis, marks in one.over:
+    for axis, marks in () if own else one.over:
         number, unit = number_and_unit(texts.get(axis, "0"))
         if not number or unit != number_and_unit(marks[0])[1]:
             text = f"write the {axis} in the unit of the step's table, such as {marks[0]}"
@@ -113,10 +115,10 @@ def order_of(
         f"{path}=\0{column}\0" if column in axes else f"{path}={texts[column] if column else text}"
         for path, column, text in sets
     )
-    own = cells.get("scene")
-    scene, mark = (own.text, own.mark) if own else (one.scene, None)
-    path = given.take(("steps", one.step, "lift"), lambda x: found_scene(given, x), scene, mark, scene)
-    return LiftOrder(path, settings, one.way, one.over, tuple(place), grid if one.over else (), one.windy)
+    if own:
+        path = given.take(("steps", one.step, "lift"), lambda x: found_scene(given, x), own.text, own.mark, own.text)
+        return LiftOrder(path, settings, "rest" if one.over else one.way, windy=one.windy)
+    return LiftOrder(one.scene, settings, one.way, one.over, tuple(place), grid if one.over else (), one.windy)
 
 
 def found_scene(given: Taking, name: str) -> str:

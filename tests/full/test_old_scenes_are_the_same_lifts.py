@@ -87,7 +87,7 @@ def different(old: Any, new: Any, at: str = "", *, rounded: bool = False) -> Ite
 
 
 @pytest.mark.parametrize("version", FORMER)
-def test_systems_are_those_of_a_former_version(version: str, tmp_path: Path) -> None:
+def test_old_scenes_give_the_same_systems_as_former_versions(version: str, tmp_path: Path) -> None:
     git = subprocess.run(["git", "archive", version], cwd=ROOT, capture_output=True)
     if git.returncode:
         pytest.skip(f"there is no {version} here: {git.stderr.decode().strip()}")

@@ -132,7 +132,7 @@ def test_every_check_of_done_messages_has_a_test_case() -> None:
 
 
 @pytest.mark.parametrize("ahead", [-1, NEVER + 1])
-def test_a_declared_lookahead_that_is_no_time_is_refused(ahead: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_declared_lookahead_that_is_not_a_valid_time_is_refused(ahead: int, monkeypatch: pytest.MonkeyPatch) -> None:
     hello = Hello(Tag(0), [], Tag(0), {"a.out": ahead})
     with pytest.raises(
         ProtocolError, match=rf"^a declares a lookahead of {ahead} ns for port a.out, which is not between 0"

@@ -45,7 +45,7 @@ def test_an_offer_is_committed_to_the_bag_of_its_receiver_at_its_own_tag() -> No
     assert core.ready() == []
 
 
-def test_a_lookahead_widens_the_window_of_others_after_an_input_only() -> None:
+def test_lookahead_lets_other_nodes_advance_further_only_after_an_input() -> None:
     core = Coordinator(["a", "b", "c"], [("a", "out", "b", "into"), ("b", "out", "c", "into")])
     core.hello("a", hello(5, [event(5)]))
     core.hello("b", hello(FOREVER.t, b=10))
@@ -53,7 +53,7 @@ def test_a_lookahead_widens_the_window_of_others_after_an_input_only() -> None:
     assert dict(core.ready())["c"].until == Tag(15)
 
 
-def test_silent_nodes_that_could_only_send_later_do_not_wait_for_each_other() -> None:
+def test_nodes_do_not_wait_for_silent_nodes_that_can_only_send_later() -> None:
     core = Coordinator(["a", "b"], PAIR)
     for name in ("a", "b"):
         core.hello(name, Hello(Tag(5), [], Tag(5)))
@@ -142,7 +142,7 @@ def test_the_digest_depends_on_every_event_and_on_their_order() -> None:
     assert hashes[0] == hashes[1] != hashes[2]
 
 
-def test_welcome_and_stop_frame_a_run() -> None:
+def test_a_run_begins_with_welcome_and_ends_with_stop_messages() -> None:
     ends: list[Tag] = []
 
     def finish(end: Tag) -> str:
@@ -184,7 +184,7 @@ def test_the_last_message_reports_the_largest_possible_lookaheads() -> None:
     assert node.handle(StopRun(Tag(90))) == Bye(slack=[Slack("a.out", declared_ns=10, observed_ns=15, count=3)])
 
 
-def test_only_valid_messages_are_decoded_and_as_they_were_sent() -> None:
+def test_valid_messages_are_decoded_unchanged_and_invalid_ones_are_refused() -> None:
     messages: list[AnyMessage] = [
         hello(3, [event(3)]),
         Welcome(1, b"x"),

@@ -42,7 +42,7 @@ def test_every_message_type_has_a_stored_frame() -> None:
     assert tags == SAID.keys() == FRAMES[str(WIRE)].keys()
 
 
-def test_frames_are_encoded_as_in_stored_versions() -> None:
+def test_messages_are_encoded_to_the_same_bytes_as_the_stored_ones() -> None:
     assert framed() == FRAMES[str(WIRE)]
 
 

@@ -90,7 +90,7 @@ def test_a_node_whose_next_tag_equals_that_of_a_message_is_confluent() -> None:
         assert log["b"] == [(5, 0, "c", [1])]
 
 
-def test_a_node_that_reschedules_with_zero_delay_is_due_one_microstep_later() -> None:
+def test_a_node_that_reschedules_with_zero_delay_is_imminent_one_microstep_later() -> None:
     for order in range(6):
         log = lines(Coordinator("ab", ONE_WAY), Timer("a", 5, 5, 5), Timer("b", 5, 5), order=order)
         assert log["b"] == [(5, 0, "c", [1]), (5, 1, "c", [2]), (5, 2, "e", [3])]
@@ -106,7 +106,7 @@ def test_a_run_ends_while_messages_are_pending_for_later() -> None:
     assert (core.ready(), core.over, left) == ([], RunEnd.BOUND, [event(5)])
 
 
-def test_a_finish_leaves_pending_what_comes_after_its_time() -> None:
+def test_messages_after_the_time_of_a_finish_event_are_not_delivered() -> None:
     left: list[Event] = []
     core = Coordinator("ab", ONE_WAY, finish=("a", "out"), on_event=left.append)
     log = lines(core, Timer("a", 5, 5, 6), Timer("b", 7))
@@ -168,7 +168,7 @@ def test_outputs_delayed_by_a_microstep_would_miss_the_confluent_transition() ->
     assert log["b"] == [(5, 0, "c", [1])] != [(5, 0, "i", []), (5, 1, "e", [1])]
 
 
-def test_a_window_of_next_event_plus_lookahead_would_admit_late_messages(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_granting_up_to_next_event_plus_lookahead_would_allow_late_messages(monkeypatch: pytest.MonkeyPatch) -> None:
     """Two nodes, one message: a is due at 5 since the start, and its lookahead of 10 says nothing of that."""
 
     def window_of_b() -> Tag:

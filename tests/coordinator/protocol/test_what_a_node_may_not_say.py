@@ -33,7 +33,7 @@ def test_forbidden_messages_of_a_node_are_refused() -> None:
 
 
 @pytest.mark.parametrize(("reached", "then"), [(Tag(6), Tag(8)), (Tag(5, 1), Tag(4))])
-def test_a_done_covers_no_more_than_its_grant_and_all_events_in_it(reached: Tag, then: Tag) -> None:
+def test_a_done_message_covers_exactly_the_events_of_its_grant(reached: Tag, then: Tag) -> None:
     core = Coordinator(["a", "b"], PAIR)
     core.hello("a", hello(5, [event(5)]))
     core.hello("b", hello(FOREVER.t))
