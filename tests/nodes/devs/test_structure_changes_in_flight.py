@@ -228,9 +228,7 @@ def run(builder: Coupled) -> None:
 def test_models_cannot_change_the_root_while_it_runs(
     function: str, change: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    message = (
-        f"yard.m at ({WHEN[function]} s, 0): yard.{change} cannot be accessed: in a run each child of yard is a "
-    )
+    message = f"yard.m at ({WHEN[function]} s, 0): yard.{change} cannot be accessed: in a run each child of yard is a "
     with pytest.raises(ModelError, match=f"^{re.escape(message)}"):
         run(changing(function, change))
     if function != "output":
