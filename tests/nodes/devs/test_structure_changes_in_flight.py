@@ -167,7 +167,7 @@ def test_an_added_model_keeps_its_lookahead_from_then_on() -> None:
     with pytest.raises(ModelError) as error:
         started(coupled("yard", [Adder("adder", "", seconds(1))])).run(seconds(5))
     assert str(error.value) == (
-        "site.yard.hasty at (1.5 s, 0): port out promises a lookahead of 1000000000 ns and speaks 500000000 ns after "
+        "site.yard.hasty at (1.5 s, 0): port out promises a lookahead of 1000000000 ns but sends 500000000 ns after "
         "the transition that scheduled the output; hold for longer or declare less"
     )
 

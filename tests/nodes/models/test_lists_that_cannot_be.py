@@ -44,7 +44,7 @@ def line(order: Order) -> Order:
 def test_two_orders_for_one_actor_in_one_action_are_refused() -> None:
     both = Action(orders=(hoist("west.H1", -2.0), line(hoist("west.H1", 2.0))))
     assert fails(turnover(both)) == (
-        f"(0 s, 0): {LINE}: west.H1 gets an order while its hoist (order 1 of action 1) is not done, {DONE}"
+        f"(0 s, 0): {LINE}: west.H1 gets an order while its hoist (order 1 of action 1) is not done; {DONE}"
     )
 
 
