@@ -1,7 +1,7 @@
-"""Plan, elevation and rigging sketch of an instant, with their dimensions.
+"""Plan, elevation and rigging sketch at an instant, with their dimensions.
 
-The elevation is in the plane of the jib, or along the girder of a crane that does not slew; the plan is seen from
-above, with the same axis to the right.
+The elevation shows the plane of the jib or, for a crane that does not slew, the direction along the girder; the plan is
+seen from above, with the same axis to the right.
 """
 
 from collections.abc import Sequence
@@ -24,11 +24,12 @@ SAME = 0.05  # [m] dimensions that differ by less are one
 LINE = 3.4  # [mm] between labels
 SHORTER = 1e-9  # [mm] of two leader lines, that is no rounding
 SHOWN = 0.3  # of a clearance: what is shorter in a view is not drawn there
+PIECE = "~"  # in names of the pieces of a rope with mass; the last one, at the hook, has the name of the rope
 LEVEL = 0.02  # [m] below which a height is no dimension
 
 
 def main_axis(x: DrawnInstant) -> Floats:
-    """Return the horizontal direction (3,) that is to the right in all views."""
+    """Return the horizontal direction (3,) that points to the right in all views."""
     hook = next((hook for hook in x.hooks if hook.axis is not None), None)
     if hook is not None and hook.axis is not None:
         distance = (hook.eye - hook.axis) * [1.0, 1.0, 0.0]
@@ -40,7 +41,7 @@ def main_axis(x: DrawnInstant) -> Floats:
 
 
 def general(x: DrawnInstant, room: tuple[float, float]) -> tuple[View, View]:
-    """Return plan and elevation at one scale, one above the other, with dimensions, within `room` [mm]."""
+    """Return plan and elevation at the same scale, one above the other, with dimensions, in the area `room` [mm]."""
     h = main_axis(x)
     v = np.cross(UP, h)
     seen = x.of("crane", "block", "hook", "frame")
@@ -52,8 +53,8 @@ def general(x: DrawnInstant, room: tuple[float, float]) -> tuple[View, View]:
 
 
 def three(x: DrawnInstant, room: tuple[float, float]) -> tuple[View, View, View]:
-    """Return plan and two elevations, each at the scale that fits `room` [mm]; the second elevation is seen from the
-    right of the first."""
+    """Return the plan and two elevations, each at the largest scale that fits into `room` [mm]; the second elevation is
+    seen from the right-hand side of the first."""
     h = main_axis(x)
     v = np.cross(UP, h)
     seen = x.of("crane", "block", "hook", "frame")
@@ -70,15 +71,20 @@ def three(x: DrawnInstant, room: tuple[float, float]) -> tuple[View, View, View]
 
 
 def _named_axis(way: Floats) -> str:
-    """A horizontal direction in words."""
+    """Return a horizontal direction in words."""
     for name, axis in (("x", way[0]), ("y", way[1])):
         if abs(abs(axis) - 1.0) < LEVEL:
             return f"{'+' if axis > 0 else '-'}{name}"
-    return f"{degrees(atan2(way[1], way[0])) % 360.0:.1f} deg from x"
+    return _bearing(way)
+
+
+def _bearing(way: Floats) -> str:
+    """Return a horizontal direction as an angle of 0.0 to 359.9 degrees."""
+    return f"{round(degrees(atan2(way[1], way[0])), 1) % 360.0:.1f} deg from x"
 
 
 def _drawn(x: DrawnInstant, view: View, right: Floats, up: Floats, last: Sequence[str] = LAST) -> tuple[Floats, Floats]:
-    """Draw solids from far to near and ropes; returns the lower and upper corner on paper [mm]."""
+    """Draw solids from far to near, then ropes; return the lower and upper corner of the drawing on paper [mm]."""
     axes, ahead = np.column_stack([right, up]), np.cross(right, up)
     seen = view.paper(x.of("crane", "block", "hook", "frame") @ axes)
     low, high = seen.min(axis=0), seen.max(axis=0)
@@ -92,7 +98,8 @@ def _drawn(x: DrawnInstant, view: View, right: Floats, up: Floats, last: Sequenc
 
 
 def _elevation(x: DrawnInstant, view: View, h: Floats, places: bool = True) -> View:
-    """`places`: with distances of the hooks from the left."""
+    """Draw an elevation with its dimensions, and return it; `places`: also the distances of the hooks from the
+    left-hand edge."""
     low, high = _drawn(x, view, h, UP)
     low[1] = min(low[1], 0.0)
     view.items.append(Path(np.array([[low[0] - 4.0, 0.0], [high[0] + 4.0, 0.0]]), "frame line"))
@@ -116,7 +123,8 @@ def _elevation(x: DrawnInstant, view: View, h: Floats, places: bool = True) -> V
 
 
 def _heights(x: DrawnInstant, view: View, h: Floats, eyes: list[Floats], low: Floats, high: Floats) -> None:
-    """Draw the heights of block, hooks and crane above ground: hooks on one side, crane on the other."""
+    """Draw the heights of block, hooks and crane above ground: hooks on one side of the view, the crane on the
+    other."""
     right = sum(p[0] for p in eyes) / len(eyes) > (low[0] + high[0]) / 2
     side, other = (high[0], low[0]) if right else (low[0], high[0])
     out = 1.0 if right else -1.0
@@ -147,8 +155,7 @@ def _plan(x: DrawnInstant, view: View, h: Floats, v: Floats) -> View:
             radius = float(np.hypot(*(eye - axis)))
             arc = axis + radius * np.column_stack([np.cos(angles), np.sin(angles)])
             view.items.append(Path(clipped_line(arc, low - 3.0, high + 3.0), "axis"))
-            bearing = degrees(atan2(h[1], h[0])) % 360.0
-            view.items.append(Text((axis[0], high[1] + 2.0), f"jib at {bearing:.1f} deg from x", "middle"))
+            view.items.append(Text((axis[0], high[1] + 2.0), f"jib at {_bearing(h)}", "middle"))
             view.across(axis, eye, next(out), "R ")
     places = (high[0] + ROW + ROW * k for k in count())
     for one, other in pairwise(_spread([view.paper(np.array([k.eye @ h, k.eye @ v])) for k in x.hooks], 1)):
@@ -163,7 +170,7 @@ def _plan(x: DrawnInstant, view: View, h: Floats, v: Floats) -> View:
 
 
 def clipped_line(points: Floats, low: Floats, high: Floats) -> Floats:
-    """Return the points of a line that are within a box."""
+    """Return the points of the part of a line that is inside a box."""
     inside: Floats = points[((points >= low) & (points <= high)).all(axis=1)]
     return inside
 
@@ -197,7 +204,7 @@ def _near(x: DrawnInstant, view: View, right: Floats, up: Floats) -> None:
 
 
 def _beside(p: Floats, side: float, message: str) -> Text:
-    """Return a text to the right (1) or left (-1) of a point."""
+    """Return a text to the right (side 1) or to the left (side -1) of a point."""
     return Text((float(p[0] + side * 0.6), float(p[1] - 0.8)), message, "start" if side > 0 else "end", bold=True)
 
 
@@ -209,7 +216,7 @@ def _covered(box: Floats, outlines: list[Floats], texts: list[Floats]) -> bool:
 
 
 def _spread(points: list[Floats], axis: int) -> list[Floats]:
-    """Return points on paper in order along an axis, without those too close to the one before."""
+    """Return points on paper sorted along an axis, without points too close to the one before."""
     found = list[Floats]()
     for p in sorted(points, key=lambda p: float(p[axis])):
         if not found or p[axis] - found[-1][axis] > CLOSE:
@@ -245,17 +252,19 @@ def rigging(x: DrawnInstant, room: tuple[float, float]) -> View:
     block = view.paper(x.of("block") @ axes)
     if len(block):
         one, other = block.min(axis=0), block.max(axis=0)
-        view.across(one, np.array([other[0], one[1]]), low[1] - ROW)
         view.upright(one, np.array([one[0], other[1]]), low[0] - ROW)
         highest = max(x.hooks, key=lambda hook: float(hook.eye[2]))
         view.upright(np.array([one[0], other[1]]), view.paper(highest.eye @ axes), low[0] - ROW)
-        if x.com is not None and len(x.hooks) == 1 and abs(float((highest.eye - x.com) @ h)) > SAME:
-            view.across(view.paper(x.com @ axes), view.paper(highest.eye @ axes), low[1] - 2 * ROW)
+        beside = x.com is not None and len(x.hooks) == 1 and abs(float((highest.eye - x.com) @ h)) > SAME
+        if x.com is not None and beside:  # above the longer dimension, whose text its lines would cross
+            view.across(view.paper(x.com @ axes), view.paper(highest.eye @ axes), low[1] - ROW)
+        view.across(one, np.array([other[0], one[1]]), low[1] - (2 if beside else 1) * ROW)
     return view
 
 
 def _close(x: DrawnInstant, line: DrawnLine) -> tuple[Floats, Floats] | None:
-    """Return the ends of a rope's drawn part in a rigging sketch: hook ropes near the hook; None if not drawn."""
+    """Return the ends of the part of a rope that a rigging sketch shows (of hook ropes only the part near the hook);
+    None if it shows none."""
     if line.sling:
         return line.a, line.b
     if all(np.linalg.norm(line.b - hook.eye) > STRETCH for hook in x.hooks):
@@ -264,10 +273,11 @@ def _close(x: DrawnInstant, line: DrawnLine) -> tuple[Floats, Floats] | None:
 
 
 def _named(x: DrawnInstant) -> list[tuple[Floats, str]]:
-    """Return the labels of a rigging sketch with places (3,): ropes with lug, tension and angle, centre of gravity."""
+    """Return the labels of a rigging sketch with their positions (3,): ropes with lug, tension and angle, and the
+    centre of gravity."""
     found: dict[str, tuple[Floats, str]] = {}
     for line in x.lines:
-        if line.rope not in found and (ends := _close(x, line)) is not None:
+        if line.rope not in found and PIECE not in line.rope and (ends := _close(x, line)) is not None:
             distance = line.a - line.b
             lean = degrees(np.arccos(min(1.0, abs(distance[2]) / max(float(np.linalg.norm(distance)), 1e-9))))
             lug = next((f" ({name})" for name, p in x.lugs.items() if np.linalg.norm(p - line.b) < SAME), "")
@@ -283,7 +293,8 @@ def _gravity(view: View, p: Floats) -> None:
 
 
 def _labels(view: View, notes: list[tuple[Floats, str]], x: float, top: float) -> None:
-    """Labels in a column; no two leader lines are shorter with their labels exchanged, so none cross."""
+    """Draw labels in a column, sorted so that exchanging two labels would not shorten their leader lines; so no two
+    leader lines cross."""
     if not notes:
         return
     middle = (max(p[1] for p, _ in notes) + min(p[1] for p, _ in notes)) / 2
