@@ -116,8 +116,7 @@ def _once(task: tuple[int, str, float | None, str, int]) -> bytes:
     try:
         run = run_models(reference, until, in_process=True, stop=stop, microsteps=microsteps)
     except HeavyliftError as error:
-        answer = {}, type(error).__name__, f"replication {number}, {reference}: {error}"
-        return msgspec.msgpack.encode(answer)
+        return msgspec.msgpack.encode(({}, type(error).__name__, f"replication {number}, {reference}: {error}"))
     values = {name: x for path, result in run.results.items() for name, x in numbers(path, result)}
     return msgspec.msgpack.encode((values, "", ""))
 
