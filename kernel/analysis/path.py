@@ -46,7 +46,7 @@ CHATTER = 50  # events at one instant after which the laws are settled together
 
 @dataclass(frozen=True)
 class PathPoint:
-    """A point of the path: time, coordinates (nq,), sample, events."""
+    """A point of the equilibrium path: time, coordinates (nq,), sample row, events."""
 
     t_ns: int
     q: np.ndarray
@@ -55,8 +55,8 @@ class PathPoint:
 
 
 class EquilibriumPath:
-    """Follows the equilibrium of a simulation, which it owns; an event of a law in `heard` ends `run`. `points`: all
-    equilibria so far; `notes`: messages for the user."""
+    """Follows the equilibrium of a simulation, which no other code may advance; `run` returns at events of the laws
+    named in `heard`. `points`: all equilibria so far; `notes`: messages for the user."""
 
     def __init__(self, simulation: Simulation, heard: frozenset[str] = frozenset()) -> None:
         self.command, self.heard = simulation, heard
@@ -95,9 +95,9 @@ class EquilibriumPath:
         return []
 
     def run(self, until_ns: int) -> list[StateChange]:
-        """Follow the path to `until_ns`, or to the first subscribed event; returns the events there.
+        """Follow the path to `until_ns` or to the first subscribed event, and return the events there.
 
-        Raises KernelError where the path ends.
+        Raises KernelError if the path ends earlier.
         """
         while self.epoch < until_ns:
             rest = self.command.references.rest(self.epoch)
@@ -112,7 +112,7 @@ class EquilibriumPath:
         return []
 
     def rest(self) -> Equilibrium:
-        """Return the present equilibrium and leave the simulation at its pose."""
+        """Return the present equilibrium, and leave the simulation in its pose."""
         self._near.poses.accelerations(self._q)
         return equilibrium_at(self.command, self._q, self._steps)
 

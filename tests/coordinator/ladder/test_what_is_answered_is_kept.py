@@ -56,7 +56,7 @@ def test_random_lifts_are_within_the_requested_accuracy_of_a_reference(draw: Dra
 
 @pytest.mark.large
 @pytest.mark.parametrize("accuracy", [0.3, 0.1, 0.03])
-def test_agreement_of_loose_steps_is_not_trusted_where_slings_go_slack(accuracy: float) -> None:
+def test_agreement_between_loose_tolerances_is_not_trusted_when_slings_go_slack(accuracy: float) -> None:
     answer, error = answered(lift_of_the_world, FORKS, accuracy)
     assert error <= max(accuracy, *answer.errors.values())
     assert bool(answer.notes) == (max(answer.errors.values()) > accuracy)

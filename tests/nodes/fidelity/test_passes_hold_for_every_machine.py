@@ -278,7 +278,7 @@ def test_a_drive_that_bears_weight_stays_stiff() -> None:
         ("jib.upper: {span: 5 m, mass: 1 t, stiffness: 1 MN/m, height: 1 m, slides: [x]}", "there is no joint 'x'"),
     ],
 )
-def test_an_impossible_optional_part_of_a_type_is_reported(elastic: str, message: str) -> None:
+def test_an_optional_part_that_a_crane_type_cannot_have_is_reported(elastic: str, message: str) -> None:
     with pytest.raises(SceneError, match=re.escape(message)):
         load("jib", [f"machines.jib.elastic={{{elastic}}}"])
 
