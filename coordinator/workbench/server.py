@@ -130,8 +130,8 @@ def _bundled() -> dict[str, str]:
         name: takewhile(lambda x: x[:1] == "#", path.read_text(encoding="utf-8").splitlines())
         for name, path in bundled().items()
     }
-    told = {name: " ".join(line.lstrip("# ") for line in lines) for name, lines in sorted(heads.items())}
-    return {name: re.split(r"(?<=\w\w\.)\s", text)[0] for name, text in told.items()}
+    texts = {name: " ".join(line.lstrip("# ") for line in lines) for name, lines in sorted(heads.items())}
+    return {name: re.split(r"(?<=\w\w\.)\s", text)[0] for name, text in texts.items()}
 
 
 def application(opened: OpenScene, word: str, port: int) -> ASGIApp:

@@ -57,10 +57,10 @@ def page(chromium: Any, address: str, folder: Path) -> Iterator[Any]:
     page = chromium.new_page(viewport={"width": 1500, "height": 950}, color_scheme="light")
     complaints: list[str] = []
     page.on("pageerror", lambda error: complaints.append(str(error)))
+    page.set_default_timeout(1e3 * PATIENCE_s)
     page.goto(address)
     begun = "[data-checks]" if (folder / "my-lift.yaml").exists() else ""
-    page.wait_for_selector(f"html[data-schema]{begun}", timeout=1e3 * PATIENCE_s)
-    page.set_default_timeout(1e3 * PATIENCE_s)
+    page.wait_for_selector(f"html[data-schema]{begun}")
     yield page
     assert complaints == []
     page.close()

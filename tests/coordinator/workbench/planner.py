@@ -10,7 +10,7 @@ from typing import Any
 
 from heavylift.coordinator.workbench import version_of
 
-PATIENCE_s, RUN_s = 60.0, 300.0  # on a busy machine: for an answer, for a run
+PATIENCE_s, RUN_s = 120.0, 300.0  # on a busy machine: for an answer, for a run
 PICTURES = os.environ.get("HEAVYLIFT_PICTURES")
 
 

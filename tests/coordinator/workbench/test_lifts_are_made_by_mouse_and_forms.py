@@ -100,7 +100,7 @@ def test_two_cranes_lift_a_block_from_a_spreadsheet(page: Any, hands: Hands) -> 
         hands.add("Stages", stage)
     hands.choose("actions", "0")
     page.get_by_role("button", name="remove the stage").click()
-    hands.until(lambda: "at rest" not in hands.text)
+    hands.until(lambda: "stage: at rest" not in hands.text)
     hands.shown()
     hands.choose("actions", "2")
     hands.fill("value", "1.5 m", order="all hooks")
