@@ -105,7 +105,8 @@ class Result:
         """
         if self._again is None:
             raise KernelError(
-                "at: this result was pickled, which keeps its samples only; ask before, or simulate again"
+                "at: this result was pickled, which keeps only its samples; call "
+                "`at` before pickling, or simulate again"
             )
         asked = instants_of(times, self.t[0], self.t[-1], before)
         instants, places = np.unique(asked, return_inverse=True)
@@ -196,7 +197,9 @@ def simulate(
         calls: list[Order[Command]] = timed(orders, "a function of the simulation", callable)
         return _of_system(model, until, every, calls, keep, **options)
     if options:
-        raise SceneError(f"{', '.join(options)}: a scene says that itself; load it with --set, such as method=radau5")
+        raise SceneError(
+            f'{", ".join(options)}: these options are for systems; change a scene by load(scene, ["method=radau5"])'
+        )
     words: list[Order[str]] = timed(orders, "an operator's words", lambda text: isinstance(text, str))
     return _of_scene(chosen(loaded(model)), until, every, words, keep)
 

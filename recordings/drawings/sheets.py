@@ -185,7 +185,7 @@ def write_dxf(
     library: Any = extra("ezdxf", RecordingError(missing))
     found = drawn(rec, verdict, project)
     if not found:
-        raise RecordingError(f"{rec.path}: nothing hangs on a hook, so there is nothing to draw")
+        raise RecordingError(f"{rec.path}: no load hangs on a hook, so there is nothing to draw")
     library.options.write_fixed_meta_data_for_testing = True  # equal recordings give equal files
     document = library.new("R2010", setup=True, units=METRES)
     for name, colour in COLOURS.items():

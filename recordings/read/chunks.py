@@ -58,15 +58,15 @@ def unpacked(chunk: Chunk) -> bytes:
     """Return a chunk's records as bytes; raises ValueError if it is too large, damaged or unknown."""
     size = chunk.uncompressed_size
     if size > LIMIT:
-        raise ValueError(f"a chunk of {size} bytes is beyond the limit")
+        raise ValueError(f"a chunk of {size} bytes exceeds the size limit")
     if chunk.compression == "zstd":
         if zstandard.get_frame_parameters(chunk.data).content_size != size:
-            raise ValueError("a chunk does not have its stated size")
+            raise ValueError("the size of a chunk differs from the stated size")
         data = zstandard.decompress(chunk.data, size)
     elif chunk.compression == "":
         data = chunk.data
     else:
-        raise ValueError(f"compression {chunk.compression} is not used by heavylift")
+        raise ValueError(f"compression {chunk.compression} is not supported by heavylift")
     if chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc:
         raise ValueError("a chunk's checksum is wrong")
     return data
@@ -112,7 +112,7 @@ def tables_of(data: bytes, channels: set[int]) -> Iterator[MessageTable]:
         for opcode, begin, end in records(data, place):
             if opcode != Opcode.MESSAGE or end - begin < MESSAGE.size:
                 if opcode == Opcode.MESSAGE:
-                    raise ValueError("a message is shorter than its head")
+                    raise ValueError("a message is shorter than its header")
                 channel = -1
             else:
                 channel = data[begin] | data[begin + 1] << 8

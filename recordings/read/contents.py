@@ -156,7 +156,7 @@ def _table(messages: list[bytes]) -> NDArray[np.uint8]:
     """Return messages as bytes (n, length); raises ValueError if their lengths differ."""
     lengths = {len(message) for message in messages}
     if len(lengths) > 1:
-        raise ValueError("rows of one topic have several lengths")
+        raise ValueError("rows of one topic differ in length")
     return np.frombuffer(b"".join(messages), np.uint8).reshape(len(messages), *lengths)
 
 
@@ -176,7 +176,7 @@ def _written(value: Any, schema: Mapping[str, Any], defs: Mapping[str, Any]) -> 
         schema = next((x for x in schema["anyOf"] if _fits(value, x, defs)), schema)
         return _written(value, schema, defs) if "anyOf" not in schema else value
     if value is None and schema.get("type") == "number":
-        raise Unknown("NaN or infinity, which JSON cannot hold")
+        raise Unknown("it contains NaN or infinity, which JSON cannot represent")
     if isinstance(value, str) and schema.get("contentEncoding") == "base64":
         return b64decode(value)
     if isinstance(value, dict):

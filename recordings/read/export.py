@@ -201,7 +201,9 @@ def extended(
     """Write a copy of a recording with these signals and further facts and files; returns the new path."""
     out = output_path(out)
     if out.resolve() == file_path(path).resolve():
-        raise RecordingError(f"{out}: is the recording itself, which stays as it is; choose another name with -o")
+        raise RecordingError(
+            f"{out}: is the recording itself, which will not be overwritten; choose another name with -o"
+        )
     return _copied(path, out, signals, facts, files, force)
 
 

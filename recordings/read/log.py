@@ -63,7 +63,7 @@ class LogTable:
                 what = f"'{text}' is no number" if text else "is empty, which is a gap"
                 raise self.error(row, column, f"{what}; {CUT}") from None
             if not np.isfinite(out[i]):
-                raise self.error(row, column, f"'{text}' is no finite number; {CUT}")
+                raise self.error(row, column, f"'{text}' is not a finite number; {CUT}")
         return out
 
     def seconds(self, column: str = "", unit: str = "") -> Floats:
@@ -73,12 +73,14 @@ class LogTable:
         dates = [_date(cells[k]) for cells in self.cells]
         unit = unit or self.unit(column) or ("date" if dates[0] else "")
         if unit not in CLOCK:
-            what = f"'{unit}' is no unit of time" if unit else "the unit is missing"
-            raise self.error(1, column, f"{what}; write it behind the name, such as '{column} [s]'")
+            what = f"'{unit}' is not a unit of time" if unit else "the unit is missing"
+            raise self.error(1, column, f"{what}; write the unit after the name, such as '{column} [s]'")
         if unit == "date":
             if None in dates:
                 i = dates.index(None)
-                raise self.error(self.rows[i], column, f"'{self.cells[i][k]}' is no date; write it as 2024-05-01T06:00")
+                raise self.error(
+                    self.rows[i], column, f"'{self.cells[i][k]}' is not a valid date; write it as 2024-05-01T06:00"
+                )
             t = np.array([(date - dates[0]).total_seconds() for date in dates if date and dates[0]])
         else:
             t = self.values(column) * CLOCK[unit]
@@ -90,7 +92,9 @@ class LogTable:
             before, after = (self.cells[j][k].strip() for j in (i, i + 1))
             if steps[i] <= 0.0:
                 raise self.error(
-                    self.rows[i + 1], column, f"{after} comes after {before}; times must rise: sort the log"
+                    self.rows[i + 1],
+                    column,
+                    f"{after} comes after {before}; times must be in ascending order: sort the log",
                 )
             what = f"a gap of {steps[i]:.6g} s behind it, where rows are {usual:.6g} s apart; cut the log there"
             raise self.error(self.rows[i], column, what)
@@ -101,7 +105,7 @@ def read_log(path: str | Path) -> LogTable:
     """Read a CSV table; raises RecordingError for a missing, empty, binary or ragged file."""
     path = file_path(path)
     if not os.path.isfile(path):  # False also for names that no file can have
-        raise RecordingError(f"{path}: there is no such log; check the name")
+        raise RecordingError(f"{path}: this log does not exist; check the name")
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
             first = file.readline()
@@ -112,16 +116,18 @@ def read_log(path: str | Path) -> LogTable:
     except OSError as error:
         raise RecordingError(f"{path}: cannot be opened ({error.strerror}); check its permissions") from None
     except UnicodeDecodeError:
-        raise RecordingError(f"{path}: is no text in UTF-8; export the log as CSV again") from None
+        raise RecordingError(f"{path}: is not UTF-8 text; export the log as CSV again") from None
     except csv.Error as error:
-        raise RecordingError(f"{path}: row {reader.line_num}: is no CSV ({error}); export the log again") from None
+        raise RecordingError(
+            f"{path}: row {reader.line_num}: is not valid CSV ({error}); export the log again"
+        ) from None
     if len(table) < 2:
-        raise RecordingError(f"{path}: has no rows below its head; export the log again")
+        raise RecordingError(f"{path}: has no rows below its header; export the log again")
     (_, names), *below = table
     for row, cells in below:
         if len(cells) != len(names):
             raise RecordingError(
-                f"{path}: row {row}: has {len(cells)} cells below a head of {len(names)}; correct the row"
+                f"{path}: row {row}: has {len(cells)} cells, but the header has {len(names)}; correct the row"
             )
     head = [(match[1], match[2] or "") for cell in names if (match := HEAD.fullmatch(cell))]
     rows, texts = [row for row, _ in below], [cells for _, cells in below]

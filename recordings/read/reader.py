@@ -105,7 +105,7 @@ class Recording:
             name = "{}{}.{}".format(CHECKPOINT, *at)
             packed = self._file.attachments(name.__eq__)[name]
             if zstandard.get_frame_parameters(packed).content_size > LIMIT:
-                raise ValueError("a checkpoint is beyond the limit")
+                raise ValueError("a checkpoint exceeds the size limit")
             return zstandard.decompress(packed)
 
     def messages(self, *topics: str) -> Iterator[RawMessage]:

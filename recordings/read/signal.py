@@ -258,7 +258,7 @@ class RecordedPart:
         return f"<{self.name}: {', '.join(self._words)}>"
 
     def __getstate__(self) -> NoReturn:
-        raise TypeError("a part of a recording cannot be pickled; pickle its signals")
+        raise TypeError("a signal of a recording cannot be pickled; pickle its arrays")
 
 
 def _in(column: str, names: tuple[str, ...]) -> bool:

@@ -37,7 +37,7 @@ def file_path(path: object) -> Path:
     """Return the path of a file name, given as text or a Path; raises RecordingError for anything else."""
     named = os.fspath(path) if isinstance(path, str | os.PathLike) else b""
     if isinstance(named, bytes) or "\0" in named:
-        raise RecordingError(f"{path!r} names no file; give its path as text or as a Path, such as 'run.mcap'")
+        raise RecordingError(f"{path!r} is not a file name; give a path as text or as a Path, such as 'run.mcap'")
     return Path(named)
 
 
@@ -58,7 +58,7 @@ def output_path(path: str | Path, what: str = "", endings: Sequence[str] = ()) -
         _refuse(path)
         if not path.parent.is_dir():
             raise RecordingError(
-                f"{path}: the folder {path.parent} does not exist; make it or choose another place with -o"
+                f"{path}: the folder {path.parent} does not exist; create it or choose another folder with -o"
             )
         if endings and path.suffix.lower() not in endings:
             these = f"{', '.join(endings[:-1])} or {endings[-1]}" if len(endings) > 1 else endings[0]
@@ -106,7 +106,7 @@ def writing(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise RecordingError(f"{path}: cannot be written ({error.strerror}); choose another place with -o") from None
+        raise RecordingError(f"{path}: cannot be written ({error.strerror}); choose another folder with -o") from None
 
 
 def _refuse(path: Path) -> None:
@@ -120,7 +120,7 @@ def _refuse(path: Path) -> None:
     if not kind and not _made(path):
         kind = "a file that heavylift has not made"
     if kind:
-        raise OutputError(f"{path}: is {kind} and stays as it is; choose another name with -o")
+        raise OutputError(f"{path}: is {kind} and will not be overwritten; choose another name with -o")
 
 
 def _mode(path: Path) -> int | None:

@@ -108,7 +108,7 @@ class RecordingSink:
     ) -> int:
         """Add a channel with this message encoding, schema name, schema language and schema; returns its number."""
         if topic in self.topics:
-            raise RecordingError(f"topic {topic}: announced twice; name models, ports and samples apart")
+            raise RecordingError(f"topic {topic}: announced twice; models, ports and samples must have different names")
         with self.writing():
             number = self._schemas.get((name, schema))
             if number is None:

@@ -107,8 +107,8 @@ def check_compression(native: NativeState, row: np.ndarray, t_ns: int, lasting: 
         where, held = f"{where} {100.0 * part:.3g} % of", _held(program, program.graph.number(link.body.name))
         if part >= 1.0 and not held and t - limit[3] >= lasting:
             raise KernelError(
-                f"{where} the load at which it buckles, so that no deflection means anything; relieve it, make it "
-                "stiffer, or hold it where it would bend"
+                f"{where} its buckling load, so its computed deflection is meaningless; "
+                "reduce the load, make it stiffer, or brace it"
             )
         if not limit[1] and (not column.softens or part >= 1.0 or not held):
             limit[1] = 1.0

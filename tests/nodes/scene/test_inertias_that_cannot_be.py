@@ -72,7 +72,7 @@ def faults(inertia, mass="1 kg", joint=PIN):
         (
             "[1 kg m2, 1 kg m2, 1 kg m2, 5 kg m2, 0, 0]",
             f"8:7: error: {INERTIA}: body 'bar': its principal moments of inertia are -4, 1, 6 kg m2, and none can be "
-            "negative: the products of inertia Ixy 5, Ixz 0, Iyz 0 are too large for the moments; make them smaller",
+            "negative: the products of inertia Ixy 5, Ixz 0, Iyz 0 are too large for the moments; reduce them",
         ),
         (
             "[1 kg m2, 1 kg m2, 0]",

@@ -18,7 +18,7 @@ REFUSED = [
     (Contact("c", Ball("brick"), Plane(normal=(0.0, 0.0, 0.0))), "the normal of its plane is zero"),
     (Contact("c", Box("brick", (1.0, 0.0, 1.0)), Plane()), "make them positive"),
     (Contact("c", Ball("brock"), Plane()), "there is no body 'brock'"),
-    (Contact("c", Ball("brick", radius=0.51), Plane()), "lies 10 mm inside of 'world'"),
+    (Contact("c", Ball("brick", radius=0.51), Plane()), "lies 10 mm inside 'world'"),
 ]
 
 
