@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import msgspec
 import numpy as np
 from heavylift.coordinator.live.command_queue import TimedCommand, command
-from heavylift.coordinator.protocol.core import RunEnd
+from heavylift.coordinator.protocol.messages import RunEnd
 from heavylift.coordinator.record.drawing import RopeLines
 from heavylift.coordinator.verdict.conduct import Conduct
 from heavylift.coordinator.verdict.history import Collector, Every

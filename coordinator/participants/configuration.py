@@ -3,8 +3,8 @@
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
-from heavylift.coordinator.protocol.core import RunEnd
 from heavylift.coordinator.protocol.distance import Coupling
+from heavylift.coordinator.protocol.messages import RunEnd
 from heavylift.coordinator.protocol.outside import OpenCoordinator
 from heavylift.kernel.description.mechanics import System
 from heavylift.nodes.devs import FOREVER, Tag

@@ -9,8 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Generic, TypeVar
 
-from heavylift.coordinator.protocol.core import RunEnd
-from heavylift.coordinator.protocol.messages import Bye, Fail, Grant, GrantDone, Hello, StopRun
+from heavylift.coordinator.protocol.messages import Bye, Fail, Grant, GrantDone, Hello, RunEnd, StopRun
 from heavylift.coordinator.protocol.node import Node
 from heavylift.coordinator.protocol.outside import OpenCoordinator
 from heavylift.kernel.errors import ModelError

@@ -17,7 +17,6 @@ No B_i ever falls: a blocked node need not be re-evaluated before the node that 
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from enum import Enum
 from heapq import heappop, heappush
 
 from heavylift.kernel.errors import ModelError, ProtocolError
@@ -26,22 +25,13 @@ from heavylift.nodes.devs.execution.rules import LIMIT
 
 from .distance import Coupling, NodeState, checked, distances, paths_to
 from .invariants import CycleWatch, check_done, check_hello
-from .messages import Fail, Grant, GrantDone, Hello
+from .messages import Fail, Grant, GrantDone, Hello, RunEnd
 
 AHEAD = 256  # of what a node has said: what may be held while it goes on
 
 
-class RunEnd(Enum):
-    """The reason why a run ended."""
-
-    FINISHED = "the finish port has spoken, and its time is completed"
-    BOUND = "the time bound is reached"
-    QUIET = "all nodes are passive and nothing is pending"
-
-
 class Coordinator:
-    """The conservative coordinator: call `hello` for each node and `done` for each DONE, and send what `ready` returns,
-    until `over` is set."""
+    """Call `hello` for each node and `done` for each DONE, and send what `ready` returns, until `over` is set."""
 
     def __init__(
         self,
@@ -75,8 +65,7 @@ class Coordinator:
         self._held: list[Event] = []  # heap of events that have not left yet
         self._look: dict[int, NodeState] = {}  # whose rights may have changed
         self._ahead: dict[int, NodeState] = {}  # who could move, and waits until others have done what it has said
-        self._dones = self.running = 0
-        """Nodes that have an outstanding GRANT."""
+        self._dones = self.running = 0  # all so far; nodes that have an outstanding GRANT
         self._cycles = CycleWatch(self._couplings, microsteps)
         self._open = False  # whether all have said HELLO
         self._injected = set[str]()  # models that hear of somebody who is no node
@@ -170,14 +159,13 @@ class Coordinator:
         self._cycles.check()
         self._leave()
         able, self._ahead = self._ahead | able, {}
-        least: Tag | None = None
-        grants = []
+        least, grants = None, []
         for rank in sorted(able):  # (4)
             node = able[rank]
             if node.first >= self._limit or node.uncommitted:
                 continue
             # a node whose events nobody has consumed yet waits, so that memory stays bounded
-            if node.ahead >= AHEAD and node.first > (least := least or self._least):
+            if node.ahead >= AHEAD and node.first > (least := least or min(x.first for x in self._by_rank)):
                 self._ahead[rank] = node
                 continue
             if window := self._window(node, succ(node.first)):
@@ -191,14 +179,11 @@ class Coordinator:
     @property
     def over(self) -> RunEnd | None:
         """(7) The reason why the run has ended, once `ready` grants nothing and no node works; otherwise None."""
-        if not self._open or self.running:
+        if not self._open or self.running or self.first < self.end:
             return None
-        first = self.first
-        if self._finished and first >= self.end:
+        if self._finished:
             return RunEnd.FINISHED
-        if first == FOREVER:
-            return RunEnd.QUIET
-        return RunEnd.BOUND if first >= self.end else None
+        return RunEnd.QUIET if self.first == FOREVER else RunEnd.BOUND
 
     @property
     def first(self) -> Tag:
@@ -219,11 +204,6 @@ class Coordinator:
         cycles = (self._cycles.sentence(model, fail.tag) for model in sorted(node.models))
         return ModelError(next(filter(None, cycles), fail.sentence))
 
-    @property
-    def _least(self) -> Tag:
-        """The earliest pending or granted tag of all nodes."""
-        return min(node.first for node in self._by_rank)
-
     def scheduled(self, names: Iterable[str]) -> Tag:
         """Return the earliest pending logical time of the nodes that contain these models; FOREVER if they only react
         to inputs."""
@@ -242,7 +222,6 @@ class Coordinator:
     def _take(self, node: NodeState, text: Hello | GrantDone) -> None:
         """Update next, offer and quiet of a node; with an empty offer it is silent at next, whatever `quiet` is."""
         node.next, node.offer = text.next, text.offer
-        # silent at `next`: its next output is at the next microstep at the earliest
         node.quiet = text.quiet if text.offer else max(text.quiet, succ(text.next))
         self._note(node)
 

@@ -32,6 +32,7 @@ were not offered before, and events among its models or without receivers. `hash
 message, or one out of order, is refused by name. Messages are encoded by MessagePack, one array per message.
 """
 
+from enum import Enum
 from typing import Annotated
 
 import msgspec
@@ -40,6 +41,14 @@ from heavylift.nodes.devs import AtomicResult, Event, Slack, Tag
 
 Count = Annotated[int, msgspec.Meta(ge=0)]
 Delay = tuple[Count, Count]  # ns and microsteps
+
+
+class RunEnd(Enum):
+    """The reason why a run ended."""
+
+    FINISHED = "the finish port has spoken, and its time is completed"
+    BOUND = "the time bound is reached"
+    QUIET = "all nodes are passive and nothing is pending"
 
 
 class Hello(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="hello"):

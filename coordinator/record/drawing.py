@@ -11,7 +11,8 @@ from math import hypot
 
 import numpy as np
 from heavylift.kernel.algebra.attitudes import quaternions
-from heavylift.kernel.description.forces import Ball, Box, Plane, Shape, Spring
+from heavylift.kernel.description.contacts import Ball, Box, Plane, Shape
+from heavylift.kernel.description.forces import Spring
 from heavylift.kernel.description.mechanics import WORLD, Body, Line, Point, System, Vector
 from heavylift.nodes.devs import Event
 from heavylift.nodes.models.parts import messages as m

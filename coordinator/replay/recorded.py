@@ -16,7 +16,7 @@ from heavylift.coordinator.participants import building
 from heavylift.coordinator.participants.configuration import Wiring, wiring
 from heavylift.coordinator.participants.kernel_node import KernelNode
 from heavylift.coordinator.participants.session import configured
-from heavylift.coordinator.protocol.core import RunEnd
+from heavylift.coordinator.protocol.messages import RunEnd
 from heavylift.coordinator.record.scene import RESOLVED
 from heavylift.kernel.errors import UNREADABLE, ModelError, RecordingError
 from heavylift.kernel.trust import demand

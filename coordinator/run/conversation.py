@@ -21,7 +21,7 @@ from heavylift.coordinator.participants.configuration import Wiring
 from heavylift.coordinator.participants.external import External
 from heavylift.coordinator.participants.participant import Participant
 from heavylift.coordinator.protocol import messages as m
-from heavylift.coordinator.protocol.core import RunEnd
+from heavylift.coordinator.protocol.messages import RunEnd
 from heavylift.coordinator.protocol.node import kept
 from heavylift.coordinator.protocol.outside import OpenCoordinator
 from heavylift.coordinator.record.run_record import RunRecorder

@@ -26,7 +26,7 @@ from heavylift.coordinator.participants.building import built, couplings, declar
 from heavylift.coordinator.participants.configuration import Wiring
 from heavylift.coordinator.participants.external import externals
 from heavylift.coordinator.participants.participant import read
-from heavylift.coordinator.protocol.core import RunEnd
+from heavylift.coordinator.protocol.messages import RunEnd
 from heavylift.coordinator.record.run_record import FileRecorder, RunRecorder
 from heavylift.coordinator.supervision.failover import DEADLINE_s
 from heavylift.coordinator.supervision.hash_seed import fixed, loose

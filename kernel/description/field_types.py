@@ -16,7 +16,7 @@ import msgspec
 import numpy as np
 from heavylift.kernel.errors import KernelError, closest
 
-from .forces import Contact
+from .contacts import Contact
 from .laws import Lock
 from .mechanics import GROUPS, WORLD, Drive, Joint, Measured, System, Threshold
 

@@ -2,8 +2,6 @@
 
 Tagged msgspec structs, so that a tuple of different kinds crosses processes as it is; no NumPy.  SI units; a point is
 (body, position in its frame), "world" is the ground.
-
-Beside them rigid contacts: shapes of bodies that cannot pass each other, with friction and restitution.
 """
 
 from itertools import pairwise
@@ -12,11 +10,11 @@ from typing import Literal
 from msgspec import Struct
 
 from . import units as u
-from .units import IDENTITY, Line, Matrix, Point, Vector
+from .units import IDENTITY, Line, Matrix, Point
 
 __all__ = [
-    "Ball", "Box", "Bushing", "Characteristic", "Contact", "Force", "InputSignal", "Load", "Matrix6", "Plane",
-    "Radiation", "Reeving", "Shape", "Sheave", "Spring", "Torsion", "UserLaw", "Wave", "WaveSum", "Wind",
+    "Bushing", "Characteristic", "Force", "InputSignal", "Load", "Matrix6", "Radiation", "Reeving", "Sheave", "Spring",
+    "Torsion", "UserLaw", "Wave", "WaveSum", "Wind",
 ]  # fmt: skip
 
 Row6 = tuple[u.Number, u.Number, u.Number, u.Number, u.Number, u.Number]
@@ -282,42 +280,3 @@ class Reeving(Element, frozen=True, tag=True):
 
 
 Force = Load | Wind | Spring | Torsion | Bushing | Radiation | Characteristic | UserLaw | Reeving
-
-
-class Ball(Struct, frozen=True, tag=True):
-    """A ball fixed on a body; radius 0 makes it a point."""
-
-    body: str
-    p: Vector = (0.0, 0.0, 0.0)
-    radius: float = 0.0
-
-
-class Box(Struct, frozen=True, tag=True):
-    """A box fixed on a body: centre p, edge lengths `size` along the columns of R."""
-
-    body: str
-    size: Vector
-    p: Vector = (0.0, 0.0, 0.0)
-    R: Matrix = IDENTITY
-
-
-class Plane(Struct, frozen=True, tag=True):
-    """The half space below a plane fixed on a body; `normal` points out of the half space."""
-
-    body: str = "world"
-    p: Vector = (0.0, 0.0, 0.0)
-    normal: Vector = (0.0, 0.0, 1.0)
-
-
-Shape = Ball | Box | Plane
-
-
-class Contact(Struct, frozen=True):
-    """Rigid, unilateral contact between two shapes of different bodies, with Coulomb friction `mu` and Newton's
-    coefficient of restitution."""
-
-    name: str
-    a: Ball | Box
-    b: Ball | Box | Plane
-    mu: u.Ratio = 0.0
-    restitution: float = 0.0

@@ -16,8 +16,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, fields
 from typing import Any, Literal, get_args
 
+from .contacts import Contact
 from .flexible import Flexible
-from .forces import Contact, Force, Matrix6, Reeving, UserLaw
+from .forces import Force, Matrix6, Reeving, UserLaw
 from .laws import (
     Brake as Brake,
     Drive as Drive,

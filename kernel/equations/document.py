@@ -168,75 +168,45 @@ _ROWS: dict[str, tuple[_Row, ...]] = {
     "recursive": (
         ("Ic_k", r"\mathbf{I}^{c}_k", "sum of T_ik I_i over i", r"\textstyle\sum_i T_{ik}\,\mathbf{I}_i", ""),
         ("H_kl", "H_{kl}", "S_l^T Ic_k S_k", r"\mathbf{S}_l^T\,\mathbf{I}^{c}_k\,\mathbf{S}_k", "l on the path of k"),
-        ('H q"', r"\mathbf{H}\,\ddot{\mathbf{q}}", "tau - S^T f", r"\tau - \mathbf{S}^T\,\mathbf{f}", 'fc with q" = 0'),
+        ('H q"', r"\mathbf{H}\,\ddot{\mathbf{q}}", "tau - S^T f", r"\tau - \mathbf{S}^T\,\mathbf{f}",
+         'fc with q" = 0'),
         ("H", r"\mathbf{H}", "L^T D L", r"\mathbf{L}^T\,\mathbf{D}\,\mathbf{L}", "without fill-in along the paths"),
     ),
     "articulated": (
-        (
-            "IA_i",
-            r"\mathbf{I}^{A}_i",
-            "I_i + sum over children (IA - U D^-1 U^T)",
-            r"\mathbf{I}_i + \textstyle\sum_{\mathrm{children}}"
-            r" (\mathbf{I}^{A} - \mathbf{U}\,\mathbf{D}^{-1}\,\mathbf{U}^T)",
-            "",
-        ),
+        ("IA_i", r"\mathbf{I}^{A}_i", "I_i + sum over children (IA - U D^-1 U^T)",
+         r"\mathbf{I}_i + \textstyle\sum_{\mathrm{children}}"
+         r" (\mathbf{I}^{A} - \mathbf{U}\,\mathbf{D}^{-1}\,\mathbf{U}^T)",
+         ""),
         ("U", r"\mathbf{U}", "IA S", r"\mathbf{I}^{A}\,\mathbf{S}", ""),
         ("D", r"\mathbf{D}", "S^T U", r"\mathbf{S}^T\,\mathbf{U}", ""),
-        (
-            'q"',
-            r"\ddot{\mathbf{q}}",
-            "D^-1 (tau - S^T pA - U^T a)",
-            r"\mathbf{D}^{-1}\,(\tau - \mathbf{S}^T\,\mathbf{p}^{A} - \mathbf{U}^T\,\mathbf{a})",
-            "",
-        ),
+        ('q"', r"\ddot{\mathbf{q}}", "D^-1 (tau - S^T pA - U^T a)",
+         r"\mathbf{D}^{-1}\,(\tau - \mathbf{S}^T\,\mathbf{p}^{A} - \mathbf{U}^T\,\mathbf{a})", ""),
     ),
     "embedding": (
         ("V", r"\mathbf{V}", "R q'", r"\mathbf{R}\,\dot{\mathbf{q}}", ""),
         ("R", r"\mathbf{R}", "T^T S", r"\mathbf{T}^T\,\mathbf{S}", "row i: the columns of the joints on its path"),
-        (
-            'R^T M R q"',
-            r"\mathbf{R}^T\,\mathbf{M}\,\mathbf{R}\,\ddot{\mathbf{q}}",
-            "tau - R^T f",
-            r"\tau - \mathbf{R}^T\,\mathbf{f}",
-            'f = fB - fe with q" = 0',
-        ),
+        ('R^T M R q"', r"\mathbf{R}^T\,\mathbf{M}\,\mathbf{R}\,\ddot{\mathbf{q}}", "tau - R^T f",
+         r"\tau - \mathbf{R}^T\,\mathbf{f}", 'f = fB - fe with q" = 0'),
     ),
     "augmented": (
-        (
-            "[M J^T; J 0] [x; -lambda]",
-            r"\begin{bmatrix} \mathbf{M} & \mathbf{J}^T \\ \mathbf{J} & \mathbf{0} \end{bmatrix}"
-            r" \begin{bmatrix} \mathbf{x} \\ -\lambda \end{bmatrix}",
-            "[S tau - f; 0]",
-            r"\begin{bmatrix} \mathbf{S}\,\tau - \mathbf{f} \\ \mathbf{0} \end{bmatrix}",
-            'x = a - a(q" = 0), f = fB - fe with q" = 0',
-        ),
-        (
-            "J x",
-            r"\mathbf{J}\,\mathbf{x}",
-            "B_i^T (x_i - x_parent)",
-            r"\mathbf{B}_i^T\,(\mathbf{x}_i - \mathbf{x}_{\mathrm{parent}})",
-            "rows of joint i, B_i orthogonal to S_i",
-        ),
+        ("[M J^T; J 0] [x; -lambda]",
+         r"\begin{bmatrix} \mathbf{M} & \mathbf{J}^T \\ \mathbf{J} & \mathbf{0} \end{bmatrix}"
+         r" \begin{bmatrix} \mathbf{x} \\ -\lambda \end{bmatrix}",
+         "[S tau - f; 0]", r"\begin{bmatrix} \mathbf{S}\,\tau - \mathbf{f} \\ \mathbf{0} \end{bmatrix}",
+         'x = a - a(q" = 0), f = fB - fe with q" = 0'),
+        ("J x", r"\mathbf{J}\,\mathbf{x}", "B_i^T (x_i - x_parent)",
+         r"\mathbf{B}_i^T\,(\mathbf{x}_i - \mathbf{x}_{\mathrm{parent}})", "rows of joint i, B_i orthogonal to S_i"),
     ),
-}
+}  # fmt: skip
 
 
 _LOOPS: tuple[_Row, ...] = (
-    (
-        'H q"',
-        r"\mathbf{H}\,\ddot{\mathbf{q}}",
-        "tau - S^T f + G^T lambda",
-        r"\tau - \mathbf{S}^T\,\mathbf{f} + \mathbf{G}^T\,\lambda",
-        "with the rows G of the loops",
-    ),
-    (
-        "G H^-1 G^T lambda",
-        r"\mathbf{G}\,\mathbf{H}^{-1}\,\mathbf{G}^T\,\lambda",
-        "-b - G H^-1 (tau - S^T f)",
-        r"-\mathbf{b} - \mathbf{G}\,\mathbf{H}^{-1}\,(\tau - \mathbf{S}^T\,\mathbf{f})",
-        'b their accelerations with q" = 0; redundant rows share by least squares',
-    ),
-)
+    ('H q"', r"\mathbf{H}\,\ddot{\mathbf{q}}", "tau - S^T f + G^T lambda",
+     r"\tau - \mathbf{S}^T\,\mathbf{f} + \mathbf{G}^T\,\lambda", "with the rows G of the loops"),
+    ("G H^-1 G^T lambda", r"\mathbf{G}\,\mathbf{H}^{-1}\,\mathbf{G}^T\,\lambda", "-b - G H^-1 (tau - S^T f)",
+     r"-\mathbf{b} - \mathbf{G}\,\mathbf{H}^{-1}\,(\tau - \mathbf{S}^T\,\mathbf{f})",
+     'b their accelerations with q" = 0; redundant rows share by least squares'),
+)  # fmt: skip
 
 
 def formulation_section(graph: Graph, formulation: str) -> DocumentSection:

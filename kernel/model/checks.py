@@ -15,9 +15,10 @@ import numpy as np
 from heavylift.kernel.algebra.dense import dot, eigenvalues, norm
 from heavylift.kernel.algebra.elementary import atan2
 from heavylift.kernel.constraints.contact.pairs import check_contact
+from heavylift.kernel.description.contacts import Contact
 from heavylift.kernel.description.field_types import check_names, choice, field_names, item_word, plain
 from heavylift.kernel.description.flexible import check_flexible
-from heavylift.kernel.description.forces import Contact, wrong_wave
+from heavylift.kernel.description.forces import wrong_wave
 from heavylift.kernel.description.mechanics import JOINTS, WORLD, Body, Drive, Joint, RigidRope, Rope, Stop, System
 from heavylift.kernel.description.units import wrong_sign
 from heavylift.kernel.errors import KernelError

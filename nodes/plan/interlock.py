@@ -3,9 +3,9 @@
 import msgspec
 from heavylift.kernel.description.findings import State
 from heavylift.kernel.description.mechanics import Threshold
+from heavylift.recordings.format.spellings import driven
 
 from .actions import Item
-from .mechanism import driven
 
 
 class BarredActuator(Item, frozen=True, kw_only=True):

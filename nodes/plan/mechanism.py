@@ -6,7 +6,6 @@ from typing import Literal
 import msgspec
 from heavylift.kernel.description.flexible import Flexible
 from heavylift.kernel.description.mechanics import WORLD, Joint, Point, System, Vector
-from heavylift.recordings.format.spellings import CALLED
 
 from .actions import Item
 
@@ -308,18 +307,3 @@ def is_root(machine: Mechanism, body: str) -> bool:
 def lug_places(machines: Sequence[Mechanism]) -> dict[str, Point]:
     """Return the points of the lugs on lifted bodies, by the name of the lug."""
     return {name: Point(c.body, p) for machine in machines for c in machine.cargo for name, p in c.lugs.items()}
-
-
-def driven(actuator: str) -> str:
-    """Return what an actuator moves in words for planners, such as a crane or a trolley; else the name of the
-    actuator."""
-    crane, called = called_of(actuator)
-    return f"the {called} of {crane}" if called else crane
-
-
-def called_of(actuator: str) -> tuple[str, str]:
-    """Return the machine of an actuator and the name of the moved part for planners; if the part has no such name, the
-    actuator's own name and ""."""
-    name = actuator.removesuffix(".drive")
-    crane, _, axis = name.rpartition(".")
-    return (crane, CALLED[axis]) if name != actuator and axis in CALLED else (actuator, "")

@@ -12,6 +12,7 @@ import msgspec
 from heavylift.kernel.description.mechanics import MethodName, RemovedMethod
 from heavylift.kernel.trust import named
 from heavylift.nodes.devs.execution.rules import LIMIT
+from heavylift.recordings.format.spellings import driven as driven
 
 from .actions import Action as Action, Item, Touch
 from .factors import Place
@@ -25,7 +26,6 @@ from .mechanism import (
     Mechanism as Mechanism,
     Shape as Shape,
     Tie as Tie,
-    driven as driven,
 )
 from .user_models import UserModel
 

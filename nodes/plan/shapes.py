@@ -14,7 +14,7 @@ from functools import cached_property
 from math import pi, sqrt
 from typing import Literal
 
-from heavylift.kernel.description.forces import Ball, Box, Contact, Plane
+from heavylift.kernel.description.contacts import Ball, Box, Contact, Plane
 from heavylift.kernel.description.laws import Support
 from heavylift.kernel.description.units import IDENTITY, WORLD, Matrix, Vector
 

@@ -13,9 +13,10 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
+from heavylift.kernel.description.contacts import Ball, Box, Plane
 from heavylift.kernel.description.field_types import field_names
 from heavylift.kernel.description.findings import Check
-from heavylift.kernel.description.forces import Ball, Box, Characteristic, Plane
+from heavylift.kernel.description.forces import Characteristic
 from heavylift.kernel.description.mechanics import WORLD, Joint, Point, Vector
 from heavylift.nodes.plan.actions import Action, Begin, BegunCondition, Wait
 from heavylift.nodes.plan.factors import Factor

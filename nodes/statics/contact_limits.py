@@ -10,7 +10,7 @@ import numpy as np
 from heavylift.kernel.algebra.arrays import times
 from heavylift.kernel.algebra.dense import norm, product
 from heavylift.kernel.constraints.contact.pairs import Pose, gap
-from heavylift.kernel.description.forces import Ball, Box, Contact, Shape
+from heavylift.kernel.description.contacts import Ball, Box, Contact, Shape
 from heavylift.kernel.description.mechanics import WORLD
 from numpy.typing import NDArray
 

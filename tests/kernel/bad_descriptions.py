@@ -79,7 +79,7 @@ DESCRIPTIONS = [
     (
         with_(joints=(replace(GUIDE, kind="universal", second=(0.0, 0.6, 0.8)),)),
         "joint 'a-guide': the angle between its axes is 36.87 deg; the second axis of a universal joint is "
-        "perpendicular to the first",
+        "must be perpendicular to the first",
     ),
     (
         with_(joints=(replace(GUIDE, kind="planar", second=(0.0, 2.0, 0.0)),)),
@@ -203,7 +203,7 @@ DESCRIPTIONS = [
     ),
     (
         with_(springs=(JointSpring("spring", "a-guide", coordinate="angle"),)),
-        "'spring': joint 'a-guide' is prismatic; it does not have the coordinate 'angle' but travel",
+        "'spring': joint 'a-guide' is prismatic; it does not have the coordinate 'angle', only travel",
     ),
     (
         with_(joints=(replace(GUIDE, kind="fixed", q0=(), v0=()),), springs=(JointSpring("spring", "a-guide"),)),

@@ -30,7 +30,7 @@ from typing import Any
 import numpy as np
 from heavylift.kernel.algebra.spatial import cross
 from heavylift.kernel.compiler.symbol import Array, Scalar, maximum, minimum, select, sqrt
-from heavylift.kernel.description.forces import Ball, Contact, Plane, Shape
+from heavylift.kernel.description.contacts import Ball, Contact, Plane, Shape
 
 from .frames import Side
 

@@ -15,7 +15,7 @@ import numpy as np
 from heavylift.kernel.compiler.function import Function, Outputs
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, maximum, minimum, select, sqrt
 from heavylift.kernel.constraints.row_structure import ConstraintRow, Numbers
-from heavylift.kernel.description.forces import Contact
+from heavylift.kernel.description.contacts import Contact
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.forces.force_law import BODY
 from heavylift.kernel.forces.joint_laws import SLIP_BLEND

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.compiler.symbol import Array, Scalar, select
-from heavylift.kernel.description.forces import Ball, Box, Contact, Plane, Shape
+from heavylift.kernel.description.contacts import Ball, Box, Contact, Plane, Shape
 from heavylift.kernel.errors import KernelError
 
 from . import candidates, frames

@@ -4,7 +4,7 @@ scene_builder                       data that the builders of machines share
 signals                             measured signals in conditions, interlocks and user models
 machines, beams, supports           cranes with girders or with frames of `rig`, these frames, blocks; the fidelity
 limiting                            the table of limits
-mechanism, ropes, laws, checking    mechanisms and machines: bodies, joints, ropes, laws
+mechanism, elastic, ropes, laws, checking: mechanisms and machines: bodies, joints, ropes, laws
 weighing                            loads at the start, which the passes of model levels need
 environment                         vessels in waves; floor and obstacles
 rigging                             hooks of all machines, with their slings and frames

@@ -10,9 +10,8 @@ from heavylift.kernel.description.units import natural
 from heavylift.nodes.models.commander.turn_law import traversing
 from heavylift.nodes.models.machine import turning
 from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.mechanism import called_of
 from heavylift.nodes.plan.verbs import Kind, Verb
-from heavylift.recordings.format.spellings import CALLED
+from heavylift.recordings.format.spellings import CALLED, called_of
 
 from .scene_builder import SceneBuilder
 

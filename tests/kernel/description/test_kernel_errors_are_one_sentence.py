@@ -137,7 +137,7 @@ def test_unknown_names_are_refused():
         ("threshold", switches.unwatch),
         ("brake", lambda name: switches.set_brake(name, True, None)),
     ):
-        with pytest.raises(KernelError, match=f"'x': no {what} of this name; there are none"):
+        with pytest.raises(KernelError, match=f"'x': there is no {what} with this name; there are none"):
             call("x")
 
 

@@ -113,7 +113,7 @@ def driven(subscribed: frozenset[str] = frozenset()) -> Simulation:
 
 
 SETTLE = "the simulation was stopped there by an event or a command; call settle() first"
-STOP = "the run has gone on since; call interrupt(t_ns) or fire() before, and settle() after it"
+STOP = "the run has advanced since then; call interrupt(t_ns) or fire() before, and settle() after it"
 
 
 def test_an_interrupt_before_the_last_step_is_refused() -> None:
@@ -193,7 +193,7 @@ def test_a_second_settle_changes_nothing() -> None:
 def test_starting_during_a_run_is_refused() -> None:
     s = driven()
     s.run(SECOND)
-    with pytest.raises(KernelError, match="the simulation has been started and has gone on; build another one"):
+    with pytest.raises(KernelError, match="the simulation has already advanced; create another one"):
         s.start()
 
 

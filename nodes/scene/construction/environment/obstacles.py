@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from itertools import combinations, product
 
 from heavylift.kernel.constraints.contact.pairs import check_contact, gap
-from heavylift.kernel.description.forces import Ball, Box, Contact, Plane
+from heavylift.kernel.description.contacts import Ball, Box, Contact, Plane
 from heavylift.kernel.description.mechanics import WORLD, Body, Joint, System, Vector, merge
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.simulation.impacts.unilateral import INSIDE

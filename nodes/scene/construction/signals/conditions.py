@@ -10,12 +10,12 @@ import msgspec
 from heavylift.kernel.description.mechanics import JOINTS, WORLD, Point, System
 from heavylift.kernel.description.signals import ScalarSignal, guard_of
 from heavylift.nodes.plan import actions
-from heavylift.nodes.plan.mechanism import called_of
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.language import phrases
 from heavylift.nodes.scene.language.phrases import QUANTITIES
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
+from heavylift.recordings.format.spellings import called_of
 
 from .subjects import Subjects
 

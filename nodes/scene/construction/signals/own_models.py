@@ -7,7 +7,6 @@ from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.models import UserModelNode
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move
-from heavylift.nodes.plan.mechanism import called_of
 from heavylift.nodes.plan.user_models import Led, UserModel
 from heavylift.nodes.plan.verbs import VERBS
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
@@ -17,6 +16,7 @@ from heavylift.nodes.scene.language.phrases import QUANTITIES, CrossTest
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.files import within
 from heavylift.nodes.scene.text.source import Path, SourceText
+from heavylift.recordings.format.spellings import called_of
 
 from .conditions import Conditions
 

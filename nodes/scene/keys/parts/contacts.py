@@ -5,7 +5,7 @@ A contact is between one body and another body or, if none is named, the ground:
 """
 
 from heavylift.kernel.constraints.contact.pairs import gap
-from heavylift.kernel.description.forces import Ball, Box, Contact, Plane, Shape
+from heavylift.kernel.description.contacts import Ball, Box, Contact, Plane, Shape
 from heavylift.kernel.description.units import WORLD
 from heavylift.nodes.scene.keys.base import Base, Direction, Place, Quaternion, quaternion_matrix
 from heavylift.nodes.scene.text.units import Extent, Ratio
