@@ -17,7 +17,7 @@ from heavylift.recordings.write.sink import Peak
 
 @dataclass(frozen=True)
 class Facts:
-    """Data of a report: a recording, its verdict, if any, and its plan as plain data."""
+    """Data from which a report is made: a recording, its verdict (if any), and its plan as plain data."""
 
     rec: Recording
     verdict: RecordedVerdict | None
@@ -25,12 +25,12 @@ class Facts:
 
     @cached_property
     def peaks(self) -> dict[str, Peak]:
-        """Peak tension of each rope, from the recorded result; those of its pieces are not shown."""
+        """Peak tension of each rope, from the recorded result, without the pieces into which ropes are divided."""
         return {name: peak for name, peak in recorded_peaks(self.rec).items() if "~" not in name}
 
     @cached_property
     def stages(self) -> list[tuple[float, str]]:
-        """Begin of each stage [s], and its name."""
+        """The begin [s] and the name of each stage."""
         return [*self.rec.stages()]
 
     def stage_at(self, t: float) -> str:
@@ -39,7 +39,8 @@ class Facts:
 
 
 def facts(rec: Recording, verdict: RecordedVerdict | None = None) -> Facts:
-    """Return the data of a report; `verdict`: replaces a missing one. Raises RecordingError for a DEVS model."""
+    """Return the data from which a report is made; `verdict` is used if the recording has none. Raises RecordingError
+    for a recording of a DEVS model."""
     with rec.reading():
         if "model" in rec.run:
             raise RecordingError(
@@ -52,7 +53,7 @@ COMPUTED = ("samples_hz", "seed")
 
 
 def scene_table(rec: Recording, plan: dict[str, Any]) -> list[tuple[str, str]]:
-    """Return the rows of the table of a recorded scene: name and value."""
+    """Return the rows of the table that describes the recorded scene, as names and values."""
     rows: list[tuple[str, str]] = [("scene", rec.run.get("scene", rec.path.stem))]
     if message := machines.unread(plan):
         rows.append(("plan", message))
@@ -85,7 +86,7 @@ def scene_table(rec: Recording, plan: dict[str, Any]) -> list[tuple[str, str]]:
 
 
 def block_rows(plan: dict[str, Any]) -> list[tuple[str, list[float], str]]:
-    """Return data of the block: name, one or three numbers, unit; u, v, w are its axes."""
+    """Return the properties of the block as rows: name, one or three numbers, unit; u, v, w are the block's axes."""
     block = machines.block(plan)
     if not block:
         return []

@@ -29,7 +29,7 @@ Kind = Literal["block", "deck", "hook", "frame", "crane", "world"]
 
 
 class DrawnSolid(NamedTuple):
-    """A solid as drawn: its kind, body, and corners (8, 3) [m]."""
+    """A solid to draw: its kind, its body, and its corners (8, 3) [m]."""
 
     kind: Kind
     body: str
@@ -37,7 +37,7 @@ class DrawnSolid(NamedTuple):
 
 
 class DrawnLine(NamedTuple):
-    """A straight part of a rope with tension [N]; `sling`: whether the rope is a sling."""
+    """A straight part of a rope to draw, with its tension [N]; `sling`: whether the rope is a sling."""
 
     rope: str
     a: Floats
@@ -47,7 +47,7 @@ class DrawnLine(NamedTuple):
 
 
 class DrawnHook(NamedTuple):
-    """A hook block: position of its eye, and the slewing axis of its crane, if any."""
+    """A hook block to draw: position of its eye, and the slewing axis of its crane, if there is one."""
 
     rope: str
     eye: Floats
@@ -55,7 +55,8 @@ class DrawnHook(NamedTuple):
 
 
 class DrawnInstant(NamedTuple):
-    """Positions at a time [s]; mass [kg] of the block; the smallest clearance if it occurs then."""
+    """What is drawn of one instant: positions at a time [s]; mass [kg] of the block; the smallest clearance if it
+    occurs at this time."""
 
     title: str
     t: float
@@ -74,7 +75,7 @@ class DrawnInstant(NamedTuple):
 
 
 def instants_of(rec: Recording, verdict: RecordedVerdict | None) -> list[DrawnInstant]:
-    """Return the key instants of a recording with suspended loads, with all positions; else none."""
+    """Return the key instants of a recording with all positions; empty if no load is suspended."""
     plan = msgspec.json.decode(rec.attachments.get("resolved.json", b"{}"))
     if not _hooks(plan) or "/poses" not in rec.topics:
         return []
@@ -155,8 +156,8 @@ def instant(
     hanging: Collection[str],
     near: Clearance | None = None,
 ) -> DrawnInstant:
-    """Return what is drawn of a plan (as data) with its bodies at poses (7,); `hanging`: machines on the hooks of
-    others."""
+    """Return what is drawn of a plan (as plain data) with its bodies at the given poses (7,); `hanging`: machines that
+    hang on the hooks of other machines."""
 
     def world(body: str, p: object) -> Floats:
         pose, point = poses.get(body), np.asarray(p, np.float64)

@@ -91,7 +91,7 @@ def svg_alone(view: View, room: tuple[float, float]) -> str:
 
 
 class Drawing(NamedTuple):
-    """Views on a sheet, the last of which is its frame."""
+    """A drawing: views on a sheet, the last of which is the frame with the title block."""
 
     title: str
     views: list[View]

@@ -28,7 +28,7 @@ LEVEL = 0.02  # [m] below which a height is no dimension
 
 
 def main_axis(x: DrawnInstant) -> Floats:
-    """Return the horizontal direction (3,) that is to the right in all views."""
+    """Return the horizontal direction (3,) that points to the right in all views."""
     hook = next((hook for hook in x.hooks if hook.axis is not None), None)
     if hook is not None and hook.axis is not None:
         distance = (hook.eye - hook.axis) * [1.0, 1.0, 0.0]
@@ -40,7 +40,7 @@ def main_axis(x: DrawnInstant) -> Floats:
 
 
 def general(x: DrawnInstant, room: tuple[float, float]) -> tuple[View, View]:
-    """Return plan and elevation at one scale, one above the other, with dimensions, within `room` [mm]."""
+    """Return plan and elevation at one scale, one above the other, with dimensions, fitted into `room` [mm]."""
     h = main_axis(x)
     v = np.cross(UP, h)
     seen = x.of("crane", "block", "hook", "frame")
@@ -52,8 +52,8 @@ def general(x: DrawnInstant, room: tuple[float, float]) -> tuple[View, View]:
 
 
 def three(x: DrawnInstant, room: tuple[float, float]) -> tuple[View, View, View]:
-    """Return plan and two elevations, each at the scale that fits `room` [mm]; the second elevation is seen from the
-    right of the first."""
+    """Return plan and two elevations, each at the scale that fits `room` [mm]; the second elevation shows the first
+    from its right-hand side."""
     h = main_axis(x)
     v = np.cross(UP, h)
     seen = x.of("crane", "block", "hook", "frame")
@@ -163,7 +163,7 @@ def _plan(x: DrawnInstant, view: View, h: Floats, v: Floats) -> View:
 
 
 def clipped_line(points: Floats, low: Floats, high: Floats) -> Floats:
-    """Return the points of a line that are within a box."""
+    """Return that part of a line which lies within a box."""
     inside: Floats = points[((points >= low) & (points <= high)).all(axis=1)]
     return inside
 

@@ -26,7 +26,7 @@ IN_MEMORY = 1 << 20  # bytes; what is more goes into a file
 
 
 class Spool:
-    """Append-only storage; `what`: its content, for the error of a full disk."""
+    """Append-only temporary storage; `what` names its content in the error for a full disk."""
 
     def __init__(self, what: str) -> None:
         self._file = tempfile.SpooledTemporaryFile(IN_MEMORY)  # noqa: SIM115 - closed with its last reference
@@ -48,7 +48,7 @@ class Spool:
         self._size += len(data)
 
     def read(self, size: int, at: int | None = None) -> bytes:
-        """Return `size` bytes from a place, or after the last read; fewer at the end."""
+        """Return `size` bytes from a position, by default from where the last read ended; fewer at the end."""
         self._end = False
         if at is not None:
             self._file.seek(at)
@@ -76,18 +76,19 @@ class Digest:
         self._events.add((t_ns, k, source, port, index, type, payload))
 
     def samples(self, number: int, t_ns: int, row: bytes, lift: str = "") -> None:
-        """Add the sample row of this number, of all or of one lift: simulation time [ns] and its float64 bytes."""
+        """Add a sample row with its number, for all lifts or a single one: simulation time [ns] and the row's float64
+        bytes."""
         self._total = ""
         rows = self._lifts.setdefault(lift, _RowHashes()) if lift else self._rows
         rows.add(number, hashlib.sha256(_NUMBERS.pack(number, t_ns) + row).digest())
 
     def note(self, number: int, t_ns: int, sentence: str) -> None:
-        """Add the sampler's note of this number."""
+        """Add a note of the sampling node with its number."""
         self._total = ""
         self._notes[number] = hashlib.sha256(msgspec.msgpack.encode((number, t_ns, sentence))).digest()
 
     def hexdigest(self) -> str:
-        """SHA-256 of everything added so far, hexadecimal."""
+        """Return the SHA-256 of everything added so far, as hexadecimal text."""
         if self._total:
             return self._total
         total = hashlib.sha256(_NUMBERS.pack(self._events.count, self._rows.count))

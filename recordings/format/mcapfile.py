@@ -37,7 +37,8 @@ FOOTER = struct.Struct("<BQQQ")
 
 
 class McapFile:
-    """Writer of an MCAP file to `stream`, from its start; `finish` writes the summary and leaves the stream open."""
+    """Writer of an MCAP file to `stream`, from its beginning; `finish` writes the summary and leaves the stream
+    open."""
 
     def __init__(self, stream: BinaryIO, library: str) -> None:
         self._stream, self._place, self._crc = stream, 0, 0
@@ -80,13 +81,13 @@ class McapFile:
         )
 
     def schema(self, name: str, language: str, data: bytes) -> int:
-        """Add a schema; returns its number."""
+        """Add a schema and return its number."""
         self._schemas.append(r.Schema(id=len(self._schemas) + 1, data=data, encoding=language, name=name))
         self._chunk += _bytes(self._schemas[-1])
         return len(self._schemas)
 
     def channel(self, topic: str, encoding: str, schema: int, facts: Mapping[str, str]) -> int:
-        """Add a channel of messages with the schema of this number; returns its number."""
+        """Add a channel whose messages have the schema of this number, and return the channel's number."""
         number = len(self._channels) + 1
         record = r.Channel(id=number, topic=topic, message_encoding=encoding, metadata=dict(facts), schema_id=schema)
         self._channels.append(record)
@@ -226,7 +227,8 @@ READERS = {"heavylift", "__main__", "mcap", "msgspec", "zstandard", "google", "n
 
 
 def failing(error: BaseException) -> str:
-    """Return the library that caused an error by a failed import or a defect; "" for errors of reading bytes."""
+    """Return the name of the library that caused an error by a failed import or a defect; "" for errors in the bytes
+    that were read."""
     if isinstance(error, ImportError):
         return (error.name or str(error)).partition(".")[0]
     if isinstance(error, AttributeError) and isinstance(error.obj, ModuleType):
@@ -240,7 +242,7 @@ def failing(error: BaseException) -> str:
 
 
 def refused(error: BaseException) -> str:
-    """Return a sentence for an error of the system (disk, memory); "" for other errors."""
+    """Return a sentence for an error of the operating system (disk, memory); "" for other errors."""
     if isinstance(error, MemoryError):
         return "there is too little memory; end other programs and try again"
     if isinstance(error, OSError) and error.errno not in (None, errno.EINVAL, errno.EOVERFLOW):

@@ -55,7 +55,8 @@ class MessageTable(NamedTuple):
 
 
 def unpacked(chunk: Chunk) -> bytes:
-    """Return a chunk's records as bytes; raises ValueError if it is too large, damaged or unknown."""
+    """Return the records of a chunk as bytes; raises ValueError if the chunk is too large, damaged or of an unknown
+    compression."""
     size = chunk.uncompressed_size
     if size > LIMIT:
         raise ValueError(f"a chunk of {size} bytes exceeds the size limit")
@@ -73,7 +74,8 @@ def unpacked(chunk: Chunk) -> bytes:
 
 
 def records(data: bytes, place: int = 0) -> Iterator[tuple[int, int, int]]:
-    """Yield opcode, begin and end of the content of each record of an unpacked chunk; raises ValueError."""
+    """Yield opcode, begin and end of the content of each record in an unpacked chunk; raises ValueError for an
+    incomplete record."""
     while place < len(data):
         opcode, length = RECORD.unpack_from(data, place)
         begin, place = place + RECORD.size, place + RECORD.size + length
@@ -91,7 +93,7 @@ def attached(body: bytes) -> Attachment:
 
 
 def numbers_of(data: bytes) -> Iterator[int]:
-    """Yield the channel of each message in an unpacked chunk."""
+    """Yield the channel number of each message in an unpacked chunk."""
     return (data[begin] | data[begin + 1] << 8 for opcode, begin, _ in records(data) if opcode == Opcode.MESSAGE)
 
 
@@ -104,7 +106,8 @@ def messages_of(data: bytes, channels: set[int]) -> Iterator[RawMessage]:
 
 
 def tables_of(data: bytes, channels: set[int]) -> Iterator[MessageTable]:
-    """Yield the messages of these channels in an unpacked chunk as tables of equal records, as rows of bytes."""
+    """Yield the messages of these channels in an unpacked chunk as tables of messages with equal length, one row of
+    bytes each."""
     flat, place = np.frombuffer(data, np.uint8), 0
     while place < len(data):
         heads: list[tuple[int, int, int]] = []  # of records until a channel recurs: it, begin and end of content
@@ -136,8 +139,8 @@ def tables_of(data: bytes, channels: set[int]) -> Iterator[MessageTable]:
 
 
 def salvaged(stream: BinaryIO, size: int, lost: list[str], beyond: bool = False) -> Iterator[object]:
-    """Yield readable records of the data section in order, including those in chunks, from the stream's position, with
-    `beyond` also after the section; `lost` receives sentences on what is unreadable."""
+    """Yield the readable records of the data section in order, including those in chunks, from the stream's position
+    on; with `beyond` also records after the section. `lost` receives sentences about unreadable parts."""
     room = LIMIT + RATIO * size
     while (place := stream.tell()) < size:
         head = stream.read(RECORD.size)

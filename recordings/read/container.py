@@ -59,12 +59,12 @@ class FileChannel(NamedTuple):
 
 
 def is_recording(head: bytes) -> bool:
-    """Return whether bytes begin an MCAP file, or one of heavylift with damaged first bytes."""
+    """Return whether these bytes begin an MCAP file, or a file of heavylift whose first bytes are damaged."""
     return head.startswith(MAGIC) or head[HEADER:].startswith(GENERATOR.encode())
 
 
 class Container:
-    """A finished MCAP file, read safely."""
+    """A finished MCAP file of unknown origin, read safely."""
 
     def __init__(self, path: str | Path) -> None:
         self.path = file_path(path)
@@ -165,7 +165,7 @@ class Container:
             raise ValueError("the summary's checksum is wrong")
 
     def damage(self) -> str:
-        """Return what is damaged, by checksums and indexes; "" if nothing is."""
+        """Return what is damaged according to checksums and indexes; "" if nothing is."""
         try:
             self._check_data()
             found: Counter[int] = Counter()
@@ -244,7 +244,7 @@ class Container:
             return {record.name: dict(record.metadata) for record in found}
 
     def attachments(self, wanted: Callable[[str], bool] = lambda name: True) -> dict[str, bytes]:
-        """Return the attached files by name, all or those with `wanted` names."""
+        """Return the attached files by name: all of them, or those whose names satisfy `wanted`."""
         with self.reading():
             found = (
                 attached(self._at(index.offset, index.length, Opcode.ATTACHMENT))
@@ -261,8 +261,8 @@ class Container:
             yield from found
 
     def tables(self, channels: set[int], only: Sequence[int] | None = None) -> Iterator[MessageTable]:
-        """Yield the messages of these channels as tables of equal length; `only`: numbers of the messages wanted of
-        each channel, rising. Other chunks are not unpacked."""
+        """Yield the messages of these channels as tables of messages with equal length; `only`: numbers, in ascending
+        order, of the messages wanted from each channel; chunks without them are not unpacked."""
         before, wanted = dict.fromkeys(channels, 0), np.array([] if only is None else only, np.int64)
         for index in self._chunks(channels):
             with self.reading():

@@ -32,12 +32,12 @@ EVENT = msgspec.json.Decoder(RecordedEvent).decode
 
 
 class Unknown(ValueError):
-    """Error for a value that cannot be determined from the file."""
+    """Raised for a value that cannot be determined from the file."""
 
 
 class Contents:
     """Contents of a file, computed from its messages in order until `end`: `digest`, `peaks` of ropes from rounded
-    rows, numbers of `events` and `rows`. There is no digest if values are `unknown` or rows `torn`; both are
+    rows, numbers of `events` and `rows`. There is no digest if values are `unknown` or rows are `torn`; both hold
     sentences."""
 
     def __init__(self) -> None:
@@ -49,7 +49,8 @@ class Contents:
         self._notes: list[tuple[int, int, str]] = []
 
     def take(self, topic: str, facts: Mapping[str, str], schema: bytes, t_ns: int, data: bytes) -> None:
-        """Add the next message of a topic with this metadata, published at this time [ns]; fails on damaged bytes."""
+        """Add the next message of a topic that has this metadata, published at this time [ns]; raises an error for
+        damaged bytes."""
         kind, _, lift = topic.removeprefix("/").partition("/")
         if "port" in facts:
             self._event(schema, data)
@@ -161,7 +162,7 @@ def _table(messages: list[bytes]) -> NDArray[np.uint8]:
 
 
 def sampler_note(data: bytes) -> tuple[int, int, str] | None:
-    """Return number, time [ns] and sentence of a log line of the sampler; None for another line."""
+    """Return number, time [ns] and sentence of a note from the sampling node; None for any other log line."""
     line = Log.FromString(data)
     if line.name != SAMPLER or line.level != Log.Level.WARNING:
         return None
@@ -208,7 +209,7 @@ Rows = tuple[list[int], dict[str, NDArray[np.float64]]]  # times [ns] and signal
 
 
 def decoded(tables: Iterable[MessageTable], forms: Mapping[int, Form]) -> Iterator[list[Rows]]:
-    """Yield blocks of rows of these channels, with equal numbers of rows."""
+    """Yield blocks of rows of these channels; within a block, all channels have equally many rows."""
     waiting: dict[int, list[MessageTable]] = {channel: [] for channel in forms}
     counts = dict.fromkeys(forms, 0)
     for table in tables:
@@ -237,7 +238,8 @@ def _rows(waiting: list[MessageTable], form: Template, places: dict[str, slice])
 def with_own_rows(
     signal: Signal, topics: Iterable[FileChannel], decoded: Callable[[Mapping[str, Form]], Iterator[list[Rows]]]
 ) -> Signal:
-    """Return columns of a signal with additional rows of single lifts merged; at equal times these come last."""
+    """Return the columns of a signal with additional rows of single lifts merged in; at equal times, those rows come
+    last."""
     for topic in topics:
         found = _form(topic.name, topic.metadata, signal)
         if found is None:

@@ -27,7 +27,8 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class LogTable:
-    """A CSV table as text: `head` with (name, unit) by column; `rows`: row numbers in the file; `decimal`: sign."""
+    """A CSV table as text: `head` with (name, unit) of each column; `rows`: row numbers in the file; `decimal`: the
+    decimal sign."""
 
     path: Path
     head: list[tuple[str, str]]
@@ -36,11 +37,11 @@ class LogTable:
     decimal: str
 
     def error(self, row: int, column: str, what: str) -> RecordingError:
-        """Return the error for a cell."""
+        """Return an error that names a cell of the table by file, row and column."""
         return RecordingError(f"{self.path}: row {row}, column '{column}': {what}")
 
     def unit(self, column: str) -> str:
-        """Return the unit in a column's head, "" if it has none."""
+        """Return the unit given in a column's header, "" if there is none."""
         return self.head[self._number(column)][1]
 
     def _number(self, column: str) -> int:
@@ -53,7 +54,7 @@ class LogTable:
         raise self.error(1, column, several if found else missing)
 
     def values(self, column: str) -> Floats:
-        """Return the numbers (n,) of a column; raises RecordingError unless all are finite."""
+        """Return the numbers (n,) of a column; raises RecordingError unless all of them are finite numbers."""
         k, out = self._number(column), np.empty(len(self.cells))
         for i, (row, cells) in enumerate(zip(self.rows, self.cells, strict=True)):
             text = cells[k].strip()
@@ -67,7 +68,8 @@ class LogTable:
         return out
 
     def seconds(self, column: str = "", unit: str = "") -> Floats:
-        """Return the times (n,) [s], which must increase and be complete; dates are counted from the first row."""
+        """Return the times (n,) [s], which must be complete and in ascending order; dates are converted to seconds
+        since the first row."""
         column = column or next((name for name, _ in self.head if name.lower() in TIMES), TIMES[0])
         k = self._number(column)
         dates = [_date(cells[k]) for cells in self.cells]
@@ -102,7 +104,8 @@ class LogTable:
 
 
 def read_log(path: str | Path) -> LogTable:
-    """Read a CSV table; raises RecordingError for a missing, empty, binary or ragged file."""
+    """Read a CSV table; raises RecordingError if the file is missing, empty or binary, or if its rows differ in
+    length."""
     path = file_path(path)
     if not os.path.isfile(path):  # False also for names that no file can have
         raise RecordingError(f"{path}: this log does not exist; check the name")

@@ -29,7 +29,8 @@ TORN = "rows of numbers without poses, or poses without numbers"
 
 @dataclass
 class Recovered:
-    """Result of a recovery: the new file, its number of messages, time of the last one [s], unreadable parts."""
+    """Result of a recovery: the new file, its number of messages, the time of the last one [s], and the unreadable
+    parts."""
 
     path: Path
     messages: int = 0

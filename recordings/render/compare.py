@@ -29,7 +29,8 @@ ROWS = 24  # signals in the text
 
 @dataclass(frozen=True)
 class Difference:
-    """Difference of a column of a signal: largest |b - a|, its time [s], RMS over time, largest |a|, unit."""
+    """Difference between two recordings in one column of a signal: largest |b - a|, its time [s], RMS over time,
+    largest |a|, unit."""
 
     name: str
     most: float
@@ -41,9 +42,9 @@ class Difference:
 
 @dataclass(frozen=True)
 class RecordingComparison:
-    """Comparison of two recordings: `first` difference in events and samples ("" if none), signals in one only, `rows`
-    in one only, `others`: other differences; `wrong`: contradictions within a recording; `circumstances` in which the
-    runs differ; `as_recorded`: why there is no digest."""
+    """Comparison of two recordings: `first` difference in events and samples ("" if there is none), signals and `rows`
+    that only one recording has, `others`: other differences; `wrong`: contradictions within a recording;
+    `circumstances` in which the runs differ; `as_recorded`: why there is no digest."""
 
     a: Path
     b: Path
@@ -99,7 +100,7 @@ def _shares(differences: Sequence[Difference]) -> dict[str, float]:
 
 
 def compare(a: str | Path, b: str | Path, but: Collection[str] = ()) -> RecordingComparison:
-    """Compare two recordings, without facts, topics and attachments named in `but`; raises RecordingError."""
+    """Compare two recordings, leaving out the facts, topics and attachments named in `but`; raises RecordingError."""
     A, B = Recording(a), Recording(b)
     with A.reading(), B.reading():
         return _compared(A, B, but)
@@ -129,7 +130,8 @@ def _compared(A: Recording, B: Recording, but: Collection[str]) -> RecordingComp
 
 
 def overlay(a: str | Path, b: str | Path, out: str | Path, patterns: Sequence[str] = (), force: bool = False) -> Path:
-    """Draw two recordings over each other: matching columns, by default the most different of four signals."""
+    """Draw two recordings over each other: the columns that match the patterns, by default the most different ones of
+    four signals."""
     out = checked(out)
     A, B = Recording(a), Recording(b)
     with A.reading(), B.reading():

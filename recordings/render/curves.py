@@ -37,7 +37,8 @@ POINTS = 4000  # instants of a curve on the page
 
 @dataclass
 class Curve:
-    """A curve: times (n,) [s], values (n,) in its panel's unit; dashed: second recording; `spoken`: sent on ports."""
+    """A curve: times (n,) [s], values (n,) in the unit of its panel; dashed: it belongs to the second recording;
+    `spoken`: its values were sent on ports."""
 
     name: str
     t: NDArray[np.float64]
@@ -49,7 +50,7 @@ class Curve:
 
 @dataclass
 class Panel:
-    """A panel with curves of one unit, and limits by name."""
+    """A panel of a figure: curves with one unit, and limits by name."""
 
     unit: str
     curves: list[Curve]
@@ -114,7 +115,7 @@ def _panel(axes: "Axes", panel: Panel) -> None:
 
 
 def page(figure: Figure) -> str:
-    """Return a self-contained page with selectable curves and zoom by dragging."""
+    """Return a self-contained page on which curves can be selected and zoomed by dragging."""
     content = {
         "title": figure.title,
         "stages": [{"t": t, "name": name} for t, name in figure.stages],
@@ -147,7 +148,8 @@ MANY = 60  # curves: more than that nobody can tell apart
 
 
 def curves(path: str | Path, patterns: Sequence[str], out: str | Path, force: bool = False) -> Path:
-    """Draw columns that match a pattern (default: tensions; of a DEVS run its ports) to .png, .svg or .html."""
+    """Draw the columns that match a pattern (default: tensions; for a DEVS run its ports) into a .png, .svg or .html
+    file."""
     out = checked(out)
     rec = Recording(path)
     with rec.reading():
@@ -164,14 +166,15 @@ def checked(out: str | Path) -> Path:
 
 
 def drawn(figure: Figure, out: Path, force: bool = False) -> Path:
-    """Write the figure in the form given by the suffix, and return the path."""
+    """Write the figure in the format that the suffix selects, and return the path."""
     if out.suffix.lower() != ".html":
         return picture(figure, out, force)
     return written(page(figure), out, "a figure", (*FORMATS, ".html"), force)
 
 
 def panels_of(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
-    """Return panels by unit: matching columns, their measured counterparts, rated values of ropes as limits."""
+    """Return panels sorted by unit: matching columns, their measured counterparts, and rated values of ropes as
+    limits."""
     wanted = matching(rec, patterns)
     measured = [(MEASURED + name, column) for name, column in wanted if MEASURED + name in rec.signals()]
     wanted += [x for x in measured if x not in wanted and x[1] in rec.columns(x[0])]
@@ -213,5 +216,5 @@ def _of_ports(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
 
 
 def larger(unit: str) -> tuple[float, str]:
-    """Return a factor and a larger unit for display."""
+    """Return a factor and a larger unit in which to display values of this unit."""
     return LARGER.get(unit, (1.0, unit))

@@ -46,7 +46,8 @@ def notes(A: Recording, B: Recording) -> Iterator[tuple[float, str]]:
 
 
 def rows(A: Recording, B: Recording, topic: str) -> tuple[list[str], list[tuple[float, str]]]:
-    """Return a topic's rows that only one recording has, in words; time [s] and text of the first difference."""
+    """Return the rows of a topic that only one recording has, in words; and time [s] and text of the first difference
+    in the others."""
     a, b = (hashes(rec, topic) for rec in (A, B))
     if np.array_equal(a, b):
         return [], []
@@ -73,7 +74,8 @@ def rows(A: Recording, B: Recording, topic: str) -> tuple[list[str], list[tuple[
 
 
 def hashes(rec: Recording, topic: str) -> NDArray[np.void]:
-    """Return an array (n,) of the messages of a topic in the order of the file: `t` [ns], `x` a hash of the bytes."""
+    """Return the messages of a topic as an array (n,) in the order of the file: `t` [ns], and `x`, a hash of the
+    bytes."""
     found = [(raw.publish_time, sha256(raw.data).digest()[:8]) for raw in rec.messages(topic)]
     return np.array(found, [("t", "<i8"), ("x", "S8")])
 
@@ -91,7 +93,7 @@ def _column(A: Recording, B: Recording, topic: str, row: int) -> str:
 
 
 def channels(A: Recording, B: Recording, but: Collection[str] = ()) -> Iterator[str]:
-    """Yield topics with different names, columns or schemas, except those in `but`."""
+    """Yield the topics with different names, columns or schemas, except those named in `but`."""
     for topic in sorted({*A.topics, *B.topics}):
         a, b = ((x[:4], x.form) if (x := rec.topics.get(topic)) else None for rec in (A, B))
         if a != b and not topic.startswith("/protocol/") and topic not in but:
@@ -99,7 +101,7 @@ def channels(A: Recording, B: Recording, but: Collection[str] = ()) -> Iterator[
 
 
 def facts(A: Recording, B: Recording, but: Collection[str] = ()) -> Iterator[str]:
-    """Yield facts that differ, except circumstances and those in `but`."""
+    """Yield the facts that differ, except circumstances of the run and those named in `but`."""
     for kind, a, b in (("run", A.run, B.run), ("result", A.result, B.result)):
         for name in sorted(a.keys() | b.keys()):
             x, y = a.get(name), b.get(name)
@@ -115,7 +117,7 @@ def _short(text: str | None) -> str:
 
 
 def attachments(A: Recording, B: Recording, but: Collection[str] = ()) -> Iterator[str]:
-    """Yield attached files that differ, except those in `but`."""
+    """Yield the attached files that differ, except those named in `but`."""
     for name in sorted({*A.attachments, *B.attachments} - {*but}):
         if A.attachments.get(name) != B.attachments.get(name):
             yield f"attachment: {printable(name, 60)}"

@@ -47,7 +47,7 @@ class _Viewer(NamedTuple):
 
 
 class FoxgloveServer(AbstractContextManager["FoxgloveServer"]):
-    """A `Listener` that serves viewers on this machine; a context manager around the run."""
+    """A `Listener` that serves viewers on this machine; a context manager that encloses the run."""
 
     def __init__(self, name: str, port: int = PORT) -> None:
         """Open the websocket; raises RecordingError if the package is missing or the port is taken."""
@@ -163,7 +163,8 @@ VIEW = (-0.62, -0.72, 0.32)  # from where the scene is seen
 
 
 def layout(ropes: Sequence[str], middle: tuple[float, float, float], radius: float) -> bytes:
-    """Return the layout as JSON: ropes in the order of `rope/tension`, a bounding sphere of the view [m]."""
+    """Return the layout as JSON: ropes in the order of `rope/tension`; `middle` and `radius` [m] of a sphere that
+    bounds the view."""
     whole = msgspec.json.decode((Path(__file__).parents[1] / "page" / LAYOUT).read_bytes())
     panels: dict[str, Any] = whole["configById"]
     x, y, z = VIEW

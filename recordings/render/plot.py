@@ -45,8 +45,8 @@ Rest = tuple[Floats, Floats]  # (n,) times [s], (n,) tensions at rest [N]
 
 
 class Curves(NamedTuple):
-    """Data of a plot: time [s], values and peaks (n, m), name and rated value per column, quantity; measured curves,
-    error estimates of peaks and dynamic factors by column."""
+    """Data of a plot: time [s], values and peaks (n, m), name and rated value of each column, quantity; measured
+    curves, error estimates of peaks and dynamic factors by column."""
 
     t: Floats
     values: Floats
@@ -66,8 +66,8 @@ def plot(
     force: bool = False,
     rest: Mapping[str, Rest] | None = None,
 ) -> Path:
-    """Draw a recording into the file `out`; `ropes` by label, by default those with the highest utilisation; `rest`:
-    static tensions [N], for which a panel shows the tensions of the run relative to them."""
+    """Draw the figure of a recording into the file `out`; `ropes` by label, by default those with the highest
+    utilisation; `rest`: static tensions [N], relative to which an additional panel shows the tensions."""
     out = output_path(out, "a figure", FORMATS)
     rec = opened(path)
     if silent(rec):
@@ -188,7 +188,8 @@ def _heading(figure: Figure, rec: Recording, curves: Curves) -> None:
 
 
 def outline(t: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return a band in steps finer than a pixel, as a filled one of 100 000 samples would take a gigabyte."""
+    """Return a band between two curves in steps finer than a pixel, since filling a band of 100 000 samples would take
+    a gigabyte of memory."""
     first = np.arange(0, len(t), -(-len(t) // FINE))
     return t[first], np.minimum.reduceat(low, first), np.maximum.reduceat(high, first)
 

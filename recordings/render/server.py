@@ -48,7 +48,7 @@ HEADERS = {
 
 
 def refusal(headers: Mapping[str, str], port: int) -> str:
-    """Return why a request is refused by its headers, or ""; `headers`: found by name in any spelling."""
+    """Return why a request is refused because of its headers, or ""; names in `headers` are not case-sensitive."""
     names = [f"{name}:{port}" for name in (HOST, "localhost")]
     if headers.get("Host", "") not in names:
         return "this page is served to this machine only"
@@ -61,7 +61,7 @@ def refusal(headers: Mapping[str, str], port: int) -> str:
 
 
 class PageServer:
-    """Server of the page until `close`; `say` adds a message for all browsers."""
+    """Server of one page until `close`; `say` adds a message for all browsers."""
 
     def __init__(self) -> None:
         self.word = secrets.token_urlsafe(24)
@@ -77,14 +77,15 @@ class PageServer:
         self._thread.start()
 
     def say(self, kind: str, data: bytes) -> None:
-        """Add a message for all browsers: JSON in one line."""
+        """Add a message for all browsers, as JSON in one line."""
         with self.change:
             number = len(self.messages)
             self.messages.append(b"id: %d\nevent: %s\ndata: %s\n\n" % (number, kind.encode(), data))
             self.change.notify_all()
 
     def close(self, patience: float, farewell: float) -> None:
-        """Wait up to `patience` [s] for a browser, up to `farewell` [s] until all have read to the end; then stop."""
+        """Stop the server after waiting up to `patience` [s] for a browser to connect, and up to `farewell` [s] until
+        all browsers have read to the end."""
         with self.change:
             self.change.wait_for(lambda: self.readers or self.served, timeout=patience)
             self.closing = True

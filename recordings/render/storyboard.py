@@ -45,7 +45,7 @@ CLOSE = 0.05  # of the largest value: limits that are nearer to one another shar
 
 @contextmanager
 def on_paper() -> Iterator[None]:
-    """Context with the style of drawn and saved figures."""
+    """Context in which figures are drawn and saved in the style for paper."""
     from matplotlib import rc_context
 
     with rc_context({"svg.hashsalt": "heavylift", "font.size": 9.5, "axes.linewidth": 0.8, "text.parse_math": False}):
@@ -53,7 +53,7 @@ def on_paper() -> Iterator[None]:
 
 
 def tidied(axes: Axes, label: str) -> None:
-    """Style axes: light grid, no frame at top and right, label of the values."""
+    """Style the axes of a figure: light grid, no frame at top and right, and a label for the values."""
     axes.set_ylabel(label, color=INK)
     axes.grid(axis="y", color="#d9dee3", lw=0.6)
     axes.set_axisbelow(True)
@@ -61,7 +61,7 @@ def tidied(axes: Axes, label: str) -> None:
 
 
 def timed(axes: Axes) -> None:
-    """Label the run time [s] along x, beyond a minute as h:min:s."""
+    """Label the x axis with the run time [s], or as h:min:s if it exceeds a minute."""
     from matplotlib.ticker import FixedLocator
 
     first, last = axes.get_xlim()
@@ -75,7 +75,7 @@ def timed(axes: Axes) -> None:
 
 
 def limited(axes: Axes, limits: Mapping[str, float], unit: str, high: float) -> float:
-    """Draw lines at rated values near the largest value; returns the upper end of the axis."""
+    """Draw lines at those rated values that are near the largest value; return the upper end of the axis."""
     near = {name: limit for name, limit in limits.items() if limit < NEAR * high}
     top = max([high, *near.values()])
     groups: list[list[str]] = []  # those whose lines are close to one another share a label
@@ -97,13 +97,13 @@ def limited(axes: Axes, limits: Mapping[str, float], unit: str, high: float) -> 
 
 
 def digits(value: float) -> str:
-    """Return a number for people, thousands separated by a thin space."""
+    """Return a number as text for people, with thousands separated by a thin space."""
     text = f"{value:,.0f}" if abs(value) >= 100 else f"{value:.3g}"
     return text.replace(",", "\u2009").replace("-", "\u2212")
 
 
 def banded(axes: Axes, times: Sequence[float], last: float) -> Iterator[tuple[float, float]]:
-    """Shade every other stage; yields begin and end of each [s]."""
+    """Shade every other stage; yield the begin and end of each stage [s]."""
     for i, (start, stop) in enumerate(pairwise([*times, last])):
         if i % 2 == 0:
             axes.axvspan(start, stop, color=BAND, lw=0, zorder=0)
@@ -111,7 +111,7 @@ def banded(axes: Axes, times: Sequence[float], last: float) -> Iterator[tuple[fl
 
 
 def spread(wanted: Sequence[float], highest: Sequence[float], gap: float) -> list[float]:
-    """Return places nearest to the wanted ones, at least `gap` apart, each at most at its `highest`."""
+    """Return positions near the wanted ones that are at least `gap` apart, each no higher than its `highest`."""
     blocks: list[tuple[float, int]] = []  # mean place of labels that touch, how many they are
     for i, place in enumerate(wanted):
         blocks.append((place - i * gap, 1))
@@ -145,8 +145,8 @@ FACES = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (
 
 
 def storyboard(path: str | Path | Recording, out: str | Path, frames: int = 6, force: bool = False) -> Path:
-    """Draw `frames` instants of a recording side by side into a .png or .svg, or a film, one after another, into a
-    .gif; raises RecordingError if that is not possible."""
+    """Draw `frames` instants of a recording side by side into a .png or .svg file, or one after another as a film into
+    a .gif file; raises RecordingError if that is impossible."""
     out = output_path(out, "a picture", (*FORMATS, FILM))
     rec = path if isinstance(path, Recording) else Recording(path)
     with rec.reading(), on_paper():

@@ -53,7 +53,7 @@ def page(run: dict[str, object]) -> str:
 def content(
     rec: Recording, verdict: RecordedVerdict | None = None, beside: Recording | None = None
 ) -> dict[str, object]:
-    """Return all data of a recording for the page, and those of a second one, `beside`."""
+    """Return all data that the page needs of a recording, and of a second recording `beside`."""
     with rec.reading():
         verdict = verdict or recorded_verdict(rec)
         layout, names = layout_of(rec), rec.signals()
@@ -122,7 +122,7 @@ def _block(rec: Recording) -> dict[str, object] | None:
 
 
 def sample_rows(rec: Recording) -> tuple[SampleLayout, Floats, Floats]:
-    """Return all signals in rows at common times, with their layout."""
+    """Return all signals as rows at common times, with their layout."""
     with rec.reading():
         layout, parts = layout_of(rec), [(times, np.hstack(values)) for times, values in rec.blocks(rec.signals())]
         return layout, np.concatenate([times for times, _ in parts]) / 1e9, np.vstack([rows for _, rows in parts])

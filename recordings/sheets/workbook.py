@@ -36,7 +36,7 @@ NAMELESS = re.compile(r"[\\/*?:\[\]\x00-\x1f]")  # and no name of a leaf
 
 
 def workbook_of(sheet: Sheet) -> bytes:
-    """Return an .xlsx file; raises RecordingError if its library is not installed."""
+    """Return a sheet as the bytes of an .xlsx file; raises RecordingError if the required library is not installed."""
     missing = "a workbook needs openpyxl: pip install 'heavylift[xlsx]'; or write the report as .html"
     book = extra("openpyxl", RecordingError(missing)).Workbook()
     book.remove(book.active)
@@ -104,7 +104,7 @@ PATIENCE = 60.0  # [s]
 
 
 def print_page(page: str, out: Path) -> bytes:
-    """Print a self-contained page as PDF and return its bytes; raises RecordingError if no browser can do it."""
+    """Print a self-contained page as PDF and return its bytes; raises RecordingError if no browser is able to."""
     found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
     if found is None:
         raise RecordingError(
@@ -131,13 +131,14 @@ PRINTED = f"% {GENERATOR}\n".encode()  # a comment behind the end of a PDF
 
 
 def write(sheet: Sheet, out: str | Path, what: str, force: bool = False) -> Path:
-    """Write a sheet and return its path; `what` names it in errors, such as "a report". Raises RecordingError."""
+    """Write a sheet to a file and return the path; `what` names the sheet in errors, such as "a report". Raises
+    RecordingError."""
     path = output_path(out, what, FORMATS)
     return written(printed(sheet, path), path, what, FORMATS, force)
 
 
 def printed(sheet: Sheet, out: Path) -> str | bytes:
-    """Return a sheet in the form given by the ending of `out`."""
+    """Return a sheet in the format given by the file ending of `out`."""
     match out.suffix.lower():
         case ".pdf":
             return print_page(page_of(sheet), out) + PRINTED

@@ -23,12 +23,13 @@ from .sink import RowWriter
 
 
 class Spectator:
-    """Observer of recorded data: receives `begin`, then `event`, `ropes`, `samples`, then `end`; ignores all."""
+    """Observer of recorded data: receives `begin`, then `event`, `ropes`, `samples`, then `end`; this base class
+    ignores them."""
 
     def begin(
         self, run: Mapping[str, object], layout: SampleLayout, boxes: Sequence[DrawnBox], lines: Sequence[RopeLine]
     ) -> None:
-        """Receive the start data: facts of the run, sample columns, shapes and lines."""
+        """Receive the data known at the start: facts of the run, sample columns, shapes and rope lines."""
 
     def event(self, t_ns: int, source: str, port: str, type: str, payload: bytes) -> None:
         """Receive an event on a port of a coupled model."""
@@ -44,7 +45,7 @@ class Spectator:
 
 
 class Spectators(Spectator):
-    """Passes everything to several observers in order."""
+    """Observer that passes everything on to several observers in order."""
 
     def __init__(self, *those: Spectator) -> None:
         for method in ("begin", "event", "ropes", "samples", "end"):
@@ -60,7 +61,7 @@ AGAIN_s = 1.0  # of the clock, after which what stands still is sent once more
 
 
 class Listener(Protocol):
-    """Interface of a receiver of protobuf messages that never blocks the caller."""
+    """Interface of a receiver of protobuf messages that must never block the caller."""
 
     def announce(self, topic: str, descriptor: Descriptor) -> None:
         """Announce a topic and the type of its messages."""
@@ -73,7 +74,7 @@ class Listener(Protocol):
 
 
 class Broadcast(Spectator):
-    """Observer that passes at most `hz` samples per simulated second to the listener."""
+    """Observer that passes at most `hz` samples per simulated second on to the listener."""
 
     def __init__(self, listener: Listener, hz: float) -> None:
         self._listener, self._every_ns, self._due = listener, round(1e9 / hz), 0
@@ -88,13 +89,13 @@ class Broadcast(Spectator):
     def protobuf(
         self, topic: str, message: type[Message] | Descriptor, facts: Mapping[str, object] | None = None
     ) -> int:
-        """Add a channel, as `RecordingSink.protobuf` does for a recording; returns its number."""
+        """Add a channel, as `RecordingSink.protobuf` does for a recording, and return its number."""
         self._topics.append(topic)
         self._listener.announce(topic, getattr(message, "DESCRIPTOR", message))
         return len(self._topics) - 1
 
     def write(self, channel: int, log_ns: int, publish_ns: int, data: bytes) -> None:
-        """Pass a message to the listener, as a recording would write it."""
+        """Pass a message on to the listener, as it would be written to a recording."""
         self._listener.put(self._topics[channel], publish_ns, data)
 
     def begin(

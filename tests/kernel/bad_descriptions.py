@@ -99,13 +99,14 @@ DESCRIPTIONS = [
     ),
     (
         with_(bodies=(Body("a", 1.0, inertia=diagonal(1.0, 5.0, 3.0)),)),
-        "body 'a': its principal moments of inertia are 1, 3, 5 kg m2; no body has one that is larger than the sum of "
-        "the others (a flat plate has Ixx + Iyy = Izz): where the other two do not matter, as in plane motion, write "
+        "body 'a': its principal moments of inertia are 1, 3, 5 kg m2; none can be larger than the sum of the other "
+        "two (for a flat plate Ixx + Iyy = Izz): where the other two do not matter, as in plane motion, write "
         "[1.5, 5, 3.5] kg m2",
     ),
     (
         with_(bodies=(Body("a", 1.0, inertia=((1.0, 2.0, 0.0), (2.0, 1.0, 0.0), (0.0, 0.0, 1.0))),)),
-        "body 'a': its principal moments of inertia are -1, 1, 3 kg m2, and none can be negative: the products of "
+        "body 'a': its principal moments of inertia are -1, 1, 3 kg m2, but a "
+        "principal moment cannot be negative: the products of "
         "inertia Ixy 2, Ixz 0, Iyz 0 are too large for the moments; reduce them",
     ),
     (with_(joints=(replace(GUIDE, p_PJ=(nan, 0.0, 0.0)),)), "joint 'a-guide': p_PJ is nan; it must be a finite number"),

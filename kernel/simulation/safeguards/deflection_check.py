@@ -117,13 +117,13 @@ def check_compression(native: NativeState, row: np.ndarray, t_ns: int, lasting: 
 
 def _compressed(part: float, softens: bool, held: bool) -> str:
     if softens and held:
-        return "the load at which it would buckle if nothing but its frame held it; see that what else holds it does"
+        return "the load at which it would buckle if only its frame held it; make sure that its other supports hold it"
     if softens:
-        return "the load at which it buckles; make it stiffer or relieve it"
+        return "its buckling load; make it stiffer or reduce the load"
     more = f"about {100.0 * part / (1.0 - part):.2g} % too small" if part < 1.0 else "too small"
     return (
-        f"the load at which it buckles{' if nothing but its frame holds it' if held else ''}, which its matrices do "
-        f"not know of: its deflections across are {more}; describe it as a beam"
+        f"its buckling load{' if only its frame holds it' if held else ''}, an effect that its matrices do not "
+        f"include: its lateral deflections are {more}; describe it as a beam"
     )
 
 

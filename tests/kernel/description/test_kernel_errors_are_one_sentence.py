@@ -183,8 +183,8 @@ def test_a_drive_that_pushes_a_body_into_the_ground_is_reported_with_the_contact
     with pytest.raises(KernelError) as e:
         s.run(2 * SECOND)
     assert str(e.value) == (
-        "contact 'ground' at 0.632456 s: drives or locks hold all that it could move; stop the drive before, make it "
-        "a servo, or free a joint"
+        "contact 'ground' at 0.632456 s: drives or locks hold everything that it could move; stop the drive earlier, "
+        "make it a servo, or free a joint"
     )
 
 
