@@ -144,7 +144,7 @@ def boxes(plan: Plan) -> list[DrawnBox]:
     lifting = (m for m in plan.machines if m.girders or m.cargo or any(not tie.rigging for tie in m.ties))
     out, shapes, own = _rails(plan), Shapes(plan), {machine.name for machine in lifting}
     for solid in (solid for solid in shapes.solids if solid.machine in own):
-        if solid.kind != "stools":
+        if solid.kind != "supports":
             colour = COLOURS.get(solid.kind, STEEL if shapes.depth(solid.body) == 1 else CARRIED)
             out.append(DrawnBox(solid.body, solid.centre, solid.size, colour))
         if solid.kind == "block":

@@ -94,7 +94,7 @@ def _of_plan(plan: Plan) -> RecordedModels:
 
 def _kind(machine: Mechanism) -> str:
     """Return the kind of a machine as a prefix of its name; "" for a block."""
-    if machine.hooks or machine.girders:
+    if machine.hooks:
         return "crane"
     return "" if machine.cargo else BEAM if any(not tie.rigging for tie in machine.ties) else "mechanism"
 

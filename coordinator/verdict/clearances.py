@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 SMALLEST = 10  # clearances that are reported
 LIMIT = 0.5  # clearance of a scene that says nothing [m]
 Kept = Callable[..., float]
-ORDER: tuple[Kind, ...] = ("rope", "sling", "hanging", "block", "mechanism", "machine", "stools")
+ORDER: tuple[Kind, ...] = ("rope", "sling", "hanging", "block", "mechanism", "machine", "supports")
 MISSED = ": the corners that their contact takes missed it, write 'meets: boxes'"
 THINNEST = 1e-3  # time between samples that are looked at, at least [s]
 
@@ -111,7 +111,7 @@ def _red(c: Clearance) -> bool:
 
 def _the(thing: str) -> str:
     """Return a thing with its article, unless it has a name."""
-    common = thing in ("block", GROUND, "stools") or thing.partition(" ")[0] in ("rope", "portal", "upper", "lower")
+    common = thing in ("block", GROUND, "supports") or thing.partition(" ")[0] in ("rope", "portal", "upper", "lower")
     return f"the {thing}" if common else thing
 
 
@@ -272,7 +272,7 @@ def _part(s: Moving, p: Floats, t: float) -> str:
         u, v, w = np.array(s.shape.centre) + turned(matrices(turn[None])[0].T, p - s.centre[k])
         return f"{s.shape.thing} at u, v, w = {u:.1f}, {v:.1f}, {w:.1f} m"
     part = s.shape.part if isinstance(s.shape, Solid) else ""
-    return f"{part} of {s.shape.thing}" if part and s.shape.kind != "stools" else ""
+    return f"{part} of {s.shape.thing}" if part and s.shape.kind != "supports" else ""
 
 
 def _rounded(p: Floats) -> tuple[float, float, float]:

@@ -25,6 +25,7 @@ Errors = Mapping[str, float]  # relative: of "peak tension ROPE", "smallest clea
 ABSENT = ("wind", "ground pressure", "bridle angle")  # of nothing: there is no wind, no footing, no straight leg
 NEAR = 0.1  # [m] errors of smaller clearances are relative to it
 HEAD = ("state", "check", "worst of", "worst", "at", "limit", "used", "basis")
+TOUCH = 0.01  # [m] what comes so near touches, as the sentences about clearances say
 SAME = 1e-6  # of the worst value: what comes so close to it came to it first, or is reported first
 IN_A_RUN = "in a run"  # of what nothing is known at rest
 REMEDY = {
@@ -44,7 +45,7 @@ def checks_of(
     run (None for an equilibrium path, which has none); `shapeless`: names of objects without a shape, whose clearance
     is unknown.
     """
-    others = sorted(others, key=lambda x: (round(x.t or 0.0, 2), x.quantity, x.subject))
+    others = sorted(others, key=lambda x: (-_depth(x), round(x.t or 0.0, 2), x.quantity, x.subject))
     known = {(x.quantity, x.subject) for x in others}  # which has one row
     found = [_of_limit(plan, use, errors) for use in uses if (use.limit.quantity, use.limit.subject) not in known]
     found += others
@@ -175,9 +176,16 @@ def _row(group: list[Check]) -> tuple[Cell, ...]:
     return state, worst.quantity, subject, worst.shown, at, worst.allowed, used, basis
 
 
+def _depth(check: Check) -> float:
+    """Return the depth [m] of a contact that nothing allows, at least 1 cm; 0 for everything else."""
+    touches = check.state == "red" and check.quantity == "clearance" and (check.value or 0.0) <= TOUCH
+    return max(TOUCH, round(-(check.value or 0.0), 2)) if touches else 0.0
+
+
 def _size(check: Check) -> float:
-    """Return the number by which checks of the same kind are compared: the utilisation, or else the value."""
-    value = check.value or 0.0
+    """Return the number by which checks of the same kind are compared: the utilisation, or else the value; the
+    smallest clearance is the worst."""
+    value = -(check.value or 0.0) if check.quantity == "clearance" else check.value or 0.0
     if abs(value) < NOISE.get(check.unit, 0.0):
         return 0.0
     return value if check.use is None else check.use
@@ -226,6 +234,6 @@ def likewise(found: Iterable[Check]) -> list[Check]:
 
 
 def _together(group: list[Check]) -> Check:
-    first = group[0]
-    others = list(dict.fromkeys(x.subject for x in group[1:] if x.subject != first.subject))
+    first = max(group, key=_depth)
+    others = list(dict.fromkeys(x.subject for x in group if x.subject != first.subject))
     return replace(first, sentence=f"{first.sentence}; likewise {', '.join(others)}") if others else first

@@ -49,7 +49,7 @@ class _Worst:
         self._tolerance = YIELDS.get(limit.quantity, 0.0) if dynamic or limit.quantity == "hook height" else 0.0
         self._exact: Use | None = None
         self._inside = False  # what was seen when it occurred
-        self._most = -np.inf
+        self._most, self._load = -np.inf, -np.inf  # of uses, and its value: uses beyond a chart are infinite
         self._first: list[tuple[float, Use]] = []  # how bad, rising: each may come near enough to the worst
 
     def see(self, plan: Plan, signals: SignalColumns) -> None:
@@ -75,9 +75,9 @@ class _Worst:
         uses[np.isnan(xs)] = np.nan
         if np.isnan(uses).all():
             return
-        k = int(np.nanargmax(uses))
-        if uses[k] > self._most:
-            self._most = float(uses[k])
+        k = int(np.lexsort((values, np.nan_to_num(uses, nan=-1.0, posinf=np.inf)))[-1])
+        if (uses[k], values[k]) > (self._most, self._load):
+            self._most, self._load = float(uses[k]), float(values[k])
             self._first = [(self._most, self._made(signals, float(values[k]), float(signals.t[k]), k, float(xs[k])))]
 
     def _see_values(self, signals: SignalColumns, values: np.ndarray) -> None:
@@ -124,7 +124,7 @@ class _Worst:
         assert a.value is not None
         assert b.value is not None
         if b.bound is not None:
-            return (a.use or 0.0) > (b.use or 0.0)
+            return (a.use or 0.0, a.value) > (b.use or 0.0, b.value)
         return a.value < b.value if self._limit.least else a.value > b.value
 
 

@@ -1,6 +1,6 @@
 """Sentences for planners about the utilisation of limits, and the text form of values of every quantity."""
 
-from math import degrees
+from math import degrees, inf
 
 from heavylift.nodes.plan.limit import TOUCHING, Quantity, RatedLimit, Use
 
@@ -25,6 +25,8 @@ REFUSED: tuple[Quantity, ...] = (  # a scene beyond them at rest cannot be run
 
 def percent(use: float) -> str:
     """Return the utilisation in per cent as text, with enough digits to show on which side of 100 % it lies."""
+    if use == inf:
+        return "infinite"
     return f"{100 * use:.0f} %" if abs(use - 1.0) >= 5e-3 or abs(use - 1.0) < 5e-5 else f"{100 * use:.2f} %"
 
 

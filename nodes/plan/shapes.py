@@ -20,10 +20,10 @@ from heavylift.kernel.description.units import IDENTITY, WORLD, Matrix, Vector
 
 from .plan import Mechanism, Plan
 
-Kind = Literal["rope", "sling", "hanging", "block", "mechanism", "machine", "stools"]
+Kind = Literal["rope", "sling", "hanging", "block", "mechanism", "machine", "supports"]
 Relation = Literal["apart", "through", "joined"]
 
-GROUND, SUPPORTS, HULL = "ground", "stools", "hull"
+GROUND, SUPPORTS, HULL = "ground", "supports", "hull"
 SUPPORT = 1.0  # edge of a support [m]
 E_STEEL, FILL = 105e9, 0.586  # of a wire rope [Pa], and its metal over the circle around it: 44 mm 6x36, 890.6 mm2
 
@@ -129,7 +129,7 @@ class Shapes:
                     (u, v, _), h = support.point.p, support.height
                     place = pose[0] + u, pose[1] + v, h / 2
                     yield Solid(
-                        SUPPORTS, support.name, "stools", WORLD, place, (SUPPORT, SUPPORT, h), machine=machine.name
+                        SUPPORTS, support.name, "supports", WORLD, place, (SUPPORT, SUPPORT, h), machine=machine.name
                     )
 
     @cached_property
@@ -170,7 +170,7 @@ class Shapes:
         kinds = {a.kind, b.kind}
         if self._ends(a) & self._ends(b) and kinds != {"rope"}:
             return "joined"
-        return "through" if kinds <= {"sling", "block", "stools"} else "apart"
+        return "through" if kinds <= {"sling", "block", "supports"} else "apart"
 
     def _ends(self, x: Solid | Strand) -> set[str]:
         """Return the lowest bodies of the objects that a shape belongs to or is attached to, without loads."""
@@ -179,7 +179,7 @@ class Shapes:
 
     def _of_solids(self, a: Solid, b: Solid) -> Relation:
         kinds, bodies = {a.kind, b.kind}, frozenset((a.body, b.body))
-        if "stools" in kinds:
+        if "supports" in kinds:
             return "joined" if "block" in kinds else "apart"
         if bodies in self._pairs:
             return "joined"

@@ -48,7 +48,7 @@ VERBS: dict[str, Verb] = {
         Verb("turn", ("block",), "turn", units="turning"),
         Verb("level", ("block", "load"), "level"),
         Verb("hook", ("hook", "sling", "rope"), "hook"),
-        Verb("unhook", ("hook", "sling", "rope"), "unhook"),
+        Verb("unhook", ("hook", "winch", "sling", "rope"), "unhook"),
         Verb("lock", ("hook", "lock"), "brake", engages=True),
         Verb("unlock", ("hook", "lock"), "brake"),
         Verb("engage", ("brake",), "brake", engages=True),

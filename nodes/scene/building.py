@@ -189,8 +189,7 @@ def _planned(
     still = {name for name, hook in frames_on_hooks(loaded.plan.machines).items() if hook.ends}
     own = (machine for machine in loaded.plan.machines if machine.name not in still)
     hung = bent or any(machine.ties and not machine.hooks for machine in own)
-    lifting = (machine for machine in loaded.plan.machines if machine.hooks)
-    sinks = any(machine.girders or any(hook.ends for hook in machine.hooks) for machine in lifting)
+    sinks = any(hook.ends for machine in loaded.plan.machines for hook in machine.hooks)
     if (sinks or hung) and (first := _first_rest(loaded, followed)):
         loaded = _on_same_path(loaded, (rigged if hung else standing)(loaded.plan, first))
         if bent:

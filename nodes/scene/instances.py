@@ -166,7 +166,7 @@ def _own_limit(limit: RatedLimit, name: str) -> RatedLimit:
 def _rank(machine: Mechanism, frames: Container[str]) -> int:
     """Return the sort key for the order of nodes: cranes with frames on their hooks first, then the frames, the bodies
     that they lift, and others."""
-    if machine.girders or any(hook.ends for hook in machine.hooks):
+    if any(hook.ends for hook in machine.hooks):
         return 0
     return 1 if machine.name in frames else 2 if frames and machine.cargo else 3
 

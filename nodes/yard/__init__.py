@@ -9,12 +9,11 @@ fields        readers of dates, shifts, predecessors and durations
 calendars     working time: shifts across midnight, holidays
 weather       measured or random wind, which reports when it crosses a limit
 orders        lifts as a yard file describes them; lifts: their results from statics
-network       activities, forward and backward pass, priority rules
-generation    serial schedule generation, and the critical path by PERT
+network       activities, forward and backward pass, priority rules, serial schedule generation, PERT
 optimising    an optimised schedule by CP-SAT, and a bound that no schedule can beat
-models        the dispatcher with its critical sequence, steps and resources as atomic models
+dispatching   the dispatcher with its critical sequence; models: steps and resources as atomic models
 answers       the tables that `heavylift check` and `heavylift run` print for a yard
-gantt         the schedule as a Gantt chart; exchange: schedules for and from other programs
+exchange      the schedule for other programs and as a Gantt chart; plans: schedules of other programs
 """
 
 from heavylift.kernel.on_demand import face

@@ -9,12 +9,12 @@ from statistics import fmean
 from heavylift.recordings.sheets.sheet import Cell, Chart, Marked, Notes, Part, Sheet, Table, columns
 
 from .calendars import DAY
+from .dispatching import NO_SHIFT, NOT_READY, WEATHER
+from .exchange import gantt
 from .fields import at
-from .gantt import gantt
-from .generation import chain, serial
 from .lifts import WAYS
-from .models import NO_SHIFT, NOT_READY, WEATHER, expected
-from .network import RULES, Activity, Yard, dates
+from .models import expected
+from .network import RULES, Activity, Yard, chain, dates, serial
 from .reading import DELIVERY
 
 Values = Mapping[str, Sequence[float]]  # of all runs, by "dispatcher.ends[3]"

@@ -22,7 +22,6 @@ from heavylift.nodes.scene.text.spelling import NUMBER
 from heavylift.nodes.scene.text.units import TIME
 
 from .calendars import DAY, MINUTE, WEEK, Shift
-from .network import RULES
 
 QUANTITY = re.compile(rf"{NUMBER}\s*[A-Za-z]+")
 CLOCK = re.compile(r"([01]?\d|2[0-4]):([0-5]\d)-([01]?\d|2[0-4]):([0-5]\d)")
@@ -183,11 +182,3 @@ def units(value: object) -> int:
     if isinstance(value, bool) or not re.fullmatch(r"\d+", str(value)):
         raise ValueError(f"'{value}' is no number of units: write a whole number, such as 1")
     return int(str(value))
-
-
-def rule(value: object) -> str:
-    """Read a priority rule given by its name or its abbreviation."""
-    text, short = str(value), {letters: name for name, letters in RULES.items()}
-    if text not in RULES and text not in short:
-        raise ValueError(f"there is no rule '{text}': {closest(text, RULES)}")
-    return short.get(text, text)

@@ -1,8 +1,10 @@
-"""Activities of a yard, forward and backward pass, and priority rules.
+"""Activities of a yard, forward and backward pass, priority rules, serial schedule generation, and PERT.
 
 The critical path method follows Kelley and Walker (1959). The priority rules are those of Kolisch (1996), European
 Journal of Operational Research 90: each rule sorts activities by a number, the lowest first; ties are resolved by the
-number of the activity.
+number of the activity. The serial scheme takes one activity after the other and starts each as early as its
+predecessors and resources allow; the dispatcher is the parallel scheme, which never lets an activity wait that could
+start.
 """
 
 from collections.abc import Sequence
@@ -10,10 +12,12 @@ from dataclasses import dataclass
 from datetime import date
 from graphlib import TopologicalSorter
 
+from heavylift.kernel.errors import closest
 from heavylift.nodes.devs import seconds
 from heavylift.nodes.queueing.distributions import Distribution
 
 from .calendars import Calendar
+from .fields import variance
 from .lifts import Lift, LiftOrder
 from .weather import HourlyWind
 
@@ -21,6 +25,8 @@ RULES = {
     "earliest start": "EST", "latest start": "LST", "latest finish": "LFT", "minimum slack": "MSLK",
     "most successors": "MTS",
 }  # fmt: skip
+
+Span = tuple[int, int]  # [ns] start and finish
 
 
 @dataclass(frozen=True)
@@ -164,3 +170,67 @@ def _followers(yard: Yard) -> Sequence[int]:
         for m, _ in after[n]:
             sets[n] |= sets[m] | 1 << m
     return [x.bit_count() for x in sets]
+
+
+def rule_named(value: object) -> str:
+    """Read a priority rule given by its name or its abbreviation."""
+    text, short = str(value), {letters: name for name, letters in RULES.items()}
+    if text not in RULES and text not in short:
+        raise ValueError(f"there is no rule '{text}': {closest(text, RULES)}")
+    return short.get(text, text)
+
+
+def serial(yard: Yard, rule: str = "") -> list[Span]:
+    """Return the start and finish [ns] of each activity by the serial generation scheme, with expected durations; only
+    for yards in which no activity keeps a resource beyond its own end."""
+    rank, done = ranks(yard, rule), dict[int, Span]()
+    used: dict[str, list[tuple[int, int, int]]] = {name: [] for name in yard.capacities}
+    todo = sorted(range(len(yard.activities)), key=rank.__getitem__)
+    while todo:
+        n = next(n for n in todo if all(m in done for m, _ in yard.activities[n].after))
+        todo.remove(n)
+        one = yard.activities[n]
+        earliest = max([one.ready, *(done[m][1] + lag for m, lag in one.after)])
+        done[n] = _first(one, earliest, yard.capacities, used)
+        for need in one.needs:
+            used[need.resource].append((*done[n], need.units))
+    return [done[n] for n in range(len(yard.activities))]
+
+
+def _first(
+    one: Activity, earliest: int, capacities: dict[str, int], used: dict[str, list[tuple[int, int, int]]]
+) -> Span:
+    """Return the first start and finish at which all units that an activity needs are free."""
+    ends = {end for need in one.needs for _, end, _ in used[need.resource] if end > earliest}
+    for t in [earliest, *sorted(ends)]:
+        start = one.works.open(t)
+        finish = one.works.add(start, one.expected)
+        if all(
+            _peak(used[need.resource], start, finish) + need.units <= capacities[need.resource] for need in one.needs
+        ):
+            return start, finish
+    raise AssertionError("after the last end everything is free")
+
+
+def _peak(spans: list[tuple[int, int, int]], start: int, finish: int) -> int:
+    """Return the largest number of units that are in use at the same time between two times."""
+    overlapping = [(a, b, units) for a, b, units in spans if a < finish and b > start]
+    times = [start, *(a for a, _, _ in overlapping if a > start)]
+    return max(sum(units for a, b, units in overlapping if a <= t < b) for t in times)
+
+
+def chain(yard: Yard) -> tuple[list[int], float, float]:
+    """Return a critical path, its expected length [s] in working time, and the variance of this length [s2]."""
+    known = dates(yard)
+    end = max(known.early_finish)
+    path = [next(n for n, t in enumerate(known.early_finish) if t == end and known.critical(n))]
+    while True:
+        one = yard.activities[path[0]]
+        before = [
+            m for m, lag in one.after if known.critical(m) and known.late_finish[m] + lag == known.late_start[path[0]]
+        ]
+        if not before or one.ready >= known.early_start[path[0]] > 0:
+            break
+        path.insert(0, before[0])
+    on_it = [yard.activities[n].takes for n in path]
+    return path, sum(x.mean for x in on_it), sum(variance(x) for x in on_it)

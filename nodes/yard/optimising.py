@@ -16,9 +16,8 @@ from typing import Any
 from heavylift.kernel.errors import SceneError, extra
 
 from .calendars import MINUTE, merged, windows
-from .generation import Span, serial
 from .models import expected
-from .network import RULES, Yard, sequence
+from .network import RULES, Span, Yard, sequence, serial
 
 SEED = 1
 

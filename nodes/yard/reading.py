@@ -6,7 +6,7 @@ that begins the erection comes after the other block's step that ends the erecti
 
 from collections.abc import Sequence
 from dataclasses import replace
-from datetime import date, datetime
+from datetime import date
 from functools import partial
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path as FilePath
@@ -15,7 +15,7 @@ from typing import Any
 from heavylift.kernel.errors import closest, path_text
 from heavylift.nodes.queueing.distributions import Fixed
 from heavylift.nodes.scene.text.faults import raise_faults
-from heavylift.nodes.scene.text.files import scene_text, within
+from heavylift.nodes.scene.text.files import scene_text
 from heavylift.nodes.scene.text.overlay import override
 from heavylift.nodes.scene.text.source import Mark, Path, SourceText, read
 from heavylift.nodes.scene.text.table_files import TableCell, with_unit
@@ -24,10 +24,10 @@ from heavylift.nodes.scene.text.units import RATIO
 from . import fields
 from .beginning import HEAD, yard_path
 from .calendars import Calendar, Shift, public_holidays, working
-from .exchange import Planned, planned_in_project, planned_in_table
 from .lifts import Lifter, LiftOrder, rested
-from .network import RULES, Activity, Need, Yard
+from .network import RULES, Activity, Need, Yard, rule_named
 from .orders import lift_steps, order_of, taken
+from .plans import planned
 from .taking import Taking
 from .weather import wind_of
 
@@ -87,7 +87,7 @@ class _Reading(Taking):
                 self.types[key] = str(self.mapping(("resources", key), {"type", "units"}).get("type") or "")
             capacities[key] = self.take(at, fields.units, 1)
         steps = self.steps(capacities, calendars)
-        rule = self.take(("rule",), fields.rule, next(iter(RULES)))
+        rule = self.take(("rule",), rule_named, next(iter(RULES)))
         quantile = self.take(("quantile",), RATIO.read, 0.9)
         if not 0 < quantile < 1:
             self.source.fault(("quantile",), "a quantile is between 0 % and 100 %, such as '90 %'")
@@ -95,7 +95,7 @@ class _Reading(Taking):
             return None
         wind, forecast = wind_of(self, self.start)
         activities, blocks = self.activities(steps, capacities, calendars)
-        plan = self.planned(activities)
+        plan = planned(self, self.start, activities)
         if self.source.faults:
             return None
         if plan:
@@ -111,8 +111,8 @@ class _Reading(Taking):
         """Return the working intervals of each shift; under "" those of all shifts or, if there are none, the whole
         day."""
         self.mapping(("calendar",), OF_CALENDAR)
-        shifts = {key: self.take(("calendar", "shifts", key), fields.shift, ()) for key in
-                  self.mapping(("calendar", "shifts"))}  # fmt: skip
+        of_day = self.mapping(("calendar", "shifts"))
+        shifts = {key: self.take(("calendar", "shifts", key), fields.shift, ()) for key in of_day}
         return shifts | {"": tuple(w for windows in shifts.values() for w in windows) or ((0, 1440),)}
 
     def calendar(self, path: Path, words: list[str], shifts: dict[str, tuple[Shift, ...]]) -> Calendar:
@@ -177,8 +177,6 @@ class _Reading(Taking):
         """Return all activities, block by block, and the names of the blocks."""
         self.mapping(("blocks",), {"from"})
         head, rows = self.table(("blocks", "from"))
-        if self.source.faults:
-            return (), []
         lifts, orders, machines = lift_steps(self, steps), dict[int, LiftOrder](), dict[str, dict[str, int]]()
         if self.source.faults:
             return (), []
@@ -186,17 +184,16 @@ class _Reading(Taking):
             self.source.fault(("blocks", "from"), "a yard has at least one block and one step")
         names = [f"{c.key} {c.axis}".strip() if c.key not in REMARKS else c.key for c in head]
         columns = {"after", "ready", *steps, *(f"{s} {r}" for s in steps for r in capacities), *REMARKS}
-        columns = columns.union(*(lift.columns for lift in lifts.values()))
+        columns |= {column for lift in lifts.values() for column in lift.columns}
         for column, name in zip(head[1:], names[1:], strict=True):
             if name not in columns:
                 self.source.fault(
                     ("blocks",), f"there is no column '{name}'", closest(name, sorted(columns)), mark=column.mark
                 )
-        blocks = list[str]()
-        for row in rows:
-            if row[0].text in blocks:
+        blocks = [row[0].text for row in rows]
+        for n, row in enumerate(rows):
+            if row[0].text in blocks[:n]:
                 self.source.fault(("blocks",), f"the block '{row[0].text}' is given twice", mark=row[0].mark)
-            blocks.append(row[0].text)
         if self.source.faults:
             return (), blocks
         calendars = {
@@ -283,39 +280,6 @@ class _Reading(Taking):
                 until = self.source.at(("steps", step, "until", resource)) or step
                 found.append(Need(resource, units, number[block, str(until)]))
         return tuple(found)
-
-    def planned(self, activities: tuple[Activity, ...]) -> tuple[int, ...]:
-        """Return the starts [ns] of the activities in an existing schedule."""
-        file = self.source.at(("plan",))
-        if file is None or not activities:
-            return ()
-        found, marks, own = Planned(), dict[tuple[str, str], Mark](), self.source.root
-        root = own if (own / str(file)).exists() else FilePath.cwd()  # of a bundled yard
-        if str(file).lower().endswith(".xml"):
-            find = partial(planned_in_project, name=str(file))
-            found = self.take(("plan",), lambda x: find(within(root, root / str(x))), found)
-        else:
-            head, rows = self.table(("plan",), root)
-            for row in rows:
-                cells = dict(zip((column.key for column in head), row, strict=True))
-                if lacking := [key for key in ("block", "step", "start", "end") if key not in cells]:
-                    self.source.fault(("plan",), f"a schedule has no column '{lacking[0]}'", mark=head[0].mark)
-                    return ()
-                key = cells["block"].text, cells["step"].text
-                marks[key] = row[0].mark
-                if ends := self.take(("plan",), lambda _: planned_in_table(cells), None, row[0].mark):  # noqa: B023
-                    found[key] = ends
-        number = {(one.block, one.step): n for n, one in enumerate(activities)}
-        starts, zero = [-1] * len(activities), datetime(self.start.year, self.start.month, self.start.day)
-        for key, (start, _) in found.items():
-            if key not in number:
-                text = f"the schedule has a step '{key[1]}' of block '{key[0]}', which the yard has not"
-                self.source.fault(("plan",), text, mark=marks.get(key))
-            elif start < zero:
-                self.source.fault(("plan",), f"'{key[0]}' is planned before the yard's start", mark=marks.get(key))
-            else:
-                starts[number[key]] = round((start - zero).total_seconds()) * 10**9
-        return tuple(starts)
 
     def order(self, blocks: list[str]) -> tuple[str, ...]:
         """Return the blocks in the order given, followed by all other blocks."""

@@ -14,7 +14,6 @@ from heavylift.nodes.plan.fidelity import groups_of, planar
 from heavylift.nodes.plan.mechanism import Cell, carried_hooks, is_root
 from heavylift.nodes.scene.construction.rigging.edges import lugs_of
 from heavylift.nodes.scene.keys import schema
-from heavylift.nodes.scene.keys.parts.flexible import GirderKeys
 from heavylift.nodes.scene.keys.parts.mechanics import HookKeys, MechanismKeys, Parts
 from heavylift.nodes.scene.keys.schema import Scene
 from heavylift.nodes.scene.text.faults import closest, raise_faults
@@ -132,11 +131,11 @@ def _hang(builder: SceneBuilder, rig: schema.RigKeys) -> None:
 
 
 def _staged(builder: SceneBuilder) -> list[plan.Mechanism]:
-    """Return the cranes with girders and those whose hooks carry frames, still without their hooks."""
+    """Return the machines on whose hooks frames of `rig` hang, still without their hooks."""
     scene, found = builder.scene, list[plan.Mechanism]()
     carrying = {crane for crane, _ in builder.hooks.values()}
     for name, given in scene.machines.items():
-        if name in carrying or any(isinstance(x, GirderKeys) for x in given.elastic.values()):
+        if name in carrying:
             keys = placed(builder, name, given).model_copy(update={"hooks": {}})
             lift, base = merge([vessel.system for vessel in builder.vessels], scene.gravity), ("machines", name)
             made = build_mechanism(builder.source, keys, scene.gravity, lift, base, edges=scene.edges)

@@ -7,6 +7,7 @@ from importlib import import_module
 
 import msgspec
 from heavylift.nodes.plan import actions, plan
+from heavylift.nodes.plan.mechanism import ties_on
 from heavylift.nodes.plan.verbs import VERBS
 from heavylift.nodes.scene.construction.rigging.edges import Sling, key_of, lugs_of, slings_of
 from heavylift.nodes.scene.keys.actions import ActionLine
@@ -53,6 +54,7 @@ class _Resolver:
         self.levelling = Levelling(builder, self.conditions)
         self.turned = ""  # the block that is
         self.rigged = {x: slings for name in builder.scene.rigging for x, slings in self._entries(name).items()}
+        self.held = {rope for slings in self.rigged.values() for rope, x in slings.items() if x.holds in self.lugs}
         self.hangs = {rope for slings in self.rigged.values() for rope, x in slings.items() if x.hooked}
 
     def listed(self, index: int, action: ActionLine) -> list[plan.Action]:
@@ -111,7 +113,8 @@ class _Resolver:
                 if other != target:
                     both = f"'{other}' and '{target}' give {actor.name} two orders at the same time"
                     self.source.fault(here, both, on_key=True)
-            orders += self._orders(here, found, phrase)
+            off = {x.sling for x in orders if isinstance(x, actions.UnhookSling)}  # by a hook, and by its own name
+            orders += [x for x in self._orders(here, found, phrase) if getattr(x, "sling", "") not in off]
         for target, phrase in action.orders.items() if any(isinstance(x, actions.Turn) for x in orders) else ():
             if VERBS[phrase.verb].becomes == "move" and VERBS[phrase.verb].along != "x":
                 follows = f"'{target}' must not {phrase.verb} while the block turns: it follows the turn"
@@ -177,7 +180,11 @@ class _Resolver:
             case "hook":
                 return self._hookups(path, found, phrase, where)
             case "unhook":
-                return [actions.UnhookSling(sling=s, where=where) for a in found for s in self._slings_of(a)]
+                off = [*dict.fromkeys(s for a in found for s in self._slings_of(a))]
+                if not off:
+                    self.source.fault(path, f"nothing hangs on {found[0].name} that could be unhooked")
+                self.hangs -= {*off}
+                return [actions.UnhookSling(sling=s, where=where) for s in off]
             case "level":
                 return []
             case "stop" if phrase.height:
@@ -307,4 +314,8 @@ class _Resolver:
     def _slings_of(self, actor: OrderTarget) -> list[str]:
         if actor.kind in ("sling", "rope"):
             return [actor.name]
-        return [tie.rope for tie in self.yard.slings(actor.beam)]
+        if actor.beam:
+            return [tie.rope for tie in self.yard.slings(actor.beam)]
+        hooks = (hook for machine in self.yard.machines for hook in machine.hooks if hook.rope == actor.name)
+        ties = (tie.rope for hook in hooks for tie in ties_on(self.yard.machines, hook))
+        return [rope for rope in ties if rope in self.hangs & self.held]

@@ -30,8 +30,9 @@ class SceneBuilder:
 
     @property
     def cranes(self) -> list[plan.Mechanism]:
-        """The machines built so far that have hooks."""
-        return [machine for machine in self.machines if machine.hooks or machine.girders]
+        """The machines built so far that have hooks, or could have."""
+        could = {name for name, given in self.scene.machines.items() if given.hooks}
+        return [machine for machine in self.machines if machine.hooks or machine.name in could]
 
     @property
     def frames(self) -> list[plan.Mechanism]:

@@ -147,7 +147,7 @@ def test_connected_bodies_are_not_checked_and_neighbours_only_for_penetration() 
     ropes = known.strands
     block, beam = shapes["block", ""], shapes["loader-3", "beam"]
     leg = shapes["portal of west", "leg"]
-    assert known.relation(block, shapes["stools", "block.lower-1"]) == "joined"
+    assert known.relation(block, shapes["supports", "block.lower-1"]) == "joined"
     assert known.relation(beam, ropes["loader-3.sling-1"]) == "joined"
     assert known.relation(beam, ropes["west.H3"]) == "joined"
     assert known.relation(leg, shapes["upper trolley of west", ""]) == "joined"

@@ -189,11 +189,12 @@ def _travels(rows: _Rows) -> Iterator[RatedLimit]:
     machine, driven = rows.machine, {drive.joint: drive.name for drive in rows.machine.system.drives}
     actuators = {actuator.name: actuator for actuator in machine.actuators}
     turned = {hook.rope for hook in machine.hooks if not _straight(machine, hook.on)}
-    for joint in machine.system.joints if machine.hooks or machine.girders else ():
+    crane = machine.hooks or rows.base[0] == "machines"
+    for joint in machine.system.joints if crane else ():
         along = TRAVELS.get(joint.axis) if joint.kind == "prismatic" else None
         actuator = actuators.get(driven.get(joint.name, ""))
         every = [hook.rope for hook in carried_hooks(machine, joint.child)]
-        if actuator is None or rows.keys is None or not (every or machine.girders):
+        if actuator is None or rows.keys is None:
             continue
         ropes = tuple(rope for rope in every if rope not in turned) if along else ()
         (quantity, over), drive, subject = along or ("", ""), rows.keys.drives[actuator.name], rows.part(joint.child)
@@ -208,7 +209,7 @@ def _travels(rows: _Rows) -> Iterator[RatedLimit]:
             if joint.kind == "revolute":  # a drive also starts what a brake only holds
                 of |= {"quantity": "drive moment", "over": "start"} if key == "force" else MOMENT_OF_BRAKE
             yield rows.row(path, actuator.where, subject=subject, value=most, **of, **note)
-        if along and (ropes or machine.girders) and actuator.lower is not None and actuator.upper is not None:
+        if along and actuator.lower is not None and actuator.upper is not None:
             of = {"quantity": quantity, "unit": "m", "elements": (joint.child,)}
             between, path = (actuator.lower, actuator.upper), ("drives", actuator.name, "range")
             yield rows.row(path, actuator.where, subject=subject, between=between, **of)
