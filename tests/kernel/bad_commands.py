@@ -79,7 +79,7 @@ COMMANDS = [
     ),
     (
         lambda s: s.set_follow("rope", "its", (1.0, 0.0, 0.0)),
-        "'rope' cannot follow 'its', which only servo may",
+        "'rope' cannot follow 'its', which only servo may follow",
     ),
     (
         lambda s: s.set_follow("drive", "way", (1.0, 0.0, 0.0)),

@@ -78,7 +78,7 @@ DESCRIPTIONS = [
     # axes
     (
         with_(joints=(replace(GUIDE, kind="universal", second=(0.0, 0.6, 0.8)),)),
-        "joint 'a-guide': the angle between its axes is 36.87 deg; the second axis of a universal joint is "
+        "joint 'a-guide': the angle between its axes is 36.87 deg; the second axis of a universal joint "
         "must be perpendicular to the first",
     ),
     (

@@ -53,7 +53,8 @@ def test_a_node_that_sends_earlier_than_its_lookahead_is_reported_with_its_port(
     fail = node.handle(Grant(1, Tag(100), None, False, [event(5, "b")]))
     assert isinstance(fail, Fail)
     assert fail.sentence == (
-        "a at (0.000000015 s, 0): output on port out earlier than the (0.000000055 s, 0) that was declared; "
+        "a at (0.000000015 s, 0): output on port out before (0.000000055 s, 0), the earliest time that its declared "
+        "lookahead allows; "
         "declare a shorter lookahead"
     )
 
