@@ -1,6 +1,6 @@
-"""What the tables of a report read: the recording with its verdict, plan and peaks.
+"""The data from which the tables of a report are made: a recording with its verdict, plan and peaks.
 
-Description of a recorded lift as a table of names and values: block, machines, and the computation.
+Also the description of a recorded lift as a table of names and values: block, machines, and how the run was computed.
 """
 
 from dataclasses import dataclass, field

@@ -1,4 +1,5 @@
-"""Elements of a drawn view: lines, fills, texts and dimensions, on paper [mm], y upwards; each view has its scale."""
+"""Elements of a drawn view: lines, fills, texts and dimensions, in paper coordinates [mm] with y upwards; each view has
+its own scale."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -82,7 +83,7 @@ def _pair(p: Floats) -> tuple[float, float]:
 
 
 def fitting(width: float, height: float, room: tuple[float, float]) -> float:
-    """Return the largest standard scale at which width x height [m] fits into `room` [mm]."""
+    """Return the largest standard scale at which an area of width x height [m] fits into `room` [mm]."""
     fits = (s for s in SCALES if width * 1e3 / s <= room[0] and height * 1e3 / s <= room[1])
     return next(fits, SCALES[-1])
 
@@ -102,7 +103,7 @@ def hull(points: Floats) -> Floats:
 
 
 def within(outline: Floats, p: Floats) -> bool:
-    """Return whether a point is inside a convex counterclockwise outline."""
+    """Return whether the point p is inside a convex counterclockwise outline."""
     along, to = np.roll(outline, -1, axis=0) - outline, p - outline
     return bool((along[:, 0] * to[:, 1] >= along[:, 1] * to[:, 0]).all())
 
@@ -143,7 +144,8 @@ def parts(item: Item) -> Sequence[Path | Text]:
 
 
 def _dimension(d: DimensionLine) -> list[Path | Text]:
-    """Return a dimension as lines with slashes and its number, which is beside it if there is no room."""
+    """Return a dimension as lines with slashes, and its number, which is placed beside the line if there is no room on
+    it."""
     flip = d.way == "v"  # drawn as if it were horizontal, then mirrored at the diagonal
     a, b = sorted((d.a[::-1], d.b[::-1])) if flip else sorted((d.a, d.b))
     ends = [(a[0], d.at), (b[0], d.at)]

@@ -1,7 +1,7 @@
-"""The key instants of a lift, and world positions [m] of solids, ropes, hooks and lugs in each.
+"""The key instants of a lift, and the world positions [m] of solids, ropes, hooks and lugs at each of them.
 
-Key instants are the ends of stages in which something has moved, evenly thinned, the instant of the largest utilisation
-of the verdict and that of the smallest clearance.
+Key instants are the ends of stages in which something has moved (a limited number, evenly chosen), the instant of the
+verdict's highest utilisation, and the instant of the smallest clearance.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -97,12 +97,12 @@ def instants_of(rec: Recording, verdict: RecordedVerdict | None) -> list[DrawnIn
 
 
 def _hooks(plan: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return the hooks whose bodies are known."""
+    """Return the hooks on bodies that are known."""
     return [hook for machine in plan.get("machines", []) for hook in machine.get("hooks", []) if "eye" in hook]
 
 
 def _wanted(rec: Recording, verdict: RecordedVerdict | None) -> list[tuple[float, str, Clearance | None]]:
-    """Return the times [s] of the key instants, with their captions, and the smallest clearance at its instant."""
+    """Return (time [s], caption, smallest clearance or None) for each key instant."""
     stages = rec.stages()
     end = rec.fact("sim_s", 0.0)
     found: list[tuple[float, str, Clearance | None]] = [
@@ -121,7 +121,7 @@ def _wanted(rec: Recording, verdict: RecordedVerdict | None) -> list[tuple[float
 
 
 def _thinned(frames: Sequence[DrawnInstant]) -> list[DrawnInstant]:
-    """Return a limited number of instants, without stage ends at which nothing has moved."""
+    """Return a limited number of instants, without ends of stages in which nothing has moved."""
     ends = list[DrawnInstant]()
     for x in (x for x in frames if x.title.startswith("end of")):
         if not ends or _moved(ends[-1], x) > MOVED:

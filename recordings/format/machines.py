@@ -1,8 +1,8 @@
 """Cranes, slings and the block of a recorded plan.
 
-Also the settings of a run in one or two lines: what was requested, what its model leaves out, how it was integrated.
+Also the settings of a run in one or two lines: quantities asked for, omissions of its model, integration method.
 
-The tolerance of the integrator bounds the error of a step and says nothing about the model, so it is never called the
+The tolerance of the integrator limits the error of a step and says nothing about the model, so it is never called the
 accuracy of a run.
 """
 
@@ -80,7 +80,7 @@ def settings(run: Mapping[str, str]) -> dict[str, str]:
 
 
 def _answer(text: str) -> str:
-    """Return the measured errors of the requested quantities, in words; "" if there are none."""
+    """Return the measured errors of the quantities asked for, in words; "" if there are none."""
     try:
         return str(json.loads(text)["told"])
     except (ValueError, KeyError, TypeError):

@@ -1,11 +1,12 @@
-"""A thin MCAP writer: chunks built from byte strings, rare records by the mcap library.
+"""A small MCAP writer: chunks are built from byte strings, rare records by the mcap library.
 
-The library's Writer takes some twenty microseconds per message, this one takes one and a half: a message is one
-header packed into the growing chunk and one entry in its channel's index.  The file follows the specification: zstd
+The library's Writer takes some twenty microseconds for each message, this one takes one and a half: a message is one
+header packed into the growing chunk and one entry in the index of its channel. The file follows the specification: zstd
 chunks with message indexes, a summary with statistics and indexes, checksums of chunks, data section, attachments and
 summary.
 
-What goes wrong where a file is read: errors of its bytes, and libraries that fail by themselves.
+Also the classification of errors in reading a file: damaged bytes, failing libraries, and errors of the operating
+system.
 """
 
 import errno
@@ -120,7 +121,7 @@ class McapFile:
         self._stream.flush()
 
     def finish(self) -> None:
-        """Write the end of the data, the summary and the footer."""
+        """Write the end of the data section, the summary and the footer."""
         self._close_chunk()
         self._record(r.DataEnd(data_section_crc=self._crc))
         start = self._place
@@ -147,7 +148,7 @@ class McapFile:
         self._write(MAGIC)
 
     def _close_chunk(self) -> None:
-        """Write the chunk with its message indexes; a chunk without messages is kept until there are some."""
+        """Write the chunk with its message indexes; a chunk without messages is kept until it has some."""
         if not self._entries:
             return
         data = bytes(self._chunk)
@@ -196,7 +197,7 @@ class McapFile:
         )  # fmt: skip
 
     def _record(self, record: r.McapRecord) -> tuple[int, int]:
-        """Write a record; returns its place in the file and its length."""
+        """Write a record; return its position in the file and its length."""
         place, data = self._place, _bytes(record)
         self._write(data)
         return place, len(data)

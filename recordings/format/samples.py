@@ -1,4 +1,4 @@
-"""Rows of samples: which columns of a kernel sample belong to which topic, and their rounding in the file.
+"""Rows of samples: the assignment of the columns of a kernel sample to topics, and the rounding of numbers in the file.
 
 A sample is one float64 row; the layout is announced once and divides the row into channels. Batches are sent as msgpack
 `[first number, [t_ns, ...], rows, notes, period, lift]`: `rows` are little-endian float64 in C order, or a single row
@@ -45,7 +45,7 @@ class SamplerNote(msgspec.Struct, frozen=True, array_like=True):
 
 
 class _Wire(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True):
-    """Wire form of a batch."""
+    """A batch of samples in the form in which it is sent."""
 
     first: int
     times: list[int]
@@ -102,7 +102,7 @@ class SampleLayout(msgspec.Struct, frozen=True):
         return next((channel for channel in self.channels if channel.topic == topic), None)
 
     def check(self) -> "SampleLayout":
-        """Return the layout after checking that topics are unique and names match columns; raises RecordingError."""
+        """Return the layout; raises RecordingError unless topics are unique and names match columns."""
         topics: set[str] = set()
         for channel in self.channels:
             columns = channel.stop - channel.start
@@ -137,7 +137,7 @@ class Batch(msgspec.Struct, frozen=True):
 
 
 def decode_batch(payload: bytes, layout: SampleLayout) -> Batch:
-    """Decode a batch; raises RecordingError unless it holds complete rows."""
+    """Decode a batch; raises RecordingError unless it contains complete rows."""
     try:
         wire = _decode_batch(payload)
     except UNREADABLE as error:
@@ -166,7 +166,7 @@ class Field(msgspec.Struct, frozen=True):
 
 
 def sample_fields(channels: Sequence[SampleChannel]) -> list[Field]:
-    """Return the message fields of the channels: `rope/peak_time` is rope_peak_time."""
+    """Return the message fields for these channels; `rope/peak_time` becomes rope_peak_time."""
     fields: list[Field] = []
     taken: set[str] = set()
     for channel in channels:
@@ -225,12 +225,12 @@ class Columns:
         return rows
 
     def __call__(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the recorded columns, rounded, of consecutive rows (n, width)."""
+        """Return the recorded columns, rounded, for consecutive rows (n, width)."""
         return self._rounded(rows[:, self._columns])
 
 
 def _picked(channel: SampleChannel) -> tuple[SampleChannel, list[int]]:
-    """Return the channel without coordinates of free joints, and the columns that it keeps."""
+    """Return the channel without coordinates of free joints, and the indices of the columns that it keeps."""
     parts, names = [name.rpartition(".") for name in channel.names], {*channel.names}
     free = {joint for joint, _, _ in parts if all(f"{joint}.{x}" in names for x in POSE_COLUMNS)}
     if channel.topic != "joint/position":
@@ -244,7 +244,8 @@ class Rounding:
     """Rounding of the columns of these channels; it must be called with the rows of a run in their order."""
 
     def __init__(self, channels: list[SampleChannel], recalled: int = 0, most: Sequence[float] = ()) -> None:
-        """The first `recalled` rows are rounded already; `most`: largest values of their columns."""
+        """Prepare the rounding; the first `recalled` rows are rounded already, and `most` are the largest values of
+        their columns."""
         steps: list[tuple[int, int] | None] = []
         for channel in channels:
             pose = channel.topic.startswith(POSE)
@@ -259,12 +260,12 @@ class Rounding:
         self._scale = self._scaled(self._largest)
 
     def _scaled(self, largest: NDArray[np.int32]) -> NDArray[np.float64]:
-        """Return the rounding steps in the unit of each column, for largest values of these powers of two."""
+        """Return the rounding step of each column in its unit, given the exponents of two of the largest values."""
         scale: NDArray[np.float64] = np.ldexp(1.0, np.maximum(self._finest, self._digits - largest))
         return scale
 
     def __call__(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the rows (n, columns) rounded; zeros are positive."""
+        """Return the rows (n, columns) rounded; negative zeros become positive."""
         if self._recalled:
             known, rows = np.split(rows, [self._recalled])
             self._recalled -= len(known)
@@ -285,5 +286,5 @@ class Rounding:
 
 
 def _powers(sizes: NDArray[np.float64]) -> NDArray[np.int32]:
-    """Return the exponent of the power of two above each size."""
+    """Return the exponent of the smallest power of two above each value."""
     return np.where(sizes > 0.0, np.maximum(np.frexp(sizes)[1], NOTHING), NOTHING)

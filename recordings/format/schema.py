@@ -1,4 +1,4 @@
-"""The schemas of a recording: protobuf descriptors for numbers, JSON Schema for events and protocol traffic.
+"""The schemas of a recording: protobuf descriptors for numbers, JSON Schema for events and messages of the protocol.
 
 `heavylift.Samples` is one row of numbers, with a field per signal; columns and units are in the channel's metadata. It
 is built here from a descriptor, so no protoc is needed, and each protobuf schema of a file has its whole
@@ -129,7 +129,7 @@ def field_places(fields: Sequence[Field]) -> dict[str, slice]:
 
 
 def file_descriptor_set(descriptor: Descriptor) -> bytes:
-    """Return the serialised FileDescriptorSet of a protobuf message descriptor, dependencies first."""
+    """Return the serialised FileDescriptorSet of a protobuf message descriptor, with its dependencies first."""
     files: dict[str, FileDescriptor] = {}
 
     def visit(file: FileDescriptor) -> None:

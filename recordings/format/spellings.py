@@ -1,4 +1,4 @@
-"""Former spellings that stay valid in scenes and recordings, with the constants used for them here."""
+"""Former spellings that are still valid in scenes and recordings, with the constants needed here."""
 
 from collections.abc import Iterator
 from typing import Any, Literal

@@ -1,4 +1,4 @@
-"""Text for people: time spans, events in a planner's words, which names were perhaps meant."""
+"""Text for people: time spans, events in a planner's words, suggestions for misspelt names."""
 
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches

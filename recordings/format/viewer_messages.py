@@ -1,7 +1,7 @@
-"""Messages for viewers, in the standard foxglove protobuf schemas: frames, boxes, ropes, log.
+"""Messages for viewers in the standard foxglove protobuf schemas: frames, boxes, ropes, log.
 
-Frames are written with each sample and unrounded; ropes are a picture only, rounded to a millimetre and written again
-only when they have moved, as their ends follow from the frames.
+Frames are written with each sample, unrounded. Ropes are only a picture: they are rounded to a millimetre and written
+again only when they have moved, since their ends follow from the frames.
 """
 
 from collections.abc import Sequence
@@ -56,7 +56,7 @@ class RopeLine(msgspec.Struct, frozen=True):
 
 
 class Rig(msgspec.Struct, frozen=True):
-    """A set of rope lines to draw, valid from simulation time `t_ns` [ns] on."""
+    """A set of rope lines to draw, valid from the simulation time `t_ns` [ns] on."""
 
     t_ns: int
     lines: list[RopeLine]
@@ -134,14 +134,15 @@ def ropes_template(lines: int) -> Template:
 
 
 def turned(q: Floats, points: Floats) -> Floats:
-    """Return points (..., 3) rotated by unit quaternions (..., 4) x y z w: x + 2 u x (u x x + w x) for q = (u, w)."""
+    """Return points (..., 3) rotated by unit quaternions (..., 4) with components x y z w: x + 2 u x (u x x + w x) for
+    q = (u, w)."""
     u, w = q[..., :3], q[..., 3:]
     out: Floats = points + 2.0 * _cross(u, _cross(u, points) + w * points)
     return out
 
 
 def _cross(a: Floats, b: Floats) -> Floats:
-    """Return cross products (..., 3); three times as fast as NumPy's."""
+    """Return cross products (..., 3), three times as fast as NumPy's function."""
     (x, y, z), (u, v, w) = np.moveaxis(a, -1, 0), np.moveaxis(b, -1, 0)
     return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=-1)
 
@@ -153,7 +154,7 @@ def corners(box: DrawnBox) -> Floats:
 
 
 class Ropes:
-    """Rope lines that follow their bodies."""
+    """Rope lines that move with their bodies."""
 
     def __init__(self, lines: Sequence[RopeLine], bodies: Sequence[str]) -> None:
         rank = {WORLD: len(bodies), **{body: i for i, body in enumerate(bodies)}}
@@ -173,7 +174,7 @@ class Ropes:
         return moved
 
     def messages(self, times: Sequence[int], poses: NDArray[np.float64]) -> NDArray[np.uint8]:
-        """Return SceneUpdates (n, bytes) at these times [ns]; poses (n, bodies, 7) [m, quaternion x y z w]."""
+        """Return SceneUpdates (n, bytes) at these times [ns], for poses (n, bodies, 7) [m, quaternion x y z w]."""
         ground = np.broadcast_to(self._ground, (len(poses), 1, 7))
         pose = np.concatenate([poses, ground], axis=1)[:, self._body]
         places = pose[:, :, :3] + turned(pose[:, :, 3:], self._points)

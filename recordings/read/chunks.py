@@ -1,6 +1,7 @@
-"""Chunks of an MCAP file of unknown origin: unpacked within limits, cut into records and messages, or into tables.
+"""Chunks of an MCAP file of unknown origin: decompressed within size limits and divided into records and messages, or
+into tables.
 
-Also reading its records one after the other without an index, if some are damaged.
+Also reading of all records one after the other without an index, for files with damaged records.
 """
 
 import re
@@ -47,7 +48,7 @@ class RawMessage(NamedTuple):
 
 
 class MessageTable(NamedTuple):
-    """Messages of equal length of a channel: times (n,) [ns] and bytes (n, length)."""
+    """Messages of equal length in a channel: times (n,) [ns] and bytes (n, length)."""
 
     channel: int
     times: NDArray[np.int64]
@@ -85,7 +86,7 @@ def records(data: bytes, place: int = 0) -> Iterator[tuple[int, int, int]]:
 
 
 def attached(body: bytes) -> Attachment:
-    """Return an attachment from its record; raises ValueError for a wrong checksum."""
+    """Return an attachment from its record; raises ValueError if its checksum is wrong."""
     if body[-4:] not in (bytes(4), struct.pack("<I", zlib.crc32(body[:-4]))):
         raise ValueError("an attachment's checksum is wrong")
     found: Attachment = Attachment.read(ReadDataStream(BytesIO(body)))
@@ -98,7 +99,7 @@ def numbers_of(data: bytes) -> Iterator[int]:
 
 
 def messages_of(data: bytes, channels: set[int]) -> Iterator[RawMessage]:
-    """Yield the messages of these channels in an unpacked chunk."""
+    """Yield the messages of these channels in a decompressed chunk."""
     for opcode, begin, end in records(data):
         if opcode == Opcode.MESSAGE and data[begin] | data[begin + 1] << 8 in channels:
             channel, sequence, log_time, publish_time = MESSAGE.unpack_from(data, begin)
@@ -174,7 +175,7 @@ def salvaged(stream: BinaryIO, size: int, lost: list[str], beyond: bool = False)
 
 
 def _begins(stream: BinaryIO, place: int, size: int, chain: int = 1) -> bool:
-    """Return whether a chain of records begins at this place; the stream is then at it."""
+    """Return whether a sequence of `chain` records begins at this place; the stream is then at this place."""
     at, opcode, sound = place, 0, True
     while sound and chain and at != size and opcode != Opcode.DATA_END:
         stream.seek(at)
@@ -187,14 +188,14 @@ def _begins(stream: BinaryIO, place: int, size: int, chain: int = 1) -> bool:
 
 
 def _next(stream: BinaryIO, place: int, size: int) -> int | None:
-    """Return the place of the next record that others follow; None if there is none."""
+    """Return the place of the next record that is followed by other records; None if there is none."""
     stream.seek(place)
     rest = stream.read(2 * LIMIT)
     return next((place + x.start() for x in NEXT.finditer(rest) if _begins(stream, place + x.start(), size, 3)), None)
 
 
 def _span(opcode: int, body: bytes) -> str:
-    """Return the time span of a damaged chunk, from its first bytes, as text; "" if it is unknown."""
+    """Return, as text, the time span of a damaged chunk from its first bytes; "" if it is unknown."""
     if opcode != Opcode.CHUNK or len(body) < CHUNK.size:
         return ""
     first, last, _ = (x * 1e-9 for x in CHUNK.unpack_from(body))
@@ -202,7 +203,7 @@ def _span(opcode: int, body: bytes) -> str:
 
 
 def _parsed(opcode: int, record: bytes) -> Iterator[object]:
-    """Yield a record, or those of a chunk; raises one of BROKEN for damage."""
+    """Yield a record, or the records in a chunk; raises one of the errors in BROKEN if it is damaged."""
     stream = ReadDataStream(BytesIO(record[RECORD.size :]))
     if opcode in READERS:
         yield READERS[opcode](stream)

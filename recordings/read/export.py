@@ -1,16 +1,15 @@
-"""The samples of a recording as one table for other programs: CSV, or Parquet where pyarrow is installed.
+"""The samples of a recording as one table for other programs: CSV, or Parquet if pyarrow is installed.
 
-First column is the time in seconds; every other one is named `signal/column [unit]`.  Numbers are written with all
-their digits, so that nothing is lost on the way.  A DEVS run, which has no samples, is a table of its events.
+The first column is the time in seconds; every other column is named `signal/column [unit]`. Numbers are written with
+all digits, so nothing is lost. A DEVS run without samples is exported as a table of its events.
 
-What the ports of a DEVS run said, as numbers over time and as a table: such a recording has events and no samples.
+Also the values sent on the ports of a DEVS run, as numbers over time and as a table: `station/left` is a signal with a
+column for each number in its messages, such as `number` or `job.born`; for messages without numbers it is the `count`
+of messages so far.
 
-`station/left` is a signal with a column for each number in its messages, such as `number` or `job.born`; of messages
-without any it is their `count` so far.
-
-A recording with more signals or facts beside its own: whatever stood in the old file is copied as it is.
-
-The signals, which have times of their own in common, stand in the topic `/measured` as those of the run in `/samples`.
+Also copies of a recording with additional signals or facts: everything in the old file is copied unchanged. The
+additional signals have common times of their own and are in the topic `/measured`, as those of the run are in
+`/samples`.
 """
 
 import csv
@@ -108,7 +107,7 @@ def _numbers(value: object) -> Iterator[tuple[str, float]]:
 
 
 def _flat(value: object, name: str = "") -> Iterator[tuple[str, object]]:
-    """Yield the fields of a message; names of nested messages and values are joined by dots; tuples are JSON."""
+    """Yield the fields of a message; names of nested fields are joined by dots, and tuples are written as JSON."""
     if value and isinstance(value, list) and all(isinstance(x, list) and len(x) == 2 for x in value):
         value = dict(value) if all(isinstance(name, str) for name, _ in value) else value
     if isinstance(value, dict):
@@ -122,7 +121,8 @@ Tables = Iterator[list[NDArray[np.float64]]]  # times and columns, a few thousan
 
 
 def export(path: str | Path, out: str | Path, patterns: Sequence[str] = (), force: bool = False) -> Path:
-    """Write the signals whose `signal/column` matches one of the patterns (default: all) to a .csv or .parquet file."""
+    """Write the signals whose `signal/column` matches one of the patterns (default: all) to a .csv or .parquet file,
+    and return its path."""
     out = output_path(out, "a table", (".csv", ".parquet"))
     rec = Recording(path)
     if silent(rec):
@@ -170,7 +170,8 @@ def _parquet_rows(stream: BinaryIO, heads: list[str], rows: list[list[object]]) 
 
 
 def _alike(column: list[object]) -> list[object]:
-    """Return a column with values of a single type, since fields of one name may differ between message classes."""
+    """Return a column with all values converted to one type, since fields with the same name may have different types
+    in different messages."""
     kinds = {type(x) for x in column if x is not None}
     return column if len(kinds) < 2 or kinds == {int, float} else [None if x is None else str(x) for x in column]
 
@@ -210,7 +211,7 @@ def extended(
 
 
 def amended(path: str | Path, facts: Mapping[str, object]) -> Path:
-    """Add facts to the result of a recording; the file is replaced atomically."""
+    """Add facts to the result of a recording; the file is replaced atomically. Return its path."""
     return _copied(path, file_path(path), (), facts, {}, force=True)
 
 

@@ -1,7 +1,7 @@
-"""The log of a machine: columns of numbers over time from a CSV file; errors name file, row and column.
+"""The log of a real machine: columns of numbers over time in a CSV file; errors name file, row and column.
 
-The separator is comma, semicolon or tab; with the latter two a decimal comma is possible. Rows are counted as in the
-file, its head being row 1. A head may contain its unit: `force [kN]`. Times are numbers or dates by ISO 8601.
+The separator is a comma, semicolon or tab; with the latter two a decimal comma is allowed. Rows are counted as in the
+file, whose head is row 1. A column head may contain its unit: `force [kN]`. Times are numbers, or dates by ISO 8601.
 """
 
 import csv

@@ -1,4 +1,4 @@
-"""A signal over time, as it is handed to people and to other programs.
+"""A signal over time, in the form in which people and other programs get it.
 
 signal = Recording("run.mcap")["rope/tension"]
 signal.t, signal["west.H1"], signal.unit      # (n,) [s], (n,), "N"
@@ -106,7 +106,7 @@ def _table(head: Sequence[str], rows: Iterable[Iterable[Cell]]) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Signal:
-    """A signal: times (n,) [s], values (n, m), names of the m columns, their unit, the signal's name."""
+    """A signal: times (n,) [s], values (n, m), names of the m columns, their unit, and the name of the signal."""
 
     t: Floats
     values: Floats
@@ -121,27 +121,27 @@ class Signal:
         return len(self.t)
 
     def __getitem__(self, column: str) -> Floats:
-        """Return the column of this name (n,); raises SignalError if there is none."""
+        """Return the column (n,) with this name; raises SignalError if there is none."""
         if column not in self.names:
             raise SignalError(f"{self.name or 'the signal'} has no column {column}; {meant(column, self.names)}")
         return self.values[:, self.names.index(column)]
 
     def at(self, t: Floats) -> "Signal":
-        """Return the signal at other times [s], linearly interpolated; NaN outside."""
+        """Return the signal linearly interpolated at other times [s]; NaN outside its time span."""
         if np.array_equal(t, self.t):
             return self
         columns = [np.interp(t, self.t, x, left=np.nan, right=np.nan) for x in self.values.T]
         return Signal(t, np.column_stack(columns), self.names, self.unit, self.name)
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """Return a DataFrame: index time [s], units in the column names."""
+        """Return a DataFrame with the time [s] as index and units in the column names."""
         missing = "a DataFrame needs pandas; install heavylift[pandas] or use .t and .values"
         library = extra("pandas", RecordingError(missing))
         index = library.Index(self.t, name="time [s]")
         return library.DataFrame(dict(zip(titles(self), self.values.T, strict=True)), index=index)
 
     def to_arrow(self) -> "pyarrow.Table":
-        """Return a pyarrow Table: the time [s] first, units in the column names."""
+        """Return a pyarrow Table with the time [s] as first column and units in the column names."""
         missing = "a Table needs pyarrow; install heavylift[parquet] or use .t and .values"
         return extra("pyarrow", RecordingError(missing)).table(
             {"time [s]": self.t, **dict(zip(titles(self), self.values.T, strict=True))}
@@ -168,7 +168,7 @@ def joined(name: str, parts: list[Signal]) -> Signal:
 
 
 def only(signal: Signal, columns: list[str]) -> Signal:
-    """Return the signal with selected columns."""
+    """Return the signal with only these columns."""
     picks = [signal.names.index(column) for column in columns]
     return Signal(signal.t, signal.values[:, picks], columns, signal.unit, signal.name)
 
@@ -187,7 +187,7 @@ class SignalSource(Protocol):
 
 
 def chosen(rec: SignalSource, pattern: str) -> list[tuple[str, str]]:
-    """Return the (signal, column) pairs selected by `signal`, `signal/column` or a pattern such as "rope/tension/*"."""
+    """Return the pairs (signal, column) selected by `signal`, `signal/column` or a pattern such as "rope/tension/*"."""
     every = [(name, column) for name in rec.signals() for column in rec.columns(name)]
     return [(name, column) for name, column in every if name == pattern or fnmatchcase(f"{name}/{column}", pattern)]
 

@@ -1,7 +1,7 @@
-"""What a recording says of its run: the verdict, with what was found, smallest clearances and limits; peaks; and where
-its result is not what its events and rows give.
+"""The statements of a recording about its run: the verdict with its checks, smallest clearances and limits; peaks; and
+contradictions between the recorded result and its events and rows.
 
-The verdict is made by who knows the scene (`coordinator.verdict`) and kept as the fact `verdict` of the result.
+The verdict is made with knowledge of the scene (`coordinator.verdict`) and stored as the fact `verdict` of the result.
 It is also in the text of `heavylift info FILE`.
 """
 
