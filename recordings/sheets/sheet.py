@@ -43,8 +43,8 @@ Cell: TypeAlias = Value | Marked
 
 
 class Column(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A column: name of a quantity and its unit; `digits`: number of decimals, by default as many as needed. Columns of
-    texts have neither."""
+    """A column: a quantity with its unit; `digits` after the decimal point, by default as many as needed. Columns of
+    text have neither."""
 
     name: str
     unit: str = ""
@@ -52,7 +52,7 @@ class Column(msgspec.Struct, frozen=True, omit_defaults=True):
 
     @property
     def heading(self) -> str:
-        """Name and unit as column heading."""
+        """The name and unit as column heading."""
         return f"{self.name} [{self.unit}]" if self.unit else self.name
 
     @property
@@ -84,7 +84,7 @@ def columns(*headings: str) -> tuple[Column, ...]:
 
 
 class Table(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A table with notes, which is printed only if it has rows. `blank`: a form to be filled in by hand."""
+    """A table with notes, printed only if it has rows; `blank`: it is a form to be filled in."""
 
     title: str
     columns: tuple[Column, ...]
@@ -112,8 +112,7 @@ Part: TypeAlias = Table | Chart | Notes
 
 
 class Sheet(msgspec.Struct, frozen=True):
-    """The content of a report before printing: title, summary, state (which determines its colour), and parts in
-    reading order."""
+    """A sheet with tables for people: title, summary, state (colour), and its parts in reading order."""
 
     title: str
     lead: str
@@ -132,12 +131,12 @@ def plain(cell: Cell) -> Value:
 
 
 def words(title: str, heads: Iterable[str], rows: Iterable[Iterable[Cell]], *notes: str) -> Table:
-    """Return a table all of whose columns are texts."""
+    """Return a table in which all columns are texts."""
     return Table(title, tuple(map(Column, heads)), tuple(map(tuple, rows)), notes)
 
 
 def trimmed(table: Table) -> Table:
-    """Return a table without empty columns."""
+    """Return a table without its empty columns."""
     kept = [i for i in range(len(table.columns)) if any(plain(row[i]) not in ("", None) for row in table.rows)]
     columns, rows = table.columns, table.rows
     picked = tuple(tuple(row[i] for i in kept) for row in rows)
@@ -145,7 +144,7 @@ def trimmed(table: Table) -> Table:
 
 
 def data_of(sheet: Sheet) -> dict[str, Any]:
-    """Return a sheet as plain data without charts, with times in seconds."""
+    """Return a sheet as plain data, without charts and with times in seconds."""
     tables = [
         {
             "title": table.title,
@@ -165,8 +164,7 @@ def _finite(value: Value) -> Value:
 
 
 def table_text(made: Table) -> str:
-    """Return a table as text columns side by side with printable cells, numbers right-aligned; empty if it has no
-    rows."""
+    """Return a table as text with columns side by side, those of numbers right-aligned; empty if it has no rows."""
     if not made.rows:
         return ""
     rows = [[x.text(cell) for x, cell in zip(made.columns, row, strict=True)] for row in made.rows]
@@ -185,7 +183,7 @@ def table_text(made: Table) -> str:
 
 
 def listed(heads: Iterable[str], rows: Iterable[Iterable[Cell]]) -> str:
-    """Return columns of texts side by side, as text."""
+    """Return columns of texts side by side, as lines of text."""
     return table_text(words("", heads, rows))
 
 
@@ -219,7 +217,7 @@ POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 
 
 def page_of(sheet: Sheet) -> str:
-    """Return a sheet as a page of HTML."""
+    """Return a sheet as an HTML page."""
     body = "\n".join(filter(None, map(_part, sheet.parts)))
     return f"""<!doctype html>
 <html lang="en">
@@ -254,7 +252,7 @@ def _part(part: Part) -> str:
 
 
 def table_html(table: Table) -> str:
-    """Return a table with its title as HTML; empty if it has no rows."""
+    """Return a table as HTML with its title; empty if it has no rows."""
     if not table.rows:
         return ""
     head = "".join(f"<th{_kind(column)}>{escape(column.heading)}</th>" for column in table.columns)
@@ -287,7 +285,7 @@ THEME = {INK: "var(--ink)", QUIET: "var(--quiet)", BAND: "var(--band)", PAPER: "
 
 
 def in_page(figure: "Figure") -> str:
-    """Return a figure as <svg> whose text and colours follow those of the page."""
+    """Return a figure as <svg> that uses the text and colours of the page."""
     text = io.StringIO()
     figure.savefig(text, format="svg", metadata={"Date": None}, transparent=True)
     svg = text.getvalue()
@@ -298,8 +296,8 @@ def in_page(figure: "Figure") -> str:
 
 
 def styled(fonts: str) -> AbstractContextManager[None]:
-    """Context in which figures have these colours; `fonts`: how SVG stores text, "none" for text, "path" for
-    outlines."""
+    """Return a context in which figures are drawn in the placeholder colours; `fonts` of SVG: "none" for text, "path"
+    for outlines."""
     from matplotlib import rc_context
 
     style: dict[Any, Any] = {"svg.hashsalt": "heavylift", "svg.fonttype": fonts,
