@@ -41,7 +41,7 @@ class ReaderLeft(BaseException):
 
 
 class Stopping:
-    """Signal handling: these signals end the work of the main thread."""
+    """Signal handling of a command: the handled signals end the work of the main thread."""
 
     def __init__(self) -> None:
         self._over = self._stopped = False
@@ -116,8 +116,8 @@ class whole:
 
 
 def open_streams() -> None:
-    """Open closed standard streams on /dev/null, so that no file or socket takes their numbers; escape characters that
-    the encoding of the other streams lacks."""
+    """Open closed standard streams on /dev/null, so no file or socket takes their numbers; escape characters that the
+    encoding of the other streams cannot represent."""
     for fd, name in enumerate(("stdin", "stdout", "stderr")):
         try:
             os.fstat(fd)
@@ -132,7 +132,8 @@ def open_streams() -> None:
 
 @contextmanager
 def heard() -> Iterator[None]:
-    """Make standard error drop text, and standard output raise ReaderLeft, once their reader has closed the pipe."""
+    """While this context is open, writing to a pipe whose reader has gone is ignored on standard error and raises
+    ReaderLeft on standard output."""
     out, err = sys.stdout, sys.stderr
     sys.stdout, sys.stderr = out and _Heard(out, True), err and _Heard(err, False)
     try:

@@ -41,7 +41,7 @@ _unseen = math.inf  # bytes that this process has written since it looked what t
 
 
 def cache_folder() -> Path:
-    """The cache folder: $HEAVYLIFT_CACHE, else in the user's cache folder."""
+    """Return the cache folder: $HEAVYLIFT_CACHE if set, otherwise a folder in the user's cache directory."""
     if own := os.environ.get("HEAVYLIFT_CACHE"):
         return Path(own).expanduser()
     from platformdirs import user_cache_path
@@ -50,7 +50,8 @@ def cache_folder() -> Path:
 
 
 def cache_bound() -> int:
-    """Return the largest size of the cache [bytes]: $HEAVYLIFT_CACHE_MB, else 512 MB; raises OutputError."""
+    """Return the maximum size of the cache [bytes]: $HEAVYLIFT_CACHE_MB if set, otherwise 512 MB; raises OutputError
+    for an invalid value."""
     given = os.environ.get("HEAVYLIFT_CACHE_MB", "")
     try:
         megabytes = float(given or USUAL_MB)
@@ -71,7 +72,7 @@ def unsafe_cache() -> str:
 
 
 def read_cached(name: str) -> bytes:
-    """Content of a cache file; empty if it is missing, damaged or unsafe."""
+    """Return the content of a cache file; empty if the file is missing or damaged or the cache is unsafe."""
     try:
         with _opened() as folder, open(os.open(name, os.O_RDONLY | ONLY_THERE, dir_fd=folder), "rb") as file:
             found = os.fstat(file.fileno())
@@ -104,7 +105,8 @@ def write_cached(name: str, content: bytes) -> None:
 
 
 def kept_folder(name: str, fill: Callable[[Path], object]) -> Path:
-    """Return a folder of the cache, filled if missing, and protect it from removal while this process runs."""
+    """Return a folder of the cache, filled by `fill` if it is missing, and protect it from removal while this process
+    runs."""
     there = cache_folder() / name
     while True:
         try:
@@ -153,7 +155,7 @@ class CacheEntry(NamedTuple):
 
 
 def kept() -> list[CacheEntry]:
-    """Return all cache entries of heavylift, most recently used last; other files are ignored."""
+    """Return all cache entries of heavylift, most recently used last; files of other programs are ignored."""
     found = []
     with suppress(OSError), _opened() as folder, os.scandir(folder) as entries:
         for entry in entries:
@@ -166,7 +168,8 @@ def kept() -> list[CacheEntry]:
 
 
 def prune_cache(bound: int | None = None) -> int:
-    """Remove the least recently used entries beyond the bound [bytes]; return the number of bytes removed."""
+    """Remove the least recently used entries until the cache is no larger than `bound` [bytes]; return the number of
+    bytes removed."""
     global _unseen
     _unseen, bound = 0.0, cache_bound() if bound is None else bound
     there = kept()
@@ -211,18 +214,18 @@ def _size(folder: int, name: str) -> int:
 
 @cache
 def sources() -> bytes:
-    """Return the hash of all kernel sources, read at the first call."""
+    """Return the hash of all source files of the kernel, read once per process."""
     return contents(Path(__file__).parent, ".py")
 
 
 def contents(folder: Path, *endings: str) -> bytes:
-    """Hash of the contents of all files below a folder with one of these suffixes, sorted by path."""
+    """Return a hash of the contents of all files below a folder that have one of these suffixes, sorted by path."""
     found = (f"{at}/{name}" for at, _, names in os.walk(folder) for name in names if name.endswith(endings))
     return hashlib.sha256(b"".join(Path(path).read_bytes() for path in sorted(found))).digest()
 
 
 def remembered(name: str, kind: type[T], make: Callable[[], T]) -> T:
-    """Return the cached plain data of type `kind` under `name`, or compute them by `make` and cache them."""
+    """Return the cached data stored under `name`, of type `kind`, or compute them by `make` and cache them."""
     if data := read_cached(name):
         try:
             return msgspec.msgpack.decode(data, type=kind)

@@ -53,7 +53,7 @@ def _escape(c: str) -> str:
 
 
 def out_of_memory(error: BaseException | None) -> bool:
-    """Return whether an error, or its cause, is a lack of memory, also in libraries and threads."""
+    """Return whether an error or its cause is a lack of memory, including errors raised in libraries and threads."""
     seen = set[int]()
     while error is not None and id(error) not in seen:  # who raises an error from itself makes a circle
         seen.add(id(error))
@@ -73,7 +73,7 @@ class HeavyliftError(Exception):
 
 
 def closest(word: str, known: Iterable[str]) -> str:
-    """Return `did you mean 'x'?` for a known word near `word`, else the list of known words."""
+    """Return `did you mean 'x'?` for a known word similar to `word`, otherwise the list of known words."""
     from difflib import get_close_matches  # of those who err
 
     words = list(known)
@@ -97,8 +97,8 @@ def error_text(error: BaseException, most: int = 500) -> str:
 
 
 def extra(package: str, missing: HeavyliftError) -> Any:
-    """Import an optional package. Raises `missing`, which names how to install it and what needs it, if it is not
-    installed, or an error of the same class if the import fails."""
+    """Import an optional package and return it. Raises `missing`, whose text says what needs the package and how to
+    install it, if the package is not installed, or an error of the same class if the import fails."""
     try:
         return import_module(package)
     except Exception as error:
@@ -109,7 +109,8 @@ def extra(package: str, missing: HeavyliftError) -> Any:
 
 
 class PlacedFault(NamedTuple):
-    """A sentence about a place in a scene's files, line and column counted from 1; `path`: of the key."""
+    """A fault at a place in the files of a scene: sentence, hint, line and column counted from 1; `path`: that of the
+    key."""
 
     file: str
     line: int
@@ -120,7 +121,7 @@ class PlacedFault(NamedTuple):
 
 
 class SceneError(HeavyliftError):
-    """The scene cannot be read or cannot be built; `faults`: those with a place in its text."""
+    """The scene cannot be read or cannot be built; `faults`: all faults that have a place in its text."""
 
     faults: tuple[PlacedFault, ...] = ()
 
@@ -148,7 +149,7 @@ class SignalError(RecordingError, KeyError):
 
 
 class OutputError(RecordingError):
-    """An output cannot have this name: another file exists there, or the name is unsuitable."""
+    """An output cannot be written under this name: another file exists there, or the name is unsuitable."""
 
 
 class Stopped(HeavyliftError):

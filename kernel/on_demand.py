@@ -16,7 +16,8 @@ _declared: dict[str, dict[str, str]] = {}  # package -> name that it declares ->
 
 
 def on_demand(package: str) -> Callable[[str], object]:
-    """Return the `__getattr__` of a package, which offers the names that it imports for type checkers only."""
+    """Return the `__getattr__` of a package that imports, on first use, the names which the package imports for type
+    checkers only."""
 
     def attribute(name: str) -> object:
         from importlib import import_module

@@ -63,8 +63,8 @@ def refusal(where: str, reference: str = "") -> str:
 
 
 def foreign(function: object, reference: str = "") -> str:
-    """Return why a function of a trusted module must not be called because it is defined elsewhere; "" if it may be
-    called."""
+    """Return why a function of a trusted module must not be called because it is defined in an untrusted one; "" if it
+    may be called."""
     while isinstance(function, functools.partial):
         function = function.func
     where = getattr(function, "__module__", None) or type(function).__module__
@@ -76,13 +76,14 @@ def foreign(function: object, reference: str = "") -> str:
 
 
 def named(references: Iterable[str], by: str = "") -> None:
-    """Register references to functions that came from data, and whose data: they are checked from now on."""
+    """Register references to functions that came from data, and where the data came from; these functions are checked
+    from now on."""
     for reference in references:
         _named[reference] = by or _named.get(reference, "")
 
 
 def demand(references: Iterable[str], by: str) -> None:
-    """Register references as `named`, and raise KernelError if one of them must not run."""
+    """Register references as `named` does, and raise KernelError if the code of one of them must not run."""
     references = [*references]
     named(references, by)
     for reference in references:
@@ -91,12 +92,13 @@ def demand(references: Iterable[str], by: str) -> None:
 
 
 def namer(reference: str) -> str | None:
-    """Return the origin of the data that named a function: "" if unknown; None if only this program named it."""
+    """Return the origin of the data that named a function: "" if it is unknown; None if only this program named it."""
     return _named.get(reference)
 
 
 def trusted() -> list[Path]:
-    """Return the folders trusted by this user, sorted; raises KernelError if others can write the list."""
+    """Return the folders that this user trusts, sorted; raises KernelError if others can write to the list of these
+    folders."""
     path = _list()
     try:
         with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:
@@ -113,7 +115,8 @@ def trusted() -> list[Path]:
 
 
 def trust(folder: Path) -> Path:
-    """Trust a folder or file, and return it resolved. KernelError if it is missing or others can write to it."""
+    """Trust a folder or file and return its resolved path; raises KernelError if it is missing or others can write to
+    it."""
     folder = folder.expanduser().resolve()
     if not (folder.is_dir() or folder.is_file()):
         raise KernelError(f"there is no folder {folder}; trust the folder that holds the code")
@@ -126,7 +129,7 @@ def trust(folder: Path) -> Path:
 
 
 def withdraw(folder: Path) -> Path:
-    """Withdraw the trust in a folder and return it; raises KernelError if it was not trusted."""
+    """Withdraw the trust in a folder and return its path; raises KernelError if it was not trusted."""
     known = trusted()
     found = next((x for x in (folder.expanduser().resolve(), folder.absolute()) if x in known), None)
     if found is None:
@@ -147,14 +150,14 @@ def own_file(file: str) -> bool:
 
 
 def written_by_others(file: str) -> bool:
-    """Return whether a file is not part of heavylift, apart from its models."""
+    """Return whether a file does not belong to heavylift; its bundled models count as files of others."""
     path = Path(file).resolve()
     return not _among(HEAVYLIFT, path) or _among(MODELS, path)
 
 
 @contextmanager
 def allowed(names: Iterable[str]) -> Iterator[None]:
-    """Allow the code of paths and references within this context, in this process and its children."""
+    """Allow, within this context, the code of these paths and references, in this process and its children."""
     before = os.environ.get(ALLOWED)
     os.environ[ALLOWED] = json.dumps([*_allowed(), *names])
     try:

@@ -11,13 +11,13 @@ __version__ = metadata.version("heavylift")
 
 
 def install(version: str) -> str:
-    """Return how to install a version: "install heavylift 0.3.0", with its commit."""
+    """Return how to install a version as text: "install heavylift 0.3.0", with its commit if it has one."""
     commit = version.partition("+g")[2].partition(".")[0]
     return f"install heavylift {version}" + (f" (git checkout {commit})" if commit else "")
 
 
 def again(version: str) -> str:
-    """Return what to do with a recording of this version that this installation cannot use."""
+    """Return what to do with a recording of another version that this installation cannot use."""
     if version == __version__:
         return "this version made it, so a file was changed, or a model is not deterministic; run the scene again"
     return f"run the scene again, or {install(version)}, which made it"

@@ -1,12 +1,13 @@
-"""A co-simulation unit (FMI 2.0 or 3.0) as an atomic: inputs held, steps of a fixed length, which is its lookahead.
+"""A co-simulation unit (FMU of FMI 2.0 or 3.0) as an atomic model: inputs are held constant during steps of a fixed
+length, which is its lookahead.
 
     plant = yard.add(Fmu("plant", "units/plant.fmu", step=ms(10), outputs=["x", "v"], parameters={"m": 2.0}))
     yard.connect(controller.u, plant.u); yard.connect(plant.y, controller.y)
 
-It sends its outputs at t = 0, h, 2 h, ... An input at n h is applied in the step that begins then, one between two of
-these times in the next step. So an output at t does not depend on inputs after t - h, and all times are exact: of the
-Jacobi schemes of co-simulation this is the one without extrapolation. A unit that can save its state has checkpoints;
-if the process of one that cannot is lost, it is replayed from the start, and a message says so.
+The model sends its outputs at t = 0, h, 2 h, ... An input at n h is applied in the step that begins then, an input
+between two of these times in the next step. So an output at t does not depend on inputs after t - h, and all times are
+exact: of the Jacobi schemes of co-simulation this is the one without extrapolation. A unit that can save its state has
+checkpoints; if the process of a unit that cannot is lost, the unit is replayed from the start, and a message says so.
 
 A unit is machine code: it runs only from a folder that the user has trusted (`heavylift trust`). Standards: FMI 2.0.4
 and 3.0.1, Modelica Association.
@@ -29,13 +30,14 @@ ENUMERATION = {"2": "Integer", "3": "Int64"}  # by whose calls it is read and se
 
 
 class Signals(Message):
-    """Values by variable name; integers and booleans as numbers."""
+    """Message with values by variable name; integers and booleans are sent as numbers."""
 
     values: tuple[tuple[str, float], ...]
 
 
 class Stepped(Atomic):
-    """An FMU stepped by `step` [ns]; subclasses declare the ports and send the outputs, which are in `said`."""
+    """An FMU that makes steps of `step` [ns]; subclasses declare the ports and send the outputs, which are in
+    `said`."""
 
     def __init__(
         self,
@@ -58,19 +60,19 @@ class Stepped(Atomic):
                 port.lookahead = step
 
     def start(self) -> None:
-        """Initialise the unit; its outputs are sent at t = 0."""
+        """Initialise the FMU; its outputs are sent at t = 0."""
         self.number = 0
         self.unit.begin()
         self.said = Signals(self.unit.outputs())
         self.hold_in(0)
 
     def confluent(self, x: Bag) -> None:
-        """Apply inputs that arrive at the beginning of a step already in that step."""
+        """Apply inputs that arrive exactly when a step begins in that step."""
         self.external(0, x)
         self.internal()
 
     def internal(self) -> None:
-        """Do the next step; its outputs are sent at its end."""
+        """Make the next step; its outputs are sent at its end."""
         self.unit.advance(self.number * self.step * 1e-9, self.step * 1e-9)
         self.number += 1
         self.said = Signals(self.unit.outputs())
@@ -78,17 +80,17 @@ class Stepped(Atomic):
 
 
 class Fmu(Stepped):
-    """An FMU stepped by `step` [ns]; its out port y has that lookahead."""
+    """An FMU that makes steps of `step` [ns], which is the lookahead of its output port y."""
 
     u, y = In(Signals), Out(Signals)
 
     def external(self, e: int, x: Bag) -> None:
-        """Hold the inputs; for one variable the latest value counts."""
+        """Store the inputs for the next step; of several values for one variable the last one counts."""
         for signals in x[self.u]:
             self.unit.hold(signals.values)
 
     def output(self) -> None:
-        """Send the outputs at this time."""
+        """Send the outputs at the present time."""
         self.y.send(self.said)
 
 
@@ -104,7 +106,7 @@ class FmuUnit:
         self._look(description(file, name))
 
     def _look(self, message: Any) -> None:
-        """Read variables and capabilities from the model description."""
+        """Read the variables and capabilities of the FMU from its model description."""
         self._message = message
         self._version = message.fmiVersion[0]
         self._variables = {v.name: v for v in message.modelVariables}
@@ -114,7 +116,8 @@ class FmuUnit:
             self._kind(name)
 
     def _kind(self, name: str) -> tuple[Any, str, Any]:
-        """Return a variable, the suffix of its getter and setter, its Python type; ModelError if there is none."""
+        """Return a variable, the suffix of its getter and setter, and its Python type; raises ModelError if there is no
+        such variable."""
         found = self._variables.get(name)
         if found is None:
             known = ", ".join(v for v, x in self._variables.items() if x.causality in ("input", "output", "parameter"))
@@ -126,7 +129,7 @@ class FmuUnit:
         return found, ENUMERATION[self._version] if kind == "Enumeration" else kind, python
 
     def check(self, names: Iterable[str]) -> None:
-        """Raise ModelError for a variable that cannot be set during a run."""
+        """Raise ModelError if a variable cannot be set during a run."""
         for name in names:
             found, _, _ = self._kind(name)
             if found.causality != "input" and (found.causality, found.variability) != ("parameter", "tunable"):
@@ -136,7 +139,7 @@ class FmuUnit:
                 )
 
     def begin(self) -> None:
-        """Create a new instance, initialised at time 0 with the parameters."""
+        """Create a new instance, and initialise it at time 0 with the parameters."""
         self._made()
         if self._version == "2":
             self._fmu.setupExperiment(startTime=0.0)
@@ -150,7 +153,7 @@ class FmuUnit:
         self._fmu = library(self.name).instantiate_fmu(str(unpacked(self.file)), self._message, "CoSimulation")
 
     def hold(self, values: Iterable[tuple[str, float]]) -> None:
-        """Set inputs, which keep these values."""
+        """Set input variables, which keep these values."""
         given = dict(values)
         self.check(given)
         self._set(given.items())
@@ -166,7 +169,7 @@ class FmuUnit:
             getattr(self._fmu, f"set{kind}")([found.valueReference], [python(value)])
 
     def advance(self, t: float, h: float) -> None:
-        """Do a step of h from t [s]; raises ModelError if the unit ends there."""
+        """Make a step of h [s] from t [s]; raises ModelError if the FMU terminates there."""
         self._state = None
         try:
             done = self._fmu.doStep(t, h)  # in FMI 3: event, end, early return, time

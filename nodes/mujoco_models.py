@@ -1,7 +1,8 @@
-"""MuJoCo's models as a system: any MJCF or URDF that MuJoCo loads, by `heavylift.from_mujoco`.
+"""Conversion of MuJoCo models to mechanical systems: any MJCF or URDF that MuJoCo loads, by `heavylift.from_mujoco`.
 
-What has an equal becomes it exactly: bodies, joints, springs, dampers, actuators, tendons through sites.  Limits get
-the stiffness that MuJoCo gives them for the inertia at the start.  All else is listed in a sentence each.
+Features that have an equivalent are converted exactly: bodies, joints, springs, dampers, actuators, tendons through
+sites. Limits get the stiffness that MuJoCo gives them for the inertia at the start. Each other feature is listed in a
+sentence.
 """
 
 from collections.abc import Sequence
@@ -43,7 +44,7 @@ class FromMujoco(NamedTuple):
 
 def from_mujoco(path: str | Path) -> FromMujoco:
     """Return the system of an MJCF or URDF file in the pose `qpos0`, its sites, and a sentence for each feature that
-    was not converted. Coordinates count from that pose. Raises SceneError."""
+    was not converted. Coordinates are zero in that pose. Raises SceneError if the file cannot be read."""
     library = extra("mujoco", SceneError("models of MuJoCo need its package; install heavylift[mujoco]"))
     file = Path(path)
     try:
@@ -57,7 +58,7 @@ def from_mujoco(path: str | Path) -> FromMujoco:
 
 
 class _Importer:
-    """A model that is being read."""
+    """Converter of one MuJoCo model."""
 
     def __init__(self, library: Any, model: Any) -> None:
         self.library, self.m = library, model
@@ -90,7 +91,7 @@ class _Importer:
         return given or f"{kind}{i}"
 
     def _tree(self, i: int) -> None:
-        """A body and its joints, with a body of no mass between two of them."""
+        """Convert body i and its joints; between two joints of a body there is a massless body."""
         m = self.m
         R = self._matrix(m.body_iquat[i])
         own = Body(self.body[i], float(m.body_mass[i]), _row(m.body_ipos[i]), _rows(R * m.body_inertia[i] @ R.T))
@@ -147,7 +148,8 @@ class _Importer:
         return out
 
     def _actuators(self) -> tuple[list[forces.Force], list[JointSpring]]:
-        """Forces gear * (gain * control + bias), whose control is a signal that starts at 0."""
+        """Return the actuators as forces gear * (gain * control + bias), where control is a signal that starts at 0,
+        and as joint springs."""
         m, out, springs = self.m, list[forces.Force](), list[JointSpring]()
         for i in range(m.nu):
             name, gear = self._name("actuator", i), m.actuator_gear[i]
@@ -183,7 +185,8 @@ class _Importer:
         return out, springs
 
     def _tendons(self) -> tuple[list[Rope], list[forces.Force]]:
-        """Spatial tendons through sites and pulleys: a rope pulls beyond its length, a strut pushes, too."""
+        """Return the spatial tendons through sites and pulleys: as ropes, which only pull, or as struts, which also
+        push."""
         m, ropes, struts = self.m, list[Rope](), list[forces.Force]()
         for i in range(m.ntendon):
             name, (low, high) = self._name("tendon", i), (float(x) for x in m.tendon_lengthspring[i])
@@ -205,7 +208,7 @@ class _Importer:
         return ropes, struts
 
     def _path(self, i: int) -> list[Line]:
-        """Lines from site to site with their shares; none if it is led otherwise."""
+        """Return the lines of tendon i from site to site, with their shares; none if it also wraps around bodies."""
         m, lines, share = self.m, list[Line](), 1.0
         last: Point | None = None
         for w in range(m.tendon_adr[i], m.tendon_adr[i] + m.tendon_num[i]):
@@ -222,7 +225,7 @@ class _Importer:
         return lines
 
     def _site(self, i: int) -> tuple[Point, np.ndarray]:
-        """Its point, and its axes in those of the body."""
+        """Return the point of site i on its body, and its axes in the frame of the body."""
         m = self.m
         return Point(self.body[m.site_bodyid[i]], _row(m.site_pos[i])), self._matrix(m.site_quat[i])
 
@@ -235,7 +238,7 @@ class _Importer:
         self.missing.append(f"{of}: {what}")
 
     def _list(self) -> None:
-        """What is nowhere looked at."""
+        """List the features that are not converted."""
         m = self.m
         dofs = {f"joint '{self.joint[m.dof_jntid[v]]}'": v for v in reversed(range(m.nv))}
         for what, values in (("armature", m.dof_armature), ("dry friction", m.dof_frictionloss)):
@@ -254,7 +257,8 @@ class _Importer:
 
 
 def _reference(solref: np.ndarray, solimp: np.ndarray) -> tuple[float, float]:
-    """Stiffness and damping per inertia of a soft limit, as MuJoCo's documentation of `solref` has them."""
+    """Return the stiffness and damping per inertia of a soft limit, by the formulas in MuJoCo's documentation of
+    `solref`."""
     first, second, most = float(solref[0]), float(solref[1]), float(solimp[1])
     if first <= 0.0:
         return -first / (most * most), -second / most

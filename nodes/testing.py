@@ -1,11 +1,11 @@
-"""Drive one atomic or one node (a coupled model) offline: timed inputs in, exact outputs out.
+"""Test of one atomic model or node (a coupled model) by itself: timed inputs go in, exact outputs come out.
 
     def test_hoist_reports_when_it_is_done() -> None:
         said = drive(Hoist("hoist"), [(seconds(1), "command", HoistCommand(id=7, duration=seconds(2)))])
         assert said == [(Tag(seconds(3)), "done", HoistDone(7))]
 
-Inputs with the same tag arrive in one bag. `output` is called twice at every tag: a model whose output differs the
-second time is refused.
+Inputs at the same logical time arrive in one bag. `output` is called twice at every logical time: a model whose output
+differs the second time is refused.
 """
 
 from collections.abc import Callable, Iterable
@@ -24,7 +24,8 @@ def drive(
     until: int = NEVER,
     log: Callable[[Transition], None] | None = None,
 ) -> list[Said]:
-    """Return the outputs of a model before `until` [ns]; inputs are (time [ns] or tag, in port, message)."""
+    """Return the outputs of a model before `until` [ns]; inputs are (time [ns] or logical time, input port,
+    message)."""
     simulator = Simulator(model, log)
     simulator._present.node = True
     simulator.start()

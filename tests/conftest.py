@@ -24,6 +24,7 @@ from typing import Any
 import pytest
 from heavylift.kernel import allowed
 from heavylift.nodes.scene import loaded_scene
+from heavylift.nodes.scene.text import library
 
 ONE_RUN = "turnover"  # the folder whose tests read one and the same run
 MATRICES = "full"  # the one whose files are shared out by the last of their parameters
@@ -35,6 +36,8 @@ ASKED = {
     "test_the_same_bits_on_every_processor.py",
 }  # who see what is chosen by default
 UNASKED, PYTHONPATH, MEANT = Path(__file__).parent / "unasked", os.environ.get("PYTHONPATH", ""), loaded_scene.MEANT
+TYPES = frozenset(library())  # of cranes; tests over all of them run daily with one of each kind, the others by --full
+KINDS = frozenset({"crawler-250", "goliath-900", "jib-60", "overhead-100", "twin-hook-600"})
 QUICK_s, UNKNOWN_s = 25.0, 0.5  # of tests that --quick runs; of one that has not run here
 
 
@@ -113,7 +116,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if config.getoption("full") or any("::" in arg for arg in config.args):
         return
     cases: Counter[str] = Counter()
-    large = {item for item in items if _is_large(item, cases)}
+    large = _further_types(items)
+    large |= {item for item in items if item not in large and _is_large(item, cases)}
     if config.getoption("quick"):
         large |= set(items) - _quick([item for item in items if item not in large], config)
     items[:] = [item for item in items if item not in large]
@@ -130,6 +134,17 @@ def _quick(items: list[pytest.Item], config: pytest.Config) -> set[pytest.Item]:
     return {
         item for item, spent in zip(cheapest, accumulate(costs[x] for x in cheapest), strict=True) if spent <= QUICK_s
     }
+
+
+def _further_types(items: list[pytest.Item]) -> set[pytest.Item]:
+    """Cases of tests over all types of cranes that are not one of each kind."""
+    of: dict[str, dict[pytest.Item, str]] = {}
+    for item in items:
+        values = getattr(item, "callspec", None) and item.callspec.params.values()
+        for value in (x for x in values or () if isinstance(x, str) and x in TYPES):
+            of.setdefault(item.nodeid.partition("[")[0], {})[item] = value
+    everywhere = (cases for cases in of.values() if {*cases.values()} == TYPES)
+    return {item for cases in everywhere for item, value in cases.items() if value not in KINDS}
 
 
 def _is_large(item: pytest.Item, cases: Counter[str]) -> bool:

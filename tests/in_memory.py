@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from random import Random
 
-from heavylift.coordinator.protocol import Coordinator, Done, Fail, Grant, Node, RunEnd, decode, encode
+from heavylift.coordinator.protocol import Coordinator, Fail, Grant, GrantDone, Node, RunEnd, decode, encode
 from heavylift.kernel import ModelError
 from heavylift.nodes.devs import FOREVER
 
@@ -17,7 +17,7 @@ def run_in_memory(coordinator: Coordinator, nodes: Iterable[Node], order: Random
         if isinstance(hello, Fail):
             raise ModelError(hello.sentence) from by_name[name].cause
         coordinator.hello(name, hello)
-    answers: list[tuple[str, Done]] = []
+    answers: list[tuple[str, GrantDone]] = []
     while True:
         for name, grant in coordinator.ready(FOREVER):
             answers.append((name, answer(by_name[name], grant, coordinator)))
@@ -28,11 +28,11 @@ def run_in_memory(coordinator: Coordinator, nodes: Iterable[Node], order: Random
     return coordinator.over
 
 
-def answer(node: Node, grant: Grant, coordinator: Coordinator) -> Done:
+def answer(node: Node, grant: Grant, coordinator: Coordinator) -> GrantDone:
     """Grant a node and return its DONE, both in their wire form; raises the error of a FAIL."""
     text = node.handle(decode(encode(grant)))
     if isinstance(text, Fail):
         raise coordinator.failed(node.name, text) from node.cause
     again = decode(encode(text)) if text is not None else text
-    assert isinstance(again, Done), f"{node.name} answered GRANT {grant.gseq} with {text!r}"
+    assert isinstance(again, GrantDone), f"{node.name} answered GRANT {grant.gseq} with {text!r}"
     return again

@@ -63,7 +63,7 @@ def doctor(
 
 
 def findings() -> Iterator[HealthFinding]:
-    """Make all checks of the installation one after the other."""
+    """Run all checks of the installation, and yield the finding of each."""
     from packaging.requirements import Requirement
 
     yield HealthFinding("heavylift", "ok", f"{__version__}, Python {platform.python_version()}, {platform.platform()}")

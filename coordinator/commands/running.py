@@ -255,7 +255,7 @@ def _exit(result: RunResult, strict: bool, fail_on: str) -> None:
 
 @contextmanager
 def certified(scene: LoadedScene, wanted: bool) -> Iterator[Certifying | None]:
-    """Prepare and start the additional runs of a certificate on idle cores; yields None unless `wanted`."""
+    """Prepare and start the additional runs of a certificate on idle cores; yields None if `wanted` is false."""
     if not wanted:
         yield None
         return
@@ -269,7 +269,7 @@ def certified(scene: LoadedScene, wanted: bool) -> Iterator[Certifying | None]:
 
 @contextmanager
 def live_page(view: bool) -> Iterator[Spectator | None]:
-    """Serve a live page and open a browser where there is a display."""
+    """Serve a live page of the run, and open a browser if there is a display."""
     if not view:
         yield None
         return
@@ -282,7 +282,7 @@ def live_page(view: bool) -> Iterator[Spectator | None]:
 
 @contextmanager
 def viewers(name: str, wanted: bool, hz: float, page: Spectator | None) -> Iterator[Spectator | None]:
-    """Return observers of the run: the live page, and Foxglove if requested."""
+    """Return the observers of the run: the live page, and a server for Foxglove if `wanted`."""
     if not wanted:
         yield page
         return

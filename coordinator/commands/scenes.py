@@ -266,7 +266,7 @@ def hull(
     output: Annotated[Path | None, o.written_to("file of the hull; default NAME.json")] = None,
     force: o.Force = False,
 ) -> None:
-    """Write what water does to a hull, for `hydrodynamics:` of vessels.    heavylift hull barge.nc -o barge.json"""
+    """Convert hydrodynamic data of a hull into a file for `hydrodynamics:`.    heavylift hull barge.nc -o barge.json"""
     import msgspec
     from heavylift.nodes.sea.coefficients import computed, hull_of
     from heavylift.recordings.write.partfile import written

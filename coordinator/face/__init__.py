@@ -17,8 +17,9 @@ if TYPE_CHECKING:
     from heavylift.coordinator.run.linear import linearise
     from heavylift.coordinator.run.models import run_models
     from heavylift.coordinator.run.replications import replicate
+    from heavylift.coordinator.run.result import Result
     from heavylift.coordinator.run.scene import run
-    from heavylift.coordinator.run.simulate import Result, simulate
+    from heavylift.coordinator.run.simulate import simulate
     from heavylift.coordinator.sweeps import sweep
     from heavylift.kernel.version import __version__
     from heavylift.nodes.mujoco_models import from_mujoco

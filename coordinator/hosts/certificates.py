@@ -41,7 +41,7 @@ def library() -> CertificateLibrary:
 
 
 class CertificateLibrary:
-    """The part of `cryptography` that is used, imported on first use."""
+    """The functions of the package `cryptography` that heavylift uses; the package is imported on first use."""
 
     def __init__(self) -> None:
         from cryptography import x509
@@ -72,12 +72,12 @@ class CertificateLibrary:
         return key
 
     def common_name(self, certificate: x509.Certificate) -> str:
-        """Return the common name of a certificate, which is the name of its owner."""
+        """Return the common name of a certificate, which is the name of the process that owns it."""
         names = certificate.subject.get_attributes_for_oid(self.names.COMMON_NAME)
         return str(names[0].value) if names else ""
 
     def signed(self, certificate: x509.Certificate, by: x509.Certificate) -> bool:
-        """Return whether one certificate was signed with the key of another."""
+        """Return whether `certificate` was signed with the key of the certificate `by`."""
         try:
             certificate.verify_directly_issued_by(by)
         except self.invalid:
@@ -85,12 +85,12 @@ class CertificateLibrary:
         return True
 
     def pems(self, certificate: x509.Certificate, key: EllipticCurvePrivateKey) -> tuple[bytes, bytes]:
-        """Return certificate and key in PEM form."""
+        """Return a certificate and its key in PEM form."""
         pem, plain = self.forms.Encoding.PEM, self.forms.NoEncryption()
         return certificate.public_bytes(pem), key.private_bytes(pem, self.forms.PrivateFormat.PKCS8, plain)
 
     def authority(self, name: str, days: float) -> tuple[x509.Certificate, EllipticCurvePrivateKey]:
-        """Make a self-signed certificate authority, with its key."""
+        """Create a self-signed certificate authority and its key."""
         key = self.ec.generate_private_key(self.ec.SECP256R1())
         begun = self._begin(name, name, key, days).add_extension(self.x509.BasicConstraints(True, 0), critical=True)
         usage = dict.fromkeys(
@@ -112,7 +112,7 @@ class CertificateLibrary:
     def leaf(
         self, name: str, hosts: Sequence[str], days: float, signer: tuple[x509.Certificate, EllipticCurvePrivateKey]
     ) -> tuple[x509.Certificate, EllipticCurvePrivateKey]:
-        """Make a certificate, with its key, for one end of a connection that is reached by these host names."""
+        """Create a certificate and its key for one end of a connection, which is reached by these host names."""
         authority, signing = signer
         key = self.ec.generate_private_key(self.ec.SECP256R1())
         use = self.uses
@@ -153,7 +153,8 @@ AUTHORITY_days = 3650
 
 @dataclass(frozen=True)
 class Credentials:
-    """Paths of the authority's certificate, the own certificate and the own key of one end of a connection."""
+    """Paths of the files that one end of a connection needs: the authority's certificate, its own certificate and its
+    own key."""
 
     authority: Path
     certificate: Path
@@ -161,8 +162,8 @@ class Credentials:
 
     @classmethod
     def load(cls, directory: Path, name: str) -> Self:
-        """Find the files of a name in a directory; checks that they exist, are valid today, belong to the name and this
-        yard, and that only the owner can read the key."""
+        """Find the credentials of a process in a directory, and check that they exist, are valid today, belong to this
+        process and yard, and that only their owner can read the key."""
         found = cls(directory / f"{AUTHORITY}.pem", directory / f"{name}.pem", directory / f"{name}.key")
         for path in (found.authority, found.certificate, found.key):
             if not path.is_file():
@@ -188,8 +189,8 @@ def _check(found: Credentials, name: str) -> None:
 
 
 def make_certificates(directory: Path, names: Sequence[str], hosts: Sequence[str] = (), days: int = 365) -> list[Path]:
-    """Write the missing keys and certificates of the coordinator and these processes; returns the new files. `hosts`:
-    names or addresses by which other hosts reach the coordinator. Existing files are kept."""
+    """Write the keys and certificates of the coordinator and of these processes that do not exist yet; return the new
+    files. `hosts`: names or addresses at which other hosts reach the coordinator."""
     check_names([name for name in names if name != COORDINATOR], "process")
     if AUTHORITY in names:
         raise ProtocolError(f"process name '{AUTHORITY}' cannot be used, it is the name of the yard's own certificate")

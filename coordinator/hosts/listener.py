@@ -44,13 +44,14 @@ ROOMS = ("kernel", "nodes", "coordinator", "recordings")
 
 @cache
 def code() -> str:
-    """Return the fingerprint of all code of heavylift, which may be edited while its version is fixed."""
+    """Return a fingerprint of all source code of heavylift, which may change while the version stays the same."""
     rooms = Path(__file__).parent.parent.parent
     return hashlib.sha256(b"".join(contents(rooms / room, ".py", ".yaml") for room in ROOMS)).hexdigest()
 
 
 class JoinRequest(msgspec.Struct, frozen=True):
-    """Request of a remote process to join any (empty) `run` or `scene`; fields are only added, with defaults."""
+    """Request of a remote process to join a run; an empty `run` or `scene` means any. Later versions only add fields
+    with defaults."""
 
     process: str
     version: str
@@ -61,7 +62,7 @@ class JoinRequest(msgspec.Struct, frozen=True):
 
 
 class JoinReply(msgspec.Struct, frozen=True):
-    """The run to join, or a ticket without password, or the reason for a refusal."""
+    """Reply to a join request: the run to join, or a ticket without a password, or the reason for a refusal."""
 
     ticket: Ticket | None
     refusal: str = ""
@@ -69,7 +70,7 @@ class JoinReply(msgspec.Struct, frozen=True):
 
 
 class JoinHandshake:
-    """Answers requests to join a run of the scene with fingerprint `expects`; reports refusals by `say`."""
+    """Answers requests to join a run whose scene has the fingerprint `expects`; reports refusals through `say`."""
 
     def __init__(self, hub: Hub, session: zenoh.Session, scene: str, say: Callable[[str], None]) -> None:
         self.hosts: dict[str, str] = {}
@@ -171,14 +172,14 @@ ALL = ("0.0.0.0", "[::]")  # all interfaces of a host
 
 @dataclass(frozen=True)
 class RemoteListener:
-    """Address and credentials of TLS; `endpoint`: tls/HOST:PORT at which the coordinator listens."""
+    """Address and TLS credentials at which a coordinator listens for remote processes; `endpoint`: tls/HOST:PORT."""
 
     endpoint: str
     credentials: Credentials
 
     @classmethod
     def at(cls, endpoint: str, credentials: Credentials) -> Self:
-        """Create a listener at an endpoint as the user writes it."""
+        """Return a listener for an endpoint as the user has written it."""
         protocol, slash, rest = endpoint.partition("/")
         if slash and protocol != "tls":
             raise ProtocolError(
@@ -192,27 +193,29 @@ class RemoteListener:
 
     @property
     def address(self) -> tuple[str, int]:
-        """Host, without brackets, and port."""
+        """Host (without brackets) and port of the endpoint."""
         host, _, port = self.endpoint.removeprefix("tls/").rpartition(":")
         return host.strip("[]"), int(port)
 
     @property
     def seen_from_afar(self) -> str:
-        """The endpoint to which other hosts connect: with this host's name if it listens on all interfaces."""
+        """The endpoint to which other hosts connect; it contains this host's name if the coordinator listens on all
+        interfaces."""
         host, _, port = self.endpoint.removeprefix("tls/").rpartition(":")
         return f"tls/{socket.gethostname() if host in ALL else host}:{port}"
 
     def gate(self, hub: Hub, session: zenoh.Session, scene: str, say: Callable[[str], None]) -> JoinHandshake:
-        """Start answering join requests; arguments as of `JoinHandshake`."""
+        """Start answering join requests; arguments as in `JoinHandshake`."""
         return JoinHandshake(hub, session, scene, say)
 
     def listening(self) -> dict[str, object]:
-        """Return Zenoh's TLS settings for the coordinator's side."""
+        """Return Zenoh's TLS settings for the coordinator."""
         own = self.credentials
         return {**self._both(), "listen_private_key": str(own.key), "listen_certificate": str(own.certificate)}
 
     def connecting(self) -> dict[str, object]:
-        """Return Zenoh's TLS settings of a process: the coordinator's certificate must name `endpoint`'s host."""
+        """Return Zenoh's TLS settings for a remote process; the coordinator's certificate must contain the host name of
+        `endpoint`."""
         own = self.credentials
         shown = {"connect_private_key": str(own.key), "connect_certificate": str(own.certificate)}
         return {**self._both(), **shown, "verify_name_on_connect": True}

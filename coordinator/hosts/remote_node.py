@@ -27,7 +27,8 @@ KNOCK_s = 0.5  # in which a coordinator refuses a certificate
 
 
 def play(name: str, listener: RemoteListener, run: str, scene: str, say: Callable[[str], None]) -> None:
-    """Run process `name` of a remote run with this id `run` and this fingerprint of its `scene` ("" for any)."""
+    """Run process `name` on this host until its run ends; `run`: id of the run, `scene`: fingerprint of its scene (""
+    for any)."""
     _knock(name, listener)
     session = remote_session(listener)
     try:

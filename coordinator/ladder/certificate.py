@@ -34,7 +34,8 @@ ROUNDING = 1e-9  # of a figure: what is left of a bar that is nothing
 
 @dataclass(frozen=True)
 class FigureErrors:
-    """A figure with the half-widths of its error estimates, in its unit; None for one that is missing."""
+    """A result figure with the half-widths of its error estimates in the unit of the figure; None for an estimate that
+    is missing."""
 
     name: str
     quantity: Asked
@@ -46,11 +47,11 @@ class FigureErrors:
 
     @property
     def whole(self) -> float:
-        """Root of the sum of squares of all error estimates."""
+        """Total half-width: the root of the sum of squares of all error estimates."""
         return hypot(*(x for x in (self.numerical, self.model, self.inputs) if x is not None))
 
     def message(self, inputs: str) -> str:
-        """Return the figure with its errors as text; `inputs`: names of the uncertain inputs."""
+        """Return the figure with its error estimates as text; `inputs`: names of the uncertain inputs."""
         factor, unit = larger(self.unit)
         places = 1 - floor(log10(factor * self.whole)) if self.whole > 0.0 else 6
         halves = {"numerical": self.numerical, "model": self.model, f"inputs: {inputs}": self.inputs}
@@ -64,8 +65,8 @@ class FigureErrors:
 
 @dataclass(frozen=True)
 class Certificate:
-    """Error estimates of all figures; reasons of missing ones; inputs with and without stated uncertainty; CPU time
-    [s]."""
+    """Error estimates of all figures of a run, the reasons for missing estimates, inputs with and without stated
+    uncertainty, and the CPU time [s]."""
 
     bars: list[FigureErrors]
     missing: dict[str, str]
@@ -76,7 +77,7 @@ class Certificate:
 
     @property
     def message(self) -> list[str]:
-        """Return the certificate as text, one line per figure or note."""
+        """The certificate as text, with one line per figure or note."""
         inputs = ", ".join(x.spread for x in self.inputs)
         most = max((bar for bar in self.bars if bar.quantity == "limits"), key=lambda bar: bar.value, default=None)
         lines = [bar.message(inputs) for bar in self.bars if bar.quantity != "limits" or bar is most]
@@ -85,7 +86,7 @@ class Certificate:
         return lines + self.notes
 
     def data(self) -> dict[str, object]:
-        """Return the certificate as plain data in SI units, half-widths at 95 %."""
+        """Return the certificate as plain data in SI units, with half-widths of 95 % intervals."""
         return {
             "bars": [asdict(bar) | {"whole": bar.whole} for bar in self.bars],
             "missing": self.missing,
@@ -96,7 +97,7 @@ class Certificate:
 
 @contextmanager
 def certifying(scene: LoadedScene, given: Sequence[str] = (), at_once: int | None = None) -> "Iterator[Certifying]":
-    """Prepare the runs of a certificate, `at_once` in parallel processes (default: all cores but one). `given`:
+    """Prepare the runs of a certificate, with `at_once` parallel processes (default: all cores but one). `given`:
     uncertainties in addition to those of the scene. Raises HeavyliftError."""
     scene, inputs = chosen(scene), uncertain_inputs(scene, given)
     with starting(max(1, cores() - 1) if at_once is None else at_once) as start:
@@ -104,7 +105,7 @@ def certifying(scene: LoadedScene, given: Sequence[str] = (), at_once: int | Non
 
 
 class Certifying:
-    """The additional runs of a certificate; `price` announces their number."""
+    """The additional runs that a certificate needs; `price` announces how many."""
 
     def __init__(self, scene: LoadedScene, inputs: list[UncertainInput], start: Start) -> None:
         self._scene, self._inputs, self._start = scene, inputs, start
@@ -112,7 +113,7 @@ class Certifying:
 
     @property
     def price(self) -> str:
-        """A sentence that announces the additional runs and their number."""
+        """A sentence that announces how many additional runs will be made."""
         candidate, ladder = ModelLevel(self._scene.plan), Ladder(self._scene.plan)
         other = next(iter(ladder.witnesses(candidate.plan.fidelity)), ladder.poorer)
         n = 2 * sum(x.sd > 0.0 for x in self._inputs)

@@ -58,7 +58,8 @@ def chosen(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScen
 
 
 def decided(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
-    """Return the scene at the loosest of `ACCURACIES` that leaves no check undecided, else at the finest."""
+    """Return the scene at the loosest accuracy of `ACCURACIES` that leaves no check undecided, otherwise at the finest
+    one."""
     ask = scene.facts.ask or MEANT
     for accuracy in ACCURACIES:
         facts = msgspec.structs.replace(scene.facts, own=ask, written=accuracy, named=(*scene.facts.named, "ask"))
@@ -83,7 +84,7 @@ def known(scene: LoadedScene) -> Answer | None:
 
 
 def answered(scene: LoadedScene, answer: Answer) -> LoadedScene:
-    """Return the scene with the level and steps of an `Answer`."""
+    """Return the scene with the model level and steps that an `Answer` holds."""
     plan = at_level(scene.plan, answer.fidelity)
     hz = plan.samples_hz if "samples" in scene.facts.named else answer.samples_hz or plan.samples_hz
     plan = msgspec.structs.replace(plan, method=answer.method, tolerance=answer.tolerance, samples_hz=hz)
@@ -113,8 +114,8 @@ def level_of(scene: LoadedScene, say: Report = lambda message: None) -> LoadedSc
 
 @dataclass(frozen=True)
 class Look:
-    """Measured errors of a candidate: in all, of its steps, of its level; why it could not run; which errors are
-    missing, and why."""
+    """Measured errors of one candidate: in total, due to its steps, due to its level; if it could not run, why; which
+    errors could not be measured, and why."""
 
     candidate: ModelLevel
     error: Errors = field(default_factory=lambda: {"": inf})
@@ -126,7 +127,8 @@ class Look:
 
 
 def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
-    """Choose level and steps; raises HeavyliftError only if the time limit cuts a run."""
+    """Choose the model level and steps that answer a question; raises HeavyliftError only if a run exceeds its time
+    limit."""
     last: Look | None = None
     for number, level in enumerate(ladder.levels):
         richer = number + 1 < len(ladder.levels)
@@ -268,8 +270,8 @@ def witnesses(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> li
 
 
 def error_of_level(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> Errors:
-    """Return the largest difference of a candidate to its witnesses, doubled; not doubled for the finest level, which
-    is better than the coarser one that it is compared with."""
+    """Return twice the largest difference between a candidate and its witnesses, or for the finest level the simple
+    difference, since that level is better than the coarser one with which it is compared."""
     # the finest level has no better one: its error is smaller than the difference to the coarser one
     factor = WITNESSED if ladder.witnesses(candidate.plan.fidelity) else 1.0
     return times(factor, most(*(measuring.apart(*pair) for pair in witnesses(ladder, candidate, measuring))))

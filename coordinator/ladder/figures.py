@@ -33,7 +33,8 @@ FEWEST = 8  # samples of a stage in which a swing is looked for
 
 
 class AskedFigure(NamedTuple):
-    """A figure: name, quantity, unit, value, reference value of its relative error, and reading error."""
+    """A result figure of a run: name, quantity, unit, value, reference value for its relative error, and reading error
+    due to sampling."""
 
     name: str
     quantity: Asked
@@ -45,7 +46,8 @@ class AskedFigure(NamedTuple):
 
 @dataclass(frozen=True)
 class Span:
-    """A stage: begin and end [s]; `free`: no drive moves in it; `lifts`: a load is lifted off in it."""
+    """Time span of a stage: begin and end [s]; `free`: no drive moves during it; `lifts`: a load is lifted off during
+    it."""
 
     name: str
     start: float
@@ -57,7 +59,7 @@ class Span:
 @dataclass(frozen=True)
 class RunSeries:
     """Results of a run from which figures are computed: stages; peak tensions [N]; times (n,) [s]; positions (n, 3) [m]
-    of lifted bodies and coordinates (n, 1) by name, with units; support forces (n,) [N]."""
+    of lifted bodies and coordinates (n, 1), by name with units; support forces (n,) [N]."""
 
     spans: list[Span]
     peaks: dict[str, float]
@@ -67,7 +69,7 @@ class RunSeries:
 
     @classmethod
     def of(cls, run: Played) -> "RunSeries":
-        """Collect the results of a run."""
+        """Collect the results of a finished run."""
         plan, layout = run.plan, run.layout
         # several rows at the instant of an event: the first one counts
         t, first = np.unique(run.t, return_index=True)
@@ -114,7 +116,7 @@ def spans(plan: Plan, stages: list[tuple[float, int, str]], last: float) -> list
 
 
 def figures(run: Played, ask: Sequence[Asked] = ASKABLE) -> list[AskedFigure]:
-    """Figures of a run for these quantities; repeated names are numbered."""
+    """Return the figures of a run for these quantities; repeated names are numbered."""
     shown = RunSeries.of(run)
     half = shown.halved()
     found = list[AskedFigure]()
@@ -179,7 +181,7 @@ def _swings(plan: Plan, shown: RunSeries) -> Iterator[AskedFigure]:
 
 
 class Swing(NamedTuple):
-    """Amplitude [m or rad] and period [s] of the best-fitting sinusoid; 0 if none fits."""
+    """Amplitude [m or rad] and period [s] of the sinusoid that fits a signal best; 0 if none fits."""
 
     amplitude: float
     period: float

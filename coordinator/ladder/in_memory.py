@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import msgspec
 import numpy as np
 from heavylift.coordinator.live.command_queue import TimedCommand, command
-from heavylift.coordinator.protocol.core import RunEnd
+from heavylift.coordinator.protocol.messages import RunEnd
 from heavylift.coordinator.record.drawing import RopeLines
 from heavylift.coordinator.verdict.conduct import Conduct
 from heavylift.coordinator.verdict.history import Collector, Every
@@ -94,7 +94,7 @@ class Played:
 
     @cached_property
     def conduct(self) -> Conduct:
-        """Stages, orders and incidents of the run."""
+        """The course of the run: stages, orders and incidents such as warnings."""
         text = Conduct(
             notes=[(t * 1e-9, sentence) for t, sentence in self.notes],
             peaks={name: (p.tension, p.time) for name, p in self.peaks.items()},
@@ -107,7 +107,7 @@ class Played:
 
     @property
     def verdict(self) -> RecordedVerdict:
-        """The verdict."""
+        """The verdict on the run: its checks with their states and the resulting overall state."""
         return self.judge.full[0]
 
     @property
@@ -122,7 +122,7 @@ class Played:
 
     @cached_property
     def past(self) -> Collector:
-        """Return the columns of all samples, with the rope lines."""
+        """The columns of all samples, together with the rope lines."""
         past = Collector(self.layout)
         past.samples(0, self.times.tolist(), self.rows)
         for t_ns, lines in self.rigs:
@@ -132,7 +132,8 @@ class Played:
 
 @dataclass(frozen=True)
 class Judge:
-    """Input of a verdict: plan, its mechanics, history, course of the run, errors of figures."""
+    """All data from which the verdict of a run is computed: plan, its mechanics, recorded columns, course of the run,
+    errors of figures."""
 
     plan: Plan
     mechanics: System
@@ -150,17 +151,17 @@ class Judge:
 
     @cached_property
     def full(self) -> Judged:
-        """The verdict with all tables of a report, and the maximum utilisation of each limit."""
+        """The verdict with all tables of a report, and the largest utilisation of each limit."""
         return self._judged(whole=True)
 
     @cached_property
     def fine(self) -> Judged:
-        """Verdict and utilisations without tables, and with the smallest clearance only."""
+        """The verdict and utilisations without tables, and with the smallest clearance only."""
         return self._judged(whole=False)
 
     @cached_property
     def coarse(self) -> Judged:
-        """Verdict and utilisations as in `fine`, but from every second sample."""
+        """The verdict and utilisations as in `fine`, computed from every second sample."""
         return self._judged(whole=False, every=2)
 
 
@@ -171,8 +172,8 @@ def play(
     instants: Sequence[int] = (),
     errors: Errors | None = None,
 ) -> Played:
-    """Run a plan to its end within `limit` seconds of wall time, with rows at `instants` [ns]; raises
-    HeavyliftError."""
+    """Run a plan to its end in this process and keep the result in memory; `limit`: wall time [s], `instants`: times
+    [ns] at which dense output is read. Raises HeavyliftError."""
     from heavylift.coordinator.participants.session import Session
 
     from .keeping import KeepingKernel  # with the compiler, which nobody needs who only reads what is remembered

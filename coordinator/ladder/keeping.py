@@ -18,8 +18,8 @@ PIECE = 512  # rows that are read together: so few that they stay in the cache o
 
 
 class KeepingKernel(KernelNode):
-    """A kernel whose samples stay in memory and whose run ends at a wall-clock limit; `cut`: first words of the error
-    message then."""
+    """A kernel that keeps its samples in memory and whose run ends at a wall-clock limit; `cut`: first words of the
+    error message in that case."""
 
     def __init__(self, config: KernelConfig, instants: Sequence[int], allowed: float, cut: str) -> None:
         super().__init__(config, lambda batch: None)
@@ -45,7 +45,7 @@ class KeepingKernel(KernelNode):
         self.of_lifts.setdefault(lift.name, []).extend(zip([t for t, _ in rows], shown, strict=True))
 
     def table(self) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Times (n,) [ns] and rows (n, width) of all samples."""
+        """Return times (n,) [ns] and rows (n, width) of all samples."""
         parts = []
         for first in range(0, len(self.kept), PIECE):
             for _, group in groupby(self.kept[first : first + PIECE], key=lambda x: id(x[0])):

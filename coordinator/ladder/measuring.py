@@ -22,7 +22,7 @@ Key = tuple[Fidelity, str, float, float | None]  # of a candidate
 
 
 class Spent(NamedTuple):
-    """Time of a run [s]: CPU time before and in it, wall time from begin to end."""
+    """Time spent on a run [s]: CPU time before it and during it, and wall time from its beginning to its end."""
 
     start_s: float
     cpu_s: float
@@ -30,7 +30,7 @@ class Spent(NamedTuple):
 
 
 class Measuring:
-    """Runs of the candidates of one plan, each made once. `limit`: wall seconds for each run."""
+    """Runs the candidates of one plan, each only once. `limit`: wall seconds for each run."""
 
     def __init__(
         self, ask: Sequence[Asked], limit: Callable[[], float] = lambda: inf,
@@ -51,7 +51,7 @@ class Measuring:
         return {name: f for read in self._read.values() for name, f in read.items()}
 
     def figures(self, candidate: ModelLevel) -> dict[str, AskedFigure]:
-        """Figures of a candidate's run; raises HeavyliftError if it could not run."""
+        """Return the figures of a candidate's run; raises HeavyliftError if the candidate could not run."""
         if candidate.key in self._failed:
             raise self._failed[candidate.key]
         if candidate.key not in self._read:
@@ -73,7 +73,8 @@ class Measuring:
         return self._read[candidate.key]
 
     def limits(self, candidate: ModelLevel) -> dict[str, AskedFigure]:
-        """Return the utilisations and the smallest clearance of a candidate; none if it was not run."""
+        """Return the utilisations and the smallest clearance of a candidate's run; empty if the candidate was not
+        run."""
         judge = self._judges.get(candidate.key)
         return {f.name: f for f in judged(judge)} if judge else {}
 
@@ -84,7 +85,7 @@ class Measuring:
         return any(hook.rope in found for m in candidate.plan.machines for hook in m.hooks) if hooks else bool(found)
 
     def misread(self, candidate: ModelLevel) -> Errors:
-        """Return the reading errors of the figures of a candidate, from their sampling."""
+        """Return the reading errors of a candidate's figures, which are due to sampling."""
         return {f.name: f.misread / f.scale for f in self.figures(candidate).values()}
 
     def read_well(self, candidate: ModelLevel, accuracy: float) -> bool:
@@ -98,8 +99,8 @@ class Measuring:
         return False
 
     def apart(self, candidate: ModelLevel, other: ModelLevel) -> Errors:
-        """Return the relative differences of the figures of two candidates; infinite for a figure that only one run
-        has."""
+        """Return the relative differences between the figures of two candidates; infinite for a figure that only one of
+        the runs has."""
         mine, others = self.figures(candidate), self.figures(other)
         return {
             name: abs(mine[name].value - others[name].value) / max(mine[name].scale, others[name].scale)
@@ -110,17 +111,17 @@ class Measuring:
 
 
 def added(*errors: Errors) -> Errors:
-    """Return the sum of several errors, figure by figure."""
+    """Return, for each figure, the sum of several errors."""
     return {name: sum(e.get(name, 0.0) for e in errors) for name in dict.fromkeys(x for e in errors for x in e)}
 
 
 def most(*errors: Errors) -> Errors:
-    """Return the largest of several errors, figure by figure."""
+    """Return, for each figure, the largest of several errors."""
     return {name: max(e.get(name, 0.0) for e in errors) for name in dict.fromkeys(x for e in errors for x in e)}
 
 
 def times(factor: float, errors: Errors) -> Errors:
-    """Return all errors times a factor."""
+    """Return all errors multiplied by a factor."""
     return {name: factor * e for name, e in errors.items()}
 
 

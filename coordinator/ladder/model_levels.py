@@ -27,7 +27,7 @@ FINEST = 1e-12  # tolerance of a step
 
 
 def levels(plan: Plan) -> list[Fidelity]:
-    """Return the model levels of a plan, coarsest first, each with a different system."""
+    """Return the model levels of a plan, coarsest first; each of them gives a different system."""
     found: dict[str, Fidelity] = {}
     for each in LADDER:
         fidelity = msgspec.structs.replace(planar(each, plan.machines), islands=plan.fidelity.islands)
@@ -36,7 +36,8 @@ def levels(plan: Plan) -> list[Fidelity]:
 
 
 def at_level(plan: Plan, fidelity: Fidelity) -> Plan:
-    """Return the plan at a level, with its islands unchanged; lifts with a fidelity of their own keep it."""
+    """Return the plan at a model level, with its division into islands unchanged; lifts with a fidelity of their own
+    keep it."""
     own = msgspec.structs.replace(fidelity, islands=plan.fidelity.islands)
     lists = tuple(
         msgspec.structs.replace(each, fidelity=own) if each.fidelity == plan.fidelity else each for each in plan.lists
@@ -45,37 +46,37 @@ def at_level(plan: Plan, fidelity: Fidelity) -> Plan:
 
 
 def stiff(mechanics: System) -> bool:
-    """Return whether a system has elastic parts (ropes, pads, springs, servos, laws), which may be stiff."""
+    """Return whether a system has elastic parts (ropes, pads, springs, servos, laws), which may make it stiff."""
     soft = (mechanics.laws, mechanics.rigid_ropes, mechanics.contacts, mechanics.drives)
     return any(soft) or any(body.flexible for body in mechanics.bodies)
 
 
 def undamped(mechanics: System) -> bool:
-    """Return whether some elastic element has no damping, so that the numerical damping of a stiff method would be all
-    it gets."""
+    """Return whether some elastic element has no damping of its own; a stiff integration method would then damp it
+    numerically."""
     elastic = (*mechanics.laws, *(body.flexible for body in mechanics.bodies))
     return any(getattr(x, "damping", 1.0) == 0.0 for x in elastic)
 
 
 @dataclass(frozen=True)
 class ModelLevel:
-    """A candidate: a model level with its integration steps."""
+    """A candidate: a model level together with its integration method and steps."""
 
     plan: Plan
 
     @property
     def key(self) -> tuple[Fidelity, str, float, float | None]:
-        """What distinguishes the candidate from the others of its plan: fidelity, method, tolerance, step."""
+        """The data that distinguish this candidate from others of the same plan: fidelity, method, tolerance, step."""
         return self.plan.fidelity, self.plan.method, self.plan.tolerance, self.plan.step
 
     @property
     def name(self) -> str:
-        """Level and steps in words."""
+        """The level and the steps in words."""
         return f"{self.level}, {self.how}"
 
     @property
     def level(self) -> str:
-        """What is modelled, in words."""
+        """The modelled effects in words."""
         at = self.plan.fidelity
         if not left_out(at_level(self.plan, LADDER[0])):
             return "as it is written"
@@ -85,7 +86,7 @@ class ModelLevel:
 
     @property
     def how(self) -> str:
-        """Method and steps in words."""
+        """The integration method and its steps in words."""
         steps = (
             f"steps of {self.plan.step:g} s" if self.plan.step else f"{self.plan.tolerance:.0e}".replace("e-0", "e-")
         )
@@ -93,7 +94,7 @@ class ModelLevel:
 
     @property
     def left_out(self) -> tuple[str, ...]:
-        """What the level leaves out, in words."""
+        """The effects that the level leaves out, in words."""
         return left_out(self.plan)
 
     @property
@@ -127,12 +128,12 @@ class Ladder:
 
     @cached_property
     def full(self) -> list[Fidelity]:
-        """All levels, also those that the scene excludes; witnesses are taken from them."""
+        """All model levels, including those that the scene excludes; witnesses are chosen from them."""
         return levels(self.plan)
 
     @cached_property
     def levels(self) -> list[Fidelity]:
-        """The levels that agree with what the scene fixes."""
+        """The model levels that agree with the settings of the scene."""
         keep = {key: getattr(self.plan.fidelity, key) for key in Fidelity.__struct_fields__ if key in self.named}
         parts = self.plan.machines
         own = [planar(msgspec.structs.replace(each, **keep), parts) for each in self.full] if keep else self.full
@@ -140,25 +141,25 @@ class Ladder:
 
     @cached_property
     def whole(self) -> list[Fidelity]:
-        """The levels that differ from the full model only by the number of lumps of ropes, finest last."""
+        """The levels that differ from the full model only in the number of lumps per rope, finest last."""
         finest = self.full[-1]
         return [x for x in self.full if msgspec.structs.replace(x, lumps=finest.lumps) == finest]
 
     def witnesses(self, level: Fidelity) -> list[Fidelity]:
-        """Return the levels that put back all that a level leaves out, cheapest first; none for the finest."""
+        """Return the levels that model everything a level leaves out, cheapest first; empty for the finest level."""
         if len(self.full) == 1 and level in self.levels:
             return []
         return self.whole[self.whole.index(level) + 1 :] if level in self.whole else self.whole
 
     @property
     def poorer(self) -> Fidelity | None:
-        """The coarser level next to the finest, against which the error of the finest is measured; None if there is
-        only one."""
+        """The level just below the finest one, with which the finest is compared to measure its error; None if there is
+        only one level."""
         return (self.whole if len(self.whole) > 1 else self.full)[-2] if len(self.full) > 1 else None
 
     @cached_property
     def own(self) -> str:
-        """The method of candidates if the scene fixes none: radau5 for stiff systems, else dop853."""
+        """The integration method of candidates if the scene sets none: radau5 for stiff systems, otherwise dop853."""
         mechanics = system(self.plan)
         return "radau5" if stiff(mechanics) and not undamped(mechanics) else "dop853"
 
@@ -176,7 +177,7 @@ class Ladder:
         return ModelLevel(msgspec.structs.replace(candidate.plan, method=self.own, tolerance=tolerance, step=None))
 
     def candidates(self, level: Fidelity) -> list[ModelLevel]:
-        """Candidates of a level, cheapest first; one if the scene fixes the steps."""
+        """Return the candidates at a level, cheapest first; only one if the scene sets the steps."""
         loosest, tightest = TOLERANCES.get(self.method, OTHERS)
         tolerances = tuple(x * 10.0**-k for k in range(loosest, tightest + 1) for x in (1.0, 0.3))
         if {"tolerance", "step"} & {*self.named}:

@@ -43,12 +43,12 @@ FLOOR = 1e-9  # relative error that is drawn at least
 
 
 def checked(out: str | Path) -> Path:
-    """Return the path, after checking that a trade-off can be written there."""
+    """Return the path after checking that a trade-off can be written there."""
     return output_path(out, "a trade-off", KINDS)
 
 
 def write(measured: MeasuredLadder, out: str | Path, force: bool = False) -> Path:
-    """Write a measured ladder in the form given by the file ending, and return the path."""
+    """Write a measured ladder in the format given by the file ending, and return the path."""
     path = checked(out)
     match path.suffix.lower():
         case ".png" | ".svg":
@@ -63,7 +63,7 @@ def write(measured: MeasuredLadder, out: str | Path, force: bool = False) -> Pat
 
 
 def data(measured: MeasuredLadder) -> dict[str, Any]:
-    """Return a measured ladder as plain data in SI units; infinite values become null."""
+    """Return a measured ladder as plain data in SI units, with infinite values as null."""
     found = msgspec.to_builtins(measured)
     found["distributed"] = [
         x | {"s_per_grant": y.per_grant} for x, y in zip(found["distributed"], measured.distributed, strict=True)
@@ -80,8 +80,8 @@ def _finite(x: object) -> object:
 
 
 def tradeoff_sheet(measured: MeasuredLadder) -> Sheet:
-    """Return the page of a trade-off: recommendation, figure, candidates with the fastest first, and those that did not
-    run."""
+    """Return the page of a trade-off: recommendation, figure, candidates from the fastest to the slowest, and
+    candidates that did not run."""
     asked = (f"error of {quantity} [%]" for quantity in measured.ask)
     heads = columns("level", "steps", "kernel [s]", "start [s]", *asked, "failed")
     rows = [_row(measured, row) for row in sorted(measured.rows, key=lambda row: (row.worst == inf, row.run_s))]

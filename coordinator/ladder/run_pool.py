@@ -23,8 +23,8 @@ LONGEST = 3600.0  # [s] of wall time that a run may take
 
 @dataclass(frozen=True)
 class RunFigures:
-    """Figures of a run, with the CPU time of this run and those that measure its errors [s]; relative errors of steps
-    and level, if measured; which of these errors are missing, and why."""
+    """Figures of a run, with the CPU time [s] of this run and of the runs that measure its errors; relative errors due
+    to steps and level, if measured; which of these errors are missing, and why."""
 
     figures: list[AskedFigure]
     cpu_s: float
@@ -38,14 +38,16 @@ Ran: TypeAlias = RunFigures | str
 
 
 class Start(Protocol):
-    """Function that starts a run of a plan, with `measured` also the runs that measure its errors."""
+    """Interface of a function that starts a run of a plan; with `measured` it also starts the runs that measure its
+    errors."""
 
     def __call__(self, plan: Plan, measured: bool = False) -> Future[Ran]: ...
 
 
 @contextmanager
 def starting(at_once: int) -> Iterator[Start]:
-    """Yield a function that starts runs in `at_once` processes, which end with the context; 0: runs in this process."""
+    """Yield a function that starts runs in `at_once` processes, which end when the context ends; with 0, runs take
+    place in this process."""
     if at_once < 1:
         yield _here
         return

@@ -34,8 +34,8 @@ NOISE = 1e-4  # of a figure: what is less is that of the steps
 
 @dataclass(frozen=True)
 class Effect:
-    """Change of a figure [SI] for plus two standard uncertainties of an input; `switches`: the figure does not respond
-    proportionally, and the change is the largest deviation of several runs."""
+    """Change of a figure [SI] when an input is increased by two standard uncertainties; `switches`: the figure does not
+    respond proportionally, and the change is the largest deviation among several runs."""
 
     input: str
     moves: float
@@ -44,8 +44,8 @@ class Effect:
 
 @dataclass(frozen=True)
 class Sensitivities:
-    """Nominal figures; effects of inputs by figure, largest first; inputs, failed inputs with the reason, inputs
-    without stated uncertainty; notes; CPU time [s]."""
+    """Nominal figures of a scene; effects of its inputs on each figure, largest first; inputs, failed inputs with the
+    reason, inputs without stated uncertainty; notes; CPU time [s]."""
 
     figures: list[AskedFigure]
     effects: dict[str, list[Effect]]
@@ -56,7 +56,7 @@ class Sensitivities:
     cpu_s: float = 0.0
 
     def bar(self, figure: str) -> float:
-        """Return the half-width of a figure's uncertainty from all inputs together [SI]."""
+        """Return the half-width of a figure's uncertainty due to all inputs together [SI]."""
         return hypot(*(effect.moves for effect in self.effects[figure]))
 
     def __str__(self) -> str:
@@ -64,7 +64,7 @@ class Sensitivities:
         return "\n\n".join([*parts, *([of_unstated(self.unstated)] if self.unstated else []), *self.notes])
 
     def data(self) -> dict[str, object]:
-        """Return the sensitivities as plain data in SI units; half-widths at 95 %."""
+        """Return the sensitivities as plain data in SI units, with half-widths of 95 % intervals."""
         return {
             "figures": [
                 {"name": f.name, "quantity": f.quantity, "unit": f.unit, "value": f.value, "bar": self.bar(f.name),
@@ -102,8 +102,8 @@ class Sensitivities:
 
 @dataclass(frozen=True)
 class Moved:
-    """Runs started with an input moved by some standard uncertainties; instead of a run the reason why it cannot
-    start."""
+    """The runs started with one input changed by some multiples of its standard uncertainty; in place of a run that
+    cannot start, the reason."""
 
     input: UncertainInput
     runs: dict[float, Future[Ran] | str]
@@ -134,13 +134,13 @@ def sensitivities(
 
 
 def of_unstated(names: Sequence[str]) -> str:
-    """Return a sentence that names the inputs without stated uncertainty."""
+    """Return a sentence that names the inputs without a stated uncertainty."""
     more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
     return f"no uncertainty is stated of, and so none counted: {', '.join(names[:SHOWN])}{more}"
 
 
 def moved(scene: LoadedScene, one: UncertainInput, steps: Sequence[float], start: Start) -> Moved:
-    """Start runs with an input moved by `steps` standard uncertainties; none for an exact input."""
+    """Start runs in which an input is changed by `steps` standard uncertainties; none for an exact input."""
     runs: dict[float, Future[Ran] | str] = {}
     for step in steps if one.sd else ():
         try:
@@ -151,7 +151,7 @@ def moved(scene: LoadedScene, one: UncertainInput, steps: Sequence[float], start
 
 
 def effects(scene: LoadedScene, begun: Sequence[Moved], nominal: list[AskedFigure], start: Start) -> Sensitivities:
-    """Wait for the started runs, and return the effects of inputs on the nominal figures."""
+    """Wait for the started runs, and return the effects of their inputs on the nominal figures."""
     seen = [_Seen(each) for each in begun]
     for one in [x for x in seen if not x.failed and any(x.switches(figure) for figure in nominal)]:
         one.more(moved(scene, one.input, (-one.end, one.end), start))

@@ -25,7 +25,7 @@ REFERENCE = 3  # steps of the finest model level: so many times a tenth of the l
 @dataclass(frozen=True)
 class Row:
     """A row of the trade-off table: largest relative error of each quantity, or the `reason` why the candidate could
-    not run; CPU seconds for start and run; the command that reproduces it."""
+    not run; CPU seconds for start and run; the command that reproduces the run."""
 
     level: str
     how: str
@@ -37,7 +37,7 @@ class Row:
 
     @property
     def worst(self) -> float:
-        """The largest error of the requested quantities; infinite without a run."""
+        """The largest error of the requested quantities; infinite if there was no run."""
         return max(self.errors.values(), default=inf)
 
     def __str__(self) -> str:
@@ -46,8 +46,8 @@ class Row:
 
 @dataclass(frozen=True)
 class Held:
-    """Stability of a pair of systems that exchange forces held over `h` [s]: measured and theoretical damping ratio,
-    and the `h` [s] with 1 % growth over the run."""
+    """Stability of two systems that exchange forces held constant over `h` [s]: measured and theoretical damping ratio,
+    and the `h` [s] that would cause 1 % growth over the run."""
 
     pair: str
     omega: float
@@ -59,8 +59,8 @@ class Held:
 
 @dataclass(frozen=True)
 class Distributed:
-    """A distributed run: processes, their benefit, simulated and wall seconds, those of the kernel and of start and
-    end, CPU seconds, grants, recording size, digest."""
+    """Cost of a distributed run: placement of processes, benefit, simulated and wall seconds, seconds of the kernel and
+    of start and end, CPU seconds, grants, recording size, digest."""
 
     where: str
     buys: str
@@ -75,14 +75,14 @@ class Distributed:
 
     @property
     def per_grant(self) -> float:
-        """Wall seconds per grant outside the kernel: models, messages, waiting, recording."""
+        """Wall seconds per grant spent outside the kernel: on models, messages, waiting and recording."""
         return max(0.0, self.wall_s - self.around_s - self.kernel_s) / self.grants
 
 
 @dataclass(frozen=True)
 class MeasuredLadder:
-    """Measured levels and steps of a scene: rows by level, cheapest first; reference and its error; recommendation;
-    number of candidates that did not fit the budget; cost of processes."""
+    """Measured model levels and steps of a scene: rows by level, cheapest first; reference and its error;
+    recommendation; number of candidates that did not fit the time budget; cost of processes."""
 
     scene: str
     ask: tuple[Asked, ...]

@@ -30,7 +30,7 @@ SPARE = 0.93  # of the time, for what nobody foresees
 
 @dataclass(frozen=True)
 class Within:
-    """A scene with the settings that fit the time, and the message that announces them."""
+    """A scene with settings that fit the available time, and the message that announces them."""
 
     scene: LoadedScene
     message: str
@@ -40,9 +40,9 @@ def within(
     name: str | Path, settings: Sequence[str], ask: Sequence[str], seconds: str = "", factor: float | None = None,
     rate: float | None = None,
 ) -> Within:  # fmt: skip
-    """Return the scene at the best accuracy for `seconds` from the start of this process to its end, or for `factor`
-    simulated seconds per second; `ask`: quantities if the scene requests none. Raises SceneError if the time is too
-    short."""
+    """Return the scene at the best accuracy that fits into `seconds` from start to end of this process, or that reaches
+    `factor` simulated seconds per second; `ask`: quantities to measure if the scene names none. Raises SceneError if
+    the time is too short."""
     option = f"--within '{seconds}'" if seconds else f"--real-time {factor:g}"
     if (seconds and factor is not None) or rate is not None:
         raise SceneError(f"{option}: give one of --within, --real-time and --rate")
@@ -97,7 +97,7 @@ def _best(scene: LoadedScene, allowed: float) -> tuple[Answer | None, float]:
 
 
 def lasts(scene: LoadedScene) -> float:
-    """Estimate the simulated duration of a run [s]."""
+    """Estimate the simulated duration of a scene's run [s]."""
     return scene.plan.end if scene.plan.end is not None else max((state.t for state in scene.states), default=0.0)
 
 

@@ -26,7 +26,7 @@ NAME = "run.json"
 
 
 class Notice(msgspec.Struct, frozen=True):
-    """What a run announces about itself in `run.json`; `started`: system clock [s]."""
+    """Announcement of a run in its file `run.json`; `started`: system clock [s]."""
 
     run: str
     scene: str
@@ -46,7 +46,7 @@ class AnnouncedRun(NamedTuple):
 
     @property
     def lives(self) -> bool:
-        """Whether the run's coordinator is alive."""
+        """Whether the coordinator of the run is alive."""
         return _locked(self.directory / NAME)
 
 
@@ -55,7 +55,7 @@ def announced(
     directory: Path, run: str, scene: str, recording: Path | None, units: Mapping[str, Mapping[str, str]],
     angles: tuple[str, ...],
 ) -> Iterator[None]:  # fmt: skip
-    """Make a run findable while this context is open."""
+    """Make a run findable by observers while this context is open."""
     plain = {name: dict(fields) for name, fields in units.items()}
     given = path_text(recording.absolute()) if recording else ""
     notice = Notice(run, scene, given, os.getpid(), time.time(), plain, angles, __version__)
@@ -80,7 +80,8 @@ def running() -> list[AnnouncedRun]:
 
 
 def find(which: str = "") -> AnnouncedRun:
-    """Find a run in progress by its recording, run id (or beginning of it) or scene; "" for the only one."""
+    """Find a run in progress by its recording, its run id (or the beginning of the id) or its scene; "" finds the only
+    one."""
     runs = running()
     if not which:
         if len(runs) == 1:
@@ -135,7 +136,7 @@ class RunOrder(msgspec.Struct, frozen=True, omit_defaults=True):
     """An order to a run: pause, continue, stop; step by `by_ns` [ns] or (None) to the next event; give a command; set
     the rate to `factor`.
 
-    `wait`: while the run is paused a command waits for its answer; otherwise it is reported when it will take effect.
+    `wait`: while the run is paused, a command waits for its answer; otherwise the reply says when it will take effect.
     """
 
     do: Literal["pause", "continue", "stop", "step", "command", "rate"]
@@ -146,7 +147,8 @@ class RunOrder(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class Reply(msgspec.Struct, frozen=True):
-    """Reply to an order: a sentence, whether and when [ns] it was carried out, whether this is the last reply."""
+    """Reply to an order: a sentence, whether and when [ns] the order was carried out, and whether this is the last
+    reply."""
 
     done: bool
     said: str
@@ -155,7 +157,7 @@ class Reply(msgspec.Struct, frozen=True):
 
 
 def order(run: str | Path | AnnouncedRun, what: RunOrder) -> str:
-    """Send an order to a run in progress and return the answer; raises ProtocolError if the run refuses."""
+    """Send an order to a run in progress and return its answer; raises ProtocolError if the run refuses the order."""
     answer = ask(run, what)
     if not answer.done:
         raise ProtocolError(answer.said)

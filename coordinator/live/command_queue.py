@@ -31,24 +31,25 @@ from .pace import Tempo
 
 
 class TimedCommand(NamedTuple):
-    """A command with its time: `payload` holds the canonical bytes of an OperatorCommand."""
+    """An operator's command with its simulation time: `payload` holds the canonical bytes of an OperatorCommand."""
 
     tag: Tag
     payload: bytes
 
 
 def command(given: TimedCommand) -> Event:
-    """Return the event by which a command enters the run."""
+    """Return the event through which a command enters the run."""
     return Event(*given.tag, OPERATOR, COMMAND, 0, OperatorCommand.__name__, given.payload)
 
 
 def journal_of(recording: Path) -> Path:
-    """Return the path of the journal of commands, which exists while the recording is incomplete."""
+    """Return the path of the journal of commands, a file that exists while the recording is incomplete."""
     return recording.with_name(recording.name + COMMANDS)
 
 
 def journaled(recording: Path) -> set[TimedCommand]:
-    """Read the commands in the journal of a run that was cut off; raises RecordingError if it is none."""
+    """Read the commands in the journal of a run that was cut off; raises RecordingError if the file is not such a
+    journal."""
     path = journal_of(recording)
     try:
         return {TimedCommand(*msgspec.msgpack.decode(entry, type=tuple[Tag, bytes])) for entry in read(path)}
@@ -57,7 +58,8 @@ def journaled(recording: Path) -> set[TimedCommand]:
 
 
 def operator_commands(recording: str | Path) -> list[TimedCommand]:
-    """Return the operator's commands of a recorded run in order, also those in the journal if it was cut off."""
+    """Return the operator's commands of a recorded run in order, including those in the journal if the run was cut
+    off."""
     path = file_path(recording)
     found = journaled(path)
     for event in Recording(path).events(OPERATOR, COMMAND) if path.exists() else ():
@@ -81,7 +83,8 @@ class QueuedOrder(NamedTuple):
 
 
 class CommandQueue(AbstractContextManager["CommandQueue"]):
-    """Queue of an operator's orders: its exit answers waiting clients, and removes a journal no longer needed."""
+    """Queue of an operator's orders; on exit it answers waiting clients and removes a journal that is no longer
+    needed."""
 
     def __init__(
         self,
@@ -110,7 +113,7 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
         hub.serve("control", self._arrived)
 
     def attend(self, core: OpenCoordinator) -> None:
-        """Execute queued orders, and reply to clients that wait for the end of a step."""
+        """Carry out queued orders, and reply to clients that wait for the end of a step."""
         if self._steps and self._tempo.held and self._tempo.limit is not None:
             self._stepped(f"paused at {_seconds(self._tempo.limit)}")
         while self._asked:
@@ -126,7 +129,7 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
                     asked.reply(text)
 
     def event(self, event: Event) -> None:
-        """Reply to the client whose command a model has answered by this event."""
+        """Reply to the client whose command a model has answered with this event."""
         if event.type == OperatorAnswer.__name__:
             answer = event.value
             assert isinstance(answer, OperatorAnswer)
@@ -150,7 +153,7 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
             self.close()
 
     def close(self) -> None:
-        """End the run's command handling: reply to all waiting clients while the bus is open."""
+        """Stop handling orders: reply to all waiting clients while the bus is still open."""
         self._closed = True
         self._asked.extend([*self._steps, *self._unanswered.values()])
         self._steps.clear()

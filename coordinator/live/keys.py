@@ -22,7 +22,7 @@ from .command_queue import CommandQueue, QueuedOrder
 
 
 class Keyboard:
-    """The keyboard of the terminal at standard input; a context manager."""
+    """The keyboard of the terminal at standard input, as a context manager."""
 
     def __init__(self) -> None:
         self.there = False
@@ -47,7 +47,7 @@ class Keyboard:
             self.there = False
 
     def wait(self, seconds: float | None) -> str:
-        """Wait up to `seconds` for a key (None: without limit) and return it; "" if none was pressed."""
+        """Wait up to `seconds` for a key (None: without limit) and return the key; "" if none was pressed."""
         if not self.there:
             time.sleep(seconds or 0.0)
             return ""

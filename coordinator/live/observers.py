@@ -31,7 +31,7 @@ EVENTS = "events.journal"
 
 
 class RunEnded(msgspec.Struct, frozen=True):
-    """End of a run: "finished", or "failed" with the reason; simulation time [s]."""
+    """End of a run: "finished", or "failed" with the reason; simulation time of the end [s]."""
 
     status: str
     sim_s: float
@@ -80,7 +80,7 @@ class EventPublisher(AbstractContextManager["EventPublisher"]):
 def shown(
     hub: Hub | LocalHub, name: str, recording: Path | None, turning: Iterable[str] = ()
 ) -> Iterator[EventPublisher | None]:
-    """Publish the events of run `name` while the context is open; `turning`: actuators whose coordinate is an angle.
+    """Publish the events of run `name` while this context is open; `turning`: actuators whose coordinate is an angle.
     Yields None for a run in one process, which cannot be watched."""
     if isinstance(hub, LocalHub):
         yield None
@@ -100,7 +100,7 @@ def _kinds(type_: type[Message]) -> Iterator[type[Message]]:
 
 
 class OnTheBus:
-    """Publishes messages on the keys sample/<topic> of a run."""
+    """Publishes samples of a run on the keys sample/<topic>."""
 
     def __init__(self) -> None:
         self._hub: Hub | None = None
@@ -119,7 +119,7 @@ class OnTheBus:
             self._hub.heard_data(topic[1:])
 
     def listens(self) -> bool:
-        """Return whether a client subscribes to one of the announced topics."""
+        """Return whether a client has subscribed to one of the announced topics."""
         hub = self._hub
         return hub is not None and any([hub.heard_data(topic[1:]) for topic in self._schemas])
 
@@ -133,7 +133,7 @@ LOOK_s = 0.02  # how often an observer looks for more
 
 
 class Observer(Iterator[tuple[int, Event]]):
-    """Iterator over (number, event) of a run; after the last event `ended` tells how the run ended."""
+    """Iterator over the events of a run as (number, event); after the last event `ended` holds how the run ended."""
 
     def __init__(self, found: AnnouncedRun) -> None:
         self.found = found
@@ -160,12 +160,13 @@ class Observer(Iterator[tuple[int, Event]]):
 
 
 def observe(run: str | Path | AnnouncedRun = "") -> Observer:
-    """Observe all events of a run in progress as (number, event), from number 0; `run`: as for `find`."""
+    """Observe all events of a run in progress as (number, event), from number 0; `run` as in `find`."""
     return Observer(run if isinstance(run, AnnouncedRun) else find(str(run)))
 
 
 class Lines:
-    """Formats the events of one run as lines of text; it must receive every event to know the current stage."""
+    """Formats the events of one run as lines of text; it must receive every event in order to know the current
+    stage."""
 
     def __init__(self, notice: Notice) -> None:
         self._units, self._angles = notice.units, notice.angles
@@ -179,7 +180,7 @@ class Lines:
         return self._stage, value
 
     def text(self, event: Event) -> str:
-        """Return the line of an event with its full message."""
+        """Return an event as a line of text with its complete message."""
         stage, value = self.of(event)
         micro = f"+{event.k}" if event.k else ""
         at, who = f"{event.t * 1e-9:.6f}{micro} s", f"{event.source}.{event.port}"
@@ -187,7 +188,8 @@ class Lines:
         return printable(line, keep=SPACES)
 
     def report(self, event: Event) -> str:
-        """Return the line of an event for planners; "" for orders and the like; full messages of user models."""
+        """Return an event as a line of text for planners; "" for events without interest for planners, such as orders;
+        complete messages for user models."""
         stage, value = self.of(event)
         if event.type not in LISTED:
             return "" if hasattr(messages, event.type) or event.source == "kernel" else self.text(event)

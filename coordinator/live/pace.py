@@ -21,7 +21,8 @@ REST_s = 1e-6  # shortest rest: less may be lost in rounding the clock
 
 
 class Lateness(NamedTuple):
-    """Lateness of grants in real time: their number, largest and mean lateness [s], share later than 10 ms."""
+    """How late grants were in a real-time run: their number, the largest and mean lateness [s], and the share more than
+    10 ms late."""
 
     rounds: int
     max: float
@@ -35,14 +36,14 @@ class Lateness(NamedTuple):
 
 
 class Pace:
-    """Pacing without a clock: as fast as possible. Decisions reach at most `ahead` [ns] beyond the next event, which
-    bounds how long a command waits."""
+    """Pace of a run without a clock: as fast as possible. Decisions reach at most `ahead` [ns] beyond the next event,
+    which bounds how long a command waits."""
 
     def __init__(self, ahead: int = NEVER) -> None:
         self.ahead = ahead
 
     def horizon(self, first: Tag) -> Tag:
-        """Return the tag up to which decisions may be made; `first`: the earliest pending tag."""
+        """Return the logical time up to which decisions may be made; `first`: the earliest pending logical time."""
         return after(first, self.ahead) if first < FOREVER else FOREVER
 
     def wait(self, first: Tag) -> float:
@@ -54,21 +55,21 @@ class Pace:
         alarm.wait(seconds)
 
     def granted(self, first: Tag) -> None:
-        """Record that the grant for `first` was sent."""
+        """Record that the grant for logical time `first` was sent."""
 
     def hold(self) -> None:
-        """Note that the run is paused; without a clock there is nothing to do."""
+        """Do nothing when the run is paused, since there is no clock to stop."""
 
     def go_on(self, at: Tag) -> None:
-        """Continue at tag `at` after a pause."""
+        """Continue at logical time `at` after a pause."""
 
     def change(self, factor: float) -> float:
-        """Change the rate; returns the new one."""
+        """Change the rate of the run, and return the new rate."""
         raise ProtocolError("the run goes as fast as it can; start it with --rate to change its rate")
 
     @property
     def lateness(self) -> Lateness | None:
-        """Lateness of grants; None without a clock."""
+        """Lateness of grants; None for a run without a clock."""
         return None
 
 
@@ -84,7 +85,7 @@ class RealTime(Pace):
         self._rounds, self._late, self._sum, self._max = 0, 0, 0.0, 0.0
 
     def horizon(self, first: Tag) -> Tag:
-        """Return the present simulation time; earlier tags are due."""
+        """Return the present simulation time; everything earlier is due."""
         if self._since is None:
             self.go_on(Tag(0))
         return Tag(self._now())
@@ -106,11 +107,11 @@ class RealTime(Pace):
         self._since = None
 
     def go_on(self, at: Tag) -> None:
-        """Restart the clock at tag `at` after a pause."""
+        """Restart the clock at logical time `at` after a pause."""
         self._since = self._since or (self._clock(), at.t)
 
     def change(self, factor: float) -> float:
-        """Change the rate from the present time on."""
+        """Change the rate from the present time on, and return the new rate."""
         rate = self.rate * factor
         if not (0.0 < rate < math.inf):
             raise ProtocolError(f"a rate is positive and finite, not {rate:g}")
@@ -143,7 +144,8 @@ GRAIN_ns = 2  # of steps to the next event: a step of the mechanics is announced
 
 
 class Tempo:
-    """Pacing of the coordinator's rounds: up to which tag it may decide, and how long to wait if nothing is due."""
+    """Pacing of the coordinator's rounds: up to which logical time it may decide, and how long it waits if nothing is
+    due."""
 
     def __init__(self, pace: Pace | None = None) -> None:
         self.pace = pace or Pace()
@@ -156,7 +158,7 @@ class Tempo:
         self._horizon = self._first = Tag(0)
 
     def horizon(self, core: OpenCoordinator) -> Tag:
-        """Return the tag up to which decisions may be made; sets `held` once a pause has been reached."""
+        """Return the logical time up to which decisions may be made; sets `held` once a pause has been reached."""
         self.held = False
         if self._free:
             return FOREVER
@@ -176,7 +178,7 @@ class Tempo:
         self.pace.granted(self._first)
 
     def rest(self, core: OpenCoordinator) -> float:
-        """If no node is working, wait until something can be granted; returns how long to wait for a node's answer
+        """If no node is working, wait until something can be granted; return how long to wait for a node's answer
         [s]."""
         if self._free:
             return math.inf
@@ -194,16 +196,16 @@ class Tempo:
         return self.limit is None and self.pace.ahead == NEVER
 
     def event(self) -> None:
-        """Note that a committed event was released: it ends a step to the next event."""
+        """Note that a committed event was released, which ends a step to the next event."""
         self._to_event = False
 
     def pause(self, core: OpenCoordinator) -> Tag:
-        """Pause as early as possible; returns the tag from which nothing is decided."""
+        """Pause as early as possible; return the logical time from which on nothing is decided."""
         self.limit, self._to_event = Tag(core.safe_ns), False
         return self.limit
 
     def step(self, core: OpenCoordinator, by_ns: int | None) -> None:
-        """Run for `by_ns` [ns] and pause again; None: until the next event is released."""
+        """Run for `by_ns` [ns], or until the next event is released (None), and pause again."""
         here = self.limit if self.limit is not None else Tag(core.safe_ns)
         self._to_event = by_ns is None
         self.limit = here if by_ns is None else after(here, by_ns)
@@ -211,7 +213,7 @@ class Tempo:
         self.pace.go_on(here)
 
     def go_on(self) -> None:
-        """Continue without any limit."""
+        """Continue after a pause, without a limit."""
         if self.limit is not None:
             self.pace.go_on(self.limit)
         self.limit, self._to_event = None, False

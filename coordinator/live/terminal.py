@@ -13,7 +13,8 @@ from rich.segment import Segment
 
 
 class Terminal(Console):
-    """Standard output or standard error; text is not markup, and control characters are made visible."""
+    """Standard output or standard error; texts are not interpreted as markup, and their control characters are made
+    visible."""
 
     def __init__(self, err: bool = False) -> None:
         stream = sys.stderr if err else sys.stdout
@@ -26,5 +27,5 @@ class Terminal(Console):
 
 
 def changing_line(terminal: Terminal, hz: float) -> Live:
-    """A line redrawn `hz` times a second and removed at the end."""
+    """Return a line on the terminal that is redrawn `hz` times a second and removed at its end."""
     return Live(console=terminal, refresh_per_second=hz, transient=True, redirect_stdout=False, redirect_stderr=False)

@@ -44,7 +44,8 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Identifiable:
-    """Data for a fit: times of the log (n,) [s]; per channel values, systematic standard uncertainty, scatter."""
+    """Data of a log for a fit: times (n,) [s]; for each channel its values, systematic standard uncertainty and
+    scatter."""
 
     t: Floats
     values: Sequence[Floats]
@@ -54,8 +55,8 @@ class Identifiable:
 
 @dataclass(frozen=True)
 class InputEstimates:
-    """Estimated values and standard uncertainties of inputs by number; reasons for those not identifiable (`unknown`);
-    the clock offset."""
+    """Estimated values and standard uncertainties of inputs, by number; the reasons why others cannot be identified
+    (`unknown`); the clock offset."""
 
     values: dict[int, float]
     sigma: dict[int, float]
@@ -66,7 +67,7 @@ class InputEstimates:
 def estimate(
     simulate: Callable[[Floats], Sequence[Curve]], inputs: Sequence[Input], message: Identifiable, at: Alignment
 ) -> InputEstimates:
-    """Fit the inputs that the log determines; `simulate` returns the channels for input values (m,)."""
+    """Fit the inputs that the log determines; `simulate` returns the channels for given input values (m,)."""
     m, known = len(inputs), dict[bytes, Sequence[Curve]]()
     unknowns = [(p.value, p.scale, *p.bounds, STEP) for p in inputs]
     unknowns += [(0.0, float(np.median(np.diff(message.t))), -np.inf, np.inf, OFFSET_STEP)] * at.estimated
@@ -171,7 +172,8 @@ Simulate = Callable[[Floats], list[Curve]]
 def simulator(
     begun: Beginning, inputs: Sequence[Input], channels: list[LogChannel], rows_hz: float, say: Callable[[str], None]
 ) -> Simulate:
-    """Return a function from input values (m,) to channels; HeavyliftError for values that cannot run."""
+    """Return a function from input values (m,) to simulated channels; it raises HeavyliftError for values that cannot
+    run."""
     hz = begun.scene.plan.samples_hz
     rate = min(max(SAMPLES[0], rows_hz, hz), max(SAMPLES[1], hz))
 
@@ -192,7 +194,7 @@ def simulator(
 
 
 def spread(simulate: Simulate, values: Floats, sigma: Floats, own: Sequence[Curve]) -> list[Floats]:
-    """Return the standard uncertainty of each curve of the run caused by the inputs' uncertainties `sigma`."""
+    """Return, for each simulated curve, its standard uncertainty due to the uncertainties `sigma` of the inputs."""
     squares = [np.zeros(len(T)) for T, _ in own]
     for step in np.diag(sigma):
         pairs = zip(simulate(values + step), simulate(values - step), strict=True)
@@ -204,8 +206,8 @@ def spread(simulate: Simulate, values: Floats, sigma: Floats, own: Sequence[Curv
 def scene_text(
     scene: LoadedScene, inputs: Sequence[Input], estimates: Mapping[str, tuple[str, str]], source: str
 ) -> str:
-    """Return the text of a scene with estimates, (value, uncertainty) by name, from the log `source`. Changes of the
-    scene for its run, by `extends` or `--set`, are written into the text."""
+    """Return the text of a scene that contains the estimates, (value, uncertainty) by name, from the log `source`.
+    Settings of its run, made by `extends` or `--set`, are written into the text."""
     name, out, yaml = scene.path.name, io.StringIO(), YAML()
     yaml.preserve_quotes, yaml.width = True, 10_000  # lines stay as long as they are
     yaml.indent(mapping=2, sequence=4, offset=2)

@@ -28,7 +28,7 @@ from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.operator_command import spoken
 from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.files import content
-from heavylift.nodes.scene.text.source import Fault, Mark, Source, read
+from heavylift.nodes.scene.text.source import Fault, Mark, SourceText, read
 from heavylift.nodes.scene.text.spelling import PLUS, tidy
 from heavylift.nodes.scene.text.uncertainty import half_width
 from heavylift.nodes.scene.text.units import DIMENSIONS, MASS, STROKE, STROKE_SPEED, TIME, offered
@@ -46,7 +46,7 @@ Floats = NDArray[np.float64]
 @dataclass(frozen=True)
 class LogChannel:
     """A measured channel: signal and column of the recording, values (n,) in its unit, standard uncertainties (n,) of
-    the sensor; `model`: the run has this channel, too; `stated`: the map states its uncertainty."""
+    the sensor; `model`: the run also has this channel; `stated`: the map states its uncertainty."""
 
     signal: str
     column: str
@@ -64,7 +64,7 @@ class LogChannel:
 
 @dataclass(frozen=True)
 class LogSignals:
-    """A log read by a map: times (n,) [s], channels, and the lines of the map."""
+    """A measured log read through a map: times (n,) [s], channels, and the lines of the map."""
 
     log: LogTable
     t: Floats
@@ -73,12 +73,12 @@ class LogSignals:
 
     @property
     def compared(self) -> list[LogChannel]:
-        """The channels that the run has, too."""
+        """The measured channels that the run also has."""
         return [channel for channel in self.channels if channel.model]
 
 
 def measured(rec: Recording, path: str | Path, maps: Sequence[str], gravity: float) -> LogSignals:
-    """Read a log by means of a map; HeavyliftError names what is wrong in map or log."""
+    """Read a measured log through a map; raises HeavyliftError for a fault in map or log."""
     log, t = read_log(path), None
     channels, lines = list[LogChannel](), dict[str, str]()
     for source in map(_source, maps):
@@ -106,12 +106,12 @@ def measured(rec: Recording, path: str | Path, maps: Sequence[str], gravity: flo
     return LogSignals(log, log.seconds() if t is None else t, channels, lines)
 
 
-def _source(given: str) -> Source:
+def _source(given: str) -> SourceText:
     """Return the lines of a map file, or the single line of an option, with their places."""
     column, equals, line = given.partition("=")
     if equals:
         place = Mark("--map", 1, len(column) + 2, given)
-        return Source("--map", {column.strip(): line.strip()}, values={(column.strip(),): place})
+        return SourceText("--map", {column.strip(): line.strip()}, values={(column.strip(),): place})
     try:
         source = read(content(Path(given)).decode(), given)
     except (OSError, ValueError) as error:
@@ -171,7 +171,8 @@ BEYOND = 1e-3  # [m or rad] beyond an end position that are noise
 
 
 def driven(scene: LoadedScene, texts: Sequence[str]) -> LoadedScene:
-    """Return the scene with drives that follow logs; HeavyliftError names option, or file, row and column."""
+    """Return the scene with drives that follow measured logs; raises HeavyliftError that names the option, or file, row
+    and column."""
     actors = {drive.element: drive for model in build(scene.plan).values() for drive in drives(model)}
     found: dict[str, Driven] = {}
     for text in texts:

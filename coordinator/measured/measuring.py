@@ -43,7 +43,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class MeasurementResult:
-    """Results of the comparison of a log with a recording; `estimates`: value and half-width at 95 % by name;
+    """Results of comparing a measured log with a recording; `estimates`: value and half-width at 95 % by name;
     `not_identified`: reasons by name; number of log rows outside the run; paths of the written recording and scene."""
 
     at: Alignment
@@ -56,7 +56,7 @@ class MeasurementResult:
 
     @property
     def message(self) -> list[str]:
-        """Return the results as lines of text for the user."""
+        """The results as lines of text for the user."""
         lines = [str(self.at), *map(str, self.comparisons)]
         lines += [f"{name}: {value} +- {half}" for name, (value, half) in self.estimates.items()]
         lines += [f"{name}: not fitted, {why}" for name, why in self.not_identified.items()]
@@ -79,11 +79,12 @@ def measure(
     force: bool = False,
     say: Callable[[str], None] = lambda sentence: None,
 ) -> MeasurementResult:
-    """Compare the recording `path` with a log, and write both (default: NAME-measured.mcap).
+    """Compare the recording `path` with a measured log, and write both to a new recording (default:
+    NAME-measured.mcap).
 
-    `offset`: of the log's time in the run [s], estimated if not given; `wanted`: inputs of the scene to estimate, which
-    are written into a scene beside the new recording; `given`: inputs with their uncertainty, `block.mass +- 3 %`, in
-    addition to those of the scene. Raises HeavyliftError.
+    `offset`: time of the run at the log's time 0, estimated if not given; `wanted`: inputs of the scene to estimate,
+    which are written into a scene beside the new recording; `given`: inputs with their uncertainty, `block.mass +- 3
+    %`, in addition to those of the scene. Raises HeavyliftError.
     """
     path = file_path(path)
     out = output_path(out or named_beside(path, "-measured.mcap"), "a recording", (".mcap",))

@@ -36,7 +36,8 @@ Curve = tuple[Floats, Floats]  # times (n,) [s] and values (n,)
 
 @dataclass(frozen=True)
 class Alignment:
-    """Clock offset of a log [s], its standard uncertainty [s], mean correlation, and whether it was estimated."""
+    """Clock offset of a log [s], its standard uncertainty [s], the mean correlation of the channels, and whether the
+    offset was estimated."""
 
     offset: float
     sigma: float = 0.0
@@ -52,7 +53,8 @@ class Alignment:
 
 
 def aligned(model: Sequence[Curve], t: Floats, values: Sequence[Floats]) -> Alignment:
-    """Estimate the clock offset of a log from simulated and measured channels; RecordingError if undetermined."""
+    """Estimate the clock offset of a log from simulated and measured channels; raises RecordingError if they do not
+    determine it."""
     T = model[0][0]
     span = min(T[-1] - T[0], t[-1] - t[0])
     step, reach, window = span / COARSE, SHORTEST * span, WINDOW * span
@@ -90,13 +92,14 @@ def aligned(model: Sequence[Curve], t: Floats, values: Sequence[Floats]) -> Alig
 
 
 def overlapping(curve: Curve, t: Floats, offset: float, margin: float = 0.0) -> NDArray[np.bool_]:
-    """Return which rows of a log lie within the run, at least `margin` [s] from its ends, as a mask (n,)."""
+    """Return a mask (n,) of the rows of a log that lie within the run, at least `margin` [s] from its ends."""
     at: NDArray[np.bool_] = (t + offset >= curve[0][0] + margin) & (t + offset <= curve[0][-1] - margin)
     return at
 
 
 def correlation_time(r: Floats) -> float:
-    """Return 1 + 2 sum of autocorrelations, at least 1, cut at the first window of five times this sum."""
+    """Return the integrated autocorrelation time 1 + 2 (sum of autocorrelations), at least 1; the sum is cut at the
+    first window that is five times as long as the result."""
     n, r = len(r), r - np.mean(r)
     rho = np.fft.irfft(np.abs(np.fft.rfft(r, 2 * n)) ** 2)[:n]
     if rho[0] <= 0.0:
@@ -145,7 +148,7 @@ LEVEL = 2.0  # standard uncertainties of a level of 95 %
 @dataclass(frozen=True)
 class ChannelComparison:
     """Comparison of one channel: mean, RMS and largest error E and its time [s]; validation uncertainty u_val and its
-    parts; share of rows with |E| <= 2 u_val; `lacks`: uncertainties not stated."""
+    parts; share of rows with |E| <= 2 u_val; `lacks`: uncertainties that were not stated."""
 
     channel: str
     unit: str
@@ -174,7 +177,7 @@ class ChannelComparison:
 
 
 def curves_of(rec: Recording, channels: Sequence[LogChannel]) -> list[Curve]:
-    """Return the run's curves of these channels."""
+    """Return the simulated curves of these channels."""
     rec.load([*dict.fromkeys(channel.signal for channel in channels)])
     return [(rec.signal(channel.signal).t, rec.signal(channel.signal)[channel.column]) for channel in channels]
 
@@ -182,8 +185,9 @@ def curves_of(rec: Recording, channels: Sequence[LogChannel]) -> list[Curve]:
 def compared(
     rec: Recording, log: LogSignals, at: Alignment, u_input: Sequence[Floats]
 ) -> tuple[list[ChannelComparison], list[Floats]]:
-    """Compare each channel that the run has, too; returns also the errors E (n,) at the overlapping rows. `u_input`:
-    standard uncertainty by channel, at the samples of the run; empty if no input's uncertainty is stated."""
+    """Compare each measured channel that the run also has; also return the errors E (n,) at the overlapping rows.
+    `u_input`: standard uncertainty of each channel at the samples of the run; empty if no input has a stated
+    uncertainty."""
     out, errors = list[ChannelComparison](), list[Floats]()
     for k, (channel, (T, S)) in enumerate(zip(log.compared, curves_of(rec, log.compared), strict=True)):
         rows = overlapping((T, S), log.t, at.offset)
@@ -206,7 +210,7 @@ def compared(
 
 
 def beside(log: LogSignals, at: Alignment, errors: list[Floats], rows: NDArray[np.bool_]) -> list[Signal]:
-    """Return measured signals, and the errors E of the compared ones, interpolated to times of the run."""
+    """Return measured signals, and the errors E of the compared ones, interpolated to the times of the run."""
     t, found = log.t[rows] + at.offset, dict[str, list[tuple[str, str, Floats]]]()
     parts = [(MEASURED, channel, channel.values[rows]) for channel in log.channels]
     for kind, channel, values in [*parts, *((ERROR, c, e) for c, e in zip(log.compared, errors, strict=True))]:
@@ -218,7 +222,8 @@ def beside(log: LogSignals, at: Alignment, errors: list[Floats], rows: NDArray[n
 
 
 def accuracy(rec: Recording) -> float:
-    """Return the relative accuracy of tensions by certificate, else by tolerance; 0 for uncertified fixed steps."""
+    """Return the relative accuracy of tensions, from the certificate or else from the tolerance; 0 for uncertified
+    fixed steps."""
     bars = [bar for bar in rec.fact("certified", {}).get("bars", []) if bar["quantity"] == "rope tension"]
     if bars and all(bar["numerical"] is not None for bar in bars):
         return float(max(bar["numerical"] / abs(bar["value"]) for bar in bars))

@@ -26,7 +26,8 @@ _returned: WeakSet[Model] = WeakSet()
 
 
 def built(reference: str, by: str = "") -> Coupled:
-    """Build the model of a reference; raises ModelError if that fails, or if the data of `by` name untrusted code."""
+    """Build the model that a reference names; raises ModelError if that fails, or if the data of `by` name untrusted
+    code."""
     where, name, arguments, named = read(reference)
     if by and (why := refusal(where, reference)):
         raise ModelError(f"{by}: {why}")
@@ -57,7 +58,8 @@ def built(reference: str, by: str = "") -> Coupled:
 
 
 def seeded(reference: str, seed: int) -> str:
-    """Return the reference with the argument `seed`; raises ModelError if it takes none, or has one."""
+    """Return the reference with the argument `seed`; raises ModelError if the function takes none, or if the reference
+    already has one."""
     where, name, arguments, named = read(reference)
     function = getattr(imported(where), name, None)
     parameters = inspect.signature(function).parameters if callable(function) else {}
@@ -70,7 +72,7 @@ def seeded(reference: str, seed: int) -> str:
 
 
 def module(reference: str) -> str:
-    """Return the module or file of a reference."""
+    """Return the module or file that a reference names."""
     return read(reference)[0]
 
 
@@ -87,7 +89,8 @@ def with_children(reference: str, names: Iterable[str], by: str) -> Coupled:
 
 
 def stopping(model: Coupled, stop: str) -> tuple[str, str] | None:
-    """Return (child, port) of "child.port", whose first message ends a run; None for "". Raises ModelError."""
+    """Return (child, port) for the text "child.port" of the port whose first message ends a run; None for "". Raises
+    ModelError if the model has no such port."""
     if not stop:
         return None
     known = {
@@ -104,7 +107,7 @@ def stopping(model: Coupled, stop: str) -> tuple[str, str] | None:
 
 
 def couplings(model: Coupled, finish: tuple[str, str] | None = None) -> list[Coupling]:
-    """Return the couplings between children only; the port `finish` is coupled to every node."""
+    """Return the couplings between the children of a model; the port `finish` is coupled to every node."""
     between = [
         Coupling(source.owner.name, source.name, target.owner.name, target.name)
         for source, target in model.couplings
@@ -118,7 +121,7 @@ _DECODER: msgspec.msgpack.Decoder[dict[str, _Declared]] = msgspec.msgpack.Decode
 
 
 def declarations(root: Coupled, nodes: Iterable[Sequence[str]]) -> Iterator[bytes]:
-    """Return the declarations of the children of each node of a newly built root."""
+    """Return the declarations of the children that each node runs, for a newly built root model."""
     freezer, first = Freezer(tree(root)), min(root.children)
     for names in nodes:
         yield msgspec.msgpack.encode({name: _declared(root, name, freezer, name == first) for name in names})

@@ -3,8 +3,8 @@
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
-from heavylift.coordinator.protocol.core import RunEnd
 from heavylift.coordinator.protocol.distance import Coupling
+from heavylift.coordinator.protocol.messages import RunEnd
 from heavylift.coordinator.protocol.outside import OpenCoordinator
 from heavylift.kernel.description.mechanics import System
 from heavylift.nodes.devs import FOREVER, Tag
@@ -20,7 +20,8 @@ OPERATOR, COMMAND = "operator", "command"  # source and port of the events that 
 
 
 class Wiring(NamedTuple):
-    """Couplings between nodes, from outside; the port (model, port) that ends the run; ports for the coordinator."""
+    """Couplings between nodes and from outside; the port (model, port) that ends the run; ports whose messages go to
+    the coordinator."""
 
     couplings: list[Coupling]
     outside: list[Coupling]
@@ -30,7 +31,7 @@ class Wiring(NamedTuple):
 
     @property
     def all(self) -> list[Coupling]:
-        """All couplings, also those from outside and those of ports that the coordinator receives."""
+        """All couplings, including those from outside and those of ports whose messages go to the coordinator."""
         message = (*self.message, *([self.finish] if self.finish else []))
         return [*self.couplings, *self.outside, *(Coupling(*port, "", "") for port in message)]
 
@@ -65,8 +66,9 @@ def kernel_config(plan: Plan, models: Mapping[str, NodeModel], systems: Iterable
 
 
 def postponed(core: OpenCoordinator, plan: Plan) -> bool:
-    """Postpone the end of a run whose plan has no end time, if its time bound is reached while a driving model is still
-    scheduled (a swinging load alone does not count); returns whether it was postponed."""
+    """Postpone the end of a run whose plan has no end time, if its time bound is reached while a model that gives
+    orders still has an event scheduled (a load that only swings does not count); return whether the end was
+    postponed."""
     if plan.end is not None or core.over is not RunEnd.BOUND or (due := core.scheduled(driving(plan))) >= FOREVER:
         return False
     core.extend(Tag(due.t + PATIENCE_ns))

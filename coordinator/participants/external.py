@@ -22,7 +22,7 @@ MESSAGES = 500  # characters of why it has failed
 
 
 class External:
-    """The models of one node that an external program runs."""
+    """The models of one node that an external program runs, as the coordinator checks them."""
 
     def __init__(self, node: str, models: Sequence[Model], couplings: Iterable[Coupling], microsteps: int) -> None:
         self.node = node
@@ -36,7 +36,8 @@ class External:
         """What its WELCOME carries."""
 
     def checked(self, message: m.AnyMessage) -> m.AnyMessage:
-        """Check a message of an external program; raises ProtocolError that names the violated rule."""
+        """Return a message of an external program after checking it; raises ProtocolError that names the violated
+        rule."""
         if isinstance(message, m.Hello):
             self._check_hello(message)
         for event in (*getattr(message, "spoken", ()), *getattr(message, "offer", ())):
@@ -99,7 +100,7 @@ class External:
 def externals(
     placement: Placement, models: Mapping[str, Model], couplings: Sequence[Coupling], microsteps: int
 ) -> list[External]:
-    """Return the nodes of a placement that external programs run; `models`: all models, built here."""
+    """Return the nodes of a placement that external programs run; `models`: all models, built in this process."""
     return [
         External(node, [models[name] for name in names], couplings, microsteps)
         for process in sorted(placement.external)

@@ -34,7 +34,7 @@ _ghosts: dict[tuple[type, Reach], type] = {}
 
 
 def secluded(root: Coupled, names: Sequence[str], build: Callable[[], Coupled]) -> list[Model]:
-    """Return these children of the root, isolated from all other models; `build` builds the root again."""
+    """Return these children of the root, isolated from all other models; `build` builds the root model again."""
     bound = _bound([root.children[name] for name in names])
     own = {name: root.children[name] for name in names if name not in bound}
     _seclude(root, own)
@@ -57,19 +57,23 @@ def _bound(children: Sequence[Model]) -> list[str]:
     first = {id(x): child.name for child in children for x in tree(child)}  # who has a thing
     found: dict[str, None] = {}
     for child in children if len(children) > 1 else ():
-        if _common(child, first):
+        held = _held(child)
+        if _common(child, held, first):
             copied = _copied(child)
-            if _common(child, first):
+            held = _held(child)
+            if _common(child, held, first):
                 found[child.name] = None
                 for attributes, key, x in copied:
                     attributes[key] = x
-        first |= {id(x): first.get(id(x), child.name) for x in _held(child)}
+                held = _held(child)
+        for x in held:
+            first.setdefault(id(x), child.name)
     return list(found)
 
 
-def _common(child: Model, first: Mapping[int, str]) -> bool:
-    """Return whether a child refers to an object of an earlier one; `first`: the first owner of each object."""
-    return any(first.get(id(x), child.name) != child.name for x in _held(child))
+def _common(child: Model, held: Sequence[object], first: Mapping[int, str]) -> bool:
+    """Return whether an earlier child holds any of the objects, too; `first`: the first owner of each object."""
+    return any(first.get(id(x), child.name) != child.name for x in held)
 
 
 def _copied(child: Model) -> list[tuple[dict[str, object], str, object]]:
@@ -108,6 +112,9 @@ def _held(child: Model) -> list[object]:
         if isinstance(x, Model) and id(x) not in own:
             found.append(x)
             continue
+        if _frozen(x):
+            ahead += vars(x).values() if hasattr(x, "__dict__") else gc.get_referents(x)
+            continue
         if not isinstance(x, _STILL):
             found.append(x)
         if isinstance(x, FunctionType):
@@ -117,6 +124,11 @@ def _held(child: Model) -> list[object]:
         else:
             ahead += gc.get_referents(x)
     return found
+
+
+def _frozen(x: object) -> bool:
+    """Return whether an object is of a frozen dataclass, and so changes only if what it refers to does."""
+    return bool(getattr(getattr(type(x), "__dataclass_params__", None), "frozen", False))
 
 
 def _close(model: Model) -> None:
@@ -158,7 +170,7 @@ _Place = tuple[str, dict[str, object], str]  # full name; the variables of its m
 
 
 class Commons:
-    """Guard for global variables that several children use: their values must remain as they were before the first
+    """Guard for global variables that several children use: their values must stay as they were before the first
     transition."""
 
     def __init__(self, root: Coupled) -> None:
@@ -178,7 +190,8 @@ class Commons:
         self._asked = 0
 
     def unchanged(self, now: bool) -> None:
-        """Raise ModelError for a changed global; checks if `now`, else at calls whose number is a power of two."""
+        """Raise ModelError for a changed global variable; checks if `now`, otherwise only at calls whose number is a
+        power of two."""
         self._asked += 1
         if not now and self._asked & (self._asked - 1):
             return

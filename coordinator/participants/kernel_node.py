@@ -109,27 +109,28 @@ class KernelNode:
 
     @property
     def last(self) -> Tag:
-        """Tag of the last advance."""
+        """Logical time of the last advance."""
         return self._last
 
     def results(self, end: Tag) -> dict[str, Message]:
-        """Return no results: what the kernel computes is in its samples."""
+        """Return no results, since the samples contain everything that the kernel computes."""
         return {}
 
     @property
     def slack(self) -> list[Slack]:
-        """No observed lookaheads: the kernel schedules no output by an input."""
+        """No observed lookaheads: the kernel schedules no output in response to an input."""
         return []
 
     @property
     def quiet(self) -> Tag:
-        """Earliest tag of an output without input: the end of a tentative step without an event is silent."""
+        """Earliest logical time of an output if no input arrives; the end of a tentative step without an event sends
+        nothing."""
         due = self.next_time
         spoken = self._message or self.simulation.event or self._sample
         return due if spoken else max(Tag(self.simulation.next_ns), succ(due))
 
     def outputs(self) -> list[Event]:
-        """Return the state events at `next_time`, one copy for each subscribed model, and due samples."""
+        """Return the state events at `next_time`, one copy for each subscribed model, and the samples that are due."""
         if not (self._message or self.simulation.event or self._sampling.done):
             return []
         tag, out, index = self.next_time, list[Event](), dict[str, int]()
@@ -146,7 +147,7 @@ class KernelNode:
         return sorted(out, key=lambda e: e.order)
 
     def among(self) -> list[Event]:
-        """Return no events: all events of the kernel go to models."""
+        """Return no events, since all events of the kernel go to models."""
         return []
 
     def advance(self, tag: Tag, bag: Sequence[Event], until: Tag) -> None:
@@ -192,7 +193,7 @@ class KernelNode:
         return ""
 
     def snapshot(self) -> bytes:
-        """Return a snapshot of the simulation, and of the numbers of sent samples and notes."""
+        """Return a snapshot of the simulation and of the numbers of samples and notes sent so far."""
         text = (
             self._sent, self._noted, self._last, self._spoke, self._message, self._most, self._sampling.done, self._ran,
         )  # fmt: skip
@@ -200,7 +201,7 @@ class KernelNode:
 
     @property
     def said(self) -> tuple[int, int, np.ndarray]:
-        """Return the numbers of samples and notes sent, and the largest absolute value in each column of the
+        """The numbers of samples and notes sent so far, and the largest absolute value in each column of the
         samples."""
         return self._sent, self._noted, self._most
 
@@ -227,7 +228,7 @@ class KernelNode:
         self.foretell()
 
     def foretell(self) -> None:
-        """Publish in advance the samples of a scene at rest."""
+        """Publish the samples of a scene at rest in advance."""
         if self._foretells and (rest := self.simulation.foretold()):
             self._batch([*self.simulation.rows, rest], [], self._period)
 

@@ -52,8 +52,8 @@ class _Stages:
 
 
 def at_rest(scene: LoadedScene, at: float | None, after: str) -> tuple[Equilibrium, Simulation]:
-    """Return the mechanics in equilibrium: on the equilibrium path of the action list `after` a stage, or near the
-    state of a run at time `at` [s]."""
+    """Return the mechanics of a scene in equilibrium: on the equilibrium path of its action list `after` a stage, or
+    near the state of a run at time `at` [s]."""
     if at is None:
         path = resting(scene, after)
         return path.rest(), path.command
@@ -62,8 +62,8 @@ def at_rest(scene: LoadedScene, at: float | None, after: str) -> tuple[Equilibri
 
 
 def check_steps(scene: LoadedScene) -> None:
-    """Raise HeavyliftError if the scene's integration method cannot be used for it. The stability of a fixed step is
-    checked by starting the simulation, compiled as for the run."""
+    """Raise HeavyliftError if the integration method of a scene cannot be used for it. The stability of a fixed step is
+    checked by starting the simulation with the same compiled code as the run."""
     plan = scene.plan
     if plan.step is not None:
         paused(scene)
@@ -73,8 +73,8 @@ def check_steps(scene: LoadedScene) -> None:
 
 
 def resting(scene: LoadedScene, after: str = "") -> EquilibriumPath:
-    """Return the equilibrium path of a scene up to the end of stage `after`, or its start. Raises SceneError if there
-    is no such stage, or with the reason why the path ended before it."""
+    """Return the equilibrium path of a scene up to the end of stage `after`, or its first point. Raises SceneError if
+    there is no such stage, or if the path ends before it."""
     rehearsal = StaticRun(scene.plan, after)
     if not after:
         rehearsal.path.start()
@@ -90,8 +90,8 @@ def resting(scene: LoadedScene, after: str = "") -> EquilibriumPath:
 
 
 def paused(scene: LoadedScene | str | Path, at: float | None = None, after: str = "") -> Simulation:
-    """Run a scene up to time `at` [s], the end of stage `after`, or its start, and return its simulation. Raises
-    SceneError if there is no such stage, or the error that ended the run before."""
+    """Run a scene up to time `at` [s] or to the end of stage `after`, by default only to its start, and return its
+    simulation. Raises SceneError if there is no such stage, or the error that ended the run earlier."""
     from heavylift.nodes.scene import loaded  # validators, which processes of nodes do without
 
     plan = loaded(scene).plan

@@ -35,7 +35,7 @@ def main(arguments: list[str]) -> int:
 
 
 def serve(link: NodeLink) -> str:
-    """Answer the coordinator until all nodes have sent BYE or FAIL; return the first FAIL's sentence, or ""."""
+    """Answer the coordinator until all nodes have sent BYE or FAIL; return the sentence of the first FAIL, or ""."""
     failed = ""
     playing = {
         node: Participant(models, partial(link.send, node), partial(link.sample, node))
@@ -54,7 +54,8 @@ def serve(link: NodeLink) -> str:
 
 
 def life_sign(steps: Callable[[], int]) -> Callable[[], bytes]:
-    """Return a function that encodes the sign of life of a process; `steps` returns a counter of its progress."""
+    """Return a function that encodes the sign of life of a process; `steps` returns a counter that grows with its
+    progress."""
     return lambda: msgspec.msgpack.encode(Alive(steps(), _traced()))
 
 

@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 
 
 class Participant:
-    """Messages of one node: `send` answers the coordinator, `sample` publishes data; `over` after BYE or FAIL."""
+    """The messages of one node: `send` answers the coordinator, `sample` publishes data; `over` is set after BYE or
+    FAIL."""
 
     def __init__(
         self,
@@ -50,21 +51,21 @@ class Participant:
 
     @property
     def steps(self) -> int:
-        """Counter that increases while the node makes progress; thread-safe."""
+        """Counter that increases while the node makes progress; may be read from any thread."""
         return self._node.steps + self._pauses() if self._node is not None else 0
 
     def cause(self) -> BaseException | None:
-        """The exception of a model that made the node fail, if any."""
+        """Return the exception of a model because of which the node failed, if there is one."""
         return self._node.cause if self._node is not None else self._cause
 
     def handle(self, data: bytes) -> None:
-        """Handle one message of the coordinator and send the answer."""
+        """Handle one message from the coordinator and send the answer."""
         message = m.decode(data)
         if isinstance(message, m.Grant) and self._node is not None:
             answer: m.AnyMessage | None = self._work(self._node, message)
         elif isinstance(message, m.Welcome):
             answer = self._join(message)
-        elif isinstance(message, m.Stop) and self._node is None:
+        elif isinstance(message, m.StopRun) and self._node is None:
             answer = m.Bye()
         else:
             if self._node is None:
@@ -90,7 +91,7 @@ class Participant:
             if isinstance(message, m.Grant):
                 self._unchanged(False)
             answer = node.handle(message)
-            if isinstance(answer, m.Done | m.Bye):
+            if isinstance(answer, m.GrantDone | m.Bye):
                 self._unchanged(isinstance(answer, m.Bye))
         except ModelError as error:
             answer = node.failure(error)
@@ -163,7 +164,7 @@ _DECODER: msgspec.msgpack.Decoder[list[_Line]] = msgspec.msgpack.Decoder(list[_L
 
 
 class Transitions:
-    """Log of a node's transitions; `flush` sends it."""
+    """Log of a node's transitions, which `flush` sends."""
 
     def __init__(self, publish: Callable[[bytes], None]) -> None:
         self._publish = publish
@@ -180,7 +181,7 @@ class Transitions:
 
 
 def read(batch: bytes) -> list[Transition]:
-    """Decode a batch of transitions; raises ProtocolError if it cannot be read."""
+    """Decode a batch of logged transitions; raises ProtocolError if it cannot be read."""
     try:
         message = _DECODER.decode(batch)
     except UNREADABLE as error:

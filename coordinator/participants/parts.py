@@ -21,14 +21,14 @@ class ScenePart(msgspec.Struct, frozen=True, tag="scene"):
 
 
 class SignalSubscription(msgspec.Struct, frozen=True):
-    """Signals that a model subscribes to: period [ns], and a signal for each port."""
+    """Signals to which a model subscribes: sampling period [ns], and a signal for each port."""
 
     period: int
     signals: dict[str, ScalarSignal]
 
 
 class KernelConfig(msgspec.Struct, frozen=True):
-    """Configuration that the kernel receives after all other nodes have declared themselves."""
+    """Configuration of the kernel, which it receives after all other nodes have declared themselves."""
 
     systems: list[System]
     gravity: float
@@ -95,5 +95,5 @@ def decode(data: bytes) -> Part:
 
 
 def fingerprint(what: bytes) -> str:
-    """Return the hash by which coordinator and nodes compare their configurations."""
+    """Return a hash by which coordinator and nodes compare their configurations."""
     return blake2b(what, digest_size=16).hexdigest()

@@ -30,10 +30,10 @@ BATCH = 256  # samples that are said at once
 @dataclass
 class RecordedKernel:
     """Recorded history before a branch: events of the kernel, samples by column name, notes, the last checkpoint
-    (complete up to the tag `at`), all checkpoints, and facts for the new recording.
+    (complete up to the logical time `at`), all checkpoints, and facts for the new recording.
 
-    Results: whether the checkpoint is `used`, or `why` not; how many samples were equal; the first that was not, as
-    (time [ns], column, recorded, now); whether the past is `over`.
+    Results: whether the checkpoint is `used`, or `why` not; how many samples were equal; the first one that was not, as
+    (time [ns], column, recorded, now); whether the recorded part is `over`.
     """
 
     events: Sequence[Event]
@@ -52,7 +52,7 @@ class RecordedKernel:
 
 
 class Recalled:
-    """A kernel that first replays a recorded past, as a `Steppable` like `KernelNode`."""
+    """A kernel that first replays recorded outputs; a `Steppable` like `KernelNode`."""
 
     def __init__(self, config: KernelConfig, publish: Callable[[bytes], None], past: RecordedKernel) -> None:
         self._publish, self._past = publish, past
@@ -85,7 +85,7 @@ class Recalled:
         return msgspec.structs.replace(layout, recalled=recalled, most=self._most.tolist())
 
     def layout(self) -> bytes:
-        """Return the kernel's layout, with the number of recalled samples."""
+        """Return the kernel's layout with the number of replayed samples."""
         return msgspec.msgpack.encode(self._announced(self._sent))
 
     @property
@@ -94,28 +94,29 @@ class Recalled:
         return self._kernel.pauses
 
     def start(self) -> None:
-        """Start the kernel; nothing to do if it continues from a checkpoint."""
+        """Start the kernel; does nothing if the kernel continues from a checkpoint."""
         if not self._past.used:
             self._kernel.start()
 
     @property
     def next_time(self) -> Tag:
-        """Tag of the next recorded event, or of the kernel."""
+        """Logical time of the next recorded event, or of the kernel."""
         return self._events[-1].tag if self._events else self._kernel.next_time
 
     @property
     def quiet(self) -> Tag:
-        """Earliest tag of an output without input: that of the next recorded event, or of the kernel."""
+        """Earliest logical time of an output if no input arrives: that of the next recorded event, or that of the
+        kernel."""
         return self._events[-1].tag if self._events else self._kernel.quiet
 
     @property
     def slack(self) -> list[Slack]:
-        """Observed lookaheads of the kernel."""
+        """Observed lookaheads of the kernel, as in `KernelNode.slack`."""
         return self._kernel.slack
 
     @property
     def last(self) -> Tag:
-        """Tag of the last advance."""
+        """Logical time of the last advance."""
         return self._last
 
     def results(self, end: Tag) -> dict[str, Message]:
@@ -123,7 +124,7 @@ class Recalled:
         return self._kernel.results(end)
 
     def outputs(self) -> list[Event]:
-        """Return recorded outputs at `next_time`, or those of the kernel."""
+        """Return the recorded outputs at `next_time`, or those of the kernel."""
         if not self._events:
             return self._kernel.outputs()
         tag = self.next_time
@@ -134,7 +135,7 @@ class Recalled:
         return self._kernel.among()
 
     def advance(self, tag: Tag, bag: Sequence[Event], until: Tag) -> None:
-        """Repeat recorded outputs up to the checkpoint, then advance the kernel."""
+        """Replay recorded outputs up to the checkpoint, then advance the kernel."""
         self._last = tag
         if self._past.used and tag < self._past.at:
             while self._events and self._events[-1].tag == tag:
@@ -144,16 +145,17 @@ class Recalled:
             self._kernel.advance(tag, bag, until)
 
     def foretell(self) -> None:
-        """Publish samples of a rest in advance, if the kernel began at the start."""
+        """Publish the samples of a scene at rest in advance, if the kernel began at the start of the run."""
         if not self._past.used:
             self._kernel.foretell()
 
     def finish(self, end: Tag) -> str:
-        """Finish the kernel; nothing is left to do in a run that ends before the checkpoint."""
+        """Finish the kernel; does nothing in a run that ends before the checkpoint."""
         return "" if self._past.used and end < self._past.at else self._kernel.finish(end)
 
     def snapshot(self) -> bytes:
-        """Return a snapshot; raises KernelError in the recalled part, whose checkpoints are in the recording."""
+        """Return a snapshot of the kernel; raises KernelError in the replayed part, whose checkpoints are in the
+        recording."""
         if self._past.used and self._known.number < self._sent:
             raise KernelError("there is no checkpoint while the run repeats its recorded part")
         return self._kernel.snapshot()

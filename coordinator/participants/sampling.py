@@ -17,7 +17,7 @@ from .parts import SignalSubscription
 
 
 class Sampling:
-    """Samples for subscribed models; `done`: number of samples sent, by period [ns]."""
+    """Samples of signals for the models that subscribe to them; `done`: number of samples sent, by period [ns]."""
 
     def __init__(self, listening: Mapping[str, SignalSubscription], program: Program) -> None:
         self._listening = {
@@ -35,7 +35,7 @@ class Sampling:
         return min((period * n for period, n in self.done.items()), default=NEVER)
 
     def outputs(self, row: Callable[[int], np.ndarray]) -> list[Event]:
-        """Return the next due samples as events; `row` returns the kernel's sample at a time [ns]."""
+        """Return the samples that are due next as events; `row` returns the kernel's sample row at a time [ns]."""
         t = self.next_ns
         if self._said[0] != t:
             numbers = row(t).tolist()
@@ -50,10 +50,10 @@ class Sampling:
         return self._said[1]
 
     def renew(self) -> None:
-        """Discard computed samples that were not sent, so that they are computed again."""
+        """Discard computed samples that were not sent yet; they are then computed again."""
         self._said = -1, []
 
     def taken(self) -> None:
-        """Mark the due samples as sent."""
+        """Mark the samples that were due as sent."""
         t = self.next_ns
         self.done = {period: n + (period * n == t) for period, n in self.done.items()}

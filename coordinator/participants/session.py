@@ -9,8 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Generic, TypeVar
 
-from heavylift.coordinator.protocol.core import RunEnd
-from heavylift.coordinator.protocol.messages import Bye, Done, Fail, Grant, Hello, Stop
+from heavylift.coordinator.protocol.messages import Bye, Fail, Grant, GrantDone, Hello, RunEnd, StopRun
 from heavylift.coordinator.protocol.node import Node
 from heavylift.coordinator.protocol.outside import OpenCoordinator
 from heavylift.kernel.errors import ModelError
@@ -31,7 +30,7 @@ def configured(plan: Plan, models: Mapping[str, NodeModel]) -> KernelConfig:
 
 
 class Session(Generic[Kernel]):
-    """A run of a plan in this process: `models`, `kernel`, `core` of the protocol; number of `grants` so far."""
+    """A run of a plan in this process: `models`, `kernel`, the protocol's `core`, and the number of `grants` so far."""
 
     def __init__(
         self,
@@ -69,8 +68,8 @@ class Session(Generic[Kernel]):
         self._hear(event)
 
     def advance(self, until: Tag = FOREVER) -> RunEnd | None:
-        """Execute everything before a tag; returns why the run is over, or None. Raises HeavyliftError."""
-        answers: list[tuple[str, Done]] = []
+        """Process everything before a logical time; return why the run is over, or None. Raises HeavyliftError."""
+        answers: list[tuple[str, GrantDone]] = []
         while True:
             for name, grant in self.core.ready(until):
                 answers.append((name, self._granted(name, grant)))
@@ -80,19 +79,19 @@ class Session(Generic[Kernel]):
             elif not (self._patient and postponed(self.core, self._plan)):
                 return self.core.over
 
-    def _granted(self, name: str, grant: Grant) -> Done:
+    def _granted(self, name: str, grant: Grant) -> GrantDone:
         """Grant a node and return its DONE; raises the error of a FAIL."""
         node = self._nodes[name]
         text = node.handle(grant)
         if isinstance(text, Fail):
             raise self.core.failed(name, text) from node.cause
-        assert isinstance(text, Done)
+        assert isinstance(text, GrantDone)
         return text
 
     def finish(self, end: Tag) -> str:
-        """Let the kernel finish up to `end` and return what the models still wait for. Raises ModelError with it if the
-        plan has no end time and the run has not finished."""
-        bye = self._nodes[KERNEL].handle(Stop(end))
+        """Let the kernel finish up to `end`, and return what the models still wait for. Raises ModelError with that
+        text if the plan has no end time and its action list has not finished."""
+        bye = self._nodes[KERNEL].handle(StopRun(end))
         if not isinstance(bye, Bye):
             raise ModelError(getattr(bye, "sentence", f"{KERNEL} answered STOP with {bye!r}"))
         waiting = [text for model in self.models.values() if (text := str(getattr(model, "waiting_for", str)()))]

@@ -17,7 +17,6 @@ No B_i ever falls: a blocked node need not be re-evaluated before the node that 
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from enum import Enum
 from heapq import heappop, heappush
 
 from heavylift.kernel.errors import ModelError, ProtocolError
@@ -26,22 +25,13 @@ from heavylift.nodes.devs.execution.rules import LIMIT
 
 from .distance import Coupling, NodeState, checked, distances, paths_to
 from .invariants import CycleWatch, check_done, check_hello
-from .messages import Done, Fail, Grant, Hello
+from .messages import Fail, Grant, GrantDone, Hello, RunEnd
 
 AHEAD = 256  # of what a node has said: what may be held while it goes on
 
 
-class RunEnd(Enum):
-    """Why a run ended."""
-
-    FINISHED = "the finish port has spoken, and its time is completed"
-    BOUND = "the time bound is reached"
-    QUIET = "all nodes are passive and nothing is pending"
-
-
 class Coordinator:
-    """The conservative coordinator: call `hello` for each node and `done` for each DONE, and send what `ready` returns,
-    until `over` is set."""
+    """Call `hello` for each node and `done` for each DONE, and send what `ready` returns, until `over` is set."""
 
     def __init__(
         self,
@@ -75,8 +65,7 @@ class Coordinator:
         self._held: list[Event] = []  # heap of events that have not left yet
         self._look: dict[int, NodeState] = {}  # whose rights may have changed
         self._ahead: dict[int, NodeState] = {}  # who could move, and waits until others have done what it has said
-        self._dones = self.running = 0
-        """Nodes that have an outstanding GRANT."""
+        self._dones = self.running = 0  # all so far; nodes that have an outstanding GRANT
         self._cycles = CycleWatch(self._couplings, microsteps)
         self._open = False  # whether all have said HELLO
         self._injected = set[str]()  # models that hear of somebody who is no node
@@ -87,7 +76,7 @@ class Coordinator:
             self._receives(source, port, self._home[target])
 
     def hello(self, name: str, hello: Hello) -> None:
-        """(1) Register a started node; the last one opens the run."""
+        """(1) Register a started node; the last node to start opens the run."""
         node = self._node(name)
         if node.greeted:
             raise ProtocolError(f"{node.who} sent HELLO twice: two nodes have this name, or an old process came back")
@@ -121,8 +110,8 @@ class Coordinator:
         if source not in node.models and node not in (known := self._receivers.setdefault((source, port), [])):
             known.append(node)
 
-    def done(self, name: str, done: Done) -> None:
-        """(5) Process the DONE of a node."""
+    def done(self, name: str, done: GrantDone) -> None:
+        """(5) Process the DONE message of a node."""
         node = self._node(name)
         check_done(node, done, self._tags[node.rank])
         # what the node has processed no longer counts as ahead of its sender
@@ -139,7 +128,8 @@ class Coordinator:
         self._moved(node)
 
     def working(self, name: str, t_ns: int) -> None:
-        """(6) Note that a sampling node has reached `t_ns` [ns] within its grant: its later outputs are not earlier."""
+        """(6) Note that a node which publishes samples has reached `t_ns` [ns] within its grant, so its later outputs
+        are not earlier."""
         node = self._node(name)
         if node.running:
             for tags, at in ((self._tags, 2 * self._n + node.rank), (self._floors, node.rank)):
@@ -167,14 +157,13 @@ class Coordinator:
         self._cycles.check()
         self._leave()
         able, self._ahead = self._ahead | able, {}
-        least: Tag | None = None
-        grants = []
+        least, grants = None, []
         for rank in sorted(able):  # (4)
             node = able[rank]
             if node.first >= self._limit or node.uncommitted:
                 continue
             # a node whose events nobody has consumed yet waits, so that memory stays bounded
-            if node.ahead >= AHEAD and node.first > (least := least or self._least):
+            if node.ahead >= AHEAD and node.first > (least := least or min(x.first for x in self._by_rank)):
                 self._ahead[rank] = node
                 continue
             if window := self._window(node, succ(node.first)):
@@ -187,19 +176,16 @@ class Coordinator:
 
     @property
     def over(self) -> RunEnd | None:
-        """(7) Why the run has ended, once `ready` grants nothing and no node runs; else None."""
-        if not self._open or self.running:
+        """(7) The reason why the run has ended, once `ready` grants nothing and no node works; otherwise None."""
+        if not self._open or self.running or self.first < self.end:
             return None
-        first = self.first
-        if self._finished and first >= self.end:
+        if self._finished:
             return RunEnd.FINISHED
-        if first == FOREVER:
-            return RunEnd.QUIET
-        return RunEnd.BOUND if first >= self.end else None
+        return RunEnd.QUIET if self.first == FOREVER else RunEnd.BOUND
 
     @property
     def first(self) -> Tag:
-        """The earliest pending tag of idle nodes; FOREVER if there is none."""
+        """The earliest pending logical time of idle nodes; FOREVER if there is none."""
         return min((node.first for node in self._by_rank if not node.running), default=FOREVER)
 
     def failed(self, name: str, fail: Fail) -> ModelError:
@@ -216,17 +202,14 @@ class Coordinator:
         cycles = (self._cycles.sentence(model, fail.tag) for model in sorted(node.models))
         return ModelError(next(filter(None, cycles), fail.sentence))
 
-    @property
-    def _least(self) -> Tag:
-        """The earliest pending or granted tag of all nodes."""
-        return min(node.first for node in self._by_rank)
-
     def scheduled(self, names: Iterable[str]) -> Tag:
-        """The earliest pending tag of the nodes of these models; FOREVER if they only react."""
+        """Return the earliest pending logical time of the nodes that contain these models; FOREVER if they only react
+        to inputs."""
         return min(self._home[name].first for name in names)
 
     def held(self, name: str) -> list[tuple[int, str]]:
-        """Return the nodes that blocked this one since the last call, each with the number of its DONE since then."""
+        """Return the nodes that have blocked this one since the last call, each with the number of its DONE since
+        then."""
         return self._node(name).blocked_by()
 
     def _node(self, name: str) -> NodeState:
@@ -234,10 +217,9 @@ class Coordinator:
             raise ProtocolError(f"{name} is not a node of this run: they are {', '.join(self._nodes)}")
         return self._nodes[name]
 
-    def _take(self, node: NodeState, text: Hello | Done) -> None:
+    def _take(self, node: NodeState, text: Hello | GrantDone) -> None:
         """Update next, offer and quiet of a node; with an empty offer it is silent at next, whatever `quiet` is."""
         node.next, node.offer = text.next, text.offer
-        # silent at `next`: its next output is at the next microstep at the earliest
         node.quiet = text.quiet if text.offer else max(text.quiet, succ(text.next))
         self._note(node)
 

@@ -28,7 +28,7 @@ END: Delay = (1, 0)  # a run ends with the time of its finish event
 
 
 class Coupling(NamedTuple):
-    """A coupling: an event of `source` on `port` enters the bag of port `into` of `target` at the same tag."""
+    """A coupling: an event of `source` on `port` enters the bag of port `into` of `target` at the same logical time."""
 
     source: str
     port: str
@@ -37,7 +37,7 @@ class Coupling(NamedTuple):
 
 
 def plus(tag: Tag, delay: Delay | None) -> Tag:
-    """Return the tag a delay after `tag`; FOREVER without a path."""
+    """Return the logical time a delay after `tag`; FOREVER if there is no path."""
     if delay is None:
         return FOREVER
     wait, steps = delay
@@ -54,7 +54,7 @@ def chain(first: Delay, second: Delay) -> Delay:
 
 
 def reaction(lookahead: int) -> Delay:
-    """Return the delay from an input to outputs on a port with this lookahead [ns]."""
+    """Return the delay from an input to an output on a port with this lookahead [ns]."""
     return (lookahead, 0) if lookahead > 0 else (0, 1)
 
 
@@ -96,10 +96,11 @@ def distances(
 
 
 def paths_to(i: int, D: Matrix, R: Matrix, least: Sequence[int]) -> list[tuple[int, int, int]]:
-    """Return all delay paths that reach node i, as (index of a tag, ns, microsteps); tags: says_j at j, hears_j at n +
-    j, o_j at 2n + j.
+    """Return all delay paths that lead to node i, as (index of a logical time, ns, microsteps); the indexed times are
+    says_j at j, hears_j at n + j, o_j at 2n + j.
 
-    o_j = min(says_j, hears_j + least lookahead of j) replaces both if a port of j with its least lookahead leads to i.
+    o_j = min(says_j, hears_j + least lookahead of j) replaces the other two if a port of j with its least lookahead
+    leads to i.
     """
     n, found = len(D), []
     for j in range(n):
@@ -159,7 +160,8 @@ def _shorten(row: dict[int, Delay], to: int, delay: Delay) -> None:
 
 
 def checked(couplings: Iterable[Coupling], known: Collection[str]) -> Iterable[Coupling]:
-    """Yield the couplings; raises ProtocolError for one from or to an unknown model, or back to its own."""
+    """Yield the couplings; raises ProtocolError for a coupling from or to an unknown model, or from a model to
+    itself."""
     for coupling in couplings:
         source, port, target, into = coupling
         if source not in known or target not in known:
@@ -182,7 +184,7 @@ def together(models: Sequence[str]) -> str:
 
 
 class NodeState:
-    """State of a node in the coordinator, in the terms of PROTOCOL.md."""
+    """What the coordinator knows of a node, in the terms of PROTOCOL.md."""
 
     def __init__(self, name: str, rank: int, models: Sequence[str]) -> None:
         self.name, self.rank, self.models = name, rank, frozenset(models)
@@ -205,11 +207,11 @@ class NodeState:
 
     @property
     def uncommitted(self) -> bool:
-        """Whether the node's earliest tag is that of an uncommitted offer."""
+        """Whether the earliest pending logical time of the node is that of an uncommitted offer."""
         return bool(self.offer) and not self.committed and self.next <= self.hears
 
     def put(self, event: Event) -> bool:
-        """Queue an input in total order; returns whether it is the first for this node."""
+        """Queue an input in total order; return whether it is now the first one for this node."""
         insort(self._pending, event)
         insort(self._fresh, event)
         if self._pending[0] is not event:
@@ -218,11 +220,11 @@ class NodeState:
         return True
 
     def send(self, until: Tag) -> list[Event]:
-        """Return the inputs before `until` that were not sent yet, and mark them as sent."""
+        """Return the inputs before `until` that have not been sent yet, and mark them as sent."""
         return _before(self._fresh, until)
 
     def drop(self, reached: Tag) -> list[Event]:
-        """Remove and return the inputs before `reached`, which it has processed."""
+        """Remove and return the inputs before `reached`, which the node has processed."""
         done = _before(self._pending, reached)
         if done:
             self.hears = self._pending[0].tag if self._pending else FOREVER
@@ -235,7 +237,8 @@ class NodeState:
             other._held.append((dones, self.name))
 
     def blocked_by(self) -> list[tuple[int, str]]:
-        """Return the nodes that blocked this one since the last call, each with the number of its DONE since then."""
+        """Return the nodes that have blocked this one since the last call, each with the number of its DONE since
+        then."""
         held, self._held = self._held, []
         return held
 

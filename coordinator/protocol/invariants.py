@@ -14,30 +14,30 @@ from heavylift.nodes.devs import NEVER, Event, Tag, after
 from heavylift.nodes.devs.execution.rules import LONGER
 
 from .distance import Coupling, NodeState
-from .messages import Done, Hello
+from .messages import GrantDone, Hello
 
 
 class Before(NamedTuple):
-    """State of a node against which its next message is checked."""
+    """The state of a node against which its next message is checked."""
 
     node: NodeState
     says: Tag = Tag(0)
 
 
 def check_hello(node: NodeState, hello: Hello) -> None:
-    """Raise ProtocolError that names the node and the rule that its HELLO violates."""
+    """Raise a ProtocolError that names node and rule if the node's HELLO violates a rule."""
     _check(Before(node), hello)
 
 
-def check_done(node: NodeState, done: Done, says: Tag) -> None:
-    """Raise ProtocolError that names the node and the rule that its DONE violates."""
+def check_done(node: NodeState, done: GrantDone, says: Tag) -> None:
+    """Raise a ProtocolError that names node and rule if the node's DONE violates a rule."""
     if not node.running or done.gseq != node.gseq:
         raise ProtocolError(f"{node.who} sent DONE {done.gseq} out of order, its last GRANT is {node.gseq}")
     _check(Before(node, says), done)
 
 
-def _check(before: Before, text: Hello | Done) -> None:
-    for events in (text.spoken if isinstance(text, Done) else [], text.offer):
+def _check(before: Before, text: Hello | GrantDone) -> None:
+    for events in (text.spoken if isinstance(text, GrantDone) else [], text.offer):
         for rule in EVENTS.values() if events else ():
             if message := rule(before, events):
                 raise ProtocolError(f"{before.node.who} {message}")
@@ -90,13 +90,13 @@ def _promise(before: Before, events: Sequence[Event]) -> str:
     return ""
 
 
-def _ahead(before: Before, text: Hello | Done) -> str:
+def _ahead(before: Before, text: Hello | GrantDone) -> str:
     ports = text.lookahead.items() if isinstance(text, Hello) else ()
     wrong = [f"{ahead} ns for port {port}" for port, ahead in ports if not 0 <= ahead <= NEVER]
     return f"declares a lookahead of {wrong[0]}, which is not between 0 and 2**63 ns" if wrong else ""
 
 
-def _reaches(before: Before, text: Hello | Done) -> str:
+def _reaches(before: Before, text: Hello | GrantDone) -> str:
     until = before.node.until
     if isinstance(text, Hello) or (text.reached <= until and text.reached <= text.next):
         return ""
@@ -106,32 +106,32 @@ def _reaches(before: Before, text: Hello | Done) -> str:
     )
 
 
-def _progress(before: Before, text: Hello | Done) -> str:
+def _progress(before: Before, text: Hello | GrantDone) -> str:
     if isinstance(text, Hello) or text.reached > before.node.first:
         return ""
     return f"has done all before {text.reached}: a DONE must include the first tag of its GRANT, {before.node.first}"
 
 
-def _within(before: Before, text: Hello | Done) -> str:
-    spoken = text.spoken if isinstance(text, Done) else []
+def _within(before: Before, text: Hello | GrantDone) -> str:
+    spoken = text.spoken if isinstance(text, GrantDone) else []
     if isinstance(text, Hello) or not spoken or spoken[-1].tag < text.reached:
         return ""
     last = spoken[-1]
     return f"sent an event on port {last.port} at {last.tag}, but has only done all before {text.reached}"
 
 
-def _last(before: Before, text: Hello | Done) -> str:
+def _last(before: Before, text: Hello | GrantDone) -> str:
     if isinstance(text, Hello) or (0, 0) <= text.last < text.reached:
         return ""
     return f"says that its last transition was at {tuple(text.last)}, but has done all before {text.reached} only"
 
 
-def _tags(before: Before, text: Hello | Done) -> str:
+def _tags(before: Before, text: Hello | GrantDone) -> str:
     wrong = [tag for tag in (text.next, text.quiet) if not (0 <= tag.t <= NEVER and tag.k >= 0)]
     return f"goes on at {tuple(wrong[0])}, which is not a valid tag" if wrong else ""
 
 
-def _offer(before: Before, text: Hello | Done) -> str:
+def _offer(before: Before, text: Hello | GrantDone) -> str:
     for event in text.offer:
         if event.tag != text.next or text.next.t == NEVER:
             at = f"{event.source}.{event.port} at {event.tag}"
@@ -139,7 +139,7 @@ def _offer(before: Before, text: Hello | Done) -> str:
     return ""
 
 
-def _quiet(before: Before, text: Hello | Done) -> str:
+def _quiet(before: Before, text: Hello | GrantDone) -> str:
     if text.quiet == text.next if text.offer else text.quiet >= text.next:
         return ""
     what = "offers something" if text.offer else "goes on"
@@ -154,7 +154,7 @@ EVENTS: dict[str, Callable[[Before, Sequence[Event]], str]] = {
 }
 """Each event that is spoken or offered."""
 
-WHOLE: dict[str, Callable[[Before, Hello | Done], str]] = {
+WHOLE: dict[str, Callable[[Before, Hello | GrantDone], str]] = {
     "a lookahead is a time": _ahead,
     "what is done ends with the GRANT and before what is next": _reaches,
     "the first tag is done": _progress,
@@ -168,7 +168,7 @@ WHOLE: dict[str, Callable[[Before, Hello | Done], str]] = {
 
 
 class CycleWatch:
-    """Detector of cycles without time advance: call `note` for every event, and `check` before time advances."""
+    """Detector of zero-delay cycles: `note` must be called for every event, and `check` before time advances."""
 
     def __init__(self, couplings: Iterable[Coupling], microsteps: int) -> None:
         """At most `microsteps` [> 0] microsteps at one time are allowed."""
@@ -197,7 +197,8 @@ class CycleWatch:
             )
 
     def sentence(self, node: str, tag: Tag) -> str:
-        """Return the cycle without advance of time when `node` reached `tag`, as a sentence; "" without other nodes."""
+        """Return a sentence about the zero-delay cycle that `node` has reached at `tag`; "" if no other nodes take
+        part."""
         distance = self._back(node, tag) if tag.k >= self.microsteps else []
         if not distance:
             return ""

@@ -32,6 +32,7 @@ were not offered before, and events among its models or without receivers. `hash
 message, or one out of order, is refused by name. Messages are encoded by MessagePack, one array per message.
 """
 
+from enum import Enum
 from typing import Annotated
 
 import msgspec
@@ -40,6 +41,14 @@ from heavylift.nodes.devs import AtomicResult, Event, Slack, Tag
 
 Count = Annotated[int, msgspec.Meta(ge=0)]
 Delay = tuple[Count, Count]  # ns and microsteps
+
+
+class RunEnd(Enum):
+    """The reason why a run ended."""
+
+    FINISHED = "the finish port has spoken, and its time is completed"
+    BOUND = "the time bound is reached"
+    QUIET = "all nodes are passive and nothing is pending"
 
 
 class Hello(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="hello"):
@@ -71,7 +80,7 @@ class Grant(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="grant")
     inputs: list[Event]
 
 
-class Done(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="done"):
+class GrantDone(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="done"):
     """DONE: the node has processed everything before `reached`."""
 
     gseq: Count
@@ -85,8 +94,8 @@ class Done(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="done"):
 
 
 class Checkpoint(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="checkpoint"):
-    """CHECKPOINT: canonical state of a node after GRANT `gseq`; without a state it is a request for one, or `why` there
-    is none."""
+    """CHECKPOINT: canonical state of a node after GRANT `gseq`; without a state it is a request for one, or `why` says
+    that there is none."""
 
     gseq: Count
     state: bytes = b""
@@ -94,7 +103,7 @@ class Checkpoint(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="ch
 
 
 class Alive(msgspec.Struct, frozen=True, array_like=True, gc=False):
-    """ALIVE: progress counter of a process, and whether a debugger has stopped it."""
+    """ALIVE: progress counter of a process, and whether a debugger has stopped the process."""
 
     steps: Count
     traced: bool = False
@@ -110,7 +119,7 @@ class Fail(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="fail"):
     spoken: list[Event] = []
 
 
-class Stop(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="stop"):
+class StopRun(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="stop"):
     """STOP: the run is over."""
 
     end: Tag
@@ -118,7 +127,7 @@ class Stop(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="stop"):
 
 
 class Bye(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="bye"):
-    """BYE: the node ends; `sentence`: what it still waits for, `busy_s`: its working time [s]."""
+    """BYE: the node ends; `sentence`: what the node still waits for, `busy_s`: its working time [s]."""
 
     sentence: str = ""
     busy_s: Annotated[float, msgspec.Meta(ge=0.0)] = 0.0
@@ -126,7 +135,7 @@ class Bye(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="bye"):
     results: list[AtomicResult] = []
 
 
-AnyMessage = Hello | Welcome | Grant | Done | Checkpoint | Fail | Stop | Bye
+AnyMessage = Hello | Welcome | Grant | GrantDone | Checkpoint | Fail | StopRun | Bye
 
 _ENCODER = msgspec.msgpack.Encoder()
 _DECODER: msgspec.msgpack.Decoder[AnyMessage] = msgspec.msgpack.Decoder(AnyMessage)
@@ -143,6 +152,11 @@ def decode(data: bytes) -> AnyMessage:
         return _DECODER.decode(data)
     except UNREADABLE as error:
         raise ProtocolError(f"not a message of the time protocol: {error}") from None
+
+
+def name_of(message: AnyMessage) -> str:
+    """Return the name of a message in the table above, such as GRANT."""
+    return str(type(message).__struct_config__.tag).upper()
 
 
 def kind(data: bytes) -> str:

@@ -19,7 +19,7 @@ from heavylift.kernel.errors import HeavyliftError, ModelError, ProtocolError, o
 from heavylift.nodes.devs import FOREVER, AtomicResult, Event, Keepable, Steppable, Tag, after, encode, succ
 
 from .distance import plus
-from .messages import AnyMessage, Bye, Checkpoint, Done, Fail, Grant, Hello, Stop, Welcome
+from .messages import AnyMessage, Bye, Checkpoint, Fail, Grant, GrantDone, Hello, StopRun, Welcome, name_of
 
 _ENCODER = msgspec.msgpack.Encoder()
 _KEPT = msgspec.msgpack.Decoder(tuple[Tag, bytes, Tag, list[Event], list[Event], bytes])
@@ -29,7 +29,8 @@ LONGEST = 20_000  # characters of a traceback that are sent, the last ones
 
 
 def kept(state: bytes) -> tuple[Tag, bytes]:
-    """Return the content of a checkpoint: the tag before which everything is done, and the model's snapshot."""
+    """Return the content of a checkpoint: the logical time before which everything is done, and the model's
+    snapshot."""
     found = _KEPT.decode(state)
     return found[2], found[5]
 
@@ -46,7 +47,7 @@ class Node:
         self._samples, self._hashed = samples, hashed
         self.name, self.model, self.epoch, self._finish = name, model, 0, finish
         self._last, self._hash = Tag(-1), b""
-        self._done: Done | None = None
+        self._done: GrantDone | None = None
         self._gseq, self._quiet = 0, FOREVER
         self._kept: list[Event] = []  # heap of inputs that it has not reached
         self._spoken: list[Event] = []  # under the present grant
@@ -56,7 +57,7 @@ class Node:
         """Tags that it has done in its life, replayed ones as well: a measure of its progress."""
 
     def hello(self, declaration: bytes = b"", version: str = "", scene: str = "") -> Hello | Fail:
-        """Start the model and return the HELLO with this declaration, or a FAIL."""
+        """Start the model, and return a HELLO with this declaration, or a FAIL."""
         try:
             self.model.start()
             tag, offer, self._quiet = self._present()
@@ -64,7 +65,7 @@ class Node:
             return self.failure(error)
         return Hello(tag, offer, self._quiet, dict(self.model.lookahead), declaration, version, scene)
 
-    def handle(self, message: AnyMessage) -> Done | Checkpoint | Fail | Bye | None:
+    def handle(self, message: AnyMessage) -> GrantDone | Checkpoint | Fail | Bye | None:
         """Return the answer to a message of the coordinator; None if there is none."""
         match message:
             case Grant():
@@ -85,7 +86,7 @@ class Node:
                     return self._resume(message) if message.state else self._checkpoint()
                 except Exception as error:
                     return self.failure(error, max(self._last, _BEGIN))
-            case Stop():
+            case StopRun():
                 try:
                     return Bye(self._finish(message.end), slack=self.model.slack, results=self._results(message))
                 except Exception as error:
@@ -93,14 +94,14 @@ class Node:
             case Welcome():
                 self.epoch = message.epoch
                 return None
-        raise ProtocolError(f"{self.name} does not accept {type(message).__name__.upper()}")
+        raise ProtocolError(f"{self.name} does not accept {name_of(message)}")
 
     @property
     def first(self) -> Tag:
-        """The earliest pending tag, of the model itself or of a kept input."""
+        """The earliest pending logical time, of the model itself or of an input that it keeps."""
         return min(self.model.next_time, self._kept[0].tag if self._kept else FOREVER)
 
-    def _run(self, grant: Grant) -> Done:
+    def _run(self, grant: Grant) -> GrantDone:
         model, kept, stop = self.model, self._kept, grant.until
         for event in grant.inputs:
             heappush(kept, event)
@@ -140,7 +141,7 @@ class Node:
         if mixed:
             spoken.sort()
         due, offer, self._quiet = self._present()
-        return Done(grant.gseq, stop, spoken, due, offer, self._quiet, self._hash, model.last)
+        return GrantDone(grant.gseq, stop, spoken, due, offer, self._quiet, self._hash, model.last)
 
     def _checkpoint(self) -> Checkpoint:
         """Return the state that determines the next answer; it includes the last DONE, by which it can be verified."""
@@ -153,16 +154,16 @@ class Node:
         text = self._done.reached, self._done.spoken
         return Checkpoint(self._gseq, _ENCODER.encode((self._last, self._hash, *text, sorted(self._kept), model)))
 
-    def _resume(self, checkpoint: Checkpoint) -> Done:
+    def _resume(self, checkpoint: Checkpoint) -> GrantDone:
         assert isinstance(self.model, Keepable), "it has given a checkpoint"
         self._last, self._hash, reached, spoken, self._kept, model = _KEPT.decode(checkpoint.state)
         self.model.restore(model)
         self._gseq = checkpoint.gseq
         due, offer, self._quiet = self._present()
-        self._done = Done(checkpoint.gseq, reached, spoken, due, offer, self._quiet, self._hash, self.model.last)
+        self._done = GrantDone(checkpoint.gseq, reached, spoken, due, offer, self._quiet, self._hash, self.model.last)
         return self._done
 
-    def _results(self, stop: Stop) -> list[AtomicResult]:
+    def _results(self, stop: StopRun) -> list[AtomicResult]:
         """Return the results of the models; none for an aborted run."""
         results = {} if stop.why else self.model.results(stop.end)
         return [AtomicResult(path, type(value).__name__, encode(value)) for path, value in results.items()]
@@ -183,13 +184,14 @@ class Node:
                 )
 
     def failure(self, error: Exception, tag: Tag = _BEGIN, spoken: Iterable[Event] = ()) -> Fail:
-        """Return the FAIL of the node, and keep in `cause` the exception of a model."""
+        """Return the FAIL message of the node, and store the exception of the model in `cause`."""
         self.cause = error.__cause__ if isinstance(error, HeavyliftError) else error
         return failure(self.name, error, tag, spoken)
 
 
 def failure(name: str, error: Exception, tag: Tag = _BEGIN, spoken: Iterable[Event] = ()) -> Fail:
-    """Return the FAIL of a node; raises MemoryError for one outside of model code: the process is then lost."""
+    """Return the FAIL message of a node. Raises MemoryError if memory ran out outside of model code, which ends the
+    process."""
     if out_of_memory(error) and not isinstance(error, ModelError):
         raise MemoryError from error
     sentence = str(error) if isinstance(error, HeavyliftError) else f"{name} at {tag}: {raised(error)}"

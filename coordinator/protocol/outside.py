@@ -17,7 +17,8 @@ from .core import Coordinator
 
 
 class OpenCoordinator(Coordinator):
-    """A coordinator with couplings `outside`, whose sources are not nodes; `inject` adds their events."""
+    """A coordinator that also accepts events from sources that are not nodes; `outside`: their couplings, `inject`:
+    adds such an event."""
 
     def extend(self, end: Tag) -> None:
         """Move the time bound of the run to a later time, unless a model has already ended it."""
@@ -26,19 +27,20 @@ class OpenCoordinator(Coordinator):
 
     @property
     def safe(self) -> Tag:
-        """The earliest tag that is still open: events at it or later can be injected."""
+        """The earliest logical time that is still open: events at or after it can be injected."""
         nodes = self._nodes.values()
         committed = (node.next for node in nodes if node.committed and not node.running)
         return max(self.floor, *(node.until for node in nodes), *committed)
 
     @property
     def safe_ns(self) -> int:
-        """The earliest whole nanosecond that is still open: events at it or later can be injected."""
+        """The earliest whole nanosecond that is still open: events at or after it can be injected."""
         safe = self.safe
         return safe.t + (safe.k > 0)
 
     def inject(self, event: Event) -> None:
-        """Inject an event from outside, at `safe` or later; raises ProtocolError if earlier or without receivers."""
+        """Inject an event from outside at or after `safe`; raises ProtocolError if it is earlier or has no
+        receivers."""
         if (event.source, event.port) not in self._receivers or event.source in self._home:
             raise ProtocolError(f"{event.source}.{event.port} is coupled to no node from outside")
         if event.tag < self.safe:

@@ -11,7 +11,8 @@ from math import hypot
 
 import numpy as np
 from heavylift.kernel.algebra.attitudes import quaternions
-from heavylift.kernel.description.forces import Ball, Box, Plane, Shape, Spring
+from heavylift.kernel.description.contacts import Ball, Box, Plane, Shape
+from heavylift.kernel.description.forces import Spring
 from heavylift.kernel.description.mechanics import WORLD, Body, Line, Point, System, Vector
 from heavylift.nodes.devs import Event
 from heavylift.nodes.models.parts import messages as m
@@ -95,7 +96,7 @@ def _solid(body: Body) -> Iterator[DrawnBox]:
 
 
 def equivalent_box(body: Body) -> tuple[tuple[float, float, float], tuple[float, float, float, float]]:
-    """Return edges (0 without extent) and rotation of the homogeneous box with a body's mass and inertia."""
+    """Return edge lengths (0 without extent) and rotation of the homogeneous box that has a body's mass and inertia."""
     inertia = np.array(body.inertia)
     if np.allclose(inertia, np.diag(np.diag(inertia)), rtol=0.0, atol=1e-9 * float(np.abs(inertia).max())):
         principal, axes = np.diag(inertia), np.eye(3)
@@ -139,11 +140,11 @@ COLOURS = {"hanging": (0.13, 0.48, 0.46, 1.0), "block": (0.72, 0.27, 0.20, 1.0)}
 
 
 def boxes(plan: Plan) -> list[DrawnBox]:
-    """Return all boxes to draw for a plan; machines and blocks have their collision shapes."""
+    """Return all boxes to draw for a plan; machines and blocks are drawn as their collision shapes."""
     lifting = (m for m in plan.machines if m.girders or m.cargo or any(not tie.rigging for tie in m.ties))
     out, shapes, own = _rails(plan), Shapes(plan), {machine.name for machine in lifting}
     for solid in (solid for solid in shapes.solids if solid.machine in own):
-        if solid.kind != "stools":
+        if solid.kind != "supports":
             colour = COLOURS.get(solid.kind, STEEL if shapes.depth(solid.body) == 1 else CARRIED)
             out.append(DrawnBox(solid.body, solid.centre, solid.size, colour))
         if solid.kind == "block":
@@ -152,7 +153,7 @@ def boxes(plan: Plan) -> list[DrawnBox]:
 
 
 def surroundings(plan: Plan) -> tuple[tuple[float, float, float], float]:
-    """Return centre and radius [m] of the region to show of a plan at its start."""
+    """Return centre and radius [m] of the region that views of a plan show at its start."""
     if cranes := _on_rails(plan):
         n, r = len(cranes), sum(c.main.com[1] for c in cranes) / len(cranes)
         x, y = sum(c.at[0] + c.gantry.start for c in cranes) / n, r + sum(c.at[1] for c in cranes) / n
@@ -200,7 +201,8 @@ def _deck(block: Solid) -> DrawnBox:
 
 
 class RopeLines:
-    """The rope lines of the scene at the present time; `bent`: on beams referred to the stations of a run's samples."""
+    """The rope lines of a scene at the present time of its run; `bent`: points on beams are referred to the stations in
+    the run's samples."""
 
     def __init__(self, systems: list[System], bent: bool = True) -> None:
         ropes = [r for s in systems for r in s.all_ropes]
@@ -216,7 +218,8 @@ class RopeLines:
         self._hooked |= {f.name: True for f in springs}
 
     def change(self, event: Event) -> bool:
-        """Update the lines by an event; returns whether it hooked or unhooked a rope, or moved one over an edge."""
+        """Update the lines after an event; return whether the event hooked or unhooked a rope, or moved one over an
+        edge."""
         value = event.value
         if isinstance(value, m.StateEvent) and value.name in self._over and value.what in ("found", "left"):
             self._met[value.name] ^= {value.value}
@@ -252,7 +255,8 @@ class RopeLines:
         self._lines[name] = tuple(Line(p, q) for p, q in pairwise([a, *at, b]))
 
     def resting(self, ties: Mapping[str, Point | None]) -> list[RopeLine]:
-        """Lines of all ropes before any event, those of `ties` down to their lugs; None: not hooked."""
+        """Return the lines of all ropes before any event, with those of `ties` drawn down to their lugs; None in `ties`
+        stands for a rope that is not hooked."""
         for rope, lug in ties.items():
             self._hooked[rope] = lug is not None
             if lug is not None:

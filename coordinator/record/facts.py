@@ -52,7 +52,7 @@ def supports(plan: Plan) -> list[dict[str, object]]:
 
 
 def hanging(plan: Plan) -> dict[str, str]:
-    """Return the machines suspended from the hook of another machine, each with the rope of this hook."""
+    """Return the machines that are suspended from the hook of another machine, each with the rope of that hook."""
     owners = {body.name: machine.name for machine in plan.machines for body in machine.system.bodies}
     hooks = [(machine.name, hook) for machine in plan.machines for hook in machine.hooks]
     on = {owners[hook.eye.body]: hook.rope for name, hook in hooks if owners.get(hook.eye.body, name) != name}
@@ -60,8 +60,8 @@ def hanging(plan: Plan) -> dict[str, str]:
 
 
 class EnergyAudit:
-    """Energy balance of a run: largest imbalance [J], and energy turned over [J]: work of drives and winches, heat, and
-    changes of kinetic energy."""
+    """Energy balance of a run: largest imbalance [J], and energy turned over [J], which is the work of drives and
+    winches, the heat, and the changes of kinetic energy."""
 
     def __init__(self, layout: SampleLayout) -> None:
         self._energy, self._accounts = layout.find("energy"), layout.find("account")
@@ -75,7 +75,7 @@ class EnergyAudit:
         self.imbalance = 0.0
 
     def add(self, rows: np.ndarray) -> None:
-        """Add (n, columns) samples in order."""
+        """Add samples (n, columns) in order of time."""
         if self._energy is None:
             return
         kinetic, potential, stored, work, heat = rows[:, self._energy.start : self._energy.stop].T

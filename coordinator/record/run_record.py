@@ -26,7 +26,7 @@ Mark = tuple[float, float]  # an instant, and the seconds of recording until the
 
 @dataclass(frozen=True)
 class Budget:
-    """Seconds of wall time of each part of a run."""
+    """Wall time [s] that each part of a run has taken."""
 
     start: float = 0.0
     kernel: float = 0.0
@@ -36,8 +36,8 @@ class Budget:
 
     @staticmethod
     def of(start: Mark, greeted: Mark, played: Mark, ended: Mark, kernel: float) -> "Budget":
-        """Compute the budget from the times of start, last HELLO, last grant and end of all processes, and the kernel's
-        own working time [s]."""
+        """Compute how the wall time of a run was spent, from the times of its start, the last HELLO, the last grant and
+        the end of all processes, and the kernel's own working time [s]."""
         marks = [start, greeted, played, ended]
         starting, playing, ending = ((b[0] - a[0]) - (b[1] - a[1]) for a, b in pairwise(marks))  # without the recording
         return Budget(starting, kernel, max(0.0, playing - kernel), ended[1], ending)
@@ -47,7 +47,7 @@ class Budget:
 
 
 class ClockedWork:
-    """Base of recorders whose working time is measured: `spent_s` [s]."""
+    """Base class of recorders whose working time `spent_s` [s] is measured."""
 
     spent_s = 0.0
 
@@ -79,15 +79,16 @@ def clocked(method: Callable[Concatenate[T, P], R]) -> Callable[Concatenate[T, P
 Held = Sequence[tuple[int, str]]  # after so many DONEs of all nodes, who began to hold a node back
 
 SUMMARY: dict[type, tuple[str, ...]] = {
-    m.Grant: ("gseq", "until", "inputs", "committed"), m.Done: ("gseq", "next", "spoken", "offer"),
-    m.Hello: ("next", "lookahead"), m.Fail: ("tag", "sentence"), m.Stop: ("end", "why"), m.Bye: ("busy_s", "sentence"),
+    m.Grant: ("gseq", "until", "inputs", "committed"), m.GrantDone: ("gseq", "next", "spoken", "offer"),
+    m.Hello: ("next", "lookahead"), m.Fail: ("tag", "sentence"), m.StopRun: ("end", "why"),
+    m.Bye: ("busy_s", "sentence"),
 }  # fmt: skip
 COUNTED = ("inputs", "spoken", "offer")
 _schema = cache(msgspec.json.schema)  # of a type of messages, which many ports have
 
 
 class RunRecorder(ClockedWork):
-    """Recorder of a run without a file: only the digest of the events and the time reached."""
+    """Recorder of a run without a file: computes only the digest of the events and the time reached."""
 
     def __init__(self) -> None:
         self.digest = Digest()
@@ -97,17 +98,17 @@ class RunRecorder(ClockedWork):
         """What was observed of the lookaheads of the nodes' ports, known when they have left."""
 
     def event(self, e: Event) -> None:
-        """Record a committed event; called in total order."""
+        """Record a committed event; events must arrive in total order."""
         self.last_ns = max(self.last_ns, e.t)
         self.digest.event(e.t, e.k, e.source, e.port, e.index, e.type, e.payload)
 
     def samples(self, node: str, batch: bytes) -> int:
-        """Record a batch of samples; returns the simulation time that it reaches [ns]."""
+        """Record a batch of samples; return the simulation time [ns] of its last sample."""
         return self.last_ns
 
     @property
     def notes(self) -> list[str]:
-        """Notes of the nodes for the user so far; none without a file."""
+        """Notes for the user that nodes have sent so far; empty if no file is written."""
         return []
 
     def settle(self, t_ns: int) -> None:
@@ -116,16 +117,19 @@ class RunRecorder(ClockedWork):
     def protocol(
         self, t_ns: int, node: str, direction: str, message: m.AnyMessage, data: bytes, held: Held = ()
     ) -> None:
-        """Record a message of the time protocol; `direction`: "to node" or "from node"; `held`: who blocked a GRANT."""
+        """Record a message of the time protocol; `direction`: "to node" or "from node"; `held`: nodes that blocked a
+        GRANT."""
 
     def checkpoint(self, at: Tag, state: bytes) -> None:
-        """Record a checkpoint, not part of the digest: the sampling node's state after all before tag `at`."""
+        """Record a checkpoint, which is not part of the digest: the kernel's state after everything before the logical
+        time `at`."""
 
     def failed(self, message: m.Fail) -> None:
         """Record the failure of a node."""
 
     def note(self, t_ns: int, sentence: str) -> None:
-        """Record a failure at this simulation time [ns] from which the run has recovered; not part of the digest."""
+        """Record a failure, at this simulation time [ns], from which the run has recovered; it is not part of the
+        digest."""
 
     def close(self, facts: Mapping[str, object]) -> None:
         """Finish the record of a run that ended in order."""
@@ -138,7 +142,7 @@ class RunRecorder(ClockedWork):
 
 
 class FileRecorder(RunRecorder):
-    """Recorder that writes a file; its ports are announced before the run begins."""
+    """Recorder that writes a file; its ports must be announced before the run begins."""
 
     def __init__(
         self, output: Path, facts: Mapping[str, object], attachments: Mapping[str, bytes], force: bool = False
@@ -159,13 +163,13 @@ class FileRecorder(RunRecorder):
 
     @clocked
     def event(self, e: Event) -> None:
-        """Record a committed event; called in total order."""
+        """Record a committed event; events must arrive in total order."""
         self.last_ns = max(self.last_ns, e.t)
         self.recorder.event(e.t, e.k, e.source, e.port, e.index, e.type, e.payload)
 
     @property
     def notes(self) -> list[str]:
-        """Notes of the nodes for the user so far, as sentences."""
+        """Notes for the user that nodes have sent so far, as sentences."""
         return [note.sentence for note in self.recorder.notes]
 
     @clocked
@@ -177,11 +181,11 @@ class FileRecorder(RunRecorder):
     def protocol(
         self, t_ns: int, node: str, direction: str, message: m.AnyMessage, data: bytes, held: Held = ()
     ) -> None:
-        """Record a message of the time protocol with a summary and the data of `heavylift trace`."""
+        """Record a message of the time protocol with a summary and the data that `heavylift trace` needs."""
         summary = {**_summary(message), "wall_ns": time.perf_counter_ns() - self._began_ns}
         if held:
             summary["held"] = held
-        self.recorder.protocol(t_ns, node, direction, type(message).__name__.upper(), summary, data)
+        self.recorder.protocol(t_ns, node, direction, m.name_of(message), summary, data)
 
     @clocked
     def checkpoint(self, at: Tag, state: bytes) -> None:

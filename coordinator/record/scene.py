@@ -69,7 +69,7 @@ class RunResult:
 
 
 class Record(FileRecorder):
-    """The recording of one run, with peaks and energy audit."""
+    """The recording of one run of a scene, with peak tensions and an energy audit."""
 
     def __init__(
         self,
@@ -127,7 +127,7 @@ class Record(FileRecorder):
         self._page.begin(self._facts, self._layout, drawn, self._ropes.drawn())
 
     def event(self, e: Event) -> None:
-        """Record a committed event, update rope lines and viewers; called in total order."""
+        """Record a committed event, and update rope lines and viewers; events must arrive in total order."""
         super().event(e)
         self._page.event(e.t, e.source, e.port, e.type, e.payload)
         self._conduct.event(e)
@@ -138,7 +138,7 @@ class Record(FileRecorder):
 
     @clocked
     def samples(self, node: str, batch: bytes) -> int:
-        """Record a batch of the kernel's samples; returns the time of the last sample [ns]."""
+        """Record a batch of the kernel's samples; return the time of the last sample [ns]."""
         found = decode_batch(batch, self._layout)
         if found.lift:
             self.recorder.samples(batch)
@@ -158,8 +158,8 @@ class Record(FileRecorder):
         return found.times[-1]
 
     def settle(self, t_ns: int) -> None:
-        """Write the data before this simulation time [ns]. During a long rest the kernel is silent: the samples that it
-        has announced up to this time are written as well, so that a crash loses at most about a second."""
+        """Write the data before this simulation time [ns]. During a long rest the kernel sends nothing; the samples
+        that it has announced up to this time are then written, so a crash loses no more than about a second."""
         if self._foretold is not None and time.monotonic() - self._seen_at > SILENT_s:
             known, period = self._foretold, self._foretold.period
             new = range(self._seen - known.first, bisect_left(known.times, t_ns))
@@ -177,7 +177,7 @@ class Record(FileRecorder):
     def protocol(
         self, t_ns: int, node: str, direction: str, message: m.AnyMessage, data: bytes, held: Held = ()
     ) -> None:
-        """Record a message of the time protocol; one to the kernel discards its announced samples."""
+        """Record a message of the time protocol; a message to the kernel discards the samples that it has announced."""
         super().protocol(t_ns, node, direction, message, data, held)
         if node == KERNEL and direction == "to node":
             self._foretold = None

@@ -22,7 +22,8 @@ Floats = NDArray[np.float64]
 
 
 class Deviation(msgspec.Struct, frozen=True):
-    """Tag and topic of a difference, recorded and new value; None for a value that one of the runs lacks."""
+    """A difference between two runs: logical time and topic, recorded and new value; None for a value that one of the
+    runs lacks."""
 
     t_ns: int
     microstep: int
@@ -36,8 +37,8 @@ class Deviation(msgspec.Struct, frozen=True):
 
 
 class ReplayResult(msgspec.Struct, frozen=True):
-    """Comparison with a recorded run: number of equal events, first deviation, digest if known, other differences,
-    verdict if computed again, facts that were not computed again."""
+    """Comparison of a new run with the recorded one: number of equal events, first deviation, digest if known, other
+    differences, verdict if computed again, facts that were not computed again."""
 
     events: int
     deviation: Deviation | None = None
@@ -48,12 +49,12 @@ class ReplayResult(msgspec.Struct, frozen=True):
 
     @property
     def same(self) -> bool:
-        """Whether nothing differed."""
+        """Whether there was no difference."""
         return self.deviation is None and not self.others
 
 
 class EventComparison:
-    """Comparison of events in total order with the recorded ones."""
+    """Comparison of events, in total order, with the recorded ones."""
 
     def __init__(self, recorded: list[Event]) -> None:
         self._recorded = recorded
@@ -61,7 +62,7 @@ class EventComparison:
         """Recorded events that have come again."""
 
     def hear(self, event: Event) -> Deviation | None:
-        """Compare the next event with the recorded one; returns the deviation, or None."""
+        """Compare the next event with the recorded one; return the deviation, or None."""
         due = self._recorded[self.count] if self.count < len(self._recorded) else None
         if due == event:
             self.count += 1
@@ -71,7 +72,8 @@ class EventComparison:
         return _deviation(due, event if event.order == due.order else None)
 
     def reach(self, tag: Tag) -> Deviation | None:
-        """Note that no event before this tag follows; returns the deviation if a recorded one is missing, else None."""
+        """Note that no further event before this logical time follows; return the deviation if a recorded event is
+        missing, otherwise None."""
         due = self._recorded[self.count] if self.count < len(self._recorded) else None
         return _deviation(due, None) if due is not None and due.tag < tag else None
 
@@ -117,7 +119,8 @@ def _unrecorded(run: RecordedRun, now: list[int]) -> Deviation | None:
 
 
 def single(run: RecordedRun, name: str) -> ReplayResult:
-    """Run a model with its recorded inputs and compare it; raises RecordingError if there is no such model."""
+    """Run a single model with its recorded inputs and compare its outputs; raises RecordingError if there is no such
+    model."""
     try:
         node = run.cast.node(name)
     except RecordingError as error:

@@ -45,7 +45,8 @@ class PublishedItem(NamedTuple):
 
 
 class Replay:
-    """Messages of a recording between two times [s], on topics that match the patterns (all without a pattern)."""
+    """The messages of a recording between two times [s], on topics that match the patterns (all topics if there are no
+    patterns)."""
 
     def __init__(
         self, run: RecordedRun, topics: Sequence[str] = (), start: float | None = None, end: float | None = None
@@ -91,7 +92,7 @@ def _wanted(topic: str, patterns: Sequence[str]) -> bool:
 
 
 class Publisher:
-    """A run for observers only, which publishes the items of a replay; a context manager."""
+    """A run that only serves observers and publishes the items of a replay; a context manager."""
 
     def __init__(self, name: str, recording: Path) -> None:
         self._name, self._recording = name, recording
@@ -202,7 +203,7 @@ class ReplayPage:
         self._page.event(e.t, e.source, e.port, e.type, e.payload)
 
     def reached(self, t_ns: int) -> None:
-        """Send the samples up to this simulation time [ns], and the present rope lines."""
+        """Send the samples up to this simulation time [ns], and the rope lines at that time."""
         end = int(np.searchsorted(self._times, t_ns, side="right"))
         if end > self._next:
             part = slice(self._next, end)

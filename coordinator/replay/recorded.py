@@ -16,7 +16,7 @@ from heavylift.coordinator.participants import building
 from heavylift.coordinator.participants.configuration import Wiring, wiring
 from heavylift.coordinator.participants.kernel_node import KernelNode
 from heavylift.coordinator.participants.session import configured
-from heavylift.coordinator.protocol.core import RunEnd
+from heavylift.coordinator.protocol.messages import RunEnd
 from heavylift.coordinator.record.scene import RESOLVED
 from heavylift.kernel.errors import UNREADABLE, ModelError, RecordingError
 from heavylift.kernel.trust import demand
@@ -42,8 +42,8 @@ from heavylift.recordings.format.spellings import BEAM
 
 @dataclass(frozen=True)
 class RecordedModels:
-    """Models of a recorded run: nodes by user-visible name, couplings, the port that ends the run, and constructors.
-    `make(name, publish)` builds a new model; `publish` receives the sample batches of the kernel."""
+    """Models of a recorded run: nodes by the name that users see, couplings, the port that ends the run, and
+    constructors. `make(name, publish)` builds a new model; `publish` receives the sample batches of the kernel."""
 
     models: dict[str, str]
     wiring: Wiring
@@ -56,7 +56,7 @@ class RecordedModels:
         return list(self.models.values())
 
     def node(self, name: str) -> str:
-        """Find a node by its name; raises RecordingError if there is none."""
+        """Return the node with this name; raises RecordingError if there is none."""
         if name in self.models or name in self.models.values():
             return self.models.get(name, name)
         raise RecordingError(f"there is no model {name} in it, it has {', '.join(self.models)}")
@@ -94,7 +94,7 @@ def _of_plan(plan: Plan) -> RecordedModels:
 
 def _kind(machine: Mechanism) -> str:
     """Return the kind of a machine as a prefix of its name; "" for a block."""
-    if machine.hooks or machine.girders:
+    if machine.hooks:
         return "crane"
     return "" if machine.cargo else BEAM if any(not tie.rigging for tie in machine.ties) else "mechanism"
 
@@ -160,7 +160,7 @@ class RecordedRun:
 
     @property
     def end(self) -> Tag:
-        """The tag up to which the recording is complete."""
+        """The logical time up to which the recording is complete."""
         last = self.events[-1].tag if self.events else Tag(0)
         if not self.complete:
             return last
@@ -170,5 +170,5 @@ class RecordedRun:
 
 
 def plain(e: RecordedEvent) -> Event:
-    """Return a recorded event with its value encoded as plain data, without its message class."""
+    """Return a recorded event whose value is encoded as plain data, without its message class."""
     return Event(e.t_ns, e.microstep, e.source, e.port, e.index, e.type, msgspec.msgpack.encode(e.value))

@@ -6,7 +6,7 @@ branch              a recorded run, otherwise from some time on and equal before
 replications        a model for many seeds, and what its results estimate
 unit                a scene as a unit of FMI that another program steps
 control             a controller in Python, called at a fixed period
-simulate            the same for Python, in seconds and arrays
+simulate, result    the same for Python, in seconds and arrays
 linear              `linearise`: the matrices of small motions, with inputs and outputs
 arguments           what people call from Python, checked
 conversation        with the nodes of one run, whatever they model, and how they come to their hub

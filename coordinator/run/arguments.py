@@ -17,7 +17,7 @@ Order = tuple[float, What]  # when [s], and what is to be done
 
 
 def time_s(name: str, value: object, span: Limited) -> float:
-    """Check a time [s] against a range; raises ModelError."""
+    """Return a time [s] after checking that it lies in a range; raises ModelError."""
     try:
         return span.read(f"{_number(name, value)!r} s")
     except ValueError as error:
@@ -25,7 +25,7 @@ def time_s(name: str, value: object, span: Limited) -> float:
 
 
 def end_ns(until: object) -> int:
-    """Return the end [ns] of a run of models to `until` [s], NEVER for None; raises ModelError."""
+    """Return `until` [s] in [ns], or NEVER for None; raises ModelError for an invalid time."""
     if until is None:
         return NEVER
     t = _number("until", until)
@@ -40,7 +40,8 @@ def end_ns(until: object) -> int:
 
 
 def timed(orders: object, what: str, fits: Callable[[object], bool]) -> list[Order[What]]:
-    """Return orders sorted by time, each a time [s] and a value that `fits`, described by `what`; ModelError."""
+    """Return orders sorted by time, each a time [s] and a value that satisfies `fits`; `what` describes such values in
+    messages. Raises ModelError."""
     if not isinstance(orders, Iterable) or isinstance(orders, str | bytes):
         raise ModelError(f"orders={orders!r}: give pairs (seconds, {what})")
     found: list[Order[What]] = []
@@ -63,7 +64,7 @@ def patterns(keep: object) -> tuple[str, ...]:
 
 
 def texts(text: object) -> tuple[str, ...] | None:
-    """Return one or several texts as a tuple; None for anything else."""
+    """Return one or several texts as a tuple; None for a value of any other kind."""
     if isinstance(text, str):
         return (text,)
     several = tuple(text) if isinstance(text, Iterable) else (None,)
@@ -71,7 +72,7 @@ def texts(text: object) -> tuple[str, ...] | None:
 
 
 def whole(name: str, value: object) -> int:
-    """Check a non-negative integer; raises ModelError."""
+    """Return a value after checking that it is a non-negative integer; raises ModelError."""
     if isinstance(value, bool) or not isinstance(value, Integral) or value < 0:
         raise ModelError(f"{name}: {value!r} is not an integer of 0 or more")
     return int(value)

@@ -61,7 +61,8 @@ class _Point(NamedTuple):
 
 @dataclass(frozen=True)
 class RunBranch:
-    """A branch: recording, new scene, recorded beginning, and the tag at which it leaves the recording."""
+    """A branch of a recorded run: recording, new scene, recorded beginning, and the logical time at which the branch
+    leaves the recording."""
 
     path: Path
     scene: LoadedScene
@@ -73,8 +74,8 @@ class RunBranch:
     def of(
         cls, path: str | Path, at: str, settings: Sequence[str] = (), scene: str | Path | None = None
     ) -> "RunBranch":
-        """Make a branch of the recording `path`, `at` "stage NAME", "end of stage NAME", "120 s" or "2:00"; `scene`: an
-        edited file in place of the recorded scene. Raises RecordingError or SceneError."""
+        """Return a branch of the recording `path` that starts `at` "stage NAME", "end of stage NAME", "120 s" or
+        "2:00"; `scene`: an edited file to use instead of the recorded scene. Raises RecordingError or SceneError."""
         path = file_path(path)
         if not settings and scene is None:
             raise SceneError("the branch changes nothing; give --set or an edited --scene")
@@ -93,7 +94,7 @@ class RunBranch:
 def branch(
     what: RunBranch, output: str | Path | None = None, watch: RunObserver | None = None, force: bool = False
 ) -> RunResult:
-    """Run a branch in this process into `output` (default: NAME-branch.mcap); the old recording is not changed."""
+    """Run a branch in this process into `output` (default: NAME-branch.mcap); the old recording does not change."""
     target = file_path(output) if output else beside(what.path, "-branch.mcap")
     if what.path in (target, target.with_name(target.name + PART)):
         raise RecordingError(f"{target}: is the recording itself, which stays as it is; choose another name with -o")
@@ -252,7 +253,7 @@ def _past(what: RunBranch) -> RecordedKernel:
 
 
 def different(old: Plan, new: Plan) -> list[str]:
-    """Return the first paths at which two plans differ, and the number of further ones, as texts."""
+    """Return, as texts, the first paths at which two plans differ, and how many more there are."""
     found = list(_apart("", old, new))
     return [*found[:NAMED], *([f"and {len(found) - NAMED} more"] if len(found) > NAMED else [])]
 

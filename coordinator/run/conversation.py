@@ -21,7 +21,7 @@ from heavylift.coordinator.participants.configuration import Wiring
 from heavylift.coordinator.participants.external import External
 from heavylift.coordinator.participants.participant import Participant
 from heavylift.coordinator.protocol import messages as m
-from heavylift.coordinator.protocol.core import RunEnd
+from heavylift.coordinator.protocol.messages import RunEnd
 from heavylift.coordinator.protocol.node import kept
 from heavylift.coordinator.protocol.outside import OpenCoordinator
 from heavylift.coordinator.record.run_record import RunRecorder
@@ -54,10 +54,11 @@ def joined(
     deadline: float = DEADLINE_s,
     past: "RecordedKernel | None" = None,
 ) -> Iterator[Hub | LocalHub]:
-    """Start the nodes of a placement and yield their hub; at exit all processes have ended.
+    """Start the nodes of a placement and yield their hub; when the context ends, all processes have ended.
 
     Processes on other hosts, which connect to the `listener`, and external ones are not started here. A process that
-    does not answer for `deadline` [s] is probed. `past`: the recorded history for a kernel in this process.
+    does not answer for `deadline` [s] is asked for a sign of life. `past`: the recorded history for a kernel in this
+    process.
     """
     if in_process:
         with LocalHub(placement.models) as local:
@@ -75,7 +76,8 @@ def joined(
 
 
 class Conversation:
-    """A coordinator's messages with its nodes: `welcome` and `hello` each, `play`, `dismiss`; else `abort`."""
+    """The coordinator's exchange of messages with its nodes: `welcome` and `hello` for each, then `play` and `dismiss`;
+    `abort` after an error."""
 
     def __init__(
         self,
@@ -121,12 +123,12 @@ class Conversation:
             self._watch.say(f"{wanted} exists; writing {given}")
 
     def welcome(self, node: str, config: bytes, fingerprint: str) -> None:
-        """Send the WELCOME of a node with its config, of this fingerprint; an external node gets its own config."""
+        """Send a node its WELCOME with a config of this fingerprint; an external node gets a config of its own form."""
         self._agreed[node] = fingerprint
         self._send(node, m.Welcome(1, self.externals[node].config if node in self.externals else config))
 
     def hello(self) -> tuple[str, bytes]:
-        """Receive the next HELLO; returns the node and its declaration. Raises ProtocolError for any other message."""
+        """Receive the next HELLO; return the node and its declaration. Raises ProtocolError for any other message."""
         node, message = self._receive()
         if not isinstance(message, m.Hello):
             raise ProtocolError(f"{node} sent {type(message).__name__.upper()} where HELLO was expected")
@@ -166,7 +168,7 @@ class Conversation:
                 got = self._hear(min(POLL_s, tempo.rest(core)))
             while got is not None:
                 node, message = got
-                if not isinstance(message, m.Done):
+                if not isinstance(message, m.GrantDone):
                     raise ProtocolError(f"{node} sent {type(message).__name__.upper()} where DONE was expected")
                 core.done(node, message)
                 self._due += [e.tag for e in (*message.spoken, *message.offer) if (e.source, e.port) in self._marks]
@@ -174,12 +176,12 @@ class Conversation:
                 got = self._hear(0.0) if outstanding else None  # one decision for all that have come meanwhile
 
     def dismiss(self, end: Tag) -> dict[str, m.Bye]:
-        """End the run in order: STOP, the last samples, BYE of every node."""
+        """End the run in order: STOP, the last samples, and BYE from every node."""
         self._close()
         self._take_samples()
         self._recorder.settle(end.t)
         for node in self._hub.nodes:
-            self._send(node, m.Stop(end))
+            self._send(node, m.StopRun(end))
         left: dict[str, m.Bye] = {}
         while len(left) < len(self._hub.nodes):
             node, message = self._receive()
@@ -192,7 +194,7 @@ class Conversation:
     def abort(self, error: BaseException) -> None:
         """Dismiss the nodes after an error and keep their samples; raises Stopped if a signal was the reason."""
         self._close()
-        self._hub.dismiss(m.encode(m.Stop(self.now, "aborted")))
+        self._hub.dismiss(m.encode(m.StopRun(self.now, "aborted")))
         with suppress(RecordingError):  # what follows on samples that the error has cut; the error itself is reported
             self._take_samples()
         if isinstance(error, KeyboardInterrupt):

@@ -26,11 +26,12 @@ def linearise(
     outputs: Sequence[str] = ("joint/position/*",),
     at: float | str | None = None,
 ) -> LinearModel:
-    """A, B, C, D of a scene (loaded, its path or name) or a system, with names and units of states, inputs, outputs.
+    """Return the matrices A, B, C, D of a scene (loaded, its path or name) or a system, with names and units of states,
+    inputs, outputs.
 
-    `inputs`: drives, winches, masters, and signals of forces; a drive that prescribes its joint is one of acceleration,
-    others are of speed.  `outputs`: columns of signals as `simulate` names them, or patterns.  `at`: where it comes to
-    rest (default), at rest after a stage, or what moves at a time [s].  Raises HeavyliftError.
+    `inputs`: drives, winches, masters, and signals of forces; for a drive that prescribes its joint the input is the
+    acceleration, for other drives the speed. `outputs`: columns of signals as `simulate` names them, or patterns. `at`:
+    linearise at the equilibrium (default), at rest after a stage, or in motion at a time [s]. Raises HeavyliftError.
     """
     names = texts(inputs)
     if names is None:

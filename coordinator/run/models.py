@@ -26,7 +26,7 @@ from heavylift.coordinator.participants.building import built, couplings, declar
 from heavylift.coordinator.participants.configuration import Wiring
 from heavylift.coordinator.participants.external import externals
 from heavylift.coordinator.participants.participant import read
-from heavylift.coordinator.protocol.core import RunEnd
+from heavylift.coordinator.protocol.messages import RunEnd
 from heavylift.coordinator.record.run_record import FileRecorder, RunRecorder
 from heavylift.coordinator.supervision.failover import DEADLINE_s
 from heavylift.coordinator.supervision.hash_seed import fixed, loose
@@ -48,8 +48,8 @@ from .watch import RunObserver
 
 @dataclass(frozen=True)
 class ModelRun:
-    """Result of a model's run: reason of the end, time of the last event [s], wall time in all and of the rounds [s],
-    grants, digest, recording, and the `result()` of each atomic by path."""
+    """Result of a run of DEVS models: reason of its end, time of the last event [s], wall time of the whole run and of
+    its rounds [s], grants, digest, recording, and the `result()` of each atomic model by path."""
 
     outcome: RunEnd
     sim_s: float

@@ -35,7 +35,7 @@ ROPES = columns("rope", "peak at lower end [kN] .1", "at [h:min:s] .0", "rated [
 
 
 class Progress(RunObserver):
-    """Progress bar of a run: simulated time, real-time factor, stage, share of actions."""
+    """Progress bar of a run: simulated time, real-time factor, stage, share of actions done."""
 
     def __init__(self, plan: Plan, as_json: bool = False) -> None:
         self._plan, self._json = plan, as_json
@@ -107,11 +107,11 @@ def _bar() -> "Live":
 
 
 class Certified(Protocol):
-    """Error estimates of the figures of a run."""
+    """Interface of the error estimates of a run's figures."""
 
     @property
     def message(self) -> list[str]:
-        """Return the error estimates as lines of text."""
+        """The error estimates as lines of text."""
 
     def data(self) -> dict[str, object]:
         """Return the error estimates as plain data for JSON."""
@@ -176,7 +176,7 @@ def _print_details(result: RunResult) -> None:
 
 
 def print_verdict(verdict: RecordedVerdict) -> None:
-    """Print the verdict, the governing checks, the smallest clearance, and all findings, the most severe first."""
+    """Print the verdict, the governing checks, the smallest clearance, and all findings with the most severe first."""
     styles = {"red": "bold red", "undecided": "bold yellow", "amber": "yellow"}
     _print(f"verdict: {verdict.line}", styles.get(verdict.state, "bold green"))
     for line in governing(verdict.checks):
@@ -202,6 +202,6 @@ def _print(text: str | None, style: str | None = None) -> None:
 
 
 def command() -> str:
-    """Return the command as the user called it, for copying."""
+    """Return the command name as the user has called it, for commands to copy."""
     called = sys.argv[0]
     return "heavylift" if shutil.which("heavylift") == str(Path(called).absolute()) else called

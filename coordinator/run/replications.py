@@ -27,7 +27,8 @@ from .models import referred, run_models
 
 @dataclass(frozen=True)
 class Estimate:
-    """Estimate over all replications: mean, half-width of its confidence interval, standard deviation, or NaN."""
+    """Estimate of a number from all replications: mean, half-width of its confidence interval, standard deviation; NaN
+    where undefined."""
 
     mean: float
     half: float
@@ -36,7 +37,8 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Replications:
-    """Seeds of all runs, their results by "path.field", and the confidence of the estimates."""
+    """Results of replications: seeds of all runs, their numbers by "path.field", and the confidence level of the
+    estimates."""
 
     seeds: list[int]
     values: dict[str, list[float]]
@@ -110,7 +112,7 @@ def _once(task: tuple[int, str, float | None, str, int]) -> dict[str, float]:
 
 
 def numbers(path: str, result: Message | msgspec.Struct) -> Iterator[tuple[str, float]]:
-    """The numbers of a result by "path.field"; of a tuple by "path.field[0]"."""
+    """Yield the numbers in a result by "path.field", those of a tuple by "path.field[0]"."""
     for field in result.__struct_fields__:
         x = getattr(result, field)
         if isinstance(x, msgspec.Struct):

@@ -41,7 +41,7 @@ _START = Tag(0)
 
 
 class RecordingOfModelError(RecordingError):
-    """A recording that is to be resumed is not one of a scene."""
+    """Raised if the recording to be resumed belongs to a DEVS model and not to a scene."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,8 @@ class Beginning:
     def left(
         cls, part: Path, left: RecordedRun, instead: str = "`heavylift recover` keeps what there is"
     ) -> "Beginning":
-        """Make the beginning from a recovered recording; `instead`: what to do if it cannot be simulated again."""
+        """Return the beginning that a recovered recording holds; `instead`: what the user can do if it cannot be
+        simulated again."""
         files = left.recording.attachments
         name = next((name for name in files if name != RESOLVED), "")
         if "model" in left.recording.run:
@@ -92,8 +93,8 @@ class Beginning:
 
 
 def rebuilt(rec: Recording, plan: Plan, text: str, merged: str, name: str) -> tuple[LoadedScene, Plan | HeavyliftError]:
-    """Return the scene of a simulated plan with its measured errors, and the plan that its text gives today, or the
-    error if that fails (missing files)."""
+    """Return the scene of a simulated plan with its measured errors, and the plan that the scene's text gives today, or
+    the error if it gives none, for example because files are missing."""
     found = {key: x for key, x in rec.fact("answer", {}).items() if key != "told"}
     answer = msgspec.convert(found, Answer) if found else None
     scene = replace(restored(plan, text, merged, name), answer=answer)
@@ -107,7 +108,7 @@ def rebuilt(rec: Recording, plan: Plan, text: str, merged: str, name: str) -> tu
 
 
 class Checked(Relay):
-    """Observer that compares the events of a repeated run with the recorded beginning, and forwards them."""
+    """Observer that compares the events of a repeated run with the recorded ones and forwards them."""
 
     def __init__(
         self, events: list[Event], parted: Callable[[Deviation], RecordingError], watch: RunObserver, end: Tag = _START
@@ -117,7 +118,7 @@ class Checked(Relay):
         self._parted, self._watch, self._end = parted, watch, end
 
     def event(self, event: Event) -> None:
-        """Compare an event with the next recorded one, if there is one, and pass it on."""
+        """Compare an event with the next recorded one, if there is one, and forward the event."""
         if (self._follower.count < self._count or event.tag < self._end) and (found := self._follower.hear(event)):
             raise self._parted(found)
         self._watch.event(event)
@@ -137,7 +138,7 @@ def resume(
     in_process: bool = False,
     force: bool = False,
 ) -> RunResult:
-    """Repeat a run that was cut off into `output` (default: NAME-resumed.mcap); the partial recording stays."""
+    """Repeat a run that was cut off, into `output` (default: NAME-resumed.mcap); the partial recording is kept."""
     part = file_path(part)
     target = file_path(output) if output else beside(part.with_name(part.name.removesuffix(PART)), "-resumed.mcap")
     if part in (target, target.with_name(target.name + PART)):
@@ -151,7 +152,7 @@ def resume(
 
 
 def resume_model(part: str | Path, output: str | Path | None = None, force: bool = False) -> ModelRun:
-    """Repeat the run of a DEVS model that was cut off into `output`, checked against what there is of it."""
+    """Repeat the run of a DEVS model that was cut off, into `output`, and check it against its partial recording."""
     part = file_path(part)
     target = file_path(output) if output else beside(part.with_name(part.name.removesuffix(PART)), "-resumed.mcap")
     with TemporaryDirectory(prefix="heavylift-") as folder:

@@ -22,8 +22,8 @@ from heavylift.coordinator.live.pace import Pace, Tempo
 from heavylift.coordinator.participants.configuration import PATIENCE_ns, kernel_config, postponed, wiring
 from heavylift.coordinator.participants.external import externals
 from heavylift.coordinator.participants.parts import KernelPart, ScenePart, encode as part, fingerprint
-from heavylift.coordinator.protocol.core import RunEnd
 from heavylift.coordinator.protocol.distance import together
+from heavylift.coordinator.protocol.messages import RunEnd
 from heavylift.coordinator.record.run_record import Budget
 from heavylift.coordinator.record.scene import Record, RunResult
 from heavylift.coordinator.supervision.failover import DEADLINE_s

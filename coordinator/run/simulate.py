@@ -9,12 +9,10 @@ It writes no file and starts no process, thread or session, so any thread or poo
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
-from functools import cached_property
 from operator import itemgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, overload
+from typing import Any, overload
 
 import msgspec
 import numpy as np
@@ -23,9 +21,9 @@ from heavylift.coordinator.ladder.in_memory import Played, play
 from heavylift.coordinator.live.command_queue import TimedCommand
 from heavylift.coordinator.participants.configuration import COMMAND, OPERATOR
 from heavylift.kernel.description.mechanics import System
-from heavylift.kernel.errors import KernelError, ModelError, RecordingError, SceneError, SignalError, extra
+from heavylift.kernel.errors import KernelError, ModelError, SceneError, SignalError
 from heavylift.kernel.islands import choice
-from heavylift.kernel.islands.dense_output import DenseRows, check_same, instants_of, trail_of
+from heavylift.kernel.islands.dense_output import DenseRows, check_same, trail_of
 from heavylift.kernel.islands.islands import Islands
 from heavylift.kernel.simulation.commands import CommandTarget
 from heavylift.kernel.simulation.native.samples import channels, published
@@ -38,110 +36,18 @@ from heavylift.nodes.scene.operator_command import spoken
 from heavylift.nodes.scene.text.units import DURATION
 from heavylift.recordings.format.schema import RecordedEvent
 from heavylift.recordings.format.text import meant
-from heavylift.recordings.read.signal import Signal, titles
-from heavylift.recordings.read.verdict import RecordedVerdict
+from heavylift.recordings.read.signal import Signal
 from heavylift.recordings.write.sink import Peak
 from numpy.typing import NDArray
 
 from .arguments import DENSEST, PERIOD, Order, patterns, time_s, timed
 from .control import Control, steering
+from .result import Result, StageSpan
 
-if TYPE_CHECKING:
-    import pandas
-
-Floats = NDArray[np.float64]
-Again = Callable[[list[int]], dict[str, Signal]]  # signals of the same run at other instants [ns]
 Command = Callable[[CommandTarget], object]  # what is done with the simulation
 
-SINCE_A_SAMPLE = ("rope/peak", "rope/peak_time")  # what they show is not a state
 SAMPLES = 1000  # of a system that nobody asks for others
 STOP = "stop"
-
-
-class StageSpan(NamedTuple):
-    """A stage of the action list, with start and end [s]."""
-
-    name: str
-    start: float
-    end: float
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Result:
-    """Results of a run: sample times (n,) [s]; signals by name; stages; peak tension [N] and time [s] of each rope;
-    recorded events; notes of the kernel with times [s]; what the action list still waited for. Verdict and digest are
-    computed on first use.
-
-    Times repeat where an event or order coincides with a sample: the first row is before it, the last one after it.
-    `at` has other times, each once.
-    """
-
-    t: NDArray[np.float64]
-    signals: dict[str, Signal]
-    stages: list[StageSpan]
-    peaks: dict[str, Peak]
-    events: list[RecordedEvent]
-    notes: list[tuple[float, str]]
-    unfinished: str = ""
-    _run: Played | None = None
-    _again: Again | None = None
-
-    @cached_property
-    def verdict(self) -> RecordedVerdict | None:
-        """The verdict; None for a system."""
-        return self._run.verdict if self._run else None
-
-    @cached_property
-    def digest(self) -> str:
-        """The digest of `run`; "" for a system."""
-        return self._run.digest if self._run else ""
-
-    def at(self, times: Floats | Sequence[float] | float, before: bool = False) -> "Result":
-        """Return the results with signals at these times [s], from the integrator's dense output.
-
-        At an event or order, values are those after it, or (`before`) those of a nanosecond earlier. The run is
-        repeated for this, with the same duration. Raises KernelError for times outside of the run, or if the repeated
-        run differs because code that it uses was edited.
-        """
-        if self._again is None:
-            raise KernelError(
-                "at: this result was pickled, which keeps its samples only; ask before, or simulate again"
-            )
-        asked = instants_of(times, self.t[0], self.t[-1], before)
-        instants, places = np.unique(asked, return_inverse=True)
-        found = self._again(instants.tolist())
-        t = np.atleast_1d(np.asarray(times, np.float64))
-        signals = {
-            name: Signal(t, x.values[places], x.names, x.unit, name)
-            for name, x in found.items()
-            if name not in SINCE_A_SAMPLE
-        }
-        return replace(self, t=t, signals=signals)
-
-    def __getstate__(self) -> dict[str, object]:
-        return {**vars(self), "verdict": self.verdict, "digest": self.digest, "_run": None, "_again": None}
-
-    def __getitem__(self, name: str) -> Signal:
-        """The signal of this name, such as "rope/tension"; raises SignalError that lists all names."""
-        if name not in self.signals:
-            raise SignalError(f"the result has no signal {name}; {meant(name, list(self.signals))}")
-        return self.signals[name]
-
-    def to_pandas(self) -> "pandas.DataFrame":
-        """All signals as a DataFrame: index time [s], which may repeat; columns `signal/column [unit]`."""
-        how = "install heavylift[pandas] or use .t and [name]"
-        library = extra("pandas", RecordingError(f"a DataFrame needs pandas; {how}"))
-        columns = {
-            f"{name}/{title}": signal.values[:, i]
-            for name, signal in self.signals.items()
-            for i, title in enumerate(titles(signal))
-        }
-        return library.DataFrame(columns, index=library.Index(self.t, name="time [s]"))
-
-    def __repr__(self) -> str:
-        message = f"; {self.verdict.line}" if self.verdict else ""
-        span = f"{self.t[0]:g} to {self.t[-1]:g} s" if len(self.t) else "nothing"
-        return f"<Result: {span}, {len(self.t)} samples of {', '.join(self.signals) or 'no signal'}{message}>"
 
 
 @overload

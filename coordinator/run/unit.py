@@ -70,7 +70,7 @@ class _UnitScene(msgspec.Struct):
 
 
 class SteppableRun:
-    """A run of a scene in this process, advanced step by step; `now`: present time [ns]; `refused`: why the last
+    """A run of a scene in this process that advances step by step; `now`: present time [ns]; `refused`: why the last
     command was refused."""
 
     def __init__(self, plan: Plan, words: Callable[[str], bytes]) -> None:
@@ -92,7 +92,7 @@ class SteppableRun:
             self.refused = event.value.refused
 
     def order(self, text: str) -> None:
-        """Give a command at the present time; a refusal is in `refused`."""
+        """Give a command at the present time; `refused` says why if it is refused."""
         try:
             answer = encode(OperatorCommand(text, self._words(text)))
         except SceneError as error:
@@ -102,7 +102,8 @@ class SteppableRun:
             self._core.inject(command(TimedCommand(Tag(self.now), answer)))
 
     def go(self, to_ns: int) -> None:
-        """Advance to a time [ns]; raises HeavyliftError if the run fails, or for a time past or beyond the end."""
+        """Advance to a time [ns]; raises HeavyliftError if the run fails, or if the time lies in the past or beyond the
+        end."""
         if self._failed:
             raise ModelError(self._failed)
         if to_ns < self.now:
@@ -148,7 +149,7 @@ class SteppableRun:
 
 
 class SceneUnit(Fmi2Slave):  # type: ignore[misc]
-    """The FMU's slave, for the scene stored next to its module."""
+    """The slave that an exported FMU runs, for the scene stored next to its module."""
 
     def __init__(self, **given: object) -> None:
         super().__init__(**given)
@@ -178,7 +179,8 @@ class SceneUnit(Fmi2Slave):  # type: ignore[misc]
         self.register_variable(message, nested=False)
 
     def to_xml(self, *given: Any, **more: Any) -> Element:
-        """Return the model description with what pythonfmu omits: names with hyphens, outputs unknown at the start."""
+        """Return the model description, including what pythonfmu omits: names with hyphens, outputs that are unknown at
+        the start."""
         root: Element = super().to_xml(*given, **more)
         root.set("variableNamingConvention", "flat")
         for structure in root.iter("ModelStructure"):
@@ -187,7 +189,7 @@ class SceneUnit(Fmi2Slave):  # type: ignore[misc]
         return root
 
     def setup_experiment(self, start_time: float, stop_time: float | None, tolerance: float | None) -> None:
-        """Set start and end of the experiment [s]; raises SceneError unless it starts at 0, as the scene does."""
+        """Set start and end of the experiment [s]; raises SceneError unless it starts at 0, where the scene starts."""
         if start_time:
             raise SceneError(f"the scene begins at 0 s; set startTime to 0, not to {start_time:g}")
         self._run.stop = FOREVER.t if stop_time is None else seconds(stop_time)

@@ -26,7 +26,7 @@ class RunObserver:
 
 
 class Relay(RunObserver):
-    """Observer that passes everything it does not override to `_watch`."""
+    """Observer that forwards everything that it does not handle itself to `_watch`."""
 
     _watch: RunObserver
 

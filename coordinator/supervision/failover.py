@@ -65,7 +65,7 @@ class Succession(Hub):
             self._report(node, life, payload)
 
     def receive(self, timeout: float | None = None) -> tuple[str, bytes] | None:
-        """Return the next (node, message), or None after `timeout` [s]; a timeout of None waits for ever."""
+        """Return the next (node, message), or None after `timeout` [s]; None waits without a limit."""
         while True:
             self._look()
             got = super().receive(timeout)
@@ -73,21 +73,22 @@ class Succession(Hub):
                 return got
 
     def samples(self) -> list[tuple[str, bytes]]:
-        """Return all (node, batch) received since the last call, in order per node, each once."""
+        """Return all (node, batch) pairs received since the last call, each once, in order for each node."""
         if not self._held and not self._batches:
             return []
         held, self._held = self._held, []
         return held + self._fresh()
 
     def admit(self, scene: str, say: Callable[[str], None]) -> None:
-        """Let externally started processes join."""
+        """Let processes join that users start themselves."""
         super().admit(scene, say)
         for process in self._tickets:
             self._begun[process] = time.monotonic()
             self._invite(process, say)
 
     def invitation(self, process: str) -> str:
-        """Return the sentence by which a user starts an external process: where its ticket is, and for how long."""
+        """Return a sentence that tells the user how to start an external process: where its ticket is, and how long the
+        run waits."""
         if process not in self._tickets:
             return super().invitation(process)
         return f"its ticket is {self._tickets[process].path}, good for {self._deadline:g} s"
@@ -160,7 +161,7 @@ class Succession(Hub):
             self.keep(node, m.encode(m.Checkpoint(0)))
 
     def keep(self, node: str, request: bytes) -> None:
-        """Request a checkpoint of an idle node, if it can give one."""
+        """Request a checkpoint from an idle node, if it can give one."""
         life = self._lives[node]
         if life.ready and life.keeps and not life.over:
             life.grants, life.kept_at = 0, time.monotonic()
@@ -183,7 +184,7 @@ class Succession(Hub):
     # ---- losses -------------------------------------------------------------------------------------------------
 
     def on_join(self, process: str) -> None:
-        """Begin the replay for the nodes of a process that has joined."""
+        """Begin the replay for the nodes of a process that has just joined."""
         for node in self.placement.hosted[process]:
             life = self._lives[node]
             if life.over:
@@ -205,7 +206,7 @@ class Succession(Hub):
             life.losses.clear()
 
     def on_loss(self, process: str, how: str) -> None:
-        """Replace a lost process; raises if it was lost too often at this point."""
+        """Replace a lost process; raises ProtocolError if it was lost too often at this point."""
         nodes = self.placement.hosted[process]
         lives = [life for node in nodes if not (life := self._lives[node]).over]
         if not lives:

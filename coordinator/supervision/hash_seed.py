@@ -23,7 +23,8 @@ def fixed() -> bool:
 
 
 def start_again() -> None:
-    """Restart this command with the fixed hash seed and UTF-8; does nothing if another program called it."""
+    """Restart this command with the fixed hash seed and UTF-8; does nothing if another program has called it as a
+    function."""
     message = os.environ.items() >= SEED.items()  # and not listened to: python -E
     if message or (fixed() and sys.flags.utf8_mode) or os.name != "posix":
         return
@@ -32,8 +33,8 @@ def start_again() -> None:
 
 
 def loose(model: "Model") -> list[str]:
-    """Return the paths of atomics whose code creates sets or whose attributes contain them, as their order depends on
-    the hash seed."""
+    """Return the paths of atomic models whose code creates sets or whose attributes contain sets, since the order of
+    sets depends on the hash seed."""
     from heavylift.nodes.devs import Atomic  # for which the command line need not wait
     from heavylift.nodes.devs.execution.flatten import tree
 

@@ -22,8 +22,8 @@ _LENGTH = Struct("<I")
 
 
 class ReplayLog:
-    """Log of messages to a node and its answers; `last`: the last message; `open`: it is unanswered; `answer`: the last
-    answer after HELLO; `welcome` and `hello`: None until they are sent."""
+    """Log of the messages to a node and of its answers; `last`: the last message; `open`: whether it is unanswered;
+    `answer`: the last answer after HELLO; `welcome` and `hello`: None until they are sent."""
 
     def __init__(self, path: Path) -> None:
         self._journal = Journal(path)
@@ -54,7 +54,8 @@ class ReplayLog:
         self._journal.restart([_entry(b"", checkpoint), *rest])
 
     def retell(self) -> Iterator[tuple[bytes, bytes]]:
-        """Yield all answered messages from WELCOME on with their answers, also those logged meanwhile."""
+        """Yield all answered messages, from WELCOME on, with their answers, including those that are logged during the
+        iteration."""
         if self.welcome is None or self.hello is None:
             return
         yield self.welcome, self.hello
@@ -81,7 +82,7 @@ _CURE = "let it depend on nothing but its inputs, time and its own random genera
 
 @dataclass
 class Life:
-    """State of a node over all incarnations of its process."""
+    """State of a node across all processes that have run it."""
 
     log: ReplayLog
     ready: bool = False  # has heard the whole story
@@ -105,31 +106,31 @@ class Life:
         self.ready, self.repeated, self.asked, self.batch = False, False, b"", self.kept_batch
 
     def outdated(self, answer: bytes) -> bool:
-        """Return whether this DONE repeats an earlier answer, because the node received a message twice."""
+        """Return whether this DONE repeats an earlier answer because the node received a message twice."""
         if not self.repeated:
             return False
         done, grant = m.decode(answer), m.decode(self.asked) if self.asked else None
-        return isinstance(done, m.Done) and not (isinstance(grant, m.Grant) and grant.gseq == done.gseq)
+        return isinstance(done, m.GrantDone) and not (isinstance(grant, m.Grant) and grant.gseq == done.gseq)
 
     @property
     def reached(self) -> Tag:
-        """The tag reached with the last answer in the replay."""
+        """The logical time reached with the last answer in the replay."""
         done = m.decode(self.heard) if self.heard else None
-        return done.reached if isinstance(done, m.Done) else Tag(0)
+        return done.reached if isinstance(done, m.GrantDone) else Tag(0)
 
 
 def nondeterminism(models: Sequence[str], before: bytes, now: bytes, last: Tag) -> ModelError:
     """Return the error for models that answered a message differently when their node was replayed; `before`, `now`:
-    both answers; `last`: the last tag."""
+    both answers; `last`: the last logical time."""
     old, new = m.decode(before), m.decode(now)
     if isinstance(new, m.Fail):
         what = f"it failed where the lost process had continued ({new.sentence})"
     elif type(old) is not type(new):
-        what = f"it said {type(new).__name__.upper()} where it had said {type(old).__name__.upper()} before"
+        what = f"it said {m.name_of(new)} where it had said {m.name_of(old)} before"
     else:
         fields = [f for f in old.__struct_fields__ if getattr(old, f) != getattr(new, f)]
-        what = f"{', '.join(fields)} of its {type(old).__name__.upper()} differ from what it had said before"
-    where = f"after {last}" if isinstance(old, m.Done) else "at its start"
+        what = f"{', '.join(fields)} of its {m.name_of(old)} differ from what it had said before"
+    where = f"after {last}" if isinstance(old, m.GrantDone) else "at its start"
     suspects = models if len(models) == 1 else _suspects(models, old, new)
     who = f"model {suspects[0]}" if len(suspects) == 1 else f"one of the models {together(suspects)}"
     return ModelError(f"{who} is not deterministic {where}: a replacement got the same messages, but {what}; {_CURE}")

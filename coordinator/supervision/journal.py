@@ -29,7 +29,7 @@ LIMIT = 1 << 30  # bytes of an entry: a longer one is damage
 
 
 class Journal:
-    """Writer of a new journal at `path`; replaces an older one, or fails if `exclusive`."""
+    """Writer of a new journal at `path`; an older journal is replaced, unless `exclusive` makes that an error."""
 
     def __init__(self, path: Path, exclusive: bool = False) -> None:
         self.path = path
@@ -39,7 +39,7 @@ class Journal:
             raise self._refused(error) from None
 
     def append(self, entry: bytes, sync: bool = False) -> None:
-        """Append an entry; with `sync` it is on the disk before this returns."""
+        """Append an entry; with `sync` the entry is on disk before this returns."""
         self.extend((entry,))
         if sync:
             try:
@@ -55,7 +55,7 @@ class Journal:
             raise self._refused(error) from None
 
     def restart(self, entries: Iterable[bytes]) -> None:
-        """Replace the entries by these, atomically."""
+        """Replace all entries by new ones, atomically."""
         fresh = self.path.with_name(self.path.name + ".new")
         try:
             file = _new(fresh)
@@ -82,7 +82,7 @@ class Journal:
 
 
 def read(path: Path) -> Iterator[bytes]:
-    """Yield the complete entries of a journal in order; none without a file."""
+    """Yield the complete entries of a journal in order; nothing if there is no file."""
     try:
         with closing(JournalReader(path)) as follower:
             yield from follower
@@ -132,14 +132,14 @@ def _check(length: int, entry: bytes) -> int:
 
 
 class TicketFile:
-    """The file `NAME.ticket` by which an externally started process joins."""
+    """The file `NAME.ticket`, which an externally started process needs to join."""
 
     def __init__(self, process: str) -> None:
         self.path = Path.cwd() / f"{process}.ticket"
         self._ours = False
 
     def write(self, ticket: Ticket) -> None:
-        """Write the ticket, or replace that of the last incarnation; raises OutputError for another file."""
+        """Write the ticket, replacing that of an earlier process; raises OutputError if another file has its name."""
         fresh = self.path.with_name(f".{self.path.name}-{secrets.token_hex(4)}")
         try:
             with open(os.open(fresh, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="utf-8") as file:
@@ -158,7 +158,7 @@ class TicketFile:
             fresh.unlink(missing_ok=True)
 
     def remove(self) -> None:
-        """Remove the ticket: no process may join any more."""
+        """Remove the ticket, after which no process can join."""
         if self._ours:
             self.path.unlink(missing_ok=True)
             self._ours = False

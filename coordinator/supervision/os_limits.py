@@ -30,7 +30,7 @@ LIMITS = (  # of the system, below which libraries end even a small run in words
 
 
 def check_room() -> None:
-    """Check the user's system limits; raises ProtocolError for one that is too low for a run in processes."""
+    """Check the user's system limits; raises ProtocolError for a limit that is too low for a run in processes."""
     for kind, needed, unit, what, command in LIMITS:
         given = resource.getrlimit(kind)[0]
         if given != resource.RLIM_INFINITY and given < needed * unit:
@@ -50,7 +50,8 @@ def state(pid: int) -> str:
 
 
 def ended(child: subprocess.Popen[bytes]) -> int | None:
-    """Return the exit code of a child, -N for signal N; None while it runs. It stays a zombie where possible."""
+    """Return the exit code of a child process, -N after signal N; None while it runs. The child stays a zombie where
+    possible."""
     if not hasattr(os, "waitid"):
         return child.poll()
     try:
@@ -79,16 +80,16 @@ NOTICE_s = 2.0
 
 
 class Crew(Protocol):
-    """Interface to the processes on this machine, for their supervision."""
+    """Interface to the processes on this machine that supervision needs."""
 
     def pid(self, process: str) -> int | None:
         """Return the process id."""
 
     def state(self, process: str) -> str:
-        """Return the state letter of a process: T stopped, t held by a debugger; "" if it is not visible."""
+        """Return the state letter of a process: T for stopped, t for held by a debugger; "" if it is not visible."""
 
     def place(self, process: str) -> str:
-        """Return where in the code a process is, as far as known."""
+        """Return the place in the code where a process is, if known."""
 
 
 @dataclass
@@ -100,7 +101,7 @@ class _Debt:
 
 
 class StallDetector:
-    """Detects hung processes among those that owe an answer; `ask` queries the progress of a process, `tell` receives
+    """Detects hung processes among those that owe an answer; `ask` asks a process for its progress, `tell` receives
     notices for the user."""
 
     def __init__(
@@ -110,7 +111,8 @@ class StallDetector:
         self._debts: dict[str, _Debt] = {}
 
     def lost(self, process: str, since: float, now: float) -> str | None:
-        """Return how a process that owes an answer `since` [monotonic s] was lost; "" if not; None if too early."""
+        """Return in what way a process was lost that has owed an answer since the time `since` [monotonic s]; "" if it
+        is not lost, None if it is too early to say."""
         debt = self._debts.get(process)
         if debt is None or debt.since != since:
             debt = self._debts[process] = _Debt(since, since)

@@ -26,12 +26,12 @@ def cores() -> int:
 
 
 def submits(executor: object) -> bool:
-    """Return whether the object runs calls like an executor of concurrent.futures (those of submitit do not)."""
+    """Return whether an object runs calls like an executor of concurrent.futures, which those of submitit do not."""
     return callable(getattr(executor, "submit", None))
 
 
 def finished(futures: Collection[Future[Any]], patience: float) -> Collection[Future[Any]]:
-    """Return completed futures after waiting up to `patience` [s]; futures of other libraries are polled."""
+    """Wait up to `patience` [s] and return the completed futures; futures of other libraries are polled."""
     if all(isinstance(future, Future) for future in futures):
         return wait(futures, timeout=patience, return_when=FIRST_COMPLETED).done
     if not (done := [future for future in futures if future.done()]):
@@ -40,13 +40,13 @@ def finished(futures: Collection[Future[Any]], patience: float) -> Collection[Fu
 
 
 class Pool(ProcessPoolExecutor):
-    """A pool of processes, as a context manager."""
+    """A pool of worker processes, as a context manager."""
 
     def __init__(self, processes: int) -> None:
         super().__init__(processes, get_context("spawn"), initializer=_begin, initargs=(os.getpid(),))
 
     def submit(self, call: Callable[..., Any], /, *args: Any, **named: Any) -> Future[Any]:
-        """Submit a call; may start a process."""
+        """Submit a call, which may start a worker process."""
         with _apart():
             return super().submit(call, *args, **named)
 

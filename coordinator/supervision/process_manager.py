@@ -39,7 +39,7 @@ REMOVE_s = 1.0  # in which a directory that somebody still writes to can be dele
 
 
 def keep(preload: Sequence[str], fresh: bool, life_line: int, directory: str) -> None:
-    """Execute the coordinator's orders to start and kill processes until there are no more; `fresh`: start a new
+    """Carry out the coordinator's orders to start and kill processes until no more arrive; `fresh`: start a new
     interpreter for each node."""
     wake_as_an_orphan()
     reports = os.dup(1)
@@ -52,13 +52,13 @@ def keep(preload: Sequence[str], fresh: bool, life_line: int, directory: str) ->
 
 
 def wake_as_an_orphan() -> None:
-    """Make the system continue this process, if it is stopped, when its parent dies (Linux)."""
+    """Make the system continue this process, in case it is stopped, when its parent dies (Linux)."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, int(signal.SIGCONT))
 
 
 def threads() -> int:
-    """Number of threads of this process."""
+    """Return the number of threads of this process."""
     try:
         return len(os.listdir("/proc/self/task"))
     except FileNotFoundError:
@@ -156,27 +156,28 @@ class _Keeper:
 
 
 def remove(directory: str) -> None:
-    """Delete a run's directory, even while other processes write or delete in it."""
+    """Delete the directory of a run, even while other processes write or delete files in it."""
     until = time.monotonic() + REMOVE_s
     while os.path.exists(directory) and time.monotonic() < until:
         shutil.rmtree(directory, ignore_errors=True)
 
 
 def name_process(node: str) -> None:
-    """Show the node's name in `top` and `ps -c`, where the system allows it."""
+    """Show the name of the node in `top` and `ps -c`, if the system allows it."""
     with contextlib.suppress(OSError), open("/proc/self/comm", "w", encoding="utf-8") as comm:
         comm.write(f"hl {node}")
 
 
 def python(function: str, *arguments: object) -> list[str]:
-    """Return the command of a new interpreter, with this one's module path, that calls a function of this file."""
+    """Return the command that starts a new interpreter with this one's module path and calls a function of this
+    file."""
     call = f"from {__name__} import {function}; {function}{arguments!r}"
     return [sys.executable, "-c", f"import sys; sys.path[:] = {sys.path!r}; {call}"]
 
 
 def enter(life_line: int, directory: str, module: str, arguments: Sequence[str]) -> NoReturn:
-    """Run `main(arguments)` of the module; its return value (None: 0) is the exit code of this process. The signal
-    STACKS makes it write the stacks of all threads to its log, even if it hangs in foreign code."""
+    """Run `main(arguments)` of the module; its return value (None: 0) is the exit code of this process. On the signal
+    STACKS the process writes the stacks of all threads to its log, even if it hangs in foreign code."""
     threading.Thread(target=_guard, args=(life_line, directory), name="life line", daemon=True).start()
     faulthandler.register(STACKS)
     code = 1

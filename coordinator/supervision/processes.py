@@ -108,14 +108,15 @@ class Processes(AbstractContextManager["Processes"]):
             thread.start()
 
     def start(self, hub: "Hub", commands: Mapping[str, Sequence[str]]) -> None:
-        """Start every process: name -> (module, arguments...); the module's `main(arguments)` creates its Link."""
+        """Start every process, given as name -> (module, arguments...); the module's `main(arguments)` connects to the
+        hub."""
         self._hub, self._commands = hub, dict(commands)
         hub.supervise(self.deaths)
         for process in commands:
             self.begin(process)
 
     def begin(self, process: str) -> None:
-        """Start the present incarnation of a process."""
+        """Start the process that now has this name."""
         assert self._hub is not None, "there is a run"
         module, *arguments = self._commands[process]
         self._order(
@@ -125,12 +126,12 @@ class Processes(AbstractContextManager["Processes"]):
 
     @property
     def owed_since(self) -> float | None:
-        """Time since which the process manager owes an answer [monotonic s]; None if it owes none."""
+        """Time [monotonic s] since which the process manager has owed an answer; None if it owes none."""
         with self._change:
             return self._owed[0] if self._owed and not self._lost else None
 
     def give_up(self, how: str) -> None:
-        """Note that the process manager and all its processes are lost."""
+        """Mark the process manager and all its processes as lost."""
         with self._change:
             self._lost = self._lost or f"its process is gone, since the process manager was lost: {how}"
             self._change.notify_all()
@@ -144,7 +145,8 @@ class Processes(AbstractContextManager["Processes"]):
             return self._lost
 
     def kill(self, process: str, look: Callable[[], None] = lambda: None) -> None:
-        """Kill a process and wait until it is gone; `look` is called until the process manager obeys; may `give_up`."""
+        """Kill a process and wait until it is gone; `look` is called until the process manager has obeyed. May call
+        `give_up`."""
         self._order(do="signal", signal=int(signal.SIGKILL), name=process)
         while not self._loss() and self.owed_since is not None:
             look()
@@ -178,7 +180,7 @@ class Processes(AbstractContextManager["Processes"]):
         self._launch()
 
     def pid(self, process: str) -> int | None:
-        """Return the process id of the present incarnation."""
+        """Return the process id of the process that now has this name."""
         return self._keeper.pid if process == KEEPER else self.pids.get(process)
 
     def state(self, process: str) -> str:
@@ -186,7 +188,8 @@ class Processes(AbstractContextManager["Processes"]):
         return state(self.pid(process) or 0)
 
     def place(self, process: str) -> str:
-        """Return where the main thread of a process is; writes the stacks of all its threads to its log."""
+        """Return the place in the code where the main thread of a process is; the process also writes the stacks of all
+        its threads to its log."""
         if process not in self.pids:
             return ""
         before = len(self.output(process))
@@ -199,7 +202,7 @@ class Processes(AbstractContextManager["Processes"]):
         return next((line.strip() for line in main.splitlines() if line.strip().startswith("File")), "")
 
     def deaths(self) -> dict[str, str]:
-        """Return how each ended process ended, with its last line of output."""
+        """Return in what way each ended process has ended, with its last line of output."""
         if lost := self._loss():  # who is there may go on as long as nobody needs a keeper
             return {name: lost for name in self._commands if self.state(name) in GONE}
         with self._change:
@@ -218,7 +221,7 @@ class Processes(AbstractContextManager["Processes"]):
         return log.read_text(encoding="utf-8", errors="replace") if log.exists() else ""
 
     def stop(self, grace: float = GRACE_s) -> None:
-        """Wait `grace` [s] for nodes to end, then kill them; the process manager stays."""
+        """Wait `grace` [s] for nodes to end, then kill those that have not; the process manager stays."""
         with self._change:
             self._change.wait_for(lambda: not self._alive() or self._lost, timeout=grace)
         if self._alive():
@@ -227,7 +230,7 @@ class Processes(AbstractContextManager["Processes"]):
                 self._change.wait_for(lambda: not self._alive() or self._lost, timeout=KILL_s)
 
     def end(self, grace: float = GRACE_s) -> None:
-        """End everything, so that no process and no directory remains."""
+        """End all processes and remove the directory of the run."""
         if self._life.closed:
             return
         self.stop(grace)

@@ -37,8 +37,8 @@ MOST = 1_000_000  # variants of a study
 
 @dataclass(frozen=True)
 class Axis:
-    """A varied quantity: path as written; its texts, or the ends of its range in `unit`, or an uncertain input of the
-    scene, or a group of moves; `first`: a setting that must be applied before it."""
+    """A varied quantity: its path as written; its texts, or the ends of its range in `unit`, or an uncertain input of
+    the scene, or a group of moves; `first`: a setting that must be applied before it."""
 
     path: str
     texts: tuple[str, ...] = ()
@@ -51,13 +51,13 @@ class Axis:
 
     @cached_property
     def numbers(self) -> list[float] | None:
-        """The texts as numbers with a common unit; None if they are not numbers."""
+        """The texts as numbers with a common unit; None if they are not all numbers."""
         found = [number_and_unit(text) for text in self.texts]
         return [float(x) for x, _ in found] if all(x for x, _ in found) and len({u for _, u in found}) == 1 else None
 
     @property
     def label(self) -> str:
-        """Path and unit for figures and columns."""
+        """Path and unit, for figures and column headers."""
         unit = self.uncertain.unit if self.uncertain else self.unit
         return f"{self.path} [{unit}]" if unit else self.path
 
@@ -75,11 +75,11 @@ class Axis:
         return f"{x!r} {self.unit}".strip(), x
 
     def value(self, i: int) -> float:
-        """Return the number plotted for text `i`: its value, or its index."""
+        """Return the number by which text `i` is plotted: its value, or its index."""
         return self.numbers[i] if self.numbers else float(i)
 
     def setting(self, text: str) -> list[str]:
-        """Return the `--set` options for a value."""
+        """Return the `--set` options that select a value."""
         if self.uncertain is not None:
             return settings([self.uncertain], [text])
         if self.motion is not None:
@@ -97,7 +97,7 @@ class Variant:
 
 
 def axes_of(scene: LoadedScene, vary: Sequence[str], sampling: bool) -> list[Axis]:
-    """Return the requested axes, for a sample also the uncertain inputs of the scene; raises SceneError."""
+    """Return the requested axes; for a sample also the uncertain inputs of the scene. Raises SceneError."""
     axes = [_axis(scene, text, sampling) for text in vary]
     given = {_place(scene, axis.path) for axis in axes}
     if len(given) < len(axes):
@@ -117,7 +117,7 @@ def axes_of(scene: LoadedScene, vary: Sequence[str], sampling: bool) -> list[Axi
 
 
 def grid(axes: Sequence[Axis]) -> list[Variant]:
-    """Return all combinations of the values; the last axis changes fastest."""
+    """Return all combinations of the values of all axes; the last axis changes fastest."""
     count = 1
     for axis in axes:
         count *= len(axis.texts)
@@ -135,7 +135,7 @@ def grid(axes: Sequence[Axis]) -> list[Variant]:
 
 
 def sampled(axes: Sequence[Axis], quantiles: NDArray[np.float64]) -> list[Variant]:
-    """Return the variants at quantiles (n, axes)."""
+    """Return the variants at the given quantiles (n, axes)."""
     found = []
     for number, point in enumerate(quantiles):
         drawn = [axis.quantile(float(p)) for axis, p in zip(axes, point, strict=True)]

@@ -25,7 +25,7 @@ HARMLESS = {("builtins", "bytes")}  # what dask says of the type of a row
 
 
 class Unpickled(AttributeError):
-    """Error for refused pickled code; a subclass of AttributeError, which dask handles like its own errors."""
+    """Raised when pickled code is refused; a subclass of AttributeError, which dask handles like its own errors."""
 
 
 class _Guard:
@@ -89,10 +89,10 @@ class _Workers(Executor):
 
 @contextmanager
 def dask_workers(scheduler: str, keys: Path, insecure: bool = False) -> Iterator[Executor]:
-    """Yield an executor of the workers of the scheduler at `tls://HOST:PORT`; `keys`: directory of the yard's
+    """Yield an executor that uses the workers of the scheduler at `tls://HOST:PORT`; `keys`: directory with the yard's
     certificates.
 
-    `insecure`: without certificates and encryption, so that everybody on the network can read rows and forge them.
+    `insecure`: without certificates and encryption; anybody on the network can then read rows and forge them.
     """
     secret = scheduler.startswith("tls://")
     if not secret and not insecure:

@@ -38,11 +38,11 @@ FAR = 10.0  # times as fast, or so many scales away, where no range is given
 
 @dataclass(frozen=True)
 class FoundLimit:
-    """Result of a search: path and unit; all values with their rows; the last value with a green verdict and the first
-    with a red one (or the state in `fails`); error of the search ("" if none).
+    """Result of a search for a limit: path and unit; all values with their rows; the last value with a green verdict
+    and the first with a red one (or the state in `fails`); what went wrong ("" if nothing).
 
-    `bar`: error estimate of the utilisation at the last green value, by tighter steps and the next finer model level,
-    at 95 %; None if the verdict turns red by something other than a utilisation, or without a limit.
+    `bar`: error estimate of the utilisation at the last green value, from tighter steps and the next finer model level,
+    at 95 %; None if no utilisation turns the verdict red, or if there is no limit.
     """
 
     path: str
@@ -61,7 +61,8 @@ class FoundLimit:
 
     @property
     def half(self) -> float | None:
-        """Uncertainty of the limit, from that of the utilisation, in the number's unit; None if unknown."""
+        """Uncertainty of the limit that follows from the uncertainty of the utilisation, in the unit of the number;
+        None if unknown."""
         if self.bar is None or self.green is None or self.red is None:
             return None
         name = f"use/{self.runs[self.red]['limit']}"
@@ -70,7 +71,7 @@ class FoundLimit:
 
     @property
     def why(self) -> str:
-        """Why the first red value is red."""
+        """The reason why the first red value is red."""
         if self.red is None:
             return ""
         row = self.runs[self.red]
@@ -110,14 +111,16 @@ class FoundLimit:
 
 
 def reason(row: Row) -> str:
-    """Return why a run is red or refused: the first sentence, without its place; its status if there is no sentence."""
+    """Return why a run is red or refused: the first sentence of its message, without the place; its status if there is
+    no sentence."""
     text = str(row.get("verdict") or row["sentence"])
     first = next((line for line in text.splitlines() if line), str(row["status"]))
     return first_sentence(first.partition("; worst: ")[2] or first)
 
 
 def askable(scene: LoadedScene) -> list[str]:
-    """Return the names of all numbers that `--all` varies: moves, usual and uncertain inputs."""
+    """Return the names of all numbers that `--all` varies: speeds and accelerations of moves, usual inputs, and
+    uncertain inputs."""
     names = [*(one.name for one in uncertain_inputs(scene)), *unstated(scene, uncertain_inputs(scene))]
     return [*motions(scene), *dict.fromkeys(x for name in names for x in _numbers(scene, name))]
 
@@ -142,7 +145,7 @@ def limits_of_all(
     fails: State = "red",
 ) -> list[FoundLimit]:
     """Find the limits of several numbers, each varied alone, in parallel processes; `say` reports the runs; `fails`:
-    the mildest state that ends the search."""
+    the mildest state that ends a search."""
 
     def message(name: str, value: str, row: Row) -> None:
         status = "green" if row["status"] == "done" else f"{row['status']}: {reason(row)}"
@@ -171,7 +174,8 @@ def limits_of(
     watch: Callable[[str, Row], None] = lambda value, row: None,
     fails: State = "red",
 ) -> FoundLimit:
-    """Find the limit of `PATH`, or `PATH=FROM..TO UNIT` in that direction; SceneError if PATH is not a number."""
+    """Find the limit of `PATH`, or of `PATH=FROM..TO UNIT` in that direction; raises SceneError if PATH does not lead
+    to a number."""
     axis, start, end = _range(scene, asked)
     task, runs = Task.of(scene, limit_s, "none", True), dict[float, Row]()
 

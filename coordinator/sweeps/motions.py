@@ -29,7 +29,7 @@ DIMENSIONS = {("speed", False): SPEED, ("speed", True): RATE,
 
 @dataclass(frozen=True)
 class MotionOrder:
-    """An order of the action list: path for `--set`, text, and the varied number [SI]."""
+    """An order of the action list: its path for `--set`, its text, and the number that is varied [SI]."""
 
     path: str
     text: str
@@ -38,7 +38,7 @@ class MotionOrder:
 
 @dataclass(frozen=True)
 class MotionGroup:
-    """Moves of one kind: name, orders, whether speed or acceleration is varied, and its dimension."""
+    """Moves of one kind: name, orders, whether their speed or their acceleration is varied, and its dimension."""
 
     name: str
     orders: tuple[MotionOrder, ...]
@@ -52,11 +52,12 @@ class MotionGroup:
 
     @property
     def value(self) -> float:
-        """The largest number of an order, in the unit."""
+        """The largest number among the orders, in the unit of the group."""
         return max(order.number for order in self.orders) / float(self.dimension.units[self.unit])
 
     def setting(self, text: str) -> list[str]:
-        """Return settings that scale the group's largest number to this value; raises SceneError if it is none."""
+        """Return settings that scale all orders so that the largest number becomes this value; raises SceneError if the
+        text is not a value."""
         try:
             part = self.dimension.read(text) / max(order.number for order in self.orders)
         except ValueError as error:
@@ -76,7 +77,8 @@ class MotionGroup:
 
 
 def motion_of(scene: LoadedScene, name: str) -> MotionGroup | None:
-    """Return the moves of a name such as `hoist speed`; None if the name is unknown or the scene has no such moves."""
+    """Return the moves that a name such as `hoist speed` stands for; None if the name is unknown or the scene has no
+    such moves."""
     noun, _, word = name.strip().rpartition(" ")
     if noun not in VERBS_OF or word not in WORDS:
         return None

@@ -19,7 +19,7 @@ from heavylift.kernel.errors import HeavyliftError, SceneError
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.keys.validate import override
 from heavylift.nodes.scene.loading import parse
-from heavylift.nodes.scene.text.source import Data, Path, Source, read
+from heavylift.nodes.scene.text.source import Data, Path, SourceText, read
 
 from .timing import FoundTiming, Parts, TimingStep, done, last_wait, overlaps, ramps, rewritten, speeds
 from .variant import first_sentence
@@ -31,7 +31,8 @@ LEAST = 0.2  # part of a step below which it is given up in runs
 
 
 def planned(scene: LoadedScene, budget: float, say: Callable[[str], None] = LOG.info) -> FoundTiming:
-    """Find the shortest timing of a scene within `budget` [s] of wall time; raises SceneError."""
+    """Find the shortest timing of a scene within `budget` [s] of wall time; raises SceneError if the scene cannot be
+    planned."""
     scene = chosen(scene, say)
     search = _Search(scene, time.monotonic() + budget, say)
     try:
@@ -228,7 +229,7 @@ def _own_text(scene: LoadedScene) -> str:
     return text
 
 
-def _changed(source: Source, data: Data, path: Path) -> Iterator[tuple[Path, str]]:
+def _changed(source: SourceText, data: Data, path: Path) -> Iterator[tuple[Path, str]]:
     """Yield the paths and texts of values that differ from those of a source."""
     if isinstance(data, dict | list) and isinstance(source.at(path), type(data)):
         for key, value in data.items() if isinstance(data, dict) else enumerate(data):

@@ -34,7 +34,7 @@ INPUT = "input/"  # before the name of a column: what was varied
 
 @dataclass(frozen=True)
 class StudyPlan:
-    """Definition of a study: scene, axes, number of draws and design (0: full grid), seed."""
+    """Definition of a study: scene, axes, variants, number of draws and design (0 draws: full grid), seed."""
 
     scene: LoadedScene
     axes: Sequence[Axis]
@@ -109,11 +109,11 @@ class Study(AbstractContextManager["Study"]):
 
     @property
     def waiting(self) -> list[Variant]:
-        """Variants without a row."""
+        """Variants that do not have a row yet."""
         return [variant for variant in self.plan.variants if variant.number not in self.rows]
 
     def append(self, rows: Sequence[Row]) -> None:
-        """Append rows; they are on the disk when this returns."""
+        """Append rows; they are on disk when this returns."""
         if not rows:
             return
         import pyarrow

@@ -26,7 +26,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Index:
-    """First-order and total sensitivity index of an axis, with half-widths at 95 %."""
+    """First-order and total sensitivity index of an axis, with half-widths of their 95 % intervals."""
 
     axis: str
     first: float
@@ -36,7 +36,8 @@ class Index:
 
 
 def drawn(design: str, count: int, axes: int, seed: int) -> Floats:
-    """Draw at most `count` points of quantiles in (0, 1), (count, axes); raises SceneError if `count` is too small."""
+    """Return at most `count` points of quantiles in (0, 1), shape (count, axes); raises SceneError if `count` is too
+    small."""
     if design not in DESIGNS:
         raise SceneError(f"--design '{design}': there is none; choose {' or '.join(DESIGNS)}")
     problem = _problem([str(i) for i in range(axes)])
@@ -53,7 +54,7 @@ def drawn(design: str, count: int, axes: int, seed: int) -> Floats:
 
 
 def base_rows(design: str, count: int, axes: int) -> Floats:
-    """Return (count,) bool: which rows are independent draws of all inputs."""
+    """Return a mask (count,) of the rows that are independent draws of all inputs."""
     independent = np.ones(count, bool)
     if design == "sobol":
         block = np.arange(count) % (axes + 2)
@@ -62,7 +63,8 @@ def base_rows(design: str, count: int, axes: int) -> Floats:
 
 
 def indices(design: str, axes: Sequence[str], quantiles: Floats, result: Floats, seed: int) -> list[Index]:
-    """Return the sensitivity indices of all axes, by decreasing total; none if a value is missing or all are equal."""
+    """Return the sensitivity indices of all axes, sorted by decreasing total index; empty if a value is missing or all
+    values are equal."""
     if (
         len(result) < FEWEST[design]
         or not np.isfinite(result).all()
@@ -104,7 +106,7 @@ LEVEL = 0.95
 @dataclass(frozen=True)
 class Chance:
     """Statistics of a limit in a study: number of checked variants, mean and maximum utilisation, number and fraction
-    of variants beyond the limit, and the 95 % interval of this fraction for independent draws."""
+    of variants beyond the limit, and for independent draws the 95 % interval of this fraction."""
 
     limit: str
     judged: int
@@ -118,8 +120,8 @@ class Chance:
 
 @dataclass(frozen=True)
 class Summary:
-    """Counts by status, variants still to run, unfinished variants, inputs (n,) by axis and results (n,) by name,
-    limits with the governing first, sensitivity indices by result."""
+    """Summary of a study: counts by status, variants still to run, unfinished variants, inputs (n,) by axis and results
+    (n,) by name, limits with the governing one first, sensitivity indices by result."""
 
     counts: dict[str, int]
     waiting: int

@@ -32,7 +32,7 @@ Watch = Callable[[Study, Row | None], None]
 def planned(
     scene: LoadedScene | str | Path, vary: Sequence[str] = (), sample: int = 0, design: str = DESIGNS[0], seed: int = 1
 ) -> StudyPlan:
-    """Define a study of a scene; raises SceneError for a path that cannot be varied."""
+    """Return the definition of a study of a scene; raises SceneError for a path that cannot be varied."""
     scene = level_of(loaded(scene))
     sample, seed, text = whole("--sample", sample), whole("--seed", seed), texts(vary)
     if text is None:
@@ -57,14 +57,14 @@ def sweep(
     limit: float = LIMIT_s,
     watch: Watch = lambda study, row: None,
 ) -> Study:
-    """Run the variants of a scene that the folder `into` does not have yet; the returned study has all results as
+    """Run those variants of a scene that the folder `into` does not contain yet; the returned study has all results as
     `rows`.
 
     `vary`: axes such as "block.mass=200..400 t by 25 t": all combinations of values, or with `sample` this number of
-    draws of them and of the scene's uncertain inputs. `executor`: any; default: a pool of `workers` processes (default:
-    all cores). `keep`: recordings of "failed" or "all" variants. Without `judged` there is no verdict, and actions are
-    not checked statically first, for which `run` may refuse a scene. `limit`: wall time of a run [s]. Raises
-    HeavyliftError, Stopped on Ctrl-C.
+    draws of them and of the scene's uncertain inputs. `executor`: any executor; default: a pool of `workers` processes
+    (default: all cores). `keep`: recordings of "failed" or "all" variants. Without `judged` there is no verdict, and
+    actions are not checked statically first, for which `run` may refuse a scene. `limit`: wall time of a run [s].
+    Raises HeavyliftError, and Stopped on Ctrl-C.
     """
     if keep not in KEEP:
         raise SceneError(f"--keep '{keep}': keep {', '.join(KEEP)}")

@@ -22,7 +22,7 @@ from heavylift.nodes.plan.actions import Action, LandedCondition, LiftedConditio
 from heavylift.nodes.plan.plan import driven
 from heavylift.nodes.plan.verbs import VERBS
 from heavylift.nodes.scene import LoadedScene
-from heavylift.nodes.scene.text.source import Mark, Path, Source, ordered, read
+from heavylift.nodes.scene.text.source import Mark, Path, SourceText, ordered, read
 from heavylift.nodes.scene.text.spelling import NUMBER
 from heavylift.recordings.sheets.sheet import Cell, Table, columns, table_text
 
@@ -36,10 +36,11 @@ BEHIND_SPEED = re.compile(r"(?=\s(?:by|to|until)\s)")
 
 @dataclass(frozen=True)
 class TimingStep:
-    """A possible acceleration of an action (number from 0), at paths of the scene, from `now` to `most`.
+    """A possible acceleration of an action (numbered from 0), at paths of the scene, from the value `now` to the value
+    `most`.
 
     Speeds of an action are scaled by a common factor; a ramp is written as `words`; for an overlap `now` and `most` are
-    times [s]. `why`: what limits `most`; "" if only a trial can show.
+    times [s]. `why`: what limits `most`; "" if only a trial can show it.
     """
 
     kind: Literal["speed", "ramp", "overlap"]
@@ -52,7 +53,7 @@ class TimingStep:
 
     @property
     def halved(self) -> bool:
-        """Whether a fraction of the step can be tried if the whole step is refused."""
+        """Whether a fraction of the step can be tried if the whole step turns the verdict red."""
         return self.kind == "overlap" or not self.why
 
     def value(self, part: float) -> float:
@@ -70,7 +71,8 @@ class TimingStep:
 
 
 def speeds(scene: LoadedScene) -> Iterator[TimingStep]:
-    """Yield steps that raise orders' speeds to those of their drives, the boldest first; a turn's by a multiple."""
+    """Yield steps that raise the speeds of orders to those of their drives, with the largest first; the speed of a turn
+    is multiplied."""
     actuators = {a.name: a for machine in scene.plan.machines for a in machine.actuators}
     for i, action in enumerate(scene.scene.actions):
         moves = [o for o in scene.plan.actions[i].orders if isinstance(o, Move) and actuators[o.actuator].speed]
@@ -118,7 +120,7 @@ def ramps(scene: LoadedScene) -> Iterator[TimingStep]:
 
 
 def overlaps(scene: LoadedScene, lasts: Sequence[float]) -> Iterator[TimingStep]:
-    """Yield moves that may begin during those of the previous action and end after them, away from ground and load;
+    """Yield moves that may begin during the moves of the previous action and end after them, away from ground and load;
     `lasts`: duration of each action [s]."""
     listed = scene.plan.actions
     for i in range(1, min(len(listed), len(lasts))):
@@ -135,7 +137,7 @@ def rewritten(text: str, name: str, changes: Mapping[Path, str]) -> str:
     """Return the text with new values at paths; a key that is missing is added as the first of its mapping.
 
     A comment after a value keeps its column as long as there is room. Raises SceneError if a value cannot be replaced
-    alone: one of several lines, an alias, or one in another file.
+    alone: a value of several lines, an alias, or a value in another file.
     """
     source, lines = read(text, name), text.splitlines(keepends=True)
     at = {path: _mark(source, path) for path in changes}
@@ -158,7 +160,7 @@ def rewritten(text: str, name: str, changes: Mapping[Path, str]) -> str:
     return found
 
 
-def _mark(source: Source, path: Path) -> Mark:
+def _mark(source: SourceText, path: Path) -> Mark:
     """Return the place of a value, or of the key before which a new one is inserted."""
     if path in source.values:
         return source.values[path]
@@ -185,7 +187,8 @@ Parts = dict[TimingStep, float]  # how far each step is taken, of 1
 
 @dataclass(frozen=True)
 class FoundTiming:
-    """A timing: scene and run before and after, fraction and limit of each step; `wrong`: why there is none."""
+    """A planned timing: scene and run before and after, fraction and limit of each step; `wrong`: why no timing was
+    found."""
 
     before: LoadedScene
     run_before: Played | None
@@ -204,7 +207,7 @@ class FoundTiming:
 
     @property
     def message(self) -> list[str]:
-        """Lines for people: the stages before and after, and the verdict."""
+        """Lines of text for people: the stages before and after, and the verdict."""
         assert self.run_before is not None
         assert self.run_after is not None
         ends = [done(run) for run in (self.run_before, self.run_after)]
@@ -251,5 +254,5 @@ def _stages(run: Played) -> Iterator[tuple[int, str, float]]:
 
 
 def done(run: Played) -> float:
-    """Return the time at which the last move of a run ends [s]."""
+    """Return the time [s] at which the last move of a run ends."""
     return max((e.t for e in run.events if isinstance(e.value, Done)), default=0) * 1e-9

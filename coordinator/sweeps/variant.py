@@ -61,7 +61,7 @@ Row = dict[str, Any]
 
 @dataclass(frozen=True)
 class Task:
-    """The part that all variants of a study share: text and name of the scene, settings, wall time limit [s],
+    """The data that all variants of a study share: text and name of the scene, settings, wall time limit [s],
     recordings to keep, whether limits and clearances are checked, quantities whose errors are measured."""
 
     text: str
@@ -83,7 +83,7 @@ class Task:
 
 
 def answered(task: Task, variant: Variant) -> bytes:
-    """Run a variant and return the worker's answer: its row, or a row with the error, encoded."""
+    """Run a variant and return the worker's encoded answer: its row, or a row with the error."""
     try:
         row = played(task, variant)
     except Exception as error:
@@ -92,7 +92,7 @@ def answered(task: Task, variant: Variant) -> bytes:
 
 
 def received(answer: object, variant: Variant) -> Row:
-    """Decode the row in a worker's answer; raises ProtocolError if it is not one of this variant."""
+    """Decode the row in a worker's answer; raises ProtocolError if the answer is not a row of this variant."""
     if not isinstance(answer, bytes) or len(answer) > MOST_BYTES:
         raise ProtocolError("its worker did not answer with the bytes of a row")
     try:
@@ -118,7 +118,7 @@ def _fits(name: str, x: object) -> bool:
 
 
 def first_sentence(text: str) -> str:
-    """Return the first sentence of an error, without its place and repetitions."""
+    """Return the first sentence of an error, without its place and without repetitions."""
     first = text.splitlines()[0]
     return re.sub(r"^(.*?error: )?(actions\[[^:]*: )?", "", first).partition("; likewise")[0]
 

@@ -41,7 +41,7 @@ LATER_ns = 100_000_000  # that models of a user may answer late
 
 
 def hanging(scene: LoadedScene) -> "list[CoupledPair]":
-    """Return pairs of bodies above and below each hook rope; raises SceneError if there is none to couple across."""
+    """Return, for each hook rope, the bodies above and below it; raises SceneError if no rope separates two bodies."""
     plan, found = scene.plan, list[CoupledPair]()
     for machine in plan.machines:
         bodies, ropes = {b.name: b.mass for b in machine.system.bodies}, {r.name: r for r in machine.system.all_ropes}
@@ -103,8 +103,8 @@ class CoupledPair:
 
 
 def held(pair: CoupledPair, h: float, lasts: float) -> Held:
-    """Measure the stability of a pair that exchanges forces held over `h` [s]; `lasts`: duration of the scene's run
-    [s]."""
+    """Measure the stability of two bodies whose solvers exchange forces every `h` [s]; `lasts`: duration of the scene's
+    run [s]."""
     omega = pair.omega
     first, second = (
         _alone("upper", pair.upper, STRETCH * _part(pair)),

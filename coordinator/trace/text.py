@@ -19,7 +19,8 @@ SHOWN = 8  # chains in the text
 
 
 def data(timeline: Timeline) -> dict[str, Any]:
-    """Return times [s], counts and bytes of each node; chains of waiting; declared and observed lookaheads."""
+    """Return times [s], counts and bytes of each node, chains of waiting nodes, and declared and observed lookaheads as
+    plain data."""
     wall = timeline.wall
     return {
         "wall_s": wall * 1e-9,
@@ -53,7 +54,7 @@ def _node(lane: Lane, wall: int) -> dict[str, Any]:
 
 
 def text(timeline: Timeline) -> str:
-    """Return tables: nodes, the longest chains of waiting, ports with their lookahead."""
+    """Return three tables as text: nodes, the longest chains of waiting nodes, and ports with their lookahead."""
     found = data(timeline)
     wall = found["wall_s"] or 1.0
     counts = ("grants", "inputs", "outputs")
@@ -103,7 +104,7 @@ Entry = dict[str, Any]
 
 
 def trace_events(timeline: Timeline) -> Entry:
-    """Return the whole trace as trace events, as plain data."""
+    """Return the whole trace as Chrome trace events, in plain data."""
     processes = {name: i + 2 for i, name in enumerate(dict.fromkeys(x.process for x in timeline.lanes.values()))}
     found: list[Entry] = [_name("process_name", 1, 0, COORDINATOR), _name("thread_name", 1, 1, "decides and records")]
     found += [_name("process_name", pid, 0, name) for name, pid in processes.items()]

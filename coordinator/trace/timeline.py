@@ -26,7 +26,8 @@ COORDINATOR = "coordinator"  # the end of a chain in which no node is granted
 
 
 class GrantSpan(NamedTuple):
-    """Span from GRANT to DONE [ns], with its number of inputs and outputs, and the simulation time [ns]."""
+    """The time between a GRANT and its DONE [ns], with the number of inputs and outputs and the simulation time
+    [ns]."""
 
     begin: int
     end: int
@@ -37,7 +38,7 @@ class GrantSpan(NamedTuple):
 
 
 class HeldTime(NamedTuple):
-    """An interval in which a node was blocked by the next event of the node `by`."""
+    """An interval in which the next event of the node `by` blocked another node."""
 
     begin: int
     end: int
@@ -46,7 +47,8 @@ class HeldTime(NamedTuple):
 
 @dataclass
 class Lane:
-    """One node: process, intervals granted and blocked, working time [s], bytes of its messages."""
+    """The activity of one node: process, intervals in which it had a grant or was blocked, working time [s], bytes of
+    its messages."""
 
     node: str
     process: str
@@ -75,7 +77,8 @@ class _Message(msgspec.Struct):
 
 
 class Timeline:
-    """Activity of a recorded run's nodes over wall time; raises RecordingError without protocol messages."""
+    """Activity of all nodes of a recorded run over wall time; raises RecordingError if the recording has no protocol
+    messages."""
 
     def __init__(self, path: str | Path) -> None:
         recording = Recording(path)
@@ -106,7 +109,7 @@ class Timeline:
 
     @property
     def alone(self) -> int:
-        """Wall time without any granted node, in which the coordinator decided or recorded [ns]."""
+        """Wall time [ns] in which no node had a grant and the coordinator decided or recorded."""
         free, reached = 0, 0
         for grant in sorted(grant for lane in self.lanes.values() for grant in lane.grants):
             free += max(0, grant.begin - reached)
@@ -162,8 +165,9 @@ class Chain(NamedTuple):
 
 
 def chains(timeline: Timeline) -> list[Chain]:
-    """Return all chains of waiting nodes, longest first; a node's waiting time counts in the chain that it heads. A
-    chain ends at a node with a GRANT, or at the coordinator if it already has the DONE that all wait for."""
+    """Return all chains of waiting nodes, longest first; the waiting time of a node counts in the chain that begins
+    with it. A chain ends at a node with a GRANT, or at the coordinator if it already has the DONE for which all
+    wait."""
     total: Counter[tuple[str, ...]] = Counter()
     cuts = sorted({cut for lane in timeline.lanes.values() for span in lane.grants for cut in span[:2]})
     for node, lane in timeline.lanes.items():

@@ -61,7 +61,7 @@ class Exchange:
         self._batches.append(sample)
 
     def samples(self) -> list[tuple[str, bytes]]:
-        """Return all (node, batch) received since the last call, in order per node."""
+        """Return all (node, batch) pairs received since the last call, in order for each node."""
         if not self._batches:
             return []
         come = (self._batches.popleft() for _ in range(len(self._batches)))
@@ -71,7 +71,7 @@ class Exchange:
     def publish_event(
         self, path: str, port: str, payload: bytes, type: str = "", t_ns: int = 0, k: int = 0, index: int = 0
     ) -> None:
-        """Publish a committed event to observers (key event/<model path>/<port>); a slow one misses some."""
+        """Publish a committed event to observers (key event/<model path>/<port>); a slow observer misses some."""
         self._shown_at("event", path, port).put(payload, f"application/msgpack;{type}", t_ns, k, index)
 
     def heard_data(self, topic: str) -> bool:
@@ -79,7 +79,7 @@ class Exchange:
         return self._shown_at("sample", topic).heard
 
     def publish_data(self, topic: str, payload: bytes, schema: str = "", t_ns: int = 0) -> None:
-        """Publish data of a topic to observers (key sample/<topic>); a slow one misses some."""
+        """Publish data of a topic to observers (key sample/<topic>); a slow observer misses some."""
         self._shown_at("sample", topic).put(payload, f"application/protobuf;{schema}", t_ns)
 
     def _shown_at(self, *chunks: str) -> "_Shown":
@@ -106,7 +106,7 @@ class Exchange:
             raise
 
     def dismiss(self, payload: bytes) -> None:
-        """Send every node its last message; from now on nodes may leave."""
+        """Send every node its last message; nodes may leave from then on."""
         for node in self.nodes:
             self.send(node, payload)
 
@@ -175,12 +175,12 @@ class LocalHub(Exchange):
         return self._links[node]
 
     def send(self, node: str, payload: bytes) -> None:
-        """Send a protocol message to a node; it is in the node's queue when this returns."""
+        """Send a protocol message to a node; when this returns, the message is in the node's queue."""
         with whole():
             super().send(node, payload)
 
     def receive(self, timeout: float | None = None) -> tuple[str, bytes] | None:
-        """Return the next (node, message), after running nodes until one answers; None if none can answer in time."""
+        """Let nodes work until one answers and return the next (node, message); None if none can answer in time."""
         while not self._inbox:
             if self._ready:
                 self._links[self._ready.popleft()].dispatch()

@@ -59,7 +59,7 @@ def _identity(run: str, node: str, topic: FrameTopic, epoch: int) -> bytes:
 
 
 class Writer:
-    """Frames the messages of one node on one topic, numbered from 0."""
+    """Frames the messages of one node on one topic and numbers them from 0."""
 
     def __init__(self, run: str, node: str, topic: FrameTopic, epoch: int) -> None:
         self._identity = _identity(run, node, topic, epoch)
@@ -90,7 +90,7 @@ class FrameReader:
         return payload
 
     def outdated(self, data: bytes) -> bool:
-        """Return whether a refused message is an undamaged one of an earlier incarnation."""
+        """Return whether a refused message is an undamaged one from an earlier process of the node."""
         at, end = _START.size + len(MAGIC) + 1, _START.size + len(self._identity)  # of the epoch; of the identity
         if len(data) < end or crc32(data[4:]) != int.from_bytes(data[:4], "little"):
             return False
@@ -150,7 +150,8 @@ def key(run: str, *chunks: str) -> str:
 
 
 def check_names(names: Iterable[str], kind: str) -> tuple[str, ...]:
-    """Check that names of nodes or processes are valid in a key and distinct, and return them; raises ProtocolError."""
+    """Return names of nodes or processes after checking that they are distinct and can be part of a key; raises
+    ProtocolError."""
     checked = tuple(names)
     for name in checked:
         if not re.fullmatch(r"[A-Za-z0-9_-]{1,200}", name) or name in RESERVED:
@@ -168,8 +169,8 @@ SOCKET_PATH_LIMIT = 104  # bytes with the closing zero: the smaller of Linux (10
 
 
 class RunDirectory:
-    """A directory of mode 0700 for one run: socket, passwords, output of nodes. It is locked while its coordinator
-    lives; the directory of a killed run is removed when the next run begins."""
+    """A directory of mode 0700 for one run: socket, passwords, output of nodes. It is locked while its coordinator is
+    alive; the directory of a killed run is removed when the next run begins."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -245,5 +246,5 @@ def _sweep(place: Path) -> None:
 
 
 def places() -> list[str]:
-    """Return the folders for run directories, preferred one first."""
+    """Return the folders in which directories of runs may be created, the preferred one first."""
     return list(dict.fromkeys((tempfile.gettempdir(), os.environ.get("XDG_RUNTIME_DIR", "/tmp"), "/tmp")))

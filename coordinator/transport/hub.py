@@ -34,7 +34,8 @@ LEAVE_s = 2.0  # in which processes that somebody else has started leave a run t
 
 
 class RemoteGate(Protocol):
-    """Lets processes of other hosts join; `hosts`: remote process -> the host from which it has joined."""
+    """Interface through which processes on other hosts join; `hosts`: remote process -> host from which it has
+    joined."""
 
     hosts: dict[str, str]
 
@@ -42,7 +43,7 @@ class RemoteGate(Protocol):
 
 
 class RemoteAddress(ListenAddress, Protocol):
-    """Interface of a listener for processes of other hosts, with the gate that decides which may join."""
+    """Interface of a listener for processes on other hosts, with the gate that decides which of them may join."""
 
     @property
     def seen_from_afar(self) -> str: ...
@@ -50,7 +51,8 @@ class RemoteAddress(ListenAddress, Protocol):
 
 
 class Hub(Exchange):
-    """Connects the coordinator with node processes over a private unix socket, and with other hosts by a listener."""
+    """Connects the coordinator with node processes through a private unix socket, and with other hosts through a
+    listener."""
 
     def __init__(
         self,
@@ -98,12 +100,12 @@ class Hub(Exchange):
             time.sleep(0.001)
 
     def ticket(self, process: str) -> Ticket:
-        """Return the ticket by which a process joins."""
+        """Return the ticket with which a process joins."""
         nodes, epoch = self.placement.hosted[process], self.epoch(process)
         return Ticket(self.run, process, nodes, epoch, self.directory.socket, self._passwords.get(process, ""))
 
     def admit(self, scene: str, say: Callable[[str], None]) -> None:
-        """Admit processes of other hosts to a run of the scene with this fingerprint; `say` reports how to start them,
+        """Admit processes on other hosts to a run of the scene with this fingerprint; `say` reports how to start them,
         and which have joined."""
         if self._listener is not None:
             self._gate = self._listener.gate(self, self._session, scene, say)
@@ -111,7 +113,7 @@ class Hub(Exchange):
                 say(f"waiting for process {process}; {self.invitation(process)}")
 
     def invitation(self, process: str) -> str:
-        """Return the sentence by which a user starts a process on another host."""
+        """Return a sentence that tells the user how to start a process on another host."""
         assert self._listener is not None, "there is no other way for a remote process"
         at = f"--connect {self._listener.seen_from_afar} --certificates DIRECTORY --run {self.run}"
         return f"on its host type: heavylift node {process} {at}"
@@ -142,7 +144,7 @@ class Hub(Exchange):
         return True
 
     def receive(self, timeout: float | None = None) -> tuple[str, bytes] | None:
-        """Return the next (node, message), or None after `timeout` [s]; a timeout of None waits for ever."""
+        """Return the next (node, message), or None after `timeout` [s]; None waits without a limit."""
         self._liveness.deadline = deadline = None if timeout is None else time.monotonic() + timeout
         while True:
             sample = self._inbox.try_recv()
@@ -158,15 +160,15 @@ class Hub(Exchange):
                 return got
 
     def epoch(self, process: str) -> int:
-        """Return the number of the present incarnation of a process."""
+        """Return the number of the process that now has this name, counted from 1."""
         return self._liveness.epochs[process]
 
     def joined(self, process: str) -> bool:
-        """Return whether the present incarnation of a process has joined."""
+        """Return whether the process that now has this name has joined."""
         return process in self._liveness.joined
 
     def renew(self, process: str) -> None:
-        """Admit the next incarnation of a process; messages of the present one will be dropped."""
+        """Admit the next process of this name; messages of the present one will be dropped."""
         self._liveness.renew(process)
         if self._gate is not None:
             self._gate.free(process)
@@ -181,7 +183,7 @@ class Hub(Exchange):
             )
 
     def ask(self, process: str) -> bytes | None:
-        """Query whether a process is alive; returns its encoded answer, None without one."""
+        """Ask a process for a sign of life; return its encoded answer, or None if there is none."""
         at = key(self.run, "ask", process, str(self.epoch(process)))
         replies = self._session.get(at, FifoChannel(4), timeout=ANSWER_s)
         return next((reply.ok.payload.to_bytes() for reply in replies if reply.ok is not None), None)
@@ -203,10 +205,10 @@ class Hub(Exchange):
                 self.on_join(process)
 
     def on_join(self, process: str) -> None:
-        """Hook for subclasses: a process has joined."""
+        """Called when a process has joined; for subclasses."""
 
     def on_loss(self, process: str, how: str) -> None:
-        """Handle the loss of a process; raises ProtocolError, as the run cannot continue here."""
+        """Handle the loss of a process; raises ProtocolError, since this hub cannot replace it."""
         raise self.gone(process, how)
 
     def gone(self, process: str, how: str) -> ProtocolError:
@@ -214,13 +216,13 @@ class Hub(Exchange):
         return ProtocolError(f"{self.loss(process, 'gone')}: {how}; start the run again")
 
     def loss(self, process: str, what: str) -> str:
-        """Return the beginning of a sentence: the nodes that were lost or replaced, and when."""
+        """Return the beginning of a sentence that names the nodes that were lost or replaced, and when."""
         host = self._gate.hosts.get(process, "") if self._gate else ""
         at = self.when()
         return f"{self.placement.described(process, host)} {what}{' at ' + at if at else ''}"
 
     def serve(self, topic: str, answer: Callable[[zenoh.Query], None]) -> None:
-        """Answer the queries on a topic of the run by `answer`, which a thread of the bus calls."""
+        """Answer the queries on a topic of the run with `answer`, which is called in a thread of the bus."""
 
         def heard(query: zenoh.Query) -> None:
             self._served = True
@@ -230,7 +232,7 @@ class Hub(Exchange):
         self._queryable = self._session.declare_queryable(key(self.run, topic), handler)
 
     def supervise(self, deaths: Callable[[], Mapping[str, str]]) -> None:
-        """Monitor the run's processes by `deaths`, which returns how each has ended; a thread calls it."""
+        """Monitor the processes of the run; `deaths` returns in what way each has ended and is called in a thread."""
         self._liveness.supervise(deaths)
 
     def notice(self) -> None:
@@ -242,7 +244,7 @@ class Hub(Exchange):
         self._liveness.excuse(process)
 
     def dismiss(self, payload: bytes) -> None:
-        """Send every node that has joined its last message; from now on nodes may leave."""
+        """Send every node that has joined its last message; nodes may leave from then on."""
         self._liveness.excuse(*self.placement.processes)
         for node in self.nodes:
             if matched(self._publishers[node]):

@@ -59,7 +59,7 @@ class _Sender:
 
 
 class NodeLink(AbstractContextManager["NodeLink"]):
-    """A process's connection to its coordinator; joins the run with all nodes of the ticket."""
+    """The connection of a process to its coordinator, which joins the run with all nodes of the ticket."""
 
     def __init__(self, ticket: Ticket, session: zenoh.Session | None = None) -> None:
         """`session`: the session that brought the ticket; without it, connect as the ticket states."""
@@ -76,7 +76,7 @@ class NodeLink(AbstractContextManager["NodeLink"]):
         self._alive = session.liveliness().declare_token(key(self.run, "alive", self.process, self._epoch))
 
     def answer(self, sign: Callable[[], bytes]) -> None:
-        """Answer the coordinator's liveness queries by `sign()` in a separate thread."""
+        """Answer the coordinator's liveness queries with `sign()` in a separate thread."""
 
         def reply(query: zenoh.Query) -> None:
             query.reply(query.key_expr, sign())
@@ -106,7 +106,7 @@ class NodeLink(AbstractContextManager["NodeLink"]):
         self._senders[node].sample(payload)
 
     def receive(self) -> tuple[str, bytes]:
-        """Wait for the coordinator's next message; returns it with its node."""
+        """Wait for the coordinator's next message; return it with the node to which it is addressed."""
         sample = self._inbox.recv()
         sender = self._addresses.get(str(sample.key_expr))
         if sender is None:
@@ -117,8 +117,8 @@ class NodeLink(AbstractContextManager["NodeLink"]):
         return sender.node, sender.open(sample.payload.to_bytes())
 
     def close(self) -> None:
-        """Leave the run after all messages have arrived, as closing earlier would lose them. The coordinator's session
-        handles queries in the order of arrival, so its answer shows that everything has arrived."""
+        """Leave the run after all messages have arrived, since leaving earlier would lose them. The coordinator's
+        session handles queries in the order of arrival, so its answer shows that everything has arrived."""
         if not self._session.is_closed():
             block = zenoh.CongestionControl.BLOCK
             at = key(self.run, "leave", self.process)
@@ -130,7 +130,8 @@ class NodeLink(AbstractContextManager["NodeLink"]):
 
 
 class LocalLink(_Sender):
-    """A node's connection to a LocalHub over the same session; `serve` passes its messages to a function.
+    """The connection of a node to a LocalHub over the same session; `serve` sets the function that receives its
+    messages.
 
     Messages are received by callbacks during the sender's put; exceptions of signals would be lost in this foreign
     code, so signals are deferred.
@@ -151,7 +152,7 @@ class LocalLink(_Sender):
             super().send(payload)
 
     def sample(self, payload: bytes) -> None:
-        """Send a batch of samples to the coordinator, which handles it at once, within the node's step."""
+        """Send a batch of samples to the coordinator, which handles it at once, during the node's step."""
         with whole():
             super().sample(payload)
         self._sampled()
@@ -165,7 +166,7 @@ class LocalLink(_Sender):
         self._handler = handler
 
     def dispatch(self) -> bool:
-        """Pass one pending message to the handler; returns False if there is none."""
+        """Pass one pending message to the handler; return False if there is none."""
         if self._handler is None or not self._pending:
             return False
         self._handler(self.receive())

@@ -23,7 +23,8 @@ GRACE_s = 0.3  # how long a lost connection waits for the reason of its process'
 
 
 class News(NamedTuple):
-    """Report that an incarnation of a process has joined (`lost` is None), or how it was lost."""
+    """Report that a process has joined (`lost` is None), or in what way it was lost; `epoch`: its number among the
+    processes of this name."""
 
     process: str
     epoch: int
@@ -31,7 +32,8 @@ class News(NamedTuple):
 
 
 class LivenessMonitor:
-    """Monitor of a run's processes; `wake` interrupts the receiving thread; `connected`: whether a process is."""
+    """Monitor of a run's processes; `wake` interrupts the receiving thread; `connected`: returns whether a process is
+    connected."""
 
     def __init__(self, processes: Iterable[str], wake: Callable[[], None], connected: Callable[[str], bool]) -> None:
         self.epochs = dict.fromkeys(processes, FIRST_EPOCH)
@@ -63,7 +65,7 @@ class LivenessMonitor:
         self._thread.join(timeout=1.0)
 
     def token(self, sample: zenoh.Sample) -> None:
-        """Handle a liveness token that has appeared or gone; called by Zenoh."""
+        """Handle a liveness token that has appeared or disappeared; called by Zenoh."""
         process, epoch = str(sample.key_expr).split("/")[-2:]
         present = self.epochs.get(process)
         if present is None or epoch != str(present):
@@ -76,7 +78,7 @@ class LivenessMonitor:
             self.notice()
 
     def supervise(self, deaths: Callable[[], Mapping[str, str]]) -> None:
-        """Set `deaths`, which returns how each ended process has ended."""
+        """Set the function `deaths`, which returns in what way each ended process has ended."""
         self._deaths = deaths
 
     def notice(self) -> None:
@@ -94,11 +96,11 @@ class LivenessMonitor:
         self._excused.update(processes)
 
     def lost(self, process: str) -> bool:
-        """Return whether the present incarnation of a process is lost or may have left."""
+        """Return whether the process that now has this name is lost or may have left."""
         return process in self._excused or (process, self.epochs[process]) in self._reported
 
     def renew(self, process: str) -> None:
-        """Make the next incarnation of a process the present one."""
+        """Monitor the next process of this name instead of the present one."""
         if self.epochs[process] == LAST_EPOCH:
             raise ProtocolError(
                 f"process {process} was replaced {LAST_EPOCH} times, this machine cannot keep it running"

@@ -23,7 +23,7 @@ MANY = 128  # processes; of more, `check` suggests fewer
 
 @dataclass(frozen=True)
 class Placement:
-    """Assignment of models to processes: process -> its models, in the order of starting."""
+    """Assignment of models to processes: process -> its models, in the order in which processes start."""
 
     processes: Mapping[str, tuple[str, ...]]
     remote: frozenset[str] = frozenset()
@@ -38,7 +38,8 @@ class Placement:
 
     @classmethod
     def spread(cls, models: Sequence[str], count: int) -> "Placement":
-        """Distribute the models in order over `count` processes; the kernel has its own if there are at least two."""
+        """Return a placement that distributes the models in order over `count` processes; the kernel has one of its own
+        if there are at least two."""
         count = min(count, len(models))
         if count == len(models):
             return cls.apart(models)
@@ -50,7 +51,8 @@ class Placement:
 
     @classmethod
     def of(cls, models: Sequence[str], hosts: Mapping[str, str]) -> "Placement":
-        """Return a placement by `hosts`: model -> process; other models have a process of their own name."""
+        """Return the placement given by `hosts`: model -> process; every other model has a process with its own
+        name."""
         found: dict[str, tuple[str, ...]] = {}
         for model in models:
             process = hosts.get(model, model)
@@ -59,24 +61,24 @@ class Placement:
 
     @property
     def models(self) -> tuple[str, ...]:
-        """All models."""
+        """All models of the placement."""
         return tuple(model for models in self.processes.values() for model in models)
 
     @property
     def crowd(self) -> str:
-        """Suggestion of `check` for a scene with very many processes; "" for fewer."""
+        """The suggestion that `check` prints for a scene with very many processes; "" for fewer."""
         if (count := len(self.processes)) <= MANY:
             return ""
         return f"a run starts {count} processes: `--processes auto` takes as many as pay, `--processes 4` four"
 
     @property
     def awaited(self) -> frozenset[str]:
-        """Processes that the coordinator does not start."""
+        """The processes that the coordinator does not start but waits for."""
         return self.remote | self.external
 
     @cached_property
     def hosted(self) -> dict[str, dict[str, tuple[str, ...]]]:
-        """Process -> its nodes, each with its models."""
+        """For each process, its nodes with their models."""
         return {process: nodes_of(models) for process, models in self.processes.items()}
 
     @cached_property
@@ -86,11 +88,12 @@ class Placement:
 
     @cached_property
     def process_of(self) -> dict[str, str]:
-        """Node -> its process."""
+        """For each node, its process."""
         return {node: process for process, nodes in self.hosted.items() for node in nodes}
 
     def described(self, process: str, host: str = "") -> str:
-        """Return the subject of a sentence about a process: "node west is", "nodes a, b (process yard) are"."""
+        """Return the subject of a sentence about a process, such as "node west is" or "nodes a, b (process yard)
+        are"."""
         nodes, at = self.processes[process], f" on host {host}" if host else ""
         if nodes == (process,):
             return f"node {process}{at} is"
@@ -99,7 +102,7 @@ class Placement:
 
 
 def nodes_of(models: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """Return the nodes formed by the models of one process, each with its models."""
+    """Return the nodes that the models of one process form, each with its models."""
     together = tuple(model for model in models if model != KERNEL)
     found = {together[0]: together} if together else {}
     return {**found, KERNEL: (KERNEL,)} if KERNEL in models else found
@@ -113,10 +116,10 @@ def place(
     remote: Iterable[str] = (),
     external: Iterable[str] = (),
 ) -> Placement:
-    """Return the placement of a run: a number of processes, or the scene's placement overridden by `--place`.
+    """Return the placement of a run: by a number of processes, or as the scene states it, overridden by `--place`.
 
-    `remote`: processes, or nodes that are alone in theirs, that users start on another host; `external`: processes
-    whose place external programs take, started by users.
+    `remote`: processes, or nodes that are alone in theirs, that users start on another host; `external`: processes that
+    users replace by external programs.
     """
     placement = Placement(_place(nodes, scene, given, count).processes, frozenset(remote), frozenset(external))
     for option, processes in (("--remote", placement.remote), ("--external", placement.external)):

@@ -24,11 +24,11 @@ from .frame import AFAR, HUB, JOIN, OBSERVER, OPERATOR, WIRE, RunDirectory, key
 
 
 def access(run: str, processes: list[str], remote: tuple[str, ...]) -> dict[str, object]:
-    """Return the access rules: each process writes and receives the keys of its nodes; observers receive events;
-    everything else is denied.
+    """Return the access rules of a run: each process writes and receives the keys of its nodes; observers receive
+    events; everything else is denied.
 
-    A process on this host is identified by its password, one on another host by the name in its certificate; any holder
-    of a certificate of the yard may ask whether it may join, and join under the name in it.
+    A process on this host is identified by its password, one on another host by the name in its certificate; the holder
+    of any certificate of the yard may ask whether it may join, and may join under the name in the certificate.
     """
 
     def rule(name: str, flow: str, messages: list[str], *keys: str) -> dict[str, Any]:
@@ -81,7 +81,7 @@ RUNTIME = "(rx:(handover:app),acc:(handover:app),tx:(handover:app),net:(handover
 
 
 class ListenAddress(Protocol):
-    """Interface of the listener for other hosts (`hosts.listener`): its address, Zenoh's settings for both sides."""
+    """Interface of a listener for other hosts (`hosts.listener`): its address, and Zenoh's settings for both sides."""
 
     @property
     def endpoint(self) -> str: ...
@@ -90,7 +90,7 @@ class ListenAddress(Protocol):
 
 
 class Ticket(msgspec.Struct, frozen=True):
-    """What a process needs to join a run; passed on standard input, or as a file to an external program."""
+    """The data that a process needs to join a run; passed on standard input, or as a file to an external program."""
 
     run: str
     process: str
@@ -101,12 +101,13 @@ class Ticket(msgspec.Struct, frozen=True):
     wire: int = WIRE
 
     def to_text(self) -> str:
-        """Return the ticket as text, which `take` reads."""
+        """Return the ticket as text, in the form that `take` reads."""
         return msgspec.json.encode(self).decode()
 
     @classmethod
     def take(cls) -> "Ticket":
-        """Read this process's ticket from standard input, then replace that by /dev/null; raises ProtocolError."""
+        """Read this process's ticket from standard input, and then replace standard input by /dev/null; raises
+        ProtocolError."""
         try:
             with open(0, "rb", closefd=False) as given:
                 ticket = msgspec.json.decode(b"" if given.isatty() else given.read(), type=cls)
@@ -124,7 +125,7 @@ def new_run_id() -> str:
 
 
 def new_password() -> str:
-    """Return a password for one user of one run."""
+    """Return a new random password for one user of one run."""
     return secrets.token_urlsafe(24)
 
 
@@ -135,7 +136,7 @@ def hub_session(
     listener: ListenAddress | None = None,
     remote: Iterable[str] = (),
 ) -> zenoh.Session:
-    """Open the coordinator's session: it listens on the run's socket for the users of `passwords` only. A `listener`
+    """Open the coordinator's session, which listens on the run's socket for the users of `passwords` only. A `listener`
     also admits the `remote` processes, identified by the names in their certificates."""
     known = {**passwords, AFAR: AFAR} if listener else passwords
     users = directory.write("users", "".join(f"{user}:{password}\n" for user, password in known.items()))
@@ -177,7 +178,7 @@ def remote_session(listener: ListenAddress) -> zenoh.Session:
 
 
 def observer_config(directory: Path, run: str) -> dict[str, object]:
-    """Return Zenoh settings for observers of the run in this directory, with the readable keys."""
+    """Return Zenoh's settings for observers of the run in this directory, and the keys that they may read."""
     keys = [key(run, topic, "**") for topic in ("event", "sample")]
     return {
         "metadata": {"heavylift": {"run": run, "wire": WIRE, "keys": keys}},
@@ -198,7 +199,7 @@ def guest_session(directory: Path, user: str) -> zenoh.Session:
 
 
 def local_session() -> zenoh.Session:
-    """Open a session without any end point, for a run with all nodes in this process."""
+    """Open a session without any network end point, for a run with all nodes in this process."""
     config = _config("peer")
     config["transport"]["link"]["protocols"] = []
     return _open(config, "the run in this process cannot start")

@@ -26,7 +26,7 @@ __getattr__ = on_demand(__name__)
 
 
 def prepare() -> None:
-    """Import the modules that the verdict needs in advance, to save time at the end of a run."""
+    """Import in advance the modules that the verdict needs, to save time at the end of a run."""
     from . import judging  # noqa: F401
 
 

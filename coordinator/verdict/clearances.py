@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 SMALLEST = 10  # clearances that are reported
 LIMIT = 0.5  # clearance of a scene that says nothing [m]
 Kept = Callable[..., float]
-ORDER: tuple[Kind, ...] = ("rope", "sling", "hanging", "block", "mechanism", "machine", "stools")
+ORDER: tuple[Kind, ...] = ("rope", "sling", "hanging", "block", "mechanism", "machine", "supports")
 MISSED = ": the corners that their contact takes missed it, write 'meets: boxes'"
 THINNEST = 1e-3  # time between samples that are looked at, at least [s]
 
@@ -42,10 +42,10 @@ def clearances(
     mechanics: System | None = None,
     meant: Meant = (),
 ) -> list[Clearance]:
-    """Return all clearances below their limit and, if these are few, the smallest ones; smallest first.
+    """Return all clearances below their limits and, if these are few, also the smallest other ones; smallest first.
 
-    `landing`: intervals [s] of orders to land; `mechanics`: those of the plan, if they are known; `meant`: allowed
-    contacts with their times.
+    `landing`: intervals [s] in which an order to land is carried out; `mechanics`: those of the plan, if known;
+    `meant`: allowed contacts with their times.
     """
     keep, known_shapes = limit_between(plan), Shapes(plan)
     known, nearest = NearestSoFar(smallest, keep()), dict[int, Clearance]()
@@ -80,14 +80,14 @@ def clearances(
 
 
 def lift_of(plan: Plan, thing: str) -> str:
-    """Return the name of the lift, among several, to which a thing belongs; else ""."""
+    """Return the name of the lift to which a part belongs, if the plan has several lifts; otherwise ""."""
     name = thing.rpartition(" ")[2]
     return max((x.name for x in plan.lists if name.startswith(f"{x.name}-")), key=len, default="")
 
 
 def limit_between(plan: Plan) -> Kept:
-    """Return a function that gives the required clearance [m] between two things: that of their lift, between lifts the
-    larger one; without names the largest of all."""
+    """Return a function that gives the required clearance [m] between two parts: that of their lift, between two lifts
+    the larger one; called without names, the largest of all."""
     limits = {x.subject: x.value for x in reversed(plan.limits) if x.quantity == "clearance" and x.value is not None}
     own = {x.name: limits[x.name] for x in plan.lists if x.name in limits}
     most = max(own.values(), default=next(reversed(limits.values()), LIMIT))
@@ -99,7 +99,7 @@ def limit_between(plan: Plan) -> Kept:
 
 
 def findings(found: Sequence[Clearance], plan: Plan | None = None) -> list[Check]:
-    """Return clearances below their limit as findings, with the remedy for intended contact."""
+    """Return clearances below their limits as findings; the message says what to write if the contact is intended."""
     shapes = Shapes(plan) if plan is not None else None
     missed = [shapes is not None and c.distance < -TOUCH and shapes.by_corners(c.a, c.b) for c in found]
     return [_finding(c, MISSED if m else "") for c, m in zip(found, missed, strict=True) if _red(c)]
@@ -111,7 +111,7 @@ def _red(c: Clearance) -> bool:
 
 def _the(thing: str) -> str:
     """Return a thing with its article, unless it has a name."""
-    common = thing in ("block", GROUND, "stools") or thing.partition(" ")[0] in ("rope", "portal", "upper", "lower")
+    common = thing in ("block", GROUND, "supports") or thing.partition(" ")[0] in ("rope", "portal", "upper", "lower")
     return f"the {thing}" if common else thing
 
 
@@ -128,8 +128,8 @@ def _finding(c: Clearance, more: str) -> Check:
 
 
 def thinned(past: RunHistory) -> Iterator[tuple[History, tuple[int, int]]]:
-    """Yield parts of a run without samples at the same instant, each with the range of samples to search; two more
-    samples at either end are for accelerations."""
+    """Yield parts of a run in which no two samples have the same time, each with the range of samples to search; two
+    more samples at either end serve to compute accelerations."""
     kept = np.flatnonzero(np.diff(past.t, prepend=-np.inf) >= THINNEST)
     n = len(kept)
     for first in range(0, max(min(n, 1), n - 1), BLOCK):
@@ -272,7 +272,7 @@ def _part(s: Moving, p: Floats, t: float) -> str:
         u, v, w = np.array(s.shape.centre) + turned(matrices(turn[None])[0].T, p - s.centre[k])
         return f"{s.shape.thing} at u, v, w = {u:.1f}, {v:.1f}, {w:.1f} m"
     part = s.shape.part if isinstance(s.shape, Solid) else ""
-    return f"{part} of {s.shape.thing}" if part and s.shape.kind != "stools" else ""
+    return f"{part} of {s.shape.thing}" if part and s.shape.kind != "supports" else ""
 
 
 def _rounded(p: Floats) -> tuple[float, float, float]:

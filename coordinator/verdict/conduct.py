@@ -24,8 +24,8 @@ FINISHED = "finished"
 
 @dataclass
 class Conduct:
-    """Record of a run's course: stages (time [s], action, name), orders not begun, end positions, overloads,
-    interlocks, an operator's commands, end."""
+    """Record of the course of a run: stages (time [s], action, name), orders that did not begin, end positions reached,
+    overloads, interlocks, an operator's commands, and the end."""
 
     stages: list[tuple[float, int, str]] = field(default_factory=list)
     skipped: list[tuple[float, int, str]] = field(default_factory=list)
@@ -42,7 +42,7 @@ class Conduct:
     reason: str = ""
 
     def hear(self, t_ns: int, kind: str, value: dict[str, Any]) -> None:
-        """Add an event with its message as plain data."""
+        """Add an event, with its message as plain data."""
         t = t_ns * 1e-9
         match kind:
             case Stage.__name__:
@@ -89,7 +89,7 @@ def conduct_of(rec: Recording) -> Conduct:
 
 
 def conduct_findings(plan: Plan, text: Conduct) -> Iterator[Check]:
-    """Yield all findings about the course of a run, unordered."""
+    """Yield all findings about the course of a run, in no particular order."""
     lift = any(machine.cargo for machine in plan.machines)
     yield from _stops(plan, text)
     yield from _interlocks(plan, text)
@@ -110,7 +110,7 @@ def conduct_findings(plan: Plan, text: Conduct) -> Iterator[Check]:
 
 
 def touching(plan: Plan, text: Conduct) -> list[tuple[frozenset[str], float, float]]:
-    """Return the contacts that a scene orders or allows: names, begin and end [s]."""
+    """Return the contacts that a scene orders or allows: names of the two parts, begin and end [s]."""
     found = [(frozenset(x.names), -inf, inf) for x in plan.may_touch]
     for begin, end, actions in _stages(plan, text):
         touches = (touch for action in actions for touch in action.may_touch)
@@ -119,7 +119,7 @@ def touching(plan: Plan, text: Conduct) -> list[tuple[frozenset[str], float, flo
 
 
 def landing(plan: Plan, text: Conduct) -> list[tuple[float, float]]:
-    """Return the intervals [s] of orders to land."""
+    """Return the intervals [s] in which an order to land is carried out."""
     return [
         (begin, end)
         for begin, end, actions in _stages(plan, text)

@@ -25,7 +25,7 @@ ALONG = np.repeat(np.arange(3), 4)  # the axis of each
 
 
 class Placed(NamedTuple):
-    """A shape at m poses: centre (m, 3), R (m, 3, 3), half edges (m, 3), radius [m]."""
+    """A shape at m poses: centre (m, 3), rotation R (m, 3, 3), half edges (m, 3), radius [m]."""
 
     centre: Floats
     R: Floats
@@ -34,7 +34,8 @@ class Placed(NamedTuple):
 
 
 class Near(NamedTuple):
-    """Distances (m,) [m], negative in a penetration; nearest or deepest points; directions from a to b (m, 3)."""
+    """Distances (m,) [m], negative for penetration, with the nearest or deepest points and the directions from a to b
+    (m, 3)."""
 
     distance: Floats
     a: Floats
@@ -43,7 +44,7 @@ class Near(NamedTuple):
 
 
 def bounds(a: Placed, b: Placed) -> Floats:
-    """Return lower bounds (m,) of the distances."""
+    """Return lower bounds (m,) of the distances between two shapes at m poses."""
     found: Floats = _gaps(_directions(a, b), a, b).max(axis=0)
     return found
 
@@ -63,7 +64,8 @@ def bounds_between(a: tuple[Placed, Placed], b: tuple[Placed, Placed]) -> Floats
 
 
 def bounds_along(a: tuple[Placed, Placed], b: tuple[Placed, Placed], n: Floats, n_A: Floats, n_B: Floats) -> Floats:
-    """Return lower bounds (m,) along a direction from a to b, fixed in the world, the first or second shape."""
+    """Return lower bounds (m,) of the gap along a direction from a to b that is fixed in the world, in the first or in
+    the second shape."""
     first, second = (
         np.stack([np.broadcast_to(n, x.centre.shape).T, turned(x.R, n_A).T, turned(y.R, n_B).T], axis=1)
         for x, y in zip(a, b, strict=True)
@@ -125,8 +127,8 @@ def _gaps(n: Floats, a: Placed, b: Placed) -> Floats:
 
 
 def separation(a: Placed, b: Placed) -> tuple[Floats, Floats]:
-    """Return (m,) the largest gaps along the normals of all faces and across all pairs of edges, and (m, 3) their
-    directions: the distances themselves where boxes overlap."""
+    """Return the largest gaps (m,) along the normals of all faces and perpendicular to all pairs of edges, and their
+    directions (m, 3); where boxes overlap, these gaps are the distances."""
     A, B = _columns(a.R), _columns(b.R)
     crosses = np.stack([cross(A[:, i].T, B[:, j].T).T for i in range(3) for j in range(3)], axis=1)
     n = _towards(_middles(a, b), np.concatenate([A, B, _units(crosses, PARALLEL)], axis=1))
@@ -136,7 +138,8 @@ def separation(a: Placed, b: Placed) -> tuple[Floats, Floats]:
 
 
 def exactly(a: Placed, b: Placed) -> Near:
-    """Return the exact distances of shapes at m poses; deepest points touch last when the shapes separate."""
+    """Return the exact distances of shapes at m poses; for overlapping shapes, the points returned are those that touch
+    last when the shapes separate."""
     p, q = _nearest(a, b)
     gap = lengths(q - p)
     n = (q - p) / np.maximum(gap, TINY)[:, None]

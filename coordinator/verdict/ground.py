@@ -33,8 +33,8 @@ ASIDE = 1.0  # from where a block stands: as far as it and its trolleys go, it i
 
 @dataclass(frozen=True)
 class GroundClearance:
-    """The ground clearance of a thing: distance of its lowest point from the ground [m], time [s], position (3,); limit
-    [m], 0 if only penetration counts."""
+    """The smallest ground clearance of a part: distance of its lowest point from the ground [m], time [s], position
+    (3,); limit [m], 0 if only penetration is checked."""
 
     shape: Moving
     distance: float
@@ -44,7 +44,8 @@ class GroundClearance:
 
 
 class GroundSurvey:
-    """Ground clearances of a run: call `survey` for all parts, `settle`, then `look` for each part."""
+    """Ground clearances of a run: `survey` is called for all parts of the run, then `settle`, then `look` for each
+    part."""
 
     def __init__(self, shapes: Shapes, keep: Callable[[str], float]) -> None:
         self._shapes, self._keep = shapes, keep
@@ -56,7 +57,7 @@ class GroundSurvey:
         self._high: dict[object, bool] = {}  # shapes of machines: whether they begin above the ground
 
     def survey(self, part: History, between: tuple[int, int]) -> None:
-        """Record when and where the blocks of a part are near the ground or on supports."""
+        """Record when and where the blocks in a part of the run are near the ground or on supports."""
         first, last = between
         inside = slice(first, last if last < len(part.t) - 1 else last + 1)
         for name in sorted({*self._shapes.cargo} & {*part.poses}) if self._looks else ():
@@ -73,8 +74,8 @@ class GroundSurvey:
             self._columns.setdefault(name, []).append(tuple(x[inside].copy() for x in columns))
 
     def settle(self, landing: Spans, meant: Meant = ()) -> None:
-        """Compute, after all parts are surveyed, when blocks may be near the ground; `landing`: intervals [s] of orders
-        to land; `meant`: allowed contacts."""
+        """Compute, after all parts have been surveyed, when blocks may be near the ground; `landing`: intervals [s] of
+        orders to land; `meant`: allowed contacts."""
         for name, columns in self._columns.items():
             t, *others = (np.concatenate(x) for x in zip(*columns, strict=True))
             self._meant[name] = _meant(landing, t, *others)

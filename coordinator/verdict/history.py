@@ -30,7 +30,7 @@ KEPT = 3  # blocks of them: an hour and a half of usual samples
 
 
 class RunHistory(Protocol):
-    """Interface of the history of a run, whole or in parts."""
+    """Interface of the recorded history of a run, as a whole or in parts."""
 
     @property
     def t(self) -> Floats:
@@ -42,11 +42,10 @@ class RunHistory(Protocol):
 
 @dataclass(frozen=True)
 class History:
-    """Columns of a run: t (n,) [s]; poses: body -> (n, 7) [m, quaternion x y z w]; tensions: rope (most loaded part) or
-    support -> (n,) [N]; unstretched lengths: rope -> (n,) [m]; rope lines with their times; joint speeds:
+    """Recorded columns of a run: t (n,) [s]; poses: body -> (n, 7) [m, quaternion x y z w]; tensions: rope (most loaded
+    part) or support -> (n,) [N]; unstretched lengths: rope -> (n,) [m]; rope lines with their times; joint speeds:
     joint.component -> (n,) [m/s, rad/s]; deflections `bent`: body.place.axis -> (n,) [m]; edge forces and places:
-    rope.edge -> (n,) [N], [m].
-    """
+    rope.edge -> (n,) [N], [m]."""
 
     t: Floats
     poses: Mapping[str, Floats]
@@ -64,7 +63,7 @@ class History:
         return self.of(np.arange(first, min(end, len(self.t))))
 
     def of(self, kept: NDArray[np.intp]) -> "History":
-        """Return the history at some of the samples."""
+        """Return the history at a selection of the samples."""
         if len(kept) == len(self.t):
             return self
         columns = self.poses, self.tensions, self.lengths, self.speeds, self.bent, self.borne, self.places
@@ -75,13 +74,13 @@ class History:
 
 
 def blocks(past: RunHistory) -> Iterator[History]:
-    """Yield consecutive parts that overlap by one sample; at least one."""
+    """Yield consecutive parts of a history, at least one, that overlap by one sample."""
     for first in range(0, max(1, len(past.t)), BLOCK):
         yield past.part(max(0, first - 1), first + BLOCK)
 
 
 class Collector:
-    """Collects the data of a verdict from sample rows."""
+    """Collects from sample rows the data that a verdict needs."""
 
     def __init__(self, layout: SampleLayout) -> None:
         self._bodies = [c.topic.removeprefix(POSE) for c in layout.channels if c.topic.startswith(POSE)]
@@ -98,7 +97,7 @@ class Collector:
         self.rigs: list[Rig] = []
 
     def samples(self, first: int, times: Sequence[int], rows: Floats) -> None:
-        """Add rows (m, width) at these times [ns], numbered from `first`; those already added are skipped."""
+        """Add rows (m, width) at these times [ns], numbered from `first`; rows that were added before are skipped."""
         skip = len(self._times) - first
         if skip < len(times):
             self._parts.clear()
@@ -106,7 +105,7 @@ class Collector:
             self._rows.write(rows[skip:, self._columns].tobytes())
 
     def ropes(self, t_ns: int, lines: Sequence[RopeLine]) -> None:
-        """Set the rope lines from this time on [ns]."""
+        """Set the rope lines that are valid from this time [ns] on."""
         self.rigs.append(Rig(t_ns, list(lines)))
 
     @property
@@ -135,7 +134,7 @@ class Collector:
 
 @dataclass(frozen=True)
 class Every:
-    """The history of a run reduced to each `every`-th sample."""
+    """The history of a run reduced to every n-th sample, n = `every`."""
 
     past: RunHistory
     every: int
@@ -166,7 +165,7 @@ def history_of(rec: Recording) -> Collector:
 
 
 def rests(plan: Plan, states: Sequence[StaticState]) -> Iterator[tuple[History, Sequence[StaticState]]]:
-    """Yield the history of the equilibrium path with its states, one per action list; ropes end at the lugs to which
+    """Yield, for each action list, the history of its equilibrium path with its states; ropes end at the lugs to which
     they are hooked."""
     known, ends = plan.machines, [i for i, (a, b) in enumerate(pairwise(states), 1) if b.t < a.t]
     lugs, lines = lug_places(known), {r.name: r.lines for m in known for r in m.system.ropes}

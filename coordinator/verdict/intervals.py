@@ -109,8 +109,9 @@ FINEST = 2.0**-20  # part of the time between two samples that is not cut any mo
 
 @dataclass(frozen=True)
 class Stretches:
-    """Intervals of pairs of shapes (indices) from sample `first` to `last` (inclusive): bound of their relative motion
-    about the middle sample, lower bound of their distance [m], number of their pair of things."""
+    """Intervals of samples for pairs of shapes (indices), from sample `first` to `last` (inclusive): bound of their
+    relative motion about the middle sample, lower bound of their distance [m], number of the pair of parts to which
+    they belong."""
 
     a: Indices
     b: Indices
@@ -133,7 +134,7 @@ class Stretches:
 
 
 def whole(coarse: Coarse, pairs: Sequence[tuple[int, int]], groups: Sequence[int] | None = None) -> Stretches:
-    """Return all pairs in the longest intervals, bounded by their boxes."""
+    """Return all pairs of shapes over the longest intervals, with bounds from their boxes."""
     centre, reach, moved = coarse.centre.transpose(2, 0, 1), coarse.reach.transpose(2, 0, 1), coarse.moved
     a, b = (np.array(x, np.intp) for x in zip(*pairs, strict=True))
     group = np.zeros(len(a), np.intp) if groups is None else np.array(groups, np.intp)
@@ -151,13 +152,13 @@ def whole(coarse: Coarse, pairs: Sequence[tuple[int, int]], groups: Sequence[int
 
 
 def in_pieces(now: Stretches, look: Callable[[Stretches], Some]) -> Some:
-    """Apply `look` to one part of the intervals after another, to limit memory."""
+    """Apply `look` to the intervals piece by piece, which limits memory, and join the results."""
     found = [look(now.of(np.arange(i, min(i + PIECE, len(now.a))))) for i in range(0, max(1, len(now.a)), PIECE)]
     return found[0] if len(found) == 1 else joined(found)
 
 
 def joined(parts: Sequence[Some]) -> Some:
-    """Concatenate arrays, and tuples and classes of arrays."""
+    """Concatenate arrays, or tuples and objects that consist of arrays."""
     one, all_ = cast("Any", parts[0]), cast("Any", parts)
     found: Any
     if isinstance(one, np.ndarray):
@@ -171,7 +172,7 @@ def joined(parts: Sequence[Some]) -> Some:
 
 
 def bounded(all_: ShapeBatch, now: Stretches) -> Stretches:
-    """Return the intervals with bounds from the gaps at their middle samples."""
+    """Return the intervals with bounds computed from the gaps at their middle samples."""
     if not len(now.a):
         return now
     gap = bounds(all_.placed(now.a, now.middle), all_.placed(now.b, now.middle))
@@ -179,7 +180,7 @@ def bounded(all_: ShapeBatch, now: Stretches) -> Stretches:
 
 
 def cut(all_: ShapeBatch, now: Stretches, size: int) -> Stretches:
-    """Cut the intervals into pieces of `size` samples, each with a motion bound of its own."""
+    """Divide the intervals into pieces of `size` samples, each with a motion bound of its own."""
     pieces = np.maximum(-(-(now.last - now.first) // size), 1)
     of = np.repeat(np.arange(len(pieces)), pieces)
     number = np.arange(len(of)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
@@ -196,8 +197,8 @@ def cut(all_: ShapeBatch, now: Stretches, size: int) -> Stretches:
 
 @dataclass(frozen=True)
 class Minimum:
-    """Smallest distance of two things: lower bound `least` [m], value `seen` on the interpolated path, time [s],
-    nearest points (3,), direction from a to b in the world, in a and in b."""
+    """Smallest distance of two parts: lower bound `least` [m], value `seen` on the interpolated path, time [s], nearest
+    points (3,), direction from a to b in the world, in a and in b."""
 
     least: float
     seen: float
@@ -210,8 +211,8 @@ class Minimum:
 
 @dataclass(frozen=True)
 class Steps:
-    """Pairs of shapes between samples k and k + 1, with bounds of their deviation from straight motion by rotation and
-    by sampling, and of their distance [m]."""
+    """Pairs of shapes between the samples k and k + 1, with bounds of their deviation from straight motion, due to
+    rotation and due to sampling, and of their distance [m]."""
 
     a: Indices
     b: Indices
@@ -224,7 +225,7 @@ class Steps:
     group: Indices
 
     def sharpen(self, found: Minimum | None) -> None:
-        """Raise the distance bounds along the directions of the minimum found."""
+        """Raise the lower bounds of the distances along the directions of the minimum that was found."""
         if found is not None and len(self.least):
             raised = bounds_along(self.ends_a, self.ends_b, *found.directions) - self.turning - self.stray
             np.maximum(self.least, raised, out=self.least)
@@ -242,7 +243,8 @@ def _some(x: Placed, kept: NDArray[np.bool_] | Indices) -> Placed:
 
 
 def steps_of(all_: ShapeBatch, now: Stretches, n: int) -> Steps:
-    """Return the intervals as single steps; a shape that appears or vanishes must exist at the begin of its step."""
+    """Return the intervals as single steps; a shape that appears or disappears must exist at the beginning of its
+    step."""
     now = now.of(all_.there(now.a, now.first, now.first) & all_.there(now.b, now.first, now.first))
     k, after = now.first, np.minimum(now.first + 1, n - 1)
     ends_a, ends_b = ((all_.placed(x, k), all_.placed(x, after)) for x in (now.a, now.b))
@@ -252,8 +254,8 @@ def steps_of(all_: ShapeBatch, now: Stretches, n: int) -> Steps:
 
 
 def between(a: Moving, b: Moving, k: int, turning: float, stray: float, bar: float) -> Minimum:
-    """Return the minimum between samples k and k + 1, exact if it is below `bar` [m]: bisection in time with a lower
-    bound along the direction of the nearest points."""
+    """Return the smallest distance between the samples k and k + 1, exact if it is below `bar` [m]: bisection in time
+    with a lower bound along the direction of the nearest points."""
     if k + 1 >= len(a.t):
         return seen([(a, b, k)])[0]
     best: Minimum | None = None
@@ -271,8 +273,8 @@ def between(a: Moving, b: Moving, k: int, turning: float, stray: float, bar: flo
 
 
 def seen(pairs: Sequence[tuple[Moving, Moving, int]], s: float = 0.0, stray: float = 0.0) -> list[Minimum]:
-    """Return the distances of pairs of shapes at fractions `s` from a sample to the next, lowered by the interpolation
-    error `stray` [m]."""
+    """Return the distances of pairs of shapes at fractions `s` between a sample and the next, reduced by the
+    interpolation error `stray` [m]."""
     x, y = _posed([(a, k) for a, _, k in pairs], s), _posed([(b, k) for _, b, k in pairs], s)
     near = exactly(x, y)
     n = near.normal

@@ -37,8 +37,7 @@ RESOLVED = "resolved.json"  # the plan in a recording
 
 @dataclass
 class CheckContext:
-    """Plan and results of a run for its checks, and what the checks have found so far, including what they could not
-    check."""
+    """Plan and results of a run for its checks, with the findings so far, including what could not be checked."""
 
     plan: Plan
     history: RunHistory
@@ -98,7 +97,7 @@ def _clearances(context: CheckContext) -> None:
 
 def near_at_rest(plan: Plan, statics: Followed) -> tuple[Check | Use, ...]:
     """Return clearances below their limits on the equilibrium path as findings; if there are none, the smallest
-    ones."""
+    clearances."""
     each = [*at_rest(plan, statics)]
     if found := findings(_placed(x, one.conduct) for one in each for x in one.findings):
         return found
@@ -110,7 +109,7 @@ def near_at_rest(plan: Plan, statics: Followed) -> tuple[Check | Use, ...]:
 
 
 def at_rest(plan: Plan, statics: Followed, smallest: int = SMALLEST) -> Iterator[CheckContext]:
-    """Return the clearances of each action list along its equilibrium path."""
+    """Yield the clearances of each action list along its equilibrium path."""
     for past, points in rests(plan, statics.states) if statics.states else ():
         begun = {x.action: x.t for x in reversed(points) if x.action}
         stages = [(t, n - 1, plan.actions[n - 1].stage) for n, t in sorted(begun.items())]
@@ -159,7 +158,7 @@ JUDGES: tuple[CheckFunction, ...] = (_geometry, _limits, _clearances, _bending, 
 
 
 def verdict_of_run(plan: Plan, history: RunHistory, conduct: Conduct, errors: Errors = NO_ERRORS) -> RecordedVerdict:
-    """Return the verdict of a run; `errors`: relative errors of its figures, as far as known."""
+    """Return the verdict of a run; `errors`: relative errors of its figures, if known."""
     return verdict_with_uses(plan, history, conduct, errors, whole=True)[0]
 
 
@@ -173,7 +172,7 @@ def verdict_with_uses(
     whole: bool = False,
 ) -> tuple[RecordedVerdict, Sequence[Use]]:
     """Return the verdict of a run, and the highest utilisation of each limit. `smallest`: number of clearances to
-    report even if none is below its limit; `mechanics`: those of the plan, if known; `whole`: with all tables of a
+    report even if none is below its limit; `mechanics`: those of the plan, if known; `whole`: include all tables of a
     report."""
     context = CheckContext(plan, history, conduct, smallest=smallest, mechanics=mechanics, whole=whole)
     for one in JUDGES:
@@ -218,7 +217,8 @@ def _smallest(context: CheckContext) -> dict[str, Use]:
 
 
 def verdict_of(rec: Recording) -> RecordedVerdict | None:
-    """Return the recorded verdict, or one computed from the recording; None if the plan is of another version."""
+    """Return the recorded verdict, or one computed from the recording if it has none; None if the plan is of another
+    version."""
     found = recorded_verdict(rec)
     if found is not None or RESOLVED not in rec.attachments:
         return found

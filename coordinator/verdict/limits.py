@@ -27,7 +27,7 @@ def signals_of_run(
     crossings: Mapping[str, tuple[float, float]] | None = None,
     lengths: Mapping[str, Floats] | None = None,
 ) -> SignalColumns:
-    """Return the columns of a run.
+    """Return the columns of a run from which limits are checked.
 
     t (n,) [s], tensions (n,) [N], poses (n, 7) [m, quaternion x y z w], rope lines with the time from which they hang
     (`Rig`), exact peaks [N] and their times [s], overloads reported by load cells [N] and their times [s], unstretched
@@ -47,7 +47,8 @@ def signals_of_run(
 
 
 def impacts(plan: Plan, past: RunHistory) -> dict[str, tuple[float, float]]:
-    """Return the largest landing force [N] of a block on all and on one of its supports, with time [s], by name.
+    """Return, by name, the largest landing force [N] of a block on all its supports and on a single one, with the time
+    [s].
 
     A pad yields as a spring with a damper, whose force at the instant of contact gives the speed; the whole mass lands
     on the pads that touch then, less what ropes and other supports carry.

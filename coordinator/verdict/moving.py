@@ -46,20 +46,22 @@ class BodyTrack:
 
     @cached_property
     def strays(self) -> Floats:
-        """Bound (n - 1,) of the deviation of the origin from its chords [m], by accelerations."""
+        """Bound (n - 1,) of the deviation [m] of the origin from straight lines between samples, computed from
+        accelerations."""
         return _bend(self.t, self.p)
 
     @cached_property
     def turn_strays(self) -> tuple[Floats, Floats]:
-        """Bounds (n - 1,) between samples of how far a rotation deviates from linear interpolation: of the quaternion,
-        and of a point per metre of its distance from the origin."""
+        """Bounds (n - 1,) of the deviation of a rotation from linear interpolation between samples: for the quaternion,
+        and for a point per metre of its distance from the origin."""
         if len(self.turn) == 1:
             return (np.zeros(max(0, len(self.t) - 1)),) * 2
         return _turn_bend(self.t, self.turn)
 
     @cached_property
     def shakes(self) -> tuple[Floats, Floats]:
-        """Bounds (n - 1,) of the deviation from chords by joint speeds: of the origin [m], and per metre from it."""
+        """Bounds (n - 1,) of the deviation from straight lines, computed from joint speeds: for the origin [m], and per
+        metre of distance from it."""
         if self.twist is None:
             nothing = np.zeros(max(0, len(self.t) - 1))
             return nothing, nothing
@@ -85,8 +87,8 @@ def _place(p: Floats, R: Floats, x: Vector) -> Floats:
 
 @dataclass(frozen=True)
 class Moving:
-    """A shape over n samples: a solid by its centre, or a strand by its ends, on their bodies; `there` (n,): whether it
-    exists and can be checked."""
+    """A shape over n samples: a solid given by its centre, or a strand given by its ends, on their bodies; `there`
+    (n,): whether the shape exists and can be checked."""
 
     shape: Solid | Strand
     on: tuple[tuple[BodyTrack, Vector], ...]
@@ -106,7 +108,8 @@ class Moving:
 
     @cached_property
     def turn(self) -> Floats:
-        """Quaternions (n, 4) of a solid, or (n, 3) from end to end of a strand; n = 1 without rotation."""
+        """Quaternions (n, 4) of a solid, or vectors (n, 3) from end to end of a strand; n = 1 for a shape that does not
+        rotate."""
         if isinstance(self.shape, Solid):
             return self.on[0][0].turn
         first, second = (frame.place(p) for frame, p in self.on)
@@ -114,7 +117,7 @@ class Moving:
 
     @cached_property
     def half(self) -> Floats:
-        """Half edges (3,) [m]; for a strand the longest of the run."""
+        """Half edges (3,) [m]; for a strand, those at its greatest length in the run."""
         if isinstance(self.shape, Strand):
             return np.array([0.0, 0.0, float(lengths(self.turn).max()) / 2])
         return np.zeros(3) if self.shape.form == "ball" else np.array(self.shape.size) / 2
@@ -128,11 +131,11 @@ class Moving:
 
     @cached_property
     def reach(self) -> float:
-        """Distance of the farthest point from the centre, without the radius [m]."""
+        """Distance of the farthest point from the centre [m], not counting the radius."""
         return float(lengths(self.half))
 
     def axes_of(self, turn: Floats) -> tuple[Floats, Floats]:
-        """Return R (m, 3, 3) and half edges (m, 3) for orientations `turn` (m, 4 or 3)."""
+        """Return rotations R (m, 3, 3) and half edges (m, 3) for orientations `turn` (m, 4 or 3)."""
         if isinstance(self.shape, Strand):
             length = lengths(turn)
             half = np.zeros((len(turn), 3))
@@ -144,7 +147,8 @@ class Moving:
         return R, np.broadcast_to(self.half, (len(turn), 3))
 
     def at(self, k: int, s: float) -> tuple[Floats, Floats, Floats]:
-        """Return centre (3,), R (3, 3) and half edges (3,) at the fraction `s` from sample k to the next."""
+        """Return centre (3,), rotation matrix (3, 3) and half edges (3,) of the shape at fraction `s` between the
+        samples k and k + 1."""
         p, turn = self._between(k, s)
         if isinstance(self.shape, Strand):
             x, y, z = turn.tolist()
@@ -175,7 +179,7 @@ class Moving:
 
     @cached_property
     def stray(self) -> Floats:
-        """Bound (n - 1,) of the error of interpolated positions between samples [m]."""
+        """Bound (n - 1,) of the error [m] of positions interpolated between samples."""
         if self.straight:
             return np.zeros(max(0, len(self.t) - 1))
         reach, found = self.reach if isinstance(self.shape, Solid) else 0.0, self._bent
@@ -210,7 +214,7 @@ def posed(s: Moving, k: Indices) -> tuple[Floats, Floats]:
 
 
 def box(s: Moving, turn: Floats) -> Floats:
-    """Return half edges (m, 3) of the box along the world's axes around a shape [m]."""
+    """Return half edges (m, 3) [m] of the axis-aligned box around a shape."""
     if isinstance(s.shape, Strand):
         return np.abs(turn) / 2 + s.radius
     R, half = s.axes_of(turn)
@@ -219,8 +223,8 @@ def box(s: Moving, turn: Floats) -> Floats:
 
 
 def moving(shapes: Shapes, history: History, joints: Sequence[Joint] = ()) -> list[Moving]:
-    """Return all shapes with their motions; those without recorded pose are omitted. `joints`: joints whose speeds show
-    vibration of bodies between samples."""
+    """Return all shapes with their motions; shapes without a recorded pose are omitted. `joints`: joints whose speeds
+    show vibration of bodies between samples."""
     n = len(history.t)
     if not n:
         return []

@@ -20,8 +20,9 @@ PROMISING = 3  # stretches of two things that are looked at exactly on each leve
 
 
 class NearestSoFar:
-    """The smallest known distance of each group, and the bound below which an interval is still examined. For groups
-    without a bound of their own (`most` infinite), all distances below `limit` and the `smallest` ones are searched."""
+    """The smallest distance found so far for each group, and the bound below which an interval is still examined. For
+    groups without a bound of their own (`most` infinite), all distances below `limit` and the `smallest` ones are
+    searched."""
 
     def __init__(self, smallest: int, limit: float) -> None:
         self.found: list[Minimum | None] = []
@@ -37,22 +38,22 @@ class NearestSoFar:
 
     @property
     def seen(self) -> int:
-        """Number of groups with a known distance."""
+        """Number of groups for which a distance was found."""
         return int(np.isfinite(self._least).sum())
 
     def take(self) -> list[Minimum | None]:
-        """Return the distances found since the last call; the bounds that they set remain."""
+        """Return the distances found since the last call; the bounds that follow from them remain."""
         found, self.found = self.found, [None] * len(self.found)
         return found
 
     def add(self, group: int, found: Minimum) -> None:
-        """Add a distance of a group, if it is smaller than all before."""
+        """Record a distance of a group, if it is smaller than all found before."""
         if found.least < self._least[group]:
             self._least[group], self.found[group] = found.least, found
             self.message = self._tell()
 
     def bars(self) -> Floats:
-        """Return the bounds (groups,) below which an interval is still examined [m]."""
+        """Return the bounds (groups,) [m] below which an interval is still examined."""
         found: Floats = np.minimum(np.minimum(self._most, self.message), self._least - SHARP)
         return found
 
@@ -72,7 +73,7 @@ class NearestSoFar:
 
 
 def search(shapes: list[Moving], start: Stretches, known: NearestSoFar) -> None:
-    """Search for smaller distances in the intervals `start`, and add them to `known`."""
+    """Search the intervals `start` for smaller distances, and add them to `known`."""
     if known.smallest and len(start.a):
         _begin(shapes, start, known)
     now = known.open(start)

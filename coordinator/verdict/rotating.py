@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 
 
 def cross(a: Floats, b: Floats) -> Floats:
-    """Return cross products (n, 3), column-contiguous; four times as fast as NumPy's."""
+    """Return the cross products (n, 3) of vectors, stored column by column; four times as fast as NumPy's."""
     (x, y, z), (u, v, w) = a.T, b.T
     found: Floats = np.array([y * w - z * v, z * u - x * w, x * v - y * u]).T
     return found
@@ -50,7 +50,8 @@ def product(R: Floats, S: Floats) -> Floats:
 
 
 def chords(a: Floats, b: Floats) -> Floats:
-    """Return an upper bound (...,) of the motion of a point 1 m from the axis between rotations (..., 4)."""
+    """Return an upper bound (...,) of how far a point 1 m from the axis moves between two rotations given as
+    quaternions (..., 4)."""
     w = dots(a, b)
     found: Floats = 2.0 * np.sqrt(np.maximum(0.0, 1.0 - w * w))
     return found
@@ -69,7 +70,7 @@ def matrices(q: Floats) -> Floats:
 
 
 def onto(n: Floats) -> Floats:
-    """Return rotations (m, 3, 3) whose third column is a unit vector (Duff et al. 2017, JCGT 6(1))."""
+    """Return rotations (m, 3, 3) whose third columns are the given unit vectors (Duff et al. 2017, JCGT 6(1))."""
     x, y, z = n.T
     sign = np.where(z >= 0.0, 1.0, -1.0)
     a = -1.0 / (sign + z)
@@ -82,7 +83,7 @@ def onto(n: Floats) -> Floats:
 
 
 def axes_onto(x: float, y: float, z: float) -> Floats:
-    """Return the rotation (3, 3) of `onto` for one unit vector, bit-identical and ten times as fast."""
+    """Return the rotation (3, 3) that `onto` gives for one unit vector, bit-identical and ten times as fast."""
     sign = 1.0 if z >= 0.0 else -1.0
     a = -1.0 / (sign + z)
     b = x * y * a
@@ -105,7 +106,7 @@ class BodyPoses(Protocol):
 
 
 def twists(joints: Sequence[Joint], frames: Mapping[str, BodyPoses], speeds: Mapping[str, Floats]) -> dict[str, Twist]:
-    """Return velocities of bodies whose joints up to the world are free, sliding, hinged, fixed or locked."""
+    """Return the velocities of all bodies whose joints, up to the world, are free, sliding, hinged, fixed or locked."""
     if not speeds:
         return {}
     still = np.zeros_like(next(iter(frames.values())).p)
@@ -135,7 +136,8 @@ def twists(joints: Sequence[Joint], frames: Mapping[str, BodyPoses], speeds: Map
 
 
 def strays(t: Floats, pose: Floats, twist: Twist) -> tuple[Floats, Floats]:
-    """Return bounds (n - 1,) of the deviation of a body's origin from its chords [m], and per metre from it."""
+    """Return bounds (n - 1,) of the deviation of a body's origin from straight lines between samples [m], and of this
+    deviation per metre of distance from the origin."""
     v, w = twist
     h = np.maximum(np.diff(t), 1e-9)[:, None]
     return _strays(h, v, np.diff(pose[:, :3], axis=0) / h), _strays(h, w, _turns(pose[:, 3:]) / h)

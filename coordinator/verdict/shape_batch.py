@@ -20,7 +20,8 @@ def _rows(columns: Floats, i: Indices) -> Floats:
 
 
 class ShapeBatch:
-    """Shapes with n samples each, concatenated; in its methods `which`: indices of shapes, `k`: samples, broadcast."""
+    """Many shapes with n samples each, concatenated; in its methods `which` are indices of shapes and `k` samples,
+    which are broadcast."""
 
     def __init__(self, shapes: list[Moving], used: Indices) -> None:
         """`used`: indices of the shapes in use."""
@@ -81,7 +82,7 @@ class ShapeBatch:
         return Placed(self.centre(which, k), R, half, self._radius[i])
 
     def moved(self, a: Indices, b: Indices, k: Indices, r: Indices) -> Floats:
-        """Return a bound of the motion of points of shapes `a` relative to shapes `b` from samples r to k [m]."""
+        """Return a bound [m] of how far points of shapes `a` move relative to shapes `b` from sample r to sample k."""
         apart = self.centre(a, k) - self.centre(b, k) - (self.centre(a, r) - self.centre(b, r))
         distance = lengths(apart)
         for which in (a, b):

@@ -26,7 +26,7 @@ Keys: TypeAlias = tuple[str | int, ...]
 
 
 def version_of(text: str) -> str:
-    """Return the version of a text: a hash of it."""
+    """Return the version of a text, which is a hash of it."""
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
@@ -49,7 +49,7 @@ def edited(text: str, path: Sequence[str | int], value: str | None) -> str:
 
 
 def reordered(text: str, path: Sequence[str | int], to: int) -> str:
-    """Return the text with an item of a block-style list, and its comments, moved to number `to` of that list."""
+    """Return the text with an item of a block-style list, including its comments, moved to index `to` of that list."""
     *above, at = keys = tuple(path)
     nodes, known = _found(text, keys)
     if known < len(keys) or not isinstance(nodes[-2], SequenceNode) or not isinstance(at, int):

@@ -115,7 +115,7 @@ class OpenScene:
 
     @property
     def own(self) -> bool:
-        """Whether the scene file is in the folder and may be changed."""
+        """Whether the scene file is in the opened folder and may therefore be changed."""
         return self.scene is not None and self.scene.resolve().is_relative_to(self.folder)
 
     def open(self, name: str) -> None:
@@ -135,12 +135,12 @@ class OpenScene:
         self._changed.set()
 
     def scenes(self) -> Iterator[Path]:
-        """Scene files of the folder and its subfolders."""
+        """Yield the scene files in the folder and its subfolders."""
         for folder in self._folders():
             yield from sorted(x for x in folder.iterdir() if x.suffix in SCENES and x.is_file() and _is_scene(x))
 
     def save(self, text: str, version: str) -> str:
-        """Write the scene, if it still has this version; returns the new one."""
+        """Write the scene if it still has this version; return its new version."""
         with self._lock:
             path = self._writable()
             write(path, text, version)
@@ -149,16 +149,16 @@ class OpenScene:
         self._changed.set()
         return version_of(text)
 
-    def edit(self, edits: list[tuple[list[str | int], str | int | None]], version: str) -> str:
-        """Change values of the scene, all or none, if it still has this version; returns the new one.
+    def edit(self, edits: list[tuple[list[str | int], str | int | None]], version: str) -> dict[str, str]:
+        """Change values of the scene, all or none, if it still has this version; return its new version.
 
-        A number in place of a value: the item of a list at the path is to have that number.
+        If the value is an integer, the list item at the path is moved to this index.
         """
         text = present(self._writable())
         if version_of(text) == version:
             for path, value in edits:
                 text = reordered(text, path, value) if isinstance(value, int) else edited(text, path, value)
-        return self.save(text, version)
+        return {"text": text, "version": self.save(text, version)}
 
     def _writable(self) -> Path:
         if self.scene is None or not self.own:
@@ -167,7 +167,7 @@ class OpenScene:
         return self.scene
 
     def copy(self, name: str) -> None:
-        """Write the open scene under another name into the folder, and open that."""
+        """Write the open scene under another name into the folder, and open the copy."""
         scene = self.scene
         if scene is None:
             raise SceneError("choose a scene first")

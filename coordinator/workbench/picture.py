@@ -30,7 +30,7 @@ ROOM = 100.0, 58.0  # [mm] of a drawing: letters of 2.2 mm are legible in a quar
 
 
 class Picture:
-    """Drawn states of a plan, numbered from 0."""
+    """Drawn states of a plan, with a number."""
 
     def __init__(self, plan: Plan, states: Sequence[StaticState]) -> None:
         self.plan, self.states = plan, states
@@ -105,7 +105,7 @@ class Picture:
         return found
 
     def drawings(self, k: int) -> list[dict[str, str]]:
-        """Return plan and two elevations of a state, each with its title; none if nothing hangs on hooks."""
+        """Return plan and two elevations of state k, each with its title; empty if nothing hangs on hooks."""
         state = self.states[k]
         if not any(machine.hooks for machine in self.plan.machines):
             return []

@@ -32,13 +32,13 @@ KEPT = {
 
 
 def of_checks(state: str, line: str, checks: Iterable[Check], tables: Iterable[str] = ()) -> dict[str, Any]:
-    """Return a verdict as plain data for the page's list of checks."""
+    """Return a verdict as plain data for the list of checks on the page."""
     listed = [msgspec.to_builtins(check) | {"word": check.word} for check in checks]
     return {"state": state, "line": line, "checks": listed, "tables": list(tables)}
 
 
 def recordings(folder: Path) -> Iterator[dict[str, str]]:
-    """Recordings of a folder, newest first, with their verdicts."""
+    """Yield the recordings of a folder, newest first, with their verdicts."""
     found = sorted(((-x.stat().st_mtime_ns, x) for x in folder.glob(f"*{ENDING}")), key=lambda x: (x[0], x[1].name))
     for changed, path in found[:MOST]:
         state, line = _verdict(path, changed)
@@ -61,8 +61,8 @@ def studies(folder: Path) -> list[str]:
 
 
 def played(folder: Path, name: str, other: str = "") -> dict[str, Any]:
-    """Return a recording as data for the page's player, with its verdict; with a second one also the tables that
-    compare them."""
+    """Return a recording as data for the player on the page, with its verdict; with a second recording also the tables
+    that compare both."""
     rec, verdict = _recorded(folder, name)
     found: dict[str, Any] = {"run": {}, "checks": None, "differences": []}
     beside = None
@@ -80,7 +80,8 @@ def played(folder: Path, name: str, other: str = "") -> dict[str, Any]:
 
 
 def result(folder: Path, kind: str, name: str) -> str:
-    """The page of a recording in the folder, `view` in 3D or `report`; raises HeavyliftError if there is none."""
+    """Return the page of a recording in the folder: its 3D `view` or its `report`; raises HeavyliftError if there is no
+    such recording."""
     rec, verdict = _recorded(folder, name)
     if kind not in ("view", "report"):
         raise SceneError(f"'{kind}' is no page of a recording")
@@ -88,14 +89,15 @@ def result(folder: Path, kind: str, name: str) -> str:
 
 
 def compared(folder: Path, a: str, b: str) -> str:
-    """The page of two recordings in the folder beside each other; raises HeavyliftError if there are none."""
+    """Return the page that shows two recordings of the folder beside each other; raises HeavyliftError if one does not
+    exist."""
     one, other = (facts(*_recorded(folder, name)) for name in (a, b))
     return page_of(alternatives(one, other, pictures=True))
 
 
 def keep(folder: Path, name: str) -> dict[str, list[str]]:
-    """Write report and drawings of a recording into the folder; return their names, and a sentence for each that could
-    not be written."""
+    """Write the report and drawings of a recording into the folder; return their names, and a sentence for each that
+    could not be written."""
     rec, verdict = _recorded(folder, name)
     stem = rec.path.with_suffix("")
     made, refused = list[str](), list[str]()
@@ -111,8 +113,8 @@ def keep(folder: Path, name: str) -> dict[str, list[str]]:
 
 
 def kept(folder: Path, name: str) -> tuple[bytes, str]:
-    """Return a report or drawing in the folder, or the page of a study there, with its media type; raises SceneError if
-    there is none."""
+    """Return a report, a drawing or the page of a study in the folder, with its media type; raises SceneError if there
+    is none."""
     path = _inside(folder, name)
     study = path.name == STUDY or path.name.endswith(LIMITS)
     if not path.is_file() or not (study or path.suffix in KEPT):

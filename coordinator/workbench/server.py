@@ -55,8 +55,8 @@ def _schema() -> bytes:
 
 
 class Guard:
-    """Middleware that admits requests to this host only, from the workbench's own page, with the secret word in the
-    address."""
+    """Middleware that admits only requests addressed to this host, from the workbench's own page, with the secret word
+    in their address."""
 
     def __init__(self, app: ASGIApp, word: str, port: int) -> None:
         self._app, self._word, self._port = app, word, port
@@ -95,14 +95,14 @@ class Edit(msgspec.Struct):
 
 
 class Edits(msgspec.Struct):
-    """Request for several changes of this version, made together or not at all."""
+    """Request for several changes of this version, to be made together or not at all."""
 
     edits: list[Edit]
     version: str
 
 
 class Asked(msgspec.Struct):
-    """Request for a run, a search or an order: see `OpenScene.ask`."""
+    """Request for a run, a search or an order, see `OpenScene.ask`."""
 
     do: str
     text: str = ""

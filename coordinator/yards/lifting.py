@@ -38,12 +38,12 @@ def lifter(orders: Sequence[LiftOrder]) -> list[Lift]:
 
 @cache
 def code() -> bytes:
-    """Hash of the code that runs and judges lifts."""
+    """Return a hash of the code that simulates and checks lifts."""
     return contents(Path(__file__).parent.parent, ".py")
 
 
 def found(orders: Sequence[LiftOrder]) -> list[Lift]:
-    """Compute the properties of all lifts; equal ones once."""
+    """Compute the properties of all lifts; equal lifts are computed only once."""
     alone = [*dict.fromkeys(orders)]
     lifts = dict(zip(alone, called(at_rest, alone), strict=True))
     for way in dict.fromkeys((order.scene, order.way, order.grid, order.over, order.windy) for order in alone):
@@ -104,12 +104,13 @@ def tabled(orders: Sequence[LiftOrder], lifts: dict[LiftOrder, Lift]) -> dict[Li
 
 
 def stated(differences: Sequence[float]) -> float:
-    """The relative error that is stated for differences from some runs: twice the largest, and that of runs."""
+    """Return the relative error to state, given the differences from some runs: twice the largest difference, plus the
+    error of the runs."""
     return 2.0 * max(differences, default=0.0) + ACCURATE
 
 
 def interpolated(axes: Sequence[Any], grid: Any, at: Sequence[float]) -> list[float]:
-    """Return the values of a table (n1, n2, ..., m) at a place, interpolated linearly along each axis."""
+    """Return the values of a table (n1, n2, ..., m) at a point, interpolated linearly along each axis."""
     for axis, x in zip(axes, at, strict=True):
         n = min(max(int(np.searchsorted(axis, x)) - 1, 0), len(axis) - 2)
         part = (x - float(axis[n])) / float(axis[n + 1] - axis[n])
@@ -126,8 +127,8 @@ def _at(order: LiftOrder, node: Sequence[str]) -> LiftOrder:
 
 
 def ran(order: LiftOrder, wind: float = -1.0) -> Lift:
-    """Simulate a lift in a wind [m/s] (-1: that of its scene) and return it with its verdict; if requested, with the
-    wind up to which it is green."""
+    """Simulate a lift in a wind [m/s] (-1: the wind of its scene) and return it with its verdict; if requested, also
+    find the wind up to which it is green."""
     at = at_rest(order)
     settings = (*order.settings, *([f"wind.speed={wind!r} m/s"] if wind >= 0 else []))
     try:
@@ -152,8 +153,8 @@ def _simulated(order: LiftOrder, wind: float) -> Lift:
 
 
 def in_place(order: LiftOrder, wind: float) -> Lift:
-    """Simulate a lift that begins now in this wind [m/s], if its scene has any; a lift that fails is given its duration
-    at rest."""
+    """Simulate a lift that begins now in this wind [m/s], if its scene has any wind; a lift that fails gets its
+    duration at rest."""
     found = _simulated(replace(order, windy=0.0), wind if windy(order.scene) else -1.0)
     return found if found.stages else replace(at_rest(order), state="red", why=found.why)
 
@@ -165,7 +166,7 @@ def windy(scene: str) -> bool:
 
 
 def called(call: Callable[[LiftOrder], Lift], orders: Sequence[LiftOrder]) -> list[Lift]:
-    """Call a function for all lifts, in a process pool if there are many, and return the results."""
+    """Call a function for all lifts, in a process pool if there are many, and return the results in order."""
     if len(orders) <= (FEW if call is at_rest else 1) or cores() == 1:
         return [call(order) for order in orders]
     with Pool(min(cores(), len(orders))) as pool:

@@ -11,10 +11,10 @@ from .lifting import in_place, lifter
 
 
 def load_yard(file: str, settings: Sequence[str] = ()) -> Yard:
-    """Read a yard file with settings, and its lifts; raises SceneError with all its faults."""
+    """Read a yard file with settings, and the scenes of its lifts; raises SceneError with all faults of the file."""
     return load(file, settings, lifter)
 
 
 def yard(file: str, settings: Sequence[str] = (), seed: int = 0) -> Coupled:
-    """The model of a yard file with settings laid over it; raises SceneError for an invalid one."""
+    """Return the DEVS model of a yard file with settings applied; raises SceneError for an invalid file."""
     return coupled(load_yard(file, settings), seed, "", in_place)

@@ -28,25 +28,25 @@ NEAR = 0.01  # of a range that is no whole number
 
 @dataclass(frozen=True)
 class Replicated:
-    """A yard with the numbers of its replications."""
+    """A yard and the results of its replications."""
 
     yard: Yard
     values: Values
 
     @property
     def days(self) -> Sequence[float]:
-        """Days from the start to the delivery, by replication."""
+        """Number of days from the start to the delivery, for each replication."""
         return [t * 1e9 / DAY for t in delivery(self.values)]
 
     @property
     def state(self) -> str:
-        """State of the yard: whether contract dates are met with their probability, and all lifts can be carried
-        out."""
+        """State of the yard, which depends on whether contract dates are met with the required probability and all
+        lifts can be carried out."""
         return state_of(self.yard, self.values)
 
     def cells(self) -> list[Cell]:
-        """Table cells: delivery at P10, P50 and P90, the lowest probability of a contract date, the cause with the
-        longest wait."""
+        """Return the cells of a table row: delivery at P10, P50 and P90, the lowest probability of a contract date, the
+        cause with the longest wait."""
         dates = [at_end(self.yard, quantile(delivery(self.values), part)) for part in PARTS]
         kept = min((100 * x for x in chances(self.yard, self.values).values()), default=None)
         most = max(waits(self.yard, self.values), key=lambda x: x[1], default=("", 0.0))
@@ -115,7 +115,8 @@ class YardStudy:
         return Sheet(f"{self.file} beside {other}", lead, b.state, parts)
 
     def planned(self, out: str, effort: float, force: bool) -> Sheet:
-        """Optimise the schedule by CP-SAT, write it, and compare it with that of the yard's own rule."""
+        """Optimise the schedule by CP-SAT, write it, and compare it with the schedule that the yard's own dispatch rule
+        gives."""
         yard = load_yard(self.file, self.settings)
         found = optimised(yard, effort)
         spans = [(a / 1e9, b / 1e9, False) for a, b in found.spans]
@@ -130,8 +131,8 @@ class YardStudy:
         return Sheet(f"Schedule of {self.file}", lead, "green", (table,))
 
     def sensitivities(self) -> Sheet:
-        """Measure the gain of one more unit of each resource, and the cost of each step's scatter and of the
-        weather."""
+        """Measure the gain from one more unit of each resource, and the delay caused by the scatter of each step and by
+        the weather."""
         base = self.of()
         yard, rows = base.yard, list[tuple[Cell, ...]]()
         mean = {one.step: one.takes.mean for one in yard.activities}
@@ -181,7 +182,7 @@ class YardStudy:
 
 
 def axis_of(text: str) -> tuple[str, tuple[str, ...]]:
-    """Return path and values of `PATH=1..3 by 1` or `PATH={one, another}`."""
+    """Return the path and the values of `PATH=1..3 by 1` or `PATH={one, another}`."""
     path, equals, values = (part.strip() for part in text.partition("="))
     if not (equals and path and values):
         raise SceneError(f"--vary '{text}': write PATH=VALUES, such as 'resources.welders.units=1..3 by 1'")

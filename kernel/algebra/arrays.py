@@ -15,7 +15,7 @@ SWEEPS = 40  # far more than any matrix needs
 
 
 def total(x: np.ndarray) -> np.ndarray:
-    """Sum along the first axis by pairwise summation."""
+    """Return the sum along the first axis by pairwise summation."""
     if not len(x):
         return np.zeros(x.shape[1:])
     while len(x) > 1:
@@ -25,7 +25,7 @@ def total(x: np.ndarray) -> np.ndarray:
 
 
 def times(A: np.ndarray, B: np.ndarray) -> np.ndarray:
-    """A B of a matrix (n, k) and a matrix (k, m) or a vector (k,), column by column of A."""
+    """Return the product A B of a matrix (n, k) with a matrix (k, m) or a vector (k,), summed column by column of A."""
     out = np.zeros((len(A), *B.shape[1:]))
     for k, (first, end) in enumerate(_filled(A)):
         if first < end:
@@ -46,19 +46,20 @@ def _filled(A: np.ndarray) -> list[tuple[int, int]]:
 
 
 def sizes(x: np.ndarray) -> np.ndarray:
-    """Lengths of vectors of three that lie along the last axis."""
+    """Return the lengths of the 3-vectors along the last axis."""
     return np.asarray(np.sqrt(x[..., 0] * x[..., 0] + x[..., 1] * x[..., 1] + x[..., 2] * x[..., 2]))
 
 
 @dataclass(frozen=True)
 class LuFactors:
-    """L U factors of a matrix in one array; L has a unit diagonal. `filled`: rows with more than zeros, by column."""
+    """L U factors of a matrix in one array; L has a unit diagonal. `filled`: for each column, the range of rows that
+    holds its nonzero entries."""
 
     LU: np.ndarray  # (n, n)
     filled: list[tuple[int, int]]
 
     def solve(self, B: np.ndarray) -> np.ndarray:
-        """X (n, m) with A X = B (n, m)."""
+        """Return the solution X (n, m) of A X = B for right-hand sides B (n, m)."""
         X = np.array(B, float)
         for k, (_, end) in enumerate(self.filled):
             X[k + 1 : end] -= self.LU[k + 1 : end, k, None] * X[k]
@@ -77,7 +78,7 @@ class LuFactors:
 
 def factored(A: np.ndarray, least: float = 0.0) -> LuFactors:
     """Return the L U factors without pivoting, for positive definite matrices and spline interpolation. Raises
-    ZeroDivisionError where a pivot is not larger than `least` of the diagonal element that it comes from."""
+    ZeroDivisionError if a pivot is not larger than `least` times the diagonal element of the original matrix."""
     LU = np.array(A, float)
     for k in range(len(LU)):
         if not LU[k, k] > least * abs(float(A[k, k])):
@@ -91,7 +92,7 @@ def factored(A: np.ndarray, least: float = 0.0) -> LuFactors:
 
 
 def eigen(S: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues (n,) of a symmetric matrix in ascending order, and its eigenvectors as columns (n, n)."""
+    """Return the eigenvalues (n,) of a symmetric matrix in ascending order, and its eigenvectors as columns (n, n)."""
     n = len(S)
     A, V = (S + S.T) * 0.5, np.eye(n)
     ring = np.arange(n + n % 2)

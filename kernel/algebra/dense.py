@@ -18,7 +18,7 @@ SWEEPS = 60  # far more than any matrix needs
 
 
 def dot(a: Row, b: Row) -> float:
-    """Exactly rounded sum of rounded products; inf or nan where that overflows."""
+    """Return the dot product: rounded products, summed exactly and rounded once; inf or nan if the sum overflows."""
     try:
         return fsum(map(mul, a, b))
     except OverflowError:
@@ -28,22 +28,22 @@ def dot(a: Row, b: Row) -> float:
 
 
 def cross(a: Row, b: Row) -> tuple[float, float, float]:
-    """a x b."""
+    """Return the cross product a x b."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 def norm(a: Row) -> float:
-    """Length of a vector; squares must not overflow."""
+    """Return the length of a vector whose squares do not overflow."""
     return sqrt(dot(a, a))
 
 
 def product(A: Matrix, x: Row) -> list[float]:
-    """A x."""
+    """Return the product A x of a matrix and a vector."""
     return [dot(row, x) for row in A]
 
 
 def solve(A: Matrix, b: Row) -> list[float]:
-    """x with A x = b, by elimination with partial pivoting; raises ZeroDivisionError for a singular matrix."""
+    """Return x with A x = b, by elimination with partial pivoting; raises ZeroDivisionError for a singular matrix."""
     n = len(b)
     M = [[*row, r] for row, r in zip(A, b, strict=True)]
     for s in range(n):
@@ -60,14 +60,14 @@ def solve(A: Matrix, b: Row) -> list[float]:
 
 
 def inverse(A: Matrix) -> list[list[float]]:
-    """Inverse of a square matrix; raises ZeroDivisionError for a singular one."""
+    """Return the inverse of a square matrix; raises ZeroDivisionError for a singular one."""
     n = len(A)
     columns = [solve(A, [1.0 if i == j else 0.0 for i in range(n)]) for j in range(n)]
     return [list(row) for row in zip(*columns, strict=True)]
 
 
 def eigenvalues(A: Matrix) -> list[float]:
-    """Eigenvalues of a symmetric matrix, ascending."""
+    """Return the eigenvalues of a symmetric matrix in ascending order."""
     M = [list(row) for row in A]
     n = len(M)
     for _ in range(SWEEPS):
@@ -101,7 +101,7 @@ def _rotation(a: float, b: float, off: float) -> tuple[float, float]:
 
 
 def singular_values(A: Matrix) -> list[float]:
-    """All min(m, n) singular values, descending."""
+    """Return all min(m, n) singular values in descending order."""
     return [size for size, _ in decomposed(A)[0]]
 
 
@@ -146,9 +146,9 @@ def least_norm(A: Matrix, b: Row, least: float = 0.0) -> list[float]:
 
 
 def decomposed(A: Matrix, n: int = -1) -> tuple[list[tuple[float, list[float]]], list[list[float]]]:
-    """Singular values with right singular vectors, descending, and a basis of the null space.
+    """Return the singular values in descending order with their right singular vectors, and a basis of the null space.
 
-    n: number of columns, for a matrix that may have no row.
+    n: number of columns, needed for a matrix without rows.
     """
     n = len(A[0]) if n < 0 and A else max(n, 0)
     rows = [list(r) for r in A if any(r)]

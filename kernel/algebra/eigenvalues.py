@@ -30,9 +30,10 @@ GOLDEN = 0.6180339887498949
 
 
 def eigenmodes(M: np.ndarray, K: np.ndarray, n: int, rigid: np.ndarray) -> np.ndarray:
-    """(N, n) shapes of K u = w^2 M u, lowest frequency first, that are M-orthogonal to the rigid motions (N, r).
+    """Return the shapes (N, n) of K u = w^2 M u, lowest frequency first, M-orthogonal to the rigid motions `rigid` (N,
+    r).
 
-    Raises ZeroDivisionError if anything else moves without stiffness.
+    Raises ZeroDivisionError if a motion other than these rigid ones has no stiffness.
     """
     R, W = orthonormal(rigid, times(M, rigid))
     if R.shape[1]:
@@ -43,8 +44,8 @@ def eigenmodes(M: np.ndarray, K: np.ndarray, n: int, rigid: np.ndarray) -> np.nd
 
 
 def largest(B: np.ndarray, A: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
-    """The n largest eigenvalues mu of B x = mu A x, descending, and vectors (N, n) with x^T A x = 1; only positive
-    ones.
+    """Return the n largest positive eigenvalues mu of B x = mu A x in descending order, and their vectors (N, n),
+    scaled to x^T A x = 1.
 
     Raises ZeroDivisionError if A is not positive definite.
     """
@@ -108,10 +109,10 @@ def _iterated(B: np.ndarray, factors: LuFactors, n: int, p: int) -> tuple[np.nda
 
 
 def orthonormal(X: np.ndarray, AX: np.ndarray, least: float = NOTHING) -> tuple[np.ndarray, np.ndarray]:
-    """Return the A-orthonormal columns of X in order, and A times them; a column whose part orthogonal to the earlier
-    ones is below `least` of its length is dropped.
+    """Return the A-orthonormalised columns of X, in their order, and A times these columns; a column is dropped if its
+    part orthogonal to the earlier ones is shorter than `least` times the column.
 
-    By modified Gram-Schmidt, twice ("twice is enough", Kahan, Parlett).
+    By modified Gram-Schmidt, applied twice ("twice is enough", Kahan, Parlett).
     """
     X, AX = X.copy(), AX.copy()
     first = total(X * AX)
@@ -162,7 +163,7 @@ def roots(n: int) -> np.ndarray:
 
 
 def polynomials(x: np.ndarray, degree: int) -> np.ndarray:
-    """(k, degree + 1) T_0, T_1, ... at x (k,)."""
+    """Return the Chebyshev polynomials T_0, T_1, ... at x (k,) as columns (k, degree + 1)."""
     T = [np.ones(len(x)), x]
     while len(T) <= degree:
         T.append(2.0 * x * T[-1] - T[-2])
@@ -170,7 +171,7 @@ def polynomials(x: np.ndarray, degree: int) -> np.ndarray:
 
 
 def series(values: np.ndarray, degree: int) -> np.ndarray:
-    """(degree + 1, m) coefficients of the best approximation to values (n, m) at the roots of T_n."""
+    """Return the coefficients (degree + 1, m) of the best approximation to values (n, m) given at the roots of T_n."""
     n = len(values)
     out = times(polynomials(roots(n), degree).T, values) * (2.0 / n)
     out[0] *= 0.5
@@ -178,7 +179,7 @@ def series(values: np.ndarray, degree: int) -> np.ndarray:
 
 
 def derivative(c: np.ndarray) -> np.ndarray:
-    """(n, ...) coefficients of the derivative of a series (n, ...); the last is 0."""
+    """Return the coefficients (n, ...) of the derivative of a Chebyshev series (n, ...); the last coefficient is 0."""
     out = np.zeros((len(c) + 1, *c.shape[1:]))
     for k in reversed(range(1, len(c))):
         out[k - 1] = out[k + 1] + 2.0 * k * c[k]
@@ -187,7 +188,7 @@ def derivative(c: np.ndarray) -> np.ndarray:
 
 
 def integral(c: np.ndarray) -> np.ndarray:
-    """(n + 1, ...) coefficients of the integral of a series (n, ...) from -1."""
+    """Return the coefficients (n + 1, ...) of the integral from -1 of a Chebyshev series (n, ...)."""
     out = np.zeros((len(c) + 1, *c.shape[1:]))
     for k in range(len(c)):
         out[k + 1] += c[k] / (2.0 * (k + 1) if k else 1.0)
@@ -201,7 +202,8 @@ def integral(c: np.ndarray) -> np.ndarray:
 
 
 def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """(2n - 1, ...) coefficients of the product of two series (n, ...): 2 T_i T_j = T_(i+j) + T_|i-j|."""
+    """Return the coefficients (2n - 1, ...) of the product of two Chebyshev series (n, ...), by 2 T_i T_j = T_(i+j) +
+    T_|i-j|."""
     n = len(a)
     out = np.zeros((2 * n - 1, *(a[0] * b[0]).shape))
     for i in range(n):

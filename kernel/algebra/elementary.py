@@ -97,7 +97,7 @@ def _polynomial(c: tuple[float, ...], x: Scalar) -> Scalar:
 
 
 def nearest(x: Scalar) -> Scalar:
-    """The nearest integer up to 2^51; of two, the even one."""
+    """Return the nearest integer, for |x| up to 2^51; a half is rounded to the even integer."""
     return x + _ROUND - _ROUND
 
 
@@ -128,7 +128,8 @@ def _kernels(y: Scalar, low: Scalar) -> Pair:
 
 
 def sin(x: Scalar) -> Any:
-    """Sine of x [rad]; together with the cosine of the same x it costs few additional operations."""
+    """Return the sine of x [rad]; computed together with the cosine of the same x, it costs only a few additional
+    operations."""
     if printing(x):
         return node("sin", x)
     y, low, m = _reduced(x)
@@ -138,7 +139,7 @@ def sin(x: Scalar) -> Any:
 
 
 def cos(x: Scalar) -> Any:
-    """Cosine of x [rad]."""
+    """Return the cosine of x [rad]."""
     if printing(x):
         return node("cos", x)
     y, low, m = _reduced(x)
@@ -151,7 +152,7 @@ def cos(x: Scalar) -> Any:
 
 
 def atan2(y: Scalar, x: Scalar) -> Any:
-    """Angle of the vector (x, y) from the x axis, -pi to pi [rad]; 0 for the zero vector."""
+    """Return the angle of the vector (x, y) from the x axis, from -pi to pi [rad]; 0 for the zero vector."""
     if printing(x) or printing(y):
         return node("atan2", y, x)
     large, small = maximum(abs(x), abs(y)), minimum(abs(x), abs(y))
@@ -204,7 +205,7 @@ def _exp(y: Pair) -> Any:
 
 
 def exp(x: float) -> float:
-    """e^x of a plain number, |x| <= 700."""
+    """Return e^x of a float, for |x| <= 700."""
     y: float = _exp((x, 0.0))
     return y
 
@@ -222,7 +223,7 @@ def _traced_power() -> "Function":
 
 
 def power(x: Scalar, p: Scalar) -> Any:
-    """Return x^p for x > 0; x is limited to 2^-1022 .. 2^1022."""
+    """Return x^p for x > 0; x is clipped to the range 2^-1022 to 2^1022."""
     if printing(x) or printing(p):
         return node("power", x, p)
     return _traced_power()(x=[x], p=[p]).y[0] if is_sym(x) or is_sym(p) else _power([x], [p])["y"][0]

@@ -39,7 +39,8 @@ class Blocks:
         return self._made[name]
 
     def factor(self, n: int) -> Function:
-        """Factorise M (n, n), of which the upper half is used -> factors C (n, n), pivot (n,) = D."""
+        """Return the function that factorises a symmetric M (n, n), reading its upper half: M -> factors C (n, n),
+        pivots (n,) = D."""
 
         def body(M: Array) -> Outputs:
             a = [list(M[n * i : n * i + n]) for i in range(n)]
@@ -71,17 +72,18 @@ class Blocks:
         return x
 
     def solve(self, n: int) -> Function:
-        """C (n, n), b (n,) -> x (n,) with M x = b."""
+        """Return the function that solves M x = b with the factors C (n, n) of M: C, b (n,) -> x (n,)."""
         return self._get(f"block_solve{n}", lambda C, b: {"x": self._solved(n, C, list(b))}, {"C": n * n, "b": n})
 
     def under(self, n: int, m: int) -> Function:
-        """Solve for several columns: C (n, n), U (n, m) -> W (n, m), the inverse of the factorised matrix times U."""
+        """Return the function that solves for several columns: factors C (n, n), U (n, m) -> W (n, m), the inverse of
+        the factorised matrix times U."""
         return self._get(
             f"block_under{n}_{m}", lambda C, U: {"W": self._solved(n, C, _rows("U", U, m))}, {"C": n * n, "U": n * m}
         )
 
     def less(self, n: int, m: int, k: int) -> Function:
-        """M (n, m), U (k, n), W (k, m) -> M - U^T W."""
+        """Return the function M (n, m), U (k, n), W (k, m) -> M - U^T W."""
 
         def body(M: Array, U: Array, W: Array) -> Outputs:
             rows, w = _rows("M", M, m), _rows("W", W, m)
@@ -93,7 +95,7 @@ class Blocks:
         return self._get(f"block_less{n}_{m}_{k}", body, {"M": n * m, "U": k * n, "W": k * m})
 
     def minus_transposed(self, m: int, n: int) -> Function:
-        """x (m,), W (n, m), y (n,) -> x - W^T y."""
+        """Return the function x (m,), W (n, m), y (n,) -> x - W^T y."""
 
         def body(x: Array, W: Array, y: Array) -> Outputs:
             (out,) = _rows("x", x, m)
@@ -104,7 +106,7 @@ class Blocks:
         return self._get(f"block_minus_transposed{m}_{n}", body, {"x": m, "W": n * m, "y": n})
 
     def minus(self, n: int, m: int) -> Function:
-        """x (n,), W (n, m), y (m,) -> x - W y."""
+        """Return the function x (n,), W (n, m), y (m,) -> x - W y."""
 
         def body(x: Array, W: Array, y: Array) -> Outputs:
             out = list(x)
@@ -116,7 +118,7 @@ class Blocks:
         return self._get(f"block_minus{n}_{m}", body, {"x": n, "W": n * m, "y": m})
 
     def gram(self, n: int, m: int, k: int) -> Function:
-        """A (n, m), Y (n, k), Z (k, m) -> A + Y Z."""
+        """Return the function A (n, m), Y (n, k), Z (k, m) -> A + Y Z."""
 
         def body(A: Array, Y: Array, Z: Array) -> Outputs:
             rows, z = _rows("A", A, m), _rows("Z", Z, m)
@@ -146,7 +148,7 @@ class LDLT:
                     U[i][j] = U[i][j] - U[i][k] * self.L[j][k]
 
     def solve(self, b: Scalars) -> list[Scalar]:
-        """A^-1 b for one right hand side (n,)."""
+        """Return A^-1 b for one right-hand side b (n,)."""
         n = len(self.L)
         y: list[Scalar] = list(b)
         for i in range(n):
@@ -160,9 +162,10 @@ class LDLT:
 
 
 def frame(columns: list[Array]) -> tuple[Any, Any]:
-    """Q (n, n) orthogonal and R (m, m) upper triangular with columns = Q[:, :m] R, by Householder reflections.
+    """Return an orthogonal Q (n, n) and an upper triangular R (m, m) with columns = Q[:, :m] R, by Householder
+    reflections.
 
-    The other columns of Q span what is orthogonal to all given ones.
+    The remaining columns of Q span the space orthogonal to all given columns.
     """
     n, m = 6, len(columns)
     Q, R = np.eye(n), [[0.0] * m for _ in range(m)]

@@ -13,7 +13,8 @@ from .elementary import cos, sin
 
 
 def exact(x: "Scalars | Sequence[Sequence[float]]") -> Array:
-    """The array as Python floats, summed in order; NumPy's products use BLAS, which differs by processor."""
+    """Return an array of Python floats, whose products are summed in a fixed order; NumPy's own products use BLAS,
+    which differs between processors."""
     return np.array(np.asarray(x, dtype=float).tolist(), dtype=object)
 
 
@@ -30,29 +31,32 @@ def cross(a: Array, b: Array) -> Array:
 
 
 def mirror(A: Array) -> Array:
-    """The upper triangle mirrored: exactly symmetric, and each product is traced once."""
+    """Return the matrix with its upper triangle mirrored to the lower one: exactly symmetric, and each product is
+    traced only once."""
     n = len(A)
     return np.array([[A[min(i, j), max(i, j)] for j in range(n)] for i in range(n)])
 
 
 def motion_cross(V: Array) -> Array:
-    """(6, 6) crm(V): V x for twists."""
+    """Return the matrix (6, 6) of the spatial cross product V x for motion vectors (Featherstone's crm)."""
     return np.block([[skew(V[:3]), np.zeros((3, 3))], [skew(V[3:]), skew(V[:3])]])
 
 
 def force_cross(V: Array) -> Array:
-    """(6, 6) crf(V) = -crm(V)^T: V x* for wrenches."""
+    """Return the matrix (6, 6) of the spatial cross product V x* for force vectors, crf(V) = -crm(V)^T."""
     return -motion_cross(V).T
 
 
 def axis_rotation(a: Array, q: Scalar) -> Array:
-    """(3, 3) rotation by q [rad] about the unit axis a; written so that principal axes fold to plain sin and cos."""
+    """Return the rotation matrix (3, 3) by q [rad] about the unit axis a; for a coordinate axis it reduces to entries
+    sin q, cos q, 0 and 1."""
     c, s, K = cos(q), sin(q), skew(a)
     return np.array([[a[i] * a[j] + c * ((i == j) - a[i] * a[j]) + s * K[i, j] for j in range(3)] for i in range(3)])
 
 
 def quaternion_matrix(x: Scalar, y: Scalar, z: Scalar, w: Scalar) -> Array:
-    """(3, 3) rotation of a quaternion of any length, so that round-off in |q| never shears a body."""
+    """Return the rotation matrix (3, 3) of a quaternion of any length; it is orthogonal even if round-off changes
+    |q|."""
     s = 2.0 / (x * x + y * y + z * z + w * w)
     return np.array(
         [
@@ -64,7 +68,8 @@ def quaternion_matrix(x: Scalar, y: Scalar, z: Scalar, w: Scalar) -> Array:
 
 
 def quaternion_rate(quaternion: Array, o: Array) -> Array:
-    """(4,) time derivative of a quaternion (x y z w) turning with angular velocity o in body axes [rad/s]."""
+    """Return the time derivative (4,) of a quaternion (x y z w) of a body that turns with angular velocity o [rad/s] in
+    body axes."""
     x, y, z, w = quaternion
     return 0.5 * np.array(
         [
@@ -77,6 +82,7 @@ def quaternion_rate(quaternion: Array, o: Array) -> Array:
 
 
 def spatial_inertia(mass: Scalar, c: Array, I_C: Array) -> Array:
-    """Spatial inertia (6, 6) about the common point; c [m]: centre of mass from it, I_C: inertia about c."""
+    """Return the spatial inertia (6, 6) about the common point; c [m]: centre of mass relative to that point, I_C:
+    inertia about the centre of mass."""
     h = skew(mass * c)
     return np.block([[mirror(I_C - h @ skew(c)), h], [-h, mass * np.eye(3)]])

@@ -24,7 +24,7 @@ LONG = 100.0  # [s] of pseudo time: leaves neutral directions alone
 
 
 class Corrector:
-    """Finds equilibria of a simulation near given poses; `poses` evaluates the simulation."""
+    """Finds equilibria of a simulation near given poses; `poses` is the simulation seen as a function of its pose."""
 
     def __init__(self, simulation: Simulation) -> None:
         self._simulation = simulation
@@ -33,7 +33,8 @@ class Corrector:
         self.renew(simulation.state[: simulation.program.nq].copy())
 
     def renew(self, q: np.ndarray) -> None:
-        """Restart prediction and stiffness at a pose, after commands or switched laws."""
+        """Restart the prediction at a pose with a newly computed stiffness, after commands or after laws have
+        switched."""
         if self._program is not self._simulation.program:
             self._program = self._simulation.program
             self.poses = Poses(self._simulation)
@@ -41,7 +42,7 @@ class Corrector:
         self._stiffen(q)
 
     def place(self, q: np.ndarray) -> np.ndarray:
-        """The pose with prescribed coordinates at their commanded values."""
+        """Return the pose with the prescribed coordinates set to their commanded values."""
         s = self._simulation
         q = q.copy()
         for d in s.program.system.drives:
@@ -50,7 +51,7 @@ class Corrector:
         return self.poses.unit(q)
 
     def guards(self, q: np.ndarray) -> np.ndarray:
-        """Return the guards (event functions) of all laws at a pose."""
+        """Return the guards (event functions) of all force laws at a pose."""
         self.poses.accelerations(q)
         return self.poses.guards()
 
@@ -62,10 +63,10 @@ class Corrector:
         self.poses.factorise(K, LONG, self.poses.basis(q))
 
     def predicted(self, q0: np.ndarray, P0: np.ndarray, dt: int) -> tuple[np.ndarray | None, float]:
-        """Predict the equilibrium a step of `dt` [ns] after q0 by tangent and curvature, and correct it.
+        """Predict the equilibrium a step of `dt` [ns] after q0 by tangent and curvature, and correct the prediction.
 
-        Returns it, None if there is none nearby, and its distance from the prediction. P0: parameters at q0; the
-        simulation has those at the end of the step.
+        Returns the equilibrium (None if there is none nearby) and its distance from the prediction. P0: parameters at
+        q0; the simulation already has the parameters at the end of the step.
         """
         poses, P = self.poses, self._simulation.P
         q, P1 = self.place(q0), P.copy()
@@ -97,7 +98,7 @@ class Corrector:
         return found, bend
 
     def corrected(self, q: np.ndarray) -> np.ndarray | None:
-        """Return the equilibrium near a pose with the present discrete states; None if there is none."""
+        """Return the equilibrium near a pose with all discrete states unchanged; None if there is none."""
         poses, last, fresh, stalled = self.poses, inf, 0, 0
         before = inf
         for _ in range(NEWTON):

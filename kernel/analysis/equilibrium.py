@@ -37,7 +37,7 @@ OPPOSITE = {"taut": "slack", "closed": "open", "stick": "slip", "locked": "freed
 
 
 def switch(poses: Poses, q: np.ndarray, thresholds: bool = False) -> list[StateChange]:
-    """Switch laws with negative guards at pose q (nq,) until the active set is consistent; return the changes.
+    """Switch the laws whose guards are negative at pose q (nq,) until no guard is negative; return the changes.
     `thresholds`: also switch armed thresholds of signals."""
     simulation = poses.simulation
     guards = simulation.program.guards
@@ -73,8 +73,8 @@ def _rub(simulation: Simulation, kind: str, name: str) -> StateChange:
 
 
 def release(simulation: Simulation) -> float:
-    """Move the anchors of sliding friction springs until the springs carry what friction can hold (radial return).
-    Returns the longest slide of a pad [m]; the direction at the end is used for the whole slide."""
+    """Move the anchors of sliding friction springs until the springs carry no more than friction can hold (radial
+    return). Returns the longest slide of a pad [m]; the final direction of a slide is used for all of it."""
     slid = 0.0
     program, row = simulation.program, simulation.row()
     for kind, law in ((kind, x) for (kind, _), x in program.of_guard.items() if kind in RUBS):
@@ -93,7 +93,7 @@ def release(simulation: Simulation) -> float:
 
 
 def net(events: list[StateChange]) -> list[StateChange]:
-    """Return for each law that changed its last state only."""
+    """Return, for each law that changed its state, only its last change."""
     last: dict[tuple[str, str], StateChange] = {}
     odd: dict[tuple[str, str], bool] = {}
     pairs = {two: one for one, two in OPPOSITE.items()}
@@ -120,7 +120,8 @@ SHORT, LONG = 0.1, 100.0  # [s] of pseudo time; LONG leaves neutral directions a
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """A pose at rest: coordinates q (nq,), tension per rope and normal force per support [N], steps needed."""
+    """A pose at rest: coordinates q (nq,), tension of each rope and normal force of each support [N], and the number of
+    iterations needed."""
 
     q: np.ndarray
     tensions: dict[str, float]
@@ -129,9 +130,9 @@ class Equilibrium:
 
 
 def equilibrium(simulation: Simulation) -> Equilibrium:
-    """Move a started simulation to the equilibrium that it settles into; its drives are stopped.
+    """Stop the drives of a started simulation and move it to the equilibrium into which it settles.
 
-    Raises KernelError, naming the body that finds no rest.
+    Raises KernelError, naming the body that does not come to rest.
     """
     poses = Poses.stopped(simulation)
     q, steps, _ = relaxed(poses, poses.q)
@@ -144,7 +145,8 @@ def equilibrium_at(simulation: Simulation, q: np.ndarray, steps: int) -> Equilib
 
 
 def relaxed(poses: Poses, q: np.ndarray) -> tuple[np.ndarray, int, list[StateChange]]:
-    """Return rest pose (nq,) from q, number of steps, changes of laws; KernelError names a body without rest."""
+    """Return the rest pose (nq,) reached from q, the number of iterations, and the changes of law states; raises
+    KernelError naming a body that does not come to rest."""
     h, before, last, stalled = SHORT, np.inf, np.inf, 0
     events: list[StateChange] = []
     for steps in range(MOST + MORE):

@@ -35,7 +35,7 @@ START, VALUE, SPEED, ACCELERATION, SPAN = range(5)  # places of a profile
 
 @dataclass(frozen=True)
 class LinearColumn:
-    """A state, input or output: its name, unit, and value at the point of linearisation."""
+    """A state, input or output of a linear model: its name, unit, and value at the point of linearisation."""
 
     name: str
     unit: str

@@ -44,8 +44,8 @@ class NaturalMode:
 
 @dataclass(frozen=True)
 class Modes:
-    """All small motions: oscillations by frequency, decay rates [1/s] of overdamped ones (negative: growing), number of
-    degrees of freedom without stiffness."""
+    """All small motions about a pose: oscillations by frequency, decay rates [1/s] of overdamped motions (negative:
+    growing), number of degrees of freedom without stiffness."""
 
     oscillations: tuple[NaturalMode, ...]
     decays: tuple[float, ...]
@@ -59,13 +59,14 @@ class Modes:
 
 
 def modes(simulation: "Simulation") -> Modes:
-    """Modes of a simulation about its pose, which should be at rest (see `equilibrium`), with drives stopped."""
+    """Return the modes of a simulation about its pose, with drives stopped; the pose should be at rest (see
+    `equilibrium`)."""
     poses = Poses.stopped(simulation)
     return modes_at(poses, poses.q)
 
 
 def modes_at(poses: Poses, q: np.ndarray) -> Modes:
-    """Modes about a pose q (nq,)."""
+    """Return the modes about a pose q (nq,)."""
     simulation = poses.simulation
     allowed = poses.basis(q)
     basis = np.eye(len(poses.free)) if allowed is None else allowed
@@ -112,7 +113,7 @@ CARRIED = 1e-6  # part of the largest force that counts as none
 
 
 def modes_text(found: Modes) -> str:
-    """Return a table of the oscillations, then the motions that do not oscillate."""
+    """Return a table of the oscillations, followed by the motions that do not oscillate, as text."""
     rows = [("", "frequency", "period", "damping", "moves most (share of kinetic energy)")]
     for n, m in enumerate(found.oscillations, 1):
         damping = 0.0 if abs(m.damping) < 1e-7 else m.damping
@@ -196,8 +197,8 @@ def _choice(reactions: Reactions) -> str:
 
 
 def statics_data(found: Equilibrium, reactions: Reactions, growth: float) -> dict[str, object]:
-    """Coordinates, tensions and normal forces [N], joint reactions in joint axes [N, N m], growth rate [1/s],
-    undetermined forces."""
+    """Return coordinates, tensions and normal forces [N], joint reactions in joint axes [N, N m], growth rate [1/s] and
+    statically indeterminate forces as data."""
     return {
         "growth": growth,
         "coordinates": found.q.tolist(),

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Momentum:
-    """mass [kg], centre (3,) [m], linear (3,) [kg m/s], angular (3,) about the world's origin [kg m2/s]."""
+    """Mass [kg], centre of mass (3,) [m], linear momentum (3,) [kg m/s], and angular momentum (3,) about the world's
+    origin [kg m2/s]."""
 
     mass: float
     centre: np.ndarray
@@ -27,13 +28,13 @@ class Momentum:
 
     @property
     def spin(self) -> np.ndarray:
-        """(3,) angular momentum about the common centre of mass [kg m2/s]."""
+        """Angular momentum (3,) about the common centre of mass [kg m2/s]."""
         spin: np.ndarray = self.angular - np.cross(self.centre, self.linear)
         return spin
 
 
 def momentum(simulation: "Simulation") -> Momentum:
-    """Momentum of all bodies together at the present instant of a simulation."""
+    """Return the momentum of all bodies together at the present time of a simulation."""
     program, x = simulation.program, simulation.instant()
     mass, moment, linear, angular = 0.0, np.zeros(3), np.zeros(3), np.zeros(3)
     for i, (tree, _) in enumerate(program.instances):

@@ -34,8 +34,9 @@ FIRST_NS, LONGEST_NS, SHORTEST_NS = 10**9, 600 * 10**9, 10**5  # steps of the pa
 LONGEST_FALL_NS = 10**10  # of commands that go on while a scene falls from a fold
 SOON = 10  # times the length of a fall within which the next one is its sequel
 CHORD, START, LINE, NEAR, MIDDLE = range(5)  # guesses of when an event is
-WELL = {CHORD: CHORD, START: CHORD, LINE: LINE, NEAR: LINE, MIDDLE: LINE}  # follows one that leaves at most half the bracket
-BADLY = {CHORD: START, START: LINE, LINE: NEAR, NEAR: MIDDLE, MIDDLE: LINE}  # or more
+# what follows a guess that leaves half of the bracket or less, or more
+WELL = {CHORD: CHORD, START: CHORD, LINE: LINE, NEAR: LINE, MIDDLE: LINE}
+BADLY = {CHORD: START, START: LINE, LINE: NEAR, NEAR: MIDDLE, MIDDLE: LINE}
 PARTS = {START: 1e-3, NEAR: 0.9, MIDDLE: 0.5}  # of the bracket
 LOCATED_NS = 1000  # an event is located to this
 UNLOCATED = (*RUBS, "bending")  # kinds of guards that are looked at where a step ends
@@ -47,7 +48,7 @@ CHATTER = 50  # events at one instant after which the laws are settled together
 
 @dataclass(frozen=True)
 class PathPoint:
-    """A point of the path: time, coordinates (nq,), sample, events."""
+    """A point of the equilibrium path: time, coordinates (nq,), sample row, events."""
 
     t_ns: int
     q: np.ndarray
@@ -56,8 +57,8 @@ class PathPoint:
 
 
 class EquilibriumPath:
-    """Follows the equilibrium of a simulation, which it owns; an event of a law in `heard` ends `run`. `points`: all
-    equilibria so far; `notes`: messages for the user."""
+    """Follows the equilibrium of a simulation, which no other code may advance; `run` returns at events of the laws
+    named in `heard`. `points`: all equilibria so far; `notes`: messages for the user."""
 
     def __init__(self, simulation: Simulation, heard: frozenset[str] = frozenset()) -> None:
         self.command, self.heard = simulation, heard
@@ -96,9 +97,9 @@ class EquilibriumPath:
         return []
 
     def run(self, until_ns: int) -> list[StateChange]:
-        """Follow the path to `until_ns`, or to the first subscribed event; returns the events there.
+        """Follow the path to `until_ns` or to the first subscribed event, and return the events there.
 
-        Raises KernelError where the path ends.
+        Raises KernelError if the path ends earlier.
         """
         while self.epoch < until_ns:
             rest = self.command.references.rest(self.epoch)
@@ -113,7 +114,7 @@ class EquilibriumPath:
         return []
 
     def rest(self) -> Equilibrium:
-        """Return the present equilibrium and leave the simulation at its pose."""
+        """Return the present equilibrium, and leave the simulation in its pose."""
         self._near.poses.accelerations(self._q)
         return equilibrium_at(self.command, self._q, self._steps)
 

@@ -69,18 +69,19 @@ class Poses:
         return self.simulation.state[: self.simulation.program.nq].copy()
 
     def accelerations(self, q: np.ndarray, v: np.ndarray | None = None) -> np.ndarray:
-        """Accelerations (n_free,) at pose q (nq,) and velocities v (n_free,), default zero."""
+        """Return the accelerations (n_free,) at pose q (nq,) and velocities v (n_free,), zero by default."""
         self._refresh(q, v)
         dv: np.ndarray = self._f[self._velocities]
         return dv
 
     def guards(self) -> np.ndarray:
-        """Return the guards at the pose evaluated last."""
+        """Return the guards of all laws at the last pose that was evaluated."""
         G: np.ndarray = self._G.copy()
         return G
 
     def stiffness(self, q: np.ndarray, order: tuple[float, float] = FOURTH) -> np.ndarray:
-        """(n_free, n_free) da/dq [1/s2] at pose q (nq,), at rest, discrete states frozen."""
+        """Return the derivative da/dq (n_free, n_free) of the accelerations at pose q (nq,) at rest [1/s2], with
+        discrete states frozen."""
         self.accelerations(q)
         native, nv = self.simulation.native, len(self._columns)
         self._now[:], self._order[:] = (native["t"], native.among()), order
@@ -99,7 +100,7 @@ class Poses:
         return found
 
     def factorise(self, K: np.ndarray, h: float, basis: np.ndarray | None) -> None:
-        """Factorise 1/h^2 - K (n_free, n_free), restricted to the motions of `basis`, for `solve`."""
+        """Factorise 1/h^2 - K for `solve`, with K (n_free, n_free), restricted to the motions spanned by `basis`."""
         self._B = basis
         K = K if basis is None else basis.T @ K @ basis
         whole, n = self._eye.copy(), len(K)
@@ -126,7 +127,7 @@ class Poses:
         return -1.0 if (int(exchanges.sum()) + int(negative.sum())) % 2 else 1.0
 
     def moved(self, q: np.ndarray, step: np.ndarray) -> np.ndarray:
-        """Return the pose (nq,) that lies a step (n_free,) [m, rad] from q, with loops closed."""
+        """Return the pose (nq,) reached from q by a step (n_free,) [m, rad], with loops closed again."""
         self._refresh(q, step)
         new: np.ndarray = q + self._f[: len(q)]
         if self._closed:
@@ -147,14 +148,15 @@ class Poses:
         return q
 
     def count_turns(self, q: np.ndarray) -> None:
-        """Update the turn counts of angles at pose q, less than half a turn from the previous pose."""
+        """Update the counted turns of angles at pose q, which must be less than half a turn from the previous pose."""
         s = self.simulation
         if n := len(s.program.angles):
             self._y[:] = self._state(q)
             self._accounts[-n:] = s.row().turned
 
     def basis(self, q: np.ndarray) -> np.ndarray | None:
-        """Return an orthonormal basis (n_free, n) of motions that closed loops allow at pose q; None without loops."""
+        """Return an orthonormal basis (n_free, n) of the motions that closed loops allow at pose q; None if there are
+        no loops."""
         if not self._closed:
             return None
         p, allowed = self.simulation.program, []

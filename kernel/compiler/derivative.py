@@ -20,8 +20,8 @@ WHOLE = 2.0**51  # a constant that leaves no fraction in a sum: the sum steps, i
 def derivatives(
     f: Function, values: Mapping[str, np.ndarray], seeds: Mapping[str, np.ndarray]
 ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Return the outputs (n,) of a function by name with their derivatives (n, k), for inputs (n,) with tangent
-    directions (seeds) (n, k)."""
+    """Return the outputs (n,) of a function by name, each with its derivatives (n, k) along k directions, for inputs
+    (n,) with tangent directions `seeds` (n, k)."""
     k = next(iter(seeds.values())).shape[1]
     given = {
         name: [(float(x), seeds[name][i] if name in seeds and seeds[name][i].any() else None) for i, x in enumerate(X)]

@@ -38,7 +38,7 @@ _DECLARE = [
 
 
 class EmittedParts:
-    """Functions, sequences and loops that make up one native function."""
+    """A named combination of functions, sequences and loops that becomes one native function."""
 
     name: str
     parts: "tuple[Function | EmittedParts, ...]"
@@ -50,7 +50,7 @@ class EmittedParts:
 
 @dataclass(frozen=True)
 class Sequence(EmittedParts):
-    """Parts in sequence."""
+    """Functions or loops that run one after the other."""
 
     name: str
     parts: tuple[Function | EmittedParts, ...]
@@ -58,7 +58,7 @@ class Sequence(EmittedParts):
 
 @dataclass(frozen=True)
 class While(EmittedParts):
-    """Repeat the parts while block[flag] > 0."""
+    """A loop that repeats its parts while block[flag] > 0."""
 
     name: str
     flag: int
@@ -67,12 +67,13 @@ class While(EmittedParts):
 
 
 def blocks(f: Function | EmittedParts) -> list[str]:
-    """Names of the memory blocks of a function in the order of its pointer arguments."""
+    """Return the names of the memory blocks of a function in the order of its pointer arguments."""
     return f.blocks if isinstance(f, EmittedParts) else blocks_of(f)
 
 
 def module(*functions: Function | EmittedParts, fused: bool = False) -> str:
-    """IR text of functions and loops with all that they call; `fused`: see `StraightLineCode`."""
+    """Return the LLVM IR text of functions and loops, with all functions that they call; `fused`: see
+    `StraightLineCode`."""
     texts: list[str] = []
     seen: dict[str, Function | EmittedParts] = {}
 
@@ -125,8 +126,8 @@ _ANY = ctypes.c_char * 0
 
 
 class Library:
-    """Machine code of the IR text `ir()`, which is called only if `structure` is not cached. `opt`: LLVM optimisation
-    level 0 to 3; `cpu`: LLVM name of the target, if it is not this processor."""
+    """Machine code of the LLVM IR that `ir()` returns; `ir` is called only if no code is cached for `structure`. `opt`:
+    LLVM optimisation level 0 to 3; `cpu`: LLVM name of the target processor, if it is not this one."""
 
     def __init__(
         self,
@@ -172,22 +173,22 @@ class Library:
         return bytes(self._machine.emit_object(module))
 
     def number(self, name: str) -> float:
-        """Return a named constant of the machine code."""
+        """Return a named constant stored in the machine code."""
         address = self._engine.get_global_value_address(name)
         return ctypes.c_double.from_address(address).value
 
     def address(self, name: str) -> int:
-        """Address of a native function."""
+        """Return the address of a native function."""
         found: int = self._engine.get_function_address(name)
         assert found, f"no native function '{name}'"
         return found
 
     def call(self, name: str, *blocks: np.ndarray) -> None:
-        """Run a native function on contiguous float64 blocks; the caller is responsible for their sizes."""
+        """Run a native function on contiguous float64 blocks; the caller must ensure that they are large enough."""
         self.bound(name, *blocks)()
 
     def bound(self, name: str, *blocks: np.ndarray) -> Callable[[], None]:
-        """Return a native function ready for repeated calls; the caller keeps the blocks alive."""
+        """Return a native function bound to its blocks for repeated calls; the caller must keep the blocks alive."""
         for b in blocks:
             assert b.dtype == _FLOAT, f"{name}: block of {b.dtype}"
         call = self._calls.get((name, len(blocks)))

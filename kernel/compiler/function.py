@@ -25,16 +25,17 @@ def operands(n: Sym) -> list[Sym]:
 
 
 def symbols(block: str, n: int) -> np.ndarray:
-    """Return the scalars (n,) of an input block as symbols."""
+    """Return the n scalars of an input block as symbols (n,)."""
     return np.array([node("in", block, i) for i in range(n)] + [None], dtype=object)[:-1]
 
 
 class Function:
-    """A traced function body(**blocks) -> {name: values, or (row, values) for a row of a table}; recorded once.
+    """A traced function body(**blocks) -> {name: values, or (row, values) for a row of a table}; its body is traced
+    only once.
 
-    On floats a call runs the body itself; while another graph is recorded it adds one call node, so that the machine
-    code exists once. `vectors`: outputs that callers get as one vector symbol. `rare`: called between steps only, so a
-    long function is compiled without optimisation.
+    On floats a call runs the body itself; while another function is being traced a call adds one call node, so the
+    machine code exists once. `vectors`: outputs that callers receive as one vector symbol. `rare`: called between steps
+    only, so a long function is compiled without optimisation.
     """
 
     def __init__(
@@ -85,7 +86,7 @@ class Function:
 
     @cached_property
     def operations(self) -> int:
-        """Arithmetic operations of one call, including called functions."""
+        """Number of arithmetic operations in one call, including those of called functions."""
         return sum(n.args[0].operations if n.op == "call" else n.op not in IDLE for n in self.nodes)
 
     def __call__(self, **values: Any) -> SimpleNamespace:
@@ -108,9 +109,9 @@ class Function:
 
 
 class Primitive(Function):
-    """A function given as LLVM IR `text` (native loops) with `body` as its reference on floats.
+    """A function given as LLVM IR `text` (native loops), with `body` as its reference on floats.
 
-    One without outputs works on its blocks in place and serves as a part of a loop.
+    A primitive without outputs works in place on its blocks and serves as a part of a loop.
     """
 
     def __init__(
@@ -140,7 +141,7 @@ def placed(block: str, values: list[Any]) -> list[tuple[Any, bool]]:
 
 
 def flatten(x: Any) -> list[Any]:
-    """Scalars and vector symbols of a nested value in order."""
+    """Return the scalars and vector symbols of a nested value as a flat list in their order."""
     if is_sym(x) or isinstance(x, float | int):
         return [x]
     if isinstance(x, np.ndarray):
@@ -153,7 +154,8 @@ Parts = TypeVar("Parts", bound=SimpleNamespace)
 
 
 class Layout:
-    """Memory layout; `sizes`: None = scalar, n = n numbers; names in `vectors` are unpacked as vector symbols."""
+    """Memory layout of named numbers in a block; `sizes`: None for a scalar, n for n numbers; names in `vectors` are
+    unpacked as vector symbols."""
 
     def __init__(self, sizes: Mapping[str, int | None], vectors: frozenset[str] = frozenset()) -> None:
         places: dict[str, Any] = {}
@@ -166,7 +168,7 @@ class Layout:
         self.size = n
 
     def unpack(self, block: Any, kind: type[Parts]) -> Parts:
-        """Return the named parts of a block as `kind`: scalars, arrays or vector symbols."""
+        """Return the named parts of a block as an object of type `kind`: scalars, arrays or vector symbols."""
         if isinstance(block, np.ndarray) and block.dtype == np.float64:
             return kind(**{name: block[at] for name, at in self.at.items()})
 
@@ -179,7 +181,7 @@ class Layout:
         return kind(**{name: part(name) for name in self.at})
 
     def pack(self, parts: SimpleNamespace) -> list[Any]:
-        """The block's values in order (a vector symbol stays one value)."""
+        """Return the values of a block in the order of the layout; a vector symbol stays one value."""
         out: list[Any] = []
         for name in self.at:
             x = getattr(parts, name)

@@ -16,7 +16,7 @@ _ARITHMETIC = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
 
 
 def blocks_of(f: Function) -> list[str]:
-    """Names of the memory blocks of a function in the order of its pointer arguments."""
+    """Return the names of the memory blocks of a function in the order of its pointer arguments."""
     return list(dict.fromkeys([*f.inputs, *f.outputs]))
 
 
@@ -116,7 +116,7 @@ class StraightLineCode:
         return reference(x, lanes)
 
     def pieces(self, x: Any) -> list[tuple[str, int, int]]:
-        """Suffix, offset and lanes of each piece of a value; 0 lanes for a scalar."""
+        """Return suffix, offset and number of lanes for each piece of a value; 0 lanes for a scalar."""
         return _cut(x.width) if is_sym(x) and x.width else [("", 0, self.lanes)]
 
     def load(self, n: Sym, base: str, index: int) -> None:
@@ -141,7 +141,7 @@ class StraightLineCode:
             i += _width(x) * max(1, self.lanes)
 
     def operand(self, x: Any, piece: str, lanes: int) -> str:
-        """A piece of an operand; scalars are broadcast to all lanes."""
+        """Return the IR name of a piece of an operand; scalars are broadcast to all lanes."""
         if not lanes or self.lanes or (is_sym(x) and x.width):
             return self.value(x, self.lanes) + (piece if is_sym(x) and x.width else "")
         if not is_sym(x):
@@ -156,7 +156,8 @@ class StraightLineCode:
         return f"%s{self.vectors}"
 
     def pointer(self, values: tuple[Any, ...], tag: str) -> str:
-        """Address of consecutive values: in a block if they are there, else a copy on the stack."""
+        """Return the address of consecutive values: their place in a memory block if they already lie in one, otherwise
+        that of a copy on the stack."""
         v: Any = values[0] if values else None
         if is_sym(v) and v.op == "block":
             return f"ptr %{v.args[0]}"
@@ -183,7 +184,7 @@ class StraightLineCode:
         return f"ptr %{tag}"
 
     def fetch(self, n: Sym) -> None:
-        """Emit the load of a number of a block or of a call's result."""
+        """Emit the load of a number from a block or from the result of a call."""
         a = n.args
         if n.op == "in" and a[0] in self.shared:
             self.body += [
@@ -232,7 +233,8 @@ class StraightLineCode:
         return f"{_ARITHMETIC[n.op]}{self.flags} {d} {x[0]}, {x[1]}"
 
     def binary_exponent(self, n: Sym, x: str, lanes: int) -> str:
-        """Binary exponent of a double as a number, or the double with a given exponent (bits 52 to 62 minus 1023)."""
+        """Emit the extraction of the binary exponent of a double as a number, or the construction of a double with a
+        given exponent (bits 52 to 62, biased by 1023)."""
         b, d, i = f"%b{n.id}", vector_type(lanes), vector_type(lanes, "i64")
         bias, shift = (f"<{', '.join([f'i64 {k}'] * lanes)}>" if lanes else str(k) for k in (1023, 52))
         if n.op == "exponent":

@@ -20,7 +20,8 @@ Number = list[str]  # registers of the real and, if there is one, the imaginary 
 
 @dataclass(frozen=True)
 class FactorLayout:
-    """Layout of the factors of an (n, n) matrix in a block from `start`: matrix planes, row exchanges, 1/pivots."""
+    """Layout in a block, from `start`, of the factors of an (n, n) matrix: planes of the matrix, row exchanges,
+    reciprocals of the pivots."""
 
     n: int
     planes: int  # 1 real, 2 complex
@@ -83,7 +84,8 @@ class FactorLayout:
                 _less(c, other, [c.load(c.at(p, k)) for p in other], factors, first, stride)
 
     def solve(self, c: LoopEmitter, x: list[str]) -> None:
-        """Emit loops that replace x (`stride` long, zeros behind n) by the solution, with the factors in block M."""
+        """Emit the loops that replace x (`stride` long, with zeros after its first n numbers) by the solution, with the
+        factors in block M."""
         n, stride = self.n, self.stride
         planes = [c.at("%M", p) for p in self.matrix]
         with c.loop(0, n) as k:
@@ -105,12 +107,12 @@ class FactorLayout:
     # ---- the same on floats, for the oracle ----------------------------------------------------------------
 
     def read(self, M: np.ndarray) -> np.ndarray:
-        """Return the (n, n) matrix, or its factors, from block M."""
+        """Return the (n, n) matrix, or its factors, stored in block M."""
         planes = [M[p : p + self.n * self.stride].reshape(self.n, self.stride)[:, : self.n].T for p in self.matrix]
         return planes[0] if self.planes == 1 else planes[0] + 1j * planes[1]
 
     def write(self, M: np.ndarray, A: np.ndarray) -> None:
-        """Write a matrix or factors to block M."""
+        """Write a matrix or its factors to block M."""
         for p, plane in zip(self.matrix, (A.real, A.imag), strict=False):
             M[p : p + self.n * self.stride].reshape(self.n, self.stride)[:, : self.n] = plane.T
 
@@ -142,7 +144,8 @@ class FactorLayout:
 
 
 def solver(name: str, factors: FactorLayout, ny: int) -> Primitive:
-    """Return a function x = A^-1 b for the first n of ny components, x = tail b for others; outputs `re`, `im`."""
+    """Return the function that computes A^-1 b for the first n of `ny` components and `tail` times b for the others;
+    outputs: real part `re` and imaginary part `im`."""
     parts = ("re", "im")[: factors.planes]
     n, stride = factors.n, factors.stride
     inputs: dict[str, int] = {"M": OPAQUE, **{f"b_{p}": ny for p in parts}, "tail": factors.planes}
@@ -173,7 +176,7 @@ def solver(name: str, factors: FactorLayout, ny: int) -> Primitive:
 
 
 def product(name: str, n: int, stride: int, start: int) -> Primitive:
-    """x = A b for an (n, n) matrix stored in M from `start`."""
+    """Return the function x = A b for an (n, n) matrix stored in block M from `start`."""
     c = LoopEmitter(name, ["M", "b", "x"])
     total = c.reserve(f"[{stride} x double]")
     with c.loop(0, stride, WIDEST) as i:
@@ -196,7 +199,7 @@ def _size(c: LoopEmitter, x: Number) -> str:
 
 
 def times(c: LoopEmitter, a: Sequence[str], b: Sequence[str], kind: str = "double") -> Number:
-    """Emit the product a b, real or complex; return its registers."""
+    """Emit the product a b, real or complex; return the registers of the result."""
 
     def mul(x: str, y: str) -> str:
         return c.let(f"fmul {kind} {x}, {y}")

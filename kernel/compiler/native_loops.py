@@ -15,12 +15,12 @@ _COUNT = f"<{', '.join(f'i64 {i}' for i in range(WIDEST))}>"
 
 
 def padded(n: int) -> int:
-    """n rounded up to whole vectors."""
+    """Return n rounded up to a whole number of vector lanes."""
     return -(-n // WIDEST) * WIDEST
 
 
 class LoopEmitter:
-    """Writer of the LLVM IR of one function, whose arguments are pointers to blocks of doubles."""
+    """Writer of the LLVM IR of one function whose arguments are pointers to blocks of doubles."""
 
     def __init__(self, name: str, pointers: list[str]) -> None:
         self.name = name
@@ -48,7 +48,7 @@ class LoopEmitter:
         return self.let(f"{operation} i64 {a}, {b}")
 
     def at(self, pointer: str, *index: int | str) -> str:
-        """Address of the double at the sum of the indices."""
+        """Return the address of the double whose index is the sum of the given indices."""
         for i in index:
             pointer = self.let(f"getelementptr double, ptr {pointer}, i64 {i}")
         return pointer
@@ -60,16 +60,16 @@ class LoopEmitter:
         self._body.append(f"store {kind} {value}, ptr {address}, align 8")
 
     def call(self, name: str, pointers: Sequence[str]) -> None:
-        """Call another function of pointers."""
+        """Emit a call of another function whose arguments are pointers."""
         self._body.append(f"call void @{name}({', '.join(f'ptr {p}' for p in pointers)})")
 
     def spread(self, x: str) -> str:
-        """Broadcast a scalar to all lanes."""
+        """Emit the broadcast of a scalar to all lanes; return the vector's register."""
         one = self.let(f"insertelement {VECTOR} poison, double {x}, i64 0")
         return self.let(f"shufflevector {VECTOR} {one}, {VECTOR} poison, <{WIDEST} x i32> zeroinitializer")
 
     def lanes(self, comparison: str, i: str, k: int | str) -> str:
-        """Mask of the places i, i + 1, ... that satisfy a comparison with k."""
+        """Return the mask of those of the indices i, i + 1, ... that satisfy a comparison with k."""
         both = []
         for x in (i, k):
             one = self.let(f"insertelement {_INDICES} poison, i64 {x}, i64 0")
@@ -84,7 +84,8 @@ class LoopEmitter:
 
     @contextmanager
     def loop(self, start: int | str, stop: int | str, step: int = 1) -> Iterator[str]:
-        """Emit the loop `for i in range(start, stop, step)` around the code of the context; yields i."""
+        """Emit the loop `for i in range(start, stop, step)` around the code emitted inside the context; yield the
+        register of i."""
         counter, name = self.reserve("i64"), f"l{self._n}"
         i, stays = f"%{name}i", "slt" if step > 0 else "sgt"
         self._body += [
@@ -106,7 +107,7 @@ class LoopEmitter:
 
     @contextmanager
     def when(self, condition: str) -> Iterator[None]:
-        """Emit `if condition` around the code of the context."""
+        """Emit `if condition` around the code emitted inside the context."""
         self._n += 1
         name = f"w{self._n}"
         self._body += [f"br i1 {condition}, label %{name}then, label %{name}exit", f"{name}then:"]

@@ -23,8 +23,8 @@ CROWDED = 4  # so many times fewer calls side by side than each of them has insi
 
 @dataclass(frozen=True)
 class SimdBatch:
-    """Calls of one function, one per SIMD lane; with fewer calls than `width`, the last call fills the other lanes.
-    `shared`: input blocks that all calls have in common."""
+    """Calls of one function, one per SIMD lane; if there are fewer calls than `width`, the last call fills the
+    remaining lanes. `shared`: input blocks that all calls have in common."""
 
     calls: tuple[Sym, ...]
     width: int
@@ -44,12 +44,12 @@ class SimdBatch:
 
 
 def width_of(n: int) -> int:
-    """Return the number of lanes for n equal calls: a power of two, so that code exists for few widths only."""
+    """Return the number of lanes for n equal calls: a power of two, which keeps the number of compiled widths small."""
     return WIDEST if n > WIDEST // 2 else 4 if n > 2 else n
 
 
 def arranged(nodes: Sequence[Sym]) -> list[Sym | SimdBatch]:
-    """Return the nodes of a recording in order of dependence, with independent equal calls batched."""
+    """Return the nodes of a traced function sorted so that inputs come first, with independent equal calls batched."""
     batches = list(_batches(nodes))
     while True:
         at = {call: batch for batch in batches for call in batch.calls}
@@ -133,8 +133,8 @@ def _ordered(nodes: Sequence[Sym], at: dict[Sym, SimdBatch]) -> tuple[list[Sym |
 
 
 class OperandCode(Protocol):
-    """Straight-line code under construction. `lane`: batch and lane of each batched call; `value`: returns the IR name
-    of a number, which is loaded on first use."""
+    """Interface of straight-line code under construction. `lane`: batch and lane of each batched call; `value`: returns
+    the IR name of a number, which is loaded on first use."""
 
     body: list[str]
     lane: dict[Sym, tuple[SimdBatch, int]]

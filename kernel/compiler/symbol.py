@@ -35,7 +35,8 @@ def _is_array(x: Any) -> bool:
 
 
 class ExpressionGraph:
-    """The nodes of one recording; in an `opaque` one named quantities become symbols of printed equations."""
+    """The nodes of one traced function; in an `opaque` graph, named quantities become symbols of the printed
+    equations."""
 
     def __init__(self, opaque: bool = False) -> None:
         self.table: dict[Any, Sym] = {}
@@ -53,7 +54,7 @@ class ExpressionGraph:
 
 
 class Sym:
-    """A traced value: operation and arguments; width 0: scalar, n: vector of n elements."""
+    """A traced value: operation and arguments. `width`: 0 for a scalar, n for a vector of n elements."""
 
     __slots__ = ("args", "id", "op", "width")
     op: str
@@ -142,7 +143,7 @@ def is_sym(x: Any) -> bool:
 
 
 def node(op: str, *args: Any, width: int | None = None) -> Sym:
-    """Return the node of an operation in the recorded graph, created if new."""
+    """Return the node of an operation in the graph being traced; it is created if it does not exist yet."""
     graph = RECORDING.graphs[-1]
     if (found := graph.table.get((op, args))) is not None:  # equal numbers of different types are one key
         return found
@@ -220,12 +221,12 @@ def sqrt(x: Any) -> Any:
 
 
 def exponent(x: Any) -> Any:
-    """Return k of x = m 2^k with 1 <= m < 2, for positive normal x."""
+    """Return the binary exponent k of x = m 2^k with 1 <= m < 2, for positive normal x."""
     return node("exponent", x) if is_sym(x) else math.frexp(x)[1] - 1.0
 
 
 def power_of_two(n: Any) -> Any:
-    """2^n for an integer n from -1022 to 1023."""
+    """Return 2^n for an integer n from -1022 to 1023."""
     return node("power_of_two", n) if is_sym(n) else math.ldexp(1.0, int(n))
 
 
@@ -273,7 +274,7 @@ def any_of(conditions: Iterable[Any]) -> Any:
 
 @contextmanager
 def scope(name: str) -> Iterator[None]:
-    """Assign the quantities named inside this context to the law `name`."""
+    """Assign the quantities named inside this context to the force law `name` in printed equations."""
     graph = RECORDING.graphs[-1] if RECORDING.graphs else None
     if graph is not None:
         graph.scope = name
@@ -283,7 +284,8 @@ def scope(name: str) -> Iterator[None]:
 
 
 def named(label: str, x: Any) -> Any:
-    """Give a traced quantity the name used in printed equations; returns x, or new symbols in an opaque graph."""
+    """Give a traced quantity the name used in printed equations; return the quantity, or new symbols in an opaque
+    graph."""
     graphs = RECORDING.graphs
     if not graphs or not graphs[-1].opaque:
         return x

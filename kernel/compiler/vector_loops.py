@@ -23,7 +23,8 @@ def is_long(x: Any) -> bool:
 
 
 class VectorEmitter(Protocol):
-    """The code under construction, as far as this module uses it: `head` and `body` are its lines of LLVM IR."""
+    """Interface of the code under construction, as far as this module uses it: `head` and `body` are its lines of LLVM
+    IR."""
 
     head: list[str]
     body: list[str]
@@ -32,7 +33,8 @@ class VectorEmitter(Protocol):
 
 
 class Wide:
-    """Long vectors of one function: which are computed in the same loop, which are kept in memory, and the loops."""
+    """Long vectors of one function: determines which are computed in the same loop and which are kept in memory, and
+    emits the loops."""
 
     def __init__(self, code: VectorEmitter, f: Function, order: Sequence[Sym | SimdBatch]) -> None:
         self._code = code
@@ -63,14 +65,14 @@ class Wide:
                     self._kept.add(x)
 
     def later(self, n: Sym) -> bool:
-        """Schedule n for the next loop if it is computed in a loop; return whether it is."""
+        """Schedule n for the next loop if it is computed in a loop; return whether it was scheduled."""
         if n in self._group:
             self._pending.append(n)
             return True
         return False
 
     def address(self, x: Sym) -> tuple[str, int]:
-        """Return pointer and first index of a long value in memory."""
+        """Return the pointer and the first index of a long value in memory."""
         if x in self._copies:
             return self._copies[x], 0
         if x.op == "slice":
@@ -100,7 +102,7 @@ class Wide:
             self._loop(width, block)
 
     def copy(self, x: Sym, base: str, first: int) -> None:
-        """Emit the copy of a long value into a block."""
+        """Emit the loop that copies a long value into a block."""
 
         def block(piece: str, lanes: int, at: str) -> list[str]:
             lines: list[str] = []
@@ -118,7 +120,7 @@ class Wide:
             self._copies[x] = name
 
     def dot(self, n: Sym) -> None:
-        """Emit the dot product as the sum of sums of eight products."""
+        """Emit a dot product, summed in groups of eight products."""
 
         def block(piece: str, lanes: int, at: str) -> list[str]:
             lines: list[str] = []

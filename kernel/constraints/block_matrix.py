@@ -53,7 +53,7 @@ class Blockwise(Proximal):
         self._substitute = Function("substitute", self._substituted, {"C": n_C, "b": self.n})
 
     def rows(self, r: int) -> range:
-        """Return the range of rows of block r."""
+        """Return the range of row numbers of block r."""
         return range(self.starts[r], self.starts[r + 1])
 
     def _cut(self, flat: Array, pairs: Sequence[tuple[int, int]]) -> dict[tuple[int, int], list[Scalar]]:
@@ -186,8 +186,8 @@ class OpenTree:
 
 
 def open_tree(k: int, tree: Tree, inputs: dict[str, int], ends: tuple[int, ...]) -> OpenTree:
-    """Create the functions of the k-th kind of tree; `inputs`: sizes of the arguments of its accelerations; `ends`:
-    bodies with rows."""
+    """Return the functions of the k-th kind of tree; `inputs`: sizes of the arguments of its accelerations; `ends`:
+    bodies on which constraint rows act."""
     n, free, fixed = tree.v.stop - tree.v.start, tree.free_dofs, tree.prescribed_dofs
     below = [(i, j) for i, path in enumerate(tree.free_paths) if i in free for j in path]
     cross = [(i, j) for i in fixed for j in free if i in tree.dof_paths[j] or j in tree.dof_paths[i]]

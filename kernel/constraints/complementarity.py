@@ -27,14 +27,15 @@ ROUNDS = 60.0  # per row and solve; Murty's worst case is exponential, but is ne
 
 
 def start_of(n: int, side: Array) -> SimpleNamespace:
-    """Return the loop variables before the first round; `side` (n,): initial set."""
+    """Return the loop variables before the first round; `side` (n,): initial active set."""
     return SimpleNamespace(
         side=side, x=np.zeros(n), w=np.zeros(n), fewest=n + 1.0, patience=PATIENCE, budget=ROUNDS * n, run=1.0
     )
 
 
 def round_of(s: SimpleNamespace, A: Array, b: Array, lo: Array, hi: Array, small_x: Scalar, small_w: Scalar) -> None:
-    """Solve for the present set and change the sides of rows that violate their condition; run = 0 when none does."""
+    """Solve for the present active set and change the sides of rows that violate their condition; set run = 0 if no row
+    does."""
     n = len(b)
     low, high = less(s.side, 0.0), less(0.0, s.side)
     free = select(low, 0.0, select(high, 0.0, 1.0)) * np.ones(n)
@@ -87,7 +88,7 @@ def _last(wrong: Array) -> Array:
 
 
 def eliminate(A: Array, r: Array, free: Array) -> Array:
-    """Solve A x = r over the free rows and columns, x = 0 elsewhere; pivots in row order."""
+    """Solve A x = r over the free rows and columns, with x = 0 elsewhere; pivots are taken in row order."""
     n = len(r)
     # rows and columns that are not free become those of the identity, so that the size stays fixed in machine code
     M = np.concatenate([A * free[:, None] * free + np.eye(n) * (1.0 - free), (r * free)[:, None]], axis=1)
@@ -107,7 +108,8 @@ _VECTORS = ("side", "x", "w", "b", "lo", "hi")
 def pivot(
     s: SimpleNamespace, A: np.ndarray, b: np.ndarray, lo: np.ndarray, hi: np.ndarray, small: tuple[float, float]
 ) -> None:
-    """Run rounds of pivoting from the start s until nothing changes or the budget is spent; s holds the result."""
+    """Run rounds of pivoting from the loop variables s until no row changes sides or the budget is spent; s then holds
+    the result."""
     n = len(b)
     size = next((k for k in SIZES if n <= k), 0)
     if not size:
@@ -153,7 +155,8 @@ SMALL = 1e-11  # relative size of what counts as zero
 
 @dataclass(frozen=True)
 class Solution:
-    """x and w (n,); side (n,): -1 at lo, 1 at hi, 0 between; `found`: whether all conditions hold."""
+    """Solution of the boxed complementarity problem: x and w (n,); side (n,): -1 at lo, 1 at hi, 0 between; `found`:
+    whether all conditions hold."""
 
     x: np.ndarray
     w: np.ndarray
@@ -169,11 +172,11 @@ def solve(
     side: np.ndarray | None = None,
     prior: np.ndarray | None = None,
 ) -> Solution:
-    """Solve the boxed LCP. A: (n, n), possibly unsymmetric or singular; `side` (n,): initial set (default: at the bound
-    nearest to zero, or free without bounds).
+    """Solve the boxed LCP. A: (n, n), possibly unsymmetric or singular; `side` (n,): initial active set (default: at
+    the bound nearest to zero, or free without bounds).
 
-    Singular problems are solved by proximal passes: of all solutions, the one whose redundant rows share equally, or
-    are next to `prior` (n,).
+    Singular problems are solved by proximal passes; of all solutions they find the one whose redundant rows share the
+    load equally, or the one nearest to `prior` (n,).
     """
     n = len(b)
     if not n:
@@ -205,7 +208,8 @@ PROXIMAL_PASSES = 3  # each divides the error by 1/MU for well-conditioned rows
 
 
 def fill_in(n: int, couples: Sequence[tuple[int, int]]) -> list[list[int]]:
-    """Return, by row or block s, the later ones r that its elimination fills in; `couples`: nonzero (s, r), s < r."""
+    """Return, for each row or block s, the later rows r that become nonzero when s is eliminated; `couples`: initial
+    nonzero pairs (s, r), s < r."""
     later: list[list[int]] = [[] for _ in range(n)]
     for s, r in couples:
         later[s].append(r)
@@ -218,7 +222,7 @@ def fill_in(n: int, couples: Sequence[tuple[int, int]]) -> list[list[int]]:
 
 
 class Proximal:
-    """Base of factorisations of A + mu: the proximal passes."""
+    """Base class of factorisations of A + mu, with the proximal passes for redundant rows."""
 
     _substitute: Function  # (C, b -> x) of one factorisation
 

@@ -29,7 +29,8 @@ RATES = 1e-9  # singular value of the velocity columns of a joint below which tw
 
 @dataclass(frozen=True)
 class JointClosure:
-    """Both sides of a joint in world axes: directions a, b (rows axis, second, third), their rates, d = p_B - p_A."""
+    """Both sides A and B of a joint in world axes: directions a, b (rows: axis, second, third), their rates, and d =
+    p_B - p_A."""
 
     a: Array
     b: Array
@@ -41,7 +42,8 @@ class JointClosure:
 
 @dataclass(frozen=True)
 class Condition:
-    """A residual g with force f at the joint's point on B and moment n (on B; opposite on A), and their rates."""
+    """A residual g with its generalised force (force f at the joint's point on B and moment n on B; opposite on A), and
+    their rates."""
 
     g: Scalar
     f: Array
@@ -103,7 +105,7 @@ CLOSURES: dict[str, tuple[Callable[[JointClosure], Condition], ...]] = {
 
 
 def residual_unit(kind: str, i: int) -> str:
-    """Unit of the i-th residual of a joint type: m for a displacement, rad for a turn."""
+    """Return the unit of the i-th residual of a joint type: m for a displacement, rad for a rotation."""
     return "rad" if CLOSURES[kind][i] in (*_ALIGNED, CLOSURES["universal"][3], _twist) else "m"
 
 
@@ -116,7 +118,8 @@ def closure_numbers(joint: Joint) -> list[float]:
 
 
 def closed_coordinates(joint: Joint, A: Array, B: Array) -> list[float]:
-    """Coordinates (n_q,) of a loop joint for sides A and B, with angles near `q0`; for messages only."""
+    """Return the coordinates (n_q,) of a loop joint from its sides A and B, with angles near `q0`; used in messages
+    only."""
     a, b, _, _, d, _ = vars(_pair(exact(closure_numbers(joint)), exact(A), exact(B))[0]).values()
     along = [float(x @ d) for x in a]
     M = np.array([[float(x @ y) for y in b] for x in a])  # (3, 3) the child's directions in the parent's
@@ -147,7 +150,7 @@ def closed_coordinates(joint: Joint, A: Array, B: Array) -> list[float]:
 
 
 def closed_rates(joint: Joint, A: Array, B: Array) -> list[float]:
-    """Velocities (n_v,) of a loop joint for sides A and B with their twists; for messages only."""
+    """Return the velocities (n_v,) of a loop joint from its sides A and B and their twists; used in messages only."""
     R_A, R_B = (np.reshape(exact(e[:9]), (3, 3)) for e in (A, B))
     _, (x_a, _), (V_A, V_B), v = _pair(exact(closure_numbers(joint)), exact(A), exact(B))
     # velocity of the point on B relative to A at the same place, free of the common motion
@@ -161,7 +164,7 @@ def closed_rates(joint: Joint, A: Array, B: Array) -> list[float]:
 
 
 def near(x: float, y: float) -> float:
-    """The angle x [rad] plus the multiple of 2 pi nearest to y."""
+    """Return the angle x [rad] plus that multiple of 2 pi which brings it nearest to y."""
     # wrapped into half a turn around y
     return float(y + (x - y + pi) % (2.0 * pi) - pi)
 
@@ -183,7 +186,8 @@ def _perpendicular(axis: np.ndarray) -> np.ndarray:
 
 
 def closure_function(kind: str) -> Function:
-    """The rows of a joint type: `gap`, `rate`, `bias` (n,), `wa`, `wb` (6 n,) about the trees' points of A and B."""
+    """Return the function for the rows of a joint type: `gap`, `rate`, `bias` (n,), and wrenches `wa`, `wb` (6 n,)
+    about the points of the trees of A and B."""
 
     def body(p: Array, A: Array, B: Array) -> Outputs:
         pair, (x_a, x_b), (V_A, V_B), v = _pair(p, A, B)

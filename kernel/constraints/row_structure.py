@@ -33,19 +33,21 @@ LINE = 7  # numbers of a line: a(3), b(3), share
 
 
 class RigidAt:
-    """Indices of a rigid rope's numbers; each of its lines has a(3), b(3), share."""
+    """Indices of a rigid rope's numbers; each straight part of the rope has its end points a (3), b (3) and its share
+    of the length."""
 
     HOOKED, TAUT, LINES = range(3)
     A, B = slice(2, 5), slice(5, 8)
 
 
 def rigid_numbers(rope: RigidRope) -> list[float]:
-    """Return the numbers of a rigid rope: hooked, taut, and its lines."""
+    """Return the numbers of a rigid rope: whether it is hooked, whether it is taut, and its straight parts."""
     return [float(rope.hooked), 0.0, *(x for line in rope.lines for x in (*line.a.p, *line.b.p, line.share))]
 
 
 def rigid_rope(n: int) -> Function:
-    """Create a rope's row for n lines: L (L0, L0', L0'') -> gap, rate, bias, and per line the wrenches wa, wb (6,)."""
+    """Return the function for the row of a rope with n straight parts: L (L0, L0', L0'') -> gap, rate, bias, and
+    wrenches wa, wb (6,) for each part."""
 
     def body(L: Array, p: Array, **ends: Array) -> Outputs:
         gap, rate, bias = L[0], L[1], L[2]
@@ -87,7 +89,7 @@ class ContactRows(Protocol):
 
 
 class Constraints:
-    """Rows of a scene's loops, rigid ropes and contacts, with their shared functions."""
+    """All constraint rows of a scene (loops, rigid ropes and contacts) with the functions that they share."""
 
     def __init__(self, graph: Graph, ropes: tuple[RigidRope, ...], contacts: ContactRows) -> None:
         self.loops, self.ropes, self.contacts = graph.loops, ropes, contacts
@@ -108,7 +110,8 @@ class Constraints:
         return len(self.held)
 
     def link(self, instances: Sequence[tuple[Tree, Any]]) -> None:
-        """Connect rows with trees and their functions: which trees a row touches, and which rows couple."""
+        """Connect the rows with trees and their functions: determine which trees a row acts on and which rows
+        couple."""
         self.instance = {
             tree.first + b: (i, b) for i, (tree, _) in enumerate(instances) for b in range(len(tree.bodies))
         }
@@ -161,7 +164,7 @@ Lengths = Mapping[str, tuple[Scalar, Scalar, Scalar]]  # of rigid ropes, with tw
 
 
 class CompiledScene(Protocol):
-    """Interface of a compiled scene that the rows need."""
+    """Interface that the rows need from a compiled scene."""
 
     @property
     def graph(self) -> Graph: ...
@@ -173,7 +176,8 @@ class CompiledScene(Protocol):
 
 @dataclass(frozen=True)
 class ConstraintRow:
-    """A row at an instant; `wrenches`: body number and (6,) wrench about the point of its tree."""
+    """A constraint row at one instant; `wrenches`: body numbers, each with the wrench (6,) of a unit multiplier about
+    the point of the body's tree."""
 
     wrenches: list[tuple[int, Array]]
     gap: Scalar
@@ -188,7 +192,8 @@ class ConstraintRow:
 def held_rows(
     scene: CompiledScene, ends: Mapping[int, Array], numbers: Numbers, lengths: Lengths
 ) -> list[ConstraintRow]:
-    """Return the rows of loops, then of rigid ropes, for bodies at `ends`; arguments as of `ConstraintRows`."""
+    """Return the rows of loops, then those of rigid ropes, for bodies placed at `ends`; arguments as in
+    `ConstraintRows`."""
     rows = [row for j in scene.constraints.loops for row in _loop(scene, j, ends, numbers("loop", j.name))]
     ropes = scene.constraints.ropes
     return rows + [_rope(scene, r, ends, numbers("rigid", r.name), lengths[r.name]) for r in ropes]

@@ -23,7 +23,7 @@ _Parts = dict[tuple[int, int], Scalar]  # per tree and degree of freedom
 
 
 class ConstraintRows:
-    """The constraint rows of an evaluation, factorised, for the forces applied so far."""
+    """The factorised constraint rows of an evaluation under the forces applied so far."""
 
     def __init__(
         self,
@@ -56,12 +56,12 @@ class ConstraintRows:
 
     @property
     def pivots(self) -> Any:
-        """Relative pivots (n,): about 1e-6 for a redundant row."""
+        """Relative pivots (n,) of the factorisation: about 1e-6 for a redundant row."""
         return self._factors.pivot
 
     @property
     def movable(self) -> np.ndarray:
-        """Return which rows (n,) move anything beyond round-off; on floats only."""
+        """Which rows (n,) can cause any motion beyond round-off; on floats only."""
         each = enumerate(self._sizes)
         return np.array([float(self._entry(r, r)) > ROUNDED * float(size) for r, size in each], dtype=bool)
 
@@ -74,7 +74,7 @@ class ConstraintRows:
         return self._instances[i][0].free_dofs
 
     def held(self, values: list[Scalar]) -> list[Scalar]:
-        """Return the values of active rows, with 0 for the others."""
+        """Return the given values for active rows, and 0 for the others."""
         return [select(row.on > 0.0, x, 0.0) for row, x in zip(self.rows, values, strict=True)]
 
     def _masked(self, r: int, s: int, a: Scalar) -> Any:
@@ -95,12 +95,13 @@ class ConstraintRows:
         return [self._masked(r, s, a) for (r, s), a in zip(pairs, A, strict=True)]
 
     def matrix(self) -> Array:
-        """Return G H^-1 G^T (n, n) of all rows, active or not; on floats only."""
+        """Return the Delassus matrix G H^-1 G^T (n, n) of all rows, active or not; on floats only."""
         n = len(self.rows)
         return np.array([[float(self._entry(r, s)) for s in range(n)] for r in range(n)])
 
     def entries(self) -> list[Scalar]:
-        """The Delassus matrix (n * n,) of active rows, row by row; needs contacts."""
+        """Return the entries (n * n,) of the Delassus matrix of active rows, row by row; only for scenes with
+        contacts."""
         d = self.constraints.delassus
         assert isinstance(d, Unsymmetric), "asked for with contacts only"
         A = dict(zip(d.entries, self._entries, strict=True))
@@ -156,12 +157,13 @@ class ConstraintRows:
         return sum((y * self._W[s][ik] for ik, y in self._Y[r].items() if ik in self._W[s]), 0.0)
 
     def solve(self, b: list[Scalar], prior: list[Scalar] | None = None) -> Any:
-        """Return x (n,) of G H^-1 G^T x = b: with contacts those nearest to `prior`, else those of least norm."""
+        """Return x (n,) with G H^-1 G^T x = b: with contacts the solution nearest to `prior`, otherwise the one of
+        least norm."""
         more = {"prior": prior or [0.0] * len(b)} if self.slots else {}
         return self.constraints.delassus.multipliers(C=self._factors.C, mu=self._factors.mu, b=b, **more).x
 
     def approach(self) -> list[Scalar]:
-        """Return the second derivatives (n,) of the residuals under the applied forces, without multipliers."""
+        """Return the second derivatives (n,) of the residuals under the applied forces, with all multipliers zero."""
         out = []
         for row, Z in zip(self.rows, self._Z, strict=True):
             a = row.bias
@@ -176,7 +178,8 @@ class ConstraintRows:
         return out
 
     def accelerate(self) -> None:
-        """Compute the multipliers with which residuals of active rows do not accelerate under the applied forces."""
+        """Compute the multipliers that cancel the second derivatives of the residuals of active rows under the applied
+        forces."""
         self.free = self.approach()
         self.multipliers = self.solve(self.held([-a for a in self.free]), [row.prior for row in self.rows])
 
@@ -187,13 +190,13 @@ class ConstraintRows:
 
     @property
     def tensions(self) -> dict[str, Scalar]:
-        """Tensions of rigid ropes, by name [N]."""
+        """Tensions of rigid ropes by name [N]."""
         first = len(self.constraints.of)
         return {r.name: self.multipliers[first + i] for i, r in enumerate(self.constraints.ropes)}
 
     @property
     def end_tensions(self) -> dict[str, Scalar]:
-        """Tensions of rigid ropes at their lower ends, by name [N]."""
+        """Tensions of rigid ropes at their lower ends by name [N]."""
         out = self.tensions
         for r in self.constraints.ropes:
             if r.mass:
@@ -201,7 +204,7 @@ class ConstraintRows:
         return out
 
     def guards(self) -> dict[str, Scalar]:
-        """Return the guards of rigid ropes by name: the tension of a taut rope, the slack [m] of a slack one."""
+        """Return the guards of rigid ropes by name: the tension of a taut rope [N], the slack of a slack one [m]."""
         out = {}
         for r, row in zip(self.constraints.ropes, self._rope_rows, strict=True):
             hooked = self._numbers("rigid", r.name)[RigidAt.HOOKED]
@@ -210,12 +213,13 @@ class ConstraintRows:
         return out
 
     def wrenches(self) -> list[tuple[int, Array]]:
-        """Wrenches of the rows on bodies: body number and (6,) wrench."""
+        """Return the wrenches of the rows on bodies, as pairs of body number and wrench (6,)."""
         pairs = zip(self.multipliers, self.rows, strict=True)
         return [(b, x * w) for x, row in pairs for b, w in row.push or row.wrenches]
 
     def motion(self, i: int) -> SimpleNamespace:
-        """Return dq, dv and reaction of tree i under the forces and the multipliers."""
+        """Return dq, dv and the reaction of the prescribed joints of tree i under the applied forces and the
+        multipliers."""
         tree, x = self._instances[i][0], self._trees[i]
         half = dict(zip(tree.free_dofs, x.half, strict=True))
         given = dict(zip(tree.prescribed_dofs, x.given, strict=True))
@@ -237,7 +241,8 @@ class ConstraintRows:
                         values[k] = values[k] + multiplier * y
 
     def change(self, x: Scalars) -> Mapping[int, Array]:
-        """Return the velocity change (n_v,) of each linked tree by impulses x; prescribed velocities stay."""
+        """Return the velocity change (n_v,) of each linked tree under impulses x on the rows; prescribed velocities do
+        not change."""
         out = {}
         for i in self.constraints.linked:
             tree = self._instances[i][0]
@@ -251,8 +256,8 @@ class ConstraintRows:
         return out
 
     def loads(self) -> list[Scalar]:
-        """Return force and moment of each loop joint on its child in world axes [N, N m]; tensions [N], slacks and
-        lengths [m] of rigid ropes."""
+        """Return force and moment of each loop joint on its child in world axes [N, N m], then tension [N], slack and
+        length [m] of each rigid rope."""
         out: list[Scalar] = []
         at = 0
         for j in self.constraints.loops:

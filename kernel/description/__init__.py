@@ -2,7 +2,7 @@
 
 mechanics                     System: bodies, joints, masters, measured values; the table of joint types
 laws                          ropes, supports; springs, stops, brakes, drives and locks of joints
-forces, flexible              force elements; rigid contacts; what makes a body flexible
+forces, contacts, flexible    force elements; rigid contacts; what makes a body flexible
 signals                       scalars that can be sampled for models that listen
 units                         places that all of these are described with; what their numbers are; the order of names
 profile                       trapezoid profiles that drives, winches and masters follow

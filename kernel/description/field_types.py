@@ -16,7 +16,7 @@ import msgspec
 import numpy as np
 from heavylift.kernel.errors import KernelError, closest
 
-from .forces import Contact
+from .contacts import Contact
 from .laws import Lock
 from .mechanics import GROUPS, WORLD, Drive, Joint, Measured, System, Threshold
 
@@ -25,8 +25,8 @@ SHOWN = 60  # characters of a wrong value in a sentence
 
 
 def plain(system: System, known: Callable[[object], object | None]) -> System:
-    """Return the description in tuples and floats; raises KernelError for the first invalid field. `known` returns an
-    item's plain form if it was converted before, else None."""
+    """Return the description in tuples and floats; raises KernelError for the first invalid field. `known` returns the
+    plain form of an item that was converted before, else None."""
     if not isinstance(system, System):
         raise KernelError(f"the description is {_shown(system)}; it must be a System")
     groups: dict[str, Any] = {}
@@ -48,19 +48,19 @@ def plain(system: System, known: Callable[[object], object | None]) -> System:
 
 
 def item_word(x: object) -> str:
-    """Return the word for an item in messages."""
+    """Return the word that messages use for an item, such as "joint" or "rope"."""
     kind = type(x).__name__
     return "spring" if kind == "JointSpring" else kind.lower()
 
 
 def choice(choices: tuple[str | int, ...]) -> str:
-    """Return alternatives in words: "a, b or c"."""
+    """Return alternatives as words: "a, b or c"."""
     return f"{', '.join(map(str, choices[:-1]))} or {choices[-1]}"
 
 
 @cache
 def field_names(kind: type[Any]) -> tuple[str, ...]:
-    """Field names of a description class, in order; none for other objects."""
+    """Return the field names of a description class in their order; an empty tuple for other types."""
     if issubclass(kind, msgspec.Struct):
         return kind.__struct_fields__
     return tuple(f.name for f in fields(kind)) if is_dataclass(kind) else ()

@@ -15,7 +15,7 @@ WARNED, NOTED = "warning", "note"  # what was found besides limits
 
 
 class Note(NamedTuple):
-    """A sentence and its simulation time [ns]."""
+    """A message about a run, with its simulation time [ns]."""
 
     t_ns: int
     sentence: str
@@ -26,10 +26,10 @@ UNITS = (1, 10, 100, 1000)  # in a second, by the digits behind it
 
 class Check(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     """A row of the list of checks: quantity, subject, worst value and limit [unit], error of the value [unit] (None:
-    unknown), state; `why`: the reason for amber, or what was found besides limits.
+    unknown), state; `why`: the reason for amber, or the kind of finding if no limit is involved.
 
-    `shown`, `allowed`: value and limit as people write them; `basis`: where the limit comes from; `sentence`: what was
-    found, or what must be written or known for the row to turn green.
+    `shown`, `allowed`: value and limit as text for people; `basis`: source of the limit; `sentence`: what was found, or
+    what must be stated for the row to turn green.
     """
 
     quantity: str
@@ -61,25 +61,25 @@ class Check(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
 
     @property
     def found(self) -> bool:
-        """Whether the check reports something found: a limit exceeded, a warning, or a note."""
+        """Whether the check reports a finding: a limit exceeded, a warning, or a note."""
         return self.state == "red" or self.why in (WARNED, NOTED)
 
     @property
     def message(self) -> str:
-        """Return the sentence with time, stage and the place to change."""
+        """The sentence of the check with time, stage and the key to change."""
         at = f", at {clock(self.t)}" if self.t is not None else ""
         stage = f" ({self.stage})" if self.stage else ""
         return f"{self.sentence}{at}{stage}" + (f" [{self.where}]" if self.where else "")
 
 
 def finding(state: State, quantity: str, subject: str, sentence: str, **more: Any) -> Check:
-    """Return a check for something found besides limits: red, amber with a warning, or a note without colour."""
+    """Return a check for a finding without a limit: red, amber with a warning, or a note without colour."""
     why = {"amber": WARNED, "none": NOTED}.get(state, "")
     return Check(quantity=quantity, subject=subject, state=state, sentence=sentence, **{"why": why} | more)
 
 
 def findings(checks: Iterable[Check]) -> tuple[Check, ...]:
-    """Return the checks that report something found: red ones, warnings, notes, each in order of time (to 0.01 s)."""
+    """Return the checks that report a finding: red ones, then warnings, then notes, each sorted by time (to 0.01 s)."""
     order = ("", WARNED, NOTED)
     return tuple(
         sorted(
@@ -90,7 +90,8 @@ def findings(checks: Iterable[Check]) -> tuple[Check, ...]:
 
 
 def clock(seconds: float, digits: int = 0) -> str:
-    """Return a simulation time as text: 1:02, 1:06:04, with `digits` decimals of the second 1:02.5."""
+    """Return a simulation time as text, such as 1:02 or 1:06:04, or 1:02.5 with one decimal of the second
+    (`digits`)."""
     unit = UNITS[digits]
     minutes, rest = divmod(round(seconds * unit), 60 * unit)
     hours, minutes = divmod(minutes, 60)

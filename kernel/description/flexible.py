@@ -20,7 +20,8 @@ WARNED, REFUSED = 0.05, 0.25  # deflections, parts of the length
 
 @dataclass(frozen=True)
 class Beam:
-    """A uniform Euler-Bernoulli beam along x of the body's frame, from `start` on; a stiffness of 0 means rigid."""
+    """A uniform Euler-Bernoulli beam along the x axis of the body's frame, beginning at `start`; a stiffness of 0 means
+    that the beam is rigid in this respect."""
 
     length: u.Extent
     mass_per_length: u.MassPerLength
@@ -35,7 +36,8 @@ class Beam:
 
 @dataclass(frozen=True)
 class Nodal:
-    """Matrices of a finite-element model with 3 (ux uy uz) or 6 (and rx ry rz) degrees of freedom per node.
+    """Mass and stiffness matrices of a finite-element model with 3 (ux uy uz) or 6 (and rx ry rz) degrees of freedom
+    per node.
 
     `held`: degrees of freedom fixed to the floating frame. `modes`: shapes (columns) used instead of the eigenmodes. A
     frame attached to a node with 3 degrees of freedom keeps the direction of the floating frame.
@@ -53,7 +55,7 @@ class Modal:
     """Modes of a free body from measurement or another program: displacements at places, frequencies, modal masses.
 
     The whole mass belongs to the rigid body, and modal masses are not subtracted from it: the modes are those of an
-    unsupported body. A point of the body that is none of the places moves with the frame.
+    unsupported body. All other points of the body move with the floating frame.
     """
 
     nodes: tuple[Vector, ...]  # places in the body's frame [m]
@@ -93,7 +95,7 @@ class Flexible:
 
 
 def check_flexible(body: str, flexible: Flexible) -> None:
-    """Raise KernelError naming the body for the first impossible property."""
+    """Raise KernelError, naming the body, for the first impossible property of its flexible part."""
     wrong = _wrong(flexible)
     if wrong:
         raise KernelError(f"body '{body}': {wrong}")

@@ -2,8 +2,6 @@
 
 Tagged msgspec structs, so that a tuple of different kinds crosses processes as it is; no NumPy.  SI units; a point is
 (body, position in its frame), "world" is the ground.
-
-Beside them rigid contacts: shapes of bodies that cannot pass each other, with friction and restitution.
 """
 
 from itertools import pairwise
@@ -12,11 +10,11 @@ from typing import Literal
 from msgspec import Struct
 
 from . import units as u
-from .units import IDENTITY, Line, Matrix, Point, Vector
+from .units import IDENTITY, Line, Matrix, Point
 
 __all__ = [
-    "Ball", "Box", "Bushing", "Characteristic", "Contact", "Force", "InputSignal", "Load", "Matrix6", "Plane",
-    "Radiation", "Reeving", "Shape", "Sheave", "Spring", "Torsion", "UserLaw", "Wave", "WaveSum", "Wind",
+    "Bushing", "Characteristic", "Force", "InputSignal", "Load", "Matrix6", "Radiation", "Reeving", "Sheave", "Spring",
+    "Torsion", "UserLaw", "Wave", "WaveSum", "Wind",
 ]  # fmt: skip
 
 Row6 = tuple[u.Number, u.Number, u.Number, u.Number, u.Number, u.Number]
@@ -24,8 +22,8 @@ Matrix6 = tuple[Row6, Row6, Row6, Row6, Row6, Row6]
 
 
 class Wave(Struct, frozen=True):
-    """A harmonic r amplitude cos(frequency t + phase) of the run's time t, which starts smoothly: r = u^3 (10 - 15 u +
-    6 u^2) with u = min(t / ramp, 1). It is zero in equilibria."""
+    """A harmonic r amplitude cos(frequency t + phase) of the run's time t, with a smooth start: r = u^3 (10 - 15 u + 6
+    u^2) with u = min(t / ramp, 1). It is zero when equilibria are computed."""
 
     amplitude: float
     frequency: float  # [rad/s]
@@ -34,10 +32,11 @@ class Wave(Struct, frozen=True):
 
 
 class WaveSum(Struct, frozen=True):
-    """An irregular signal: r sum_k cosines_k cos(w_k t) + sines_k sin(w_k t) of the run's time t, with r as of a
-    `Wave`; zero in equilibria.
+    """An irregular signal: r times the sum over k of cosines_k cos(w_k t) + sines_k sin(w_k t), with the run's time t
+    and the factor r of a `Wave`; zero when equilibria are computed.
 
-    Cubic Hermite pieces of `piece` seconds represent it: harmonic k to (w_k piece)^4 / 384 of its amplitude.
+    It is represented by cubic Hermite pieces of `piece` seconds, with an error of (w_k piece)^4 / 384 of the amplitude
+    of harmonic k.
     """
 
     frequencies: tuple[float, ...]  # w_k [rad/s]
@@ -48,11 +47,12 @@ class WaveSum(Struct, frozen=True):
 
 
 class InputSignal(Struct, frozen=True):
-    """A number that changes with time: `value`, or piecewise linear through (times [s], values), or driven.
+    """A number that changes with time: the constant `value`, or piecewise linear through (times [s], values), or
+    driven.
 
-    Before the first and after the last time the end value holds; two equal times are a jump.  `driven`: it starts at
-    `value` and follows a Profile or a Master that is commanded at run time, as a winch does.  A `wave` is added to it,
-    and so are irregular `waves`.
+    Before the first and after the last time the end value holds; two equal times are a jump. `driven`: it starts at
+    `value` and then follows a Profile or a Master commanded at run time, as a winch does. A regular `wave` and
+    irregular `waves` are added to it.
     """
 
     value: float = 1.0
@@ -64,7 +64,7 @@ class InputSignal(Struct, frozen=True):
 
 
 def wrong_wave(regular: Wave | None, sea: WaveSum | None) -> str:
-    """Return what is wrong with the waves of a signal or drive; empty if nothing is."""
+    """Return what is wrong with the waves of a signal or drive; an empty string if nothing is."""
     for wave in (regular, sea):
         if wave and wave.ramp <= 0.0:
             return f"has a wave with a ramp of {wave.ramp:g} s; it must be positive"
@@ -74,11 +74,11 @@ def wrong_wave(regular: Wave | None, sea: WaveSum | None) -> str:
 
 
 class Element(Struct, frozen=True):
-    """Base of all force elements."""
+    """Base class of all force elements."""
 
     @property
     def points(self) -> tuple[Point, ...]:
-        """Points of application."""
+        """The points at which the element acts."""
         values = (getattr(self, field) for field in self.__struct_fields__)
         return tuple(p for x in values for p in (x if isinstance(x, tuple) else (x,)) if isinstance(p, Point))
 
@@ -90,7 +90,8 @@ class Element(Struct, frozen=True):
 
 
 class Load(Element, frozen=True, tag=True):
-    """Force and moment at a point of a body, fixed in world or body axes, times a factor or its history."""
+    """A force and a moment at a point of a body, fixed in world or body axes, multiplied by a factor or a time
+    history."""
 
     name: str
     at: Point
@@ -254,22 +255,22 @@ class Reeving(Element, frozen=True, tag=True):
 
     @property
     def edges(self) -> tuple[Sheave, ...]:
-        """The edges that the rope may touch: none, or all of its sheaves."""
+        """The edges over which the rope may slide: all of its sheaves if they are edges, otherwise none."""
         return tuple(s for s in self.sheaves if s.edge)
 
     @property
     def apart(self) -> bool:
-        """Whether the edges that the rope may touch are on several bodies."""
+        """Whether the edges over which the rope may slide belong to several bodies."""
         return len({s.at.body for s in self.edges}) > 1
 
     @property
     def lines(self) -> tuple[Line, ...]:
-        """The straight lines from centre to centre, for drawing."""
+        """The straight lines from sheave centre to sheave centre, for drawing."""
         return tuple(Line(a, b) for a, b in pairwise(self.points))
 
     @property
     def winch(self) -> bool:
-        """Whether the rope has a winch: its length is driven."""
+        """Whether a winch changes the length of the rope, which is then a driven signal."""
         return self.signal.driven
 
     @property
@@ -279,41 +280,3 @@ class Reeving(Element, frozen=True, tag=True):
 
 
 Force = Load | Wind | Spring | Torsion | Bushing | Radiation | Characteristic | UserLaw | Reeving
-
-
-class Ball(Struct, frozen=True, tag=True):
-    """A ball on a body; radius 0: a point."""
-
-    body: str
-    p: Vector = (0.0, 0.0, 0.0)
-    radius: float = 0.0
-
-
-class Box(Struct, frozen=True, tag=True):
-    """A box of a body: centre p, edges `size` along the columns of R."""
-
-    body: str
-    size: Vector
-    p: Vector = (0.0, 0.0, 0.0)
-    R: Matrix = IDENTITY
-
-
-class Plane(Struct, frozen=True, tag=True):
-    """The half space below a plane of a body; `normal` points out of it."""
-
-    body: str = "world"
-    p: Vector = (0.0, 0.0, 0.0)
-    normal: Vector = (0.0, 0.0, 1.0)
-
-
-Shape = Ball | Box | Plane
-
-
-class Contact(Struct, frozen=True):
-    """Two shapes of different bodies: rigid, unilateral, Coulomb friction `mu`, Newton's `restitution`."""
-
-    name: str
-    a: Ball | Box
-    b: Ball | Box | Plane
-    mu: u.Ratio = 0.0
-    restitution: float = 0.0

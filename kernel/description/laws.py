@@ -14,7 +14,7 @@ __all__ = ["Brake", "Drive", "JointSpring", "Law", "Lock", "RigidRope", "Rope", 
 
 
 class AlongJoint:
-    """A law on one coordinate of a joint ("" if it has only one)."""
+    """A force law on one coordinate of a joint; the name of the coordinate is "" if the joint has only one."""
 
     joint: str
     coordinate: str
@@ -22,7 +22,7 @@ class AlongJoint:
 
     @property
     def along(self) -> tuple[str, str]:
-        """The joint along which the law acts, with the coordinate."""
+        """The joint on which the law acts, and the name of the coordinate."""
         return self.joint, self.coordinate
 
 
@@ -53,8 +53,8 @@ class Stop(AlongJoint):
 
 @dataclass(frozen=True)
 class Brake(AlongJoint):
-    """Dry brake on a coordinate of a joint: a spring-damper that slips at the effort `moment` [N or N m]. One that is
-    always engaged is the joint's dry friction."""
+    """Dry brake on a coordinate of a joint: a spring-damper that slips at the effort `moment` [N or N m]. A brake that
+    is always engaged represents the joint's dry friction."""
 
     name: str
     joint: str
@@ -97,14 +97,14 @@ class Drive(AlongJoint):
 
 
 class Straight:
-    """A rope over straight lines: base of elastic and rigid ropes."""
+    """Base class of elastic and rigid ropes over straight lines."""
 
     lines: tuple[Line, ...]
     along = None
 
     @property
     def points(self) -> tuple[Point, ...]:
-        """Ends of its lines."""
+        """The end points of all lines."""
         return tuple(p for line in self.lines for p in (line.a, line.b))
 
 

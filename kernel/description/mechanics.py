@@ -16,8 +16,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, fields
 from typing import Any, Literal, get_args
 
+from .contacts import Contact
 from .flexible import Flexible
-from .forces import Contact, Force, Matrix6, Reeving, UserLaw
+from .forces import Force, Matrix6, Reeving, UserLaw
 from .laws import (
     Brake as Brake,
     Drive as Drive,
@@ -142,17 +143,17 @@ class System:
 
     @property
     def laws(self) -> tuple[Law, ...]:
-        """All entries of the force table: ropes, supports, springs, stops and brakes, then forces."""
+        """All entries of the force table: ropes, supports, springs, stops, brakes, then other forces."""
         return *self.ropes, *self.supports, *self.springs, *self.stops, *self.brakes, *self.forces
 
     @property
     def reevings(self) -> tuple[Reeving, ...]:
-        """The ropes over sheaves among the forces."""
+        """The ropes over sheaves, which are kept among the forces."""
         return tuple(f for f in self.forces if isinstance(f, Reeving))
 
     @property
     def outside(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """Bodies and joints that this system refers to but does not declare, in order of appearance."""
+        """The bodies and the joints that this system refers to but does not declare, in order of appearance."""
         points = [p.body for law in (*self.laws, *self.rigid_ropes) for p in law.points]
         shapes = [shape.body for contact in self.contacts for shape in (contact.a, contact.b)]
         bodies = [body for j in self.joints for body in (j.parent, j.child)] + points + shapes
@@ -170,12 +171,12 @@ class System:
 
     @property
     def all_ropes(self) -> tuple[Rope | RigidRope | Reeving, ...]:
-        """Ropes of straight lines, elastic and rigid ones, then those over sheaves."""
+        """All ropes: elastic and rigid ones of straight lines, then those over sheaves."""
         return *self.straight_ropes, *self.reevings
 
     @property
     def straight_ropes(self) -> tuple[Rope | RigidRope, ...]:
-        """Elastic ropes, then rigid ones."""
+        """The ropes of straight lines: elastic ones, then rigid ones."""
         return self.ropes + self.rigid_ropes
 
 
@@ -183,7 +184,7 @@ GROUPS = tuple(f.name for f in fields(System) if f.name != "gravity")
 
 
 def merge(parts: Iterable[System], gravity: float) -> System:
-    """Join several systems into one, in order."""
+    """Return the union of several systems, with their elements in order."""
     whole: dict[str, list[Any]] = {group: [] for group in GROUPS}
     for part in parts:
         for group, items in whole.items():
@@ -204,7 +205,8 @@ PITCH = None
 
 @dataclass(frozen=True)
 class JointMotion:
-    """A turn about or slide along a joint's axis by factor * coordinate; factor None: the joint's pitch."""
+    """An elementary motion of a joint: a turn about, or a slide along, one of its axes by `factor` times a coordinate;
+    factor None stands for the joint's pitch."""
 
     turns: bool
     axis: int
@@ -254,7 +256,7 @@ class JointType:
 
     @property
     def axes(self) -> int:
-        """Number of axes: none, `axis` only, or three with `second` (and their cross product)."""
+        """Number of axes: 0, 1 (only `axis`), or 3 (`axis`, `second` and their cross product)."""
         used = {m.axis for m in self.motions}
         return 3 if used - {AXIS} else len(used)
 

@@ -12,7 +12,8 @@ from math import copysign, inf, isfinite, sqrt
 
 @dataclass(frozen=True)
 class Trapezoid:
-    """Speed v0 [m/s], then acceleration a1 [m/s2] for d1 [s], constant speed for `cruise` [s], a2 for d2."""
+    """A speed profile: speed v0 [m/s], acceleration a1 [m/s2] for d1 [s], constant speed for `cruise` [s], acceleration
+    a2 for d2 [s]."""
 
     v0: float
     a1: float
@@ -23,15 +24,15 @@ class Trapezoid:
 
     @property
     def duration(self) -> float:
-        """Seconds until the last change of speed; inf if the move is endless."""
+        """Time until the last change of speed [s]; inf if the move is endless."""
         return self.d1 + self.cruise + self.d2
 
     def speed(self, t: float) -> float:
-        """Speed at t seconds after the start."""
+        """Return the speed t seconds after the start."""
         return self.v0 + self.a1 * _clamp(t, self.d1) + self.a2 * _clamp(t - self.d1 - self.cruise, self.d2)
 
     def displacement(self, t: float) -> float:
-        """Displacement at t seconds after the start."""
+        """Return the displacement t seconds after the start."""
         t = max(t, 0.0)
         return self.v0 * t + self.a1 * _ramp(t, self.d1) + self.a2 * _ramp(t - self.d1 - self.cruise, self.d2)
 

@@ -53,14 +53,14 @@ class ScalarSignal:
 
 @dataclass(frozen=True)
 class Named:
-    """Base of all described items that have a name."""
+    """Base class of all described items that have a name."""
 
     name: str
 
 
 @dataclass(frozen=True)
 class Threshold(ScalarSignal, Named):
-    """A guard on a signal that reports when it crosses a value set at run time."""
+    """A guard on a signal: reports when the signal crosses a value that is set at run time."""
 
 
 def guard_of(name: str, x: ScalarSignal) -> Threshold:

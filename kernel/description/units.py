@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal, NamedTuple, get_args, get_type_hints
 
 
 class Unit(NamedTuple):
-    """A dimension, and whether the quantity must be positive, or zero or more."""
+    """The dimension of a quantity, and whether the quantity must be positive, or zero or more."""
 
     dimension: str
     least: Literal["", "zero", "positive"] = ""
@@ -49,7 +49,7 @@ Direction = Annotated[tuple[float, float, float], Unit("direction")]  # of lengt
 
 
 def wrong_sign(x: Any) -> tuple[str, str]:
-    """Return the first field with a wrong sign and a description of the error; empty if there is none."""
+    """Return the first field with a wrong sign and a description of the error; two empty strings if there is none."""
     for field, least in _signs(x.__class__):
         value = getattr(x, field)
         low = min(value) if isinstance(value, tuple) else value
@@ -80,7 +80,7 @@ IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 @dataclass(frozen=True)
 class Point:
-    """A point fixed on a body, in the frame of the body."""
+    """A point fixed on a body, given in the frame of that body."""
 
     body: str
     p: Vector = (0.0, 0.0, 0.0)
@@ -88,7 +88,7 @@ class Point:
 
 @dataclass(frozen=True)
 class Line:
-    """A straight part of a rope; `share`: its weight in the rope's length."""
+    """A straight part of a rope; `share`: the factor by which its length counts in the length of the rope."""
 
     a: Point
     b: Point
@@ -100,7 +100,8 @@ Key = tuple[tuple[str | tuple[int, str], ...], str]
 
 @lru_cache(maxsize=4096)
 def natural(name: str) -> Key:
-    """Return the sort key of a name: its words and numbers in turn; those of "1" and "01" by characters."""
+    """Return the natural sort key of a name: its text and number parts in turn; names with equal numbers, such as "1"
+    and "01", are then ordered by their characters."""
     parts = re.split(r"([0-9]+)", name)
     numbers = (part.lstrip("0") for part in parts)  # in order of their lengths: no name is too long for that
     return tuple((len(x), x) if i % 2 else parts[i] for i, x in enumerate(numbers)), name

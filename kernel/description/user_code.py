@@ -46,11 +46,12 @@ def _own_folder(folder: str) -> bool:
 
 
 class Taken(Exception):
-    """Error for a file whose module name is already taken by another module."""
+    """Raised for a file whose module name already belongs to another module."""
 
 
 def imported(where: str, name: str = "") -> ModuleType:
-    """Import a module by name, or a file.py as `name`, in its present state; FileNotFoundError without file."""
+    """Import a module by its name, or a file.py as the module `name`, as its file is now; raises FileNotFoundError if
+    there is no file."""
     with _lock:
         importlib.invalidate_caches()
         _asked.append(where)
@@ -199,7 +200,7 @@ def _named(text: bytes, package: str) -> frozenset[str]:
 
 
 def raised(error: BaseException) -> str:
-    """Return class and text of an error, with its place in a user's file or another package."""
+    """Return the class and text of an error, with its place in a file of the user or of another package."""
     frames = [(x.f_code.co_filename, line) for x, line in traceback.walk_tb(error.__traceback__)]
     at = next((x for of in (_own, written_by_others) for x in reversed(frames) if of(x[0])), None)
     where = f" ({os.path.basename(at[0])}:{at[1]})" if at else ""

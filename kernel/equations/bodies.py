@@ -45,7 +45,7 @@ def _moment(graph: Graph, i: int) -> Equation:
 
 
 def balances(system: System, graph: Graph) -> DocumentSection:
-    """Force and moment balance of every body, with the terms of its applied force and moment."""
+    """Return the force and moment balance of every body, including its applied force and moment."""
     acting = Acting(system)
     groups = []
     for i, link in enumerate(graph.links):

@@ -45,7 +45,7 @@ class _Named(Program):
 
 
 def coordinates(system: System, formulation: str) -> DocumentSection:
-    """Return the equations of all named quantities in order of computation."""
+    """Return the equations of all named quantities, in the order in which they are computed."""
     program = _Named(system, formulation)
     with Trace(opaque=True) as trace:
         y, P = symbols("y", program.ny), symbols("P", len(program.parameters.initial))

@@ -15,7 +15,7 @@ _SPECIAL = {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textas
 
 
 class Formula(NamedTuple):
-    """A formula in text and LaTeX."""
+    """A formula in two notations: plain text and LaTeX."""
 
     text: str
     latex: str
@@ -26,12 +26,12 @@ class Formula(NamedTuple):
 
 
 def plain(s: str) -> Formula:
-    """Return a formula whose text is the same in both notations."""
+    """Return a formula that reads the same in both notations."""
     return Formula(s, s)
 
 
 def sym(base: str, index: object = "", mark: str = "", dots: int = 0, bold: bool = True) -> Formula:
-    """Return a symbol: sym("F", 3, "c") is Fc3, F with c above and 3 below."""
+    """Return a symbol with index and mark: sym("F", 3, "c") is Fc3, F with superscript c and subscript 3."""
     letter = _GREEK.get(base, base)
     core = _DOTS[dots][1].format(rf"\mathbf{{{letter}}}" if bold and base not in _GREEK else letter)
     above = rf"^{{{mark}}}" if mark else ""
@@ -40,7 +40,7 @@ def sym(base: str, index: object = "", mark: str = "", dots: int = 0, bold: bool
 
 
 def law(base: str, name: str, bold: bool = False, dots: int = 0) -> Formula:
-    """Return a quantity of a law or point, such as T(H1)."""
+    """Return the symbol of a quantity of a force law or point, such as T(H1)."""
     letter = _GREEK.get(base, base)
     core = _DOTS[dots][1].format(rf"\mathbf{{{letter}}}" if bold else letter)
     return Formula(f"{base}({name}){_DOTS[dots][0]}", rf"{core}_{{\text{{{escaped(name)}}}}}")
@@ -60,7 +60,7 @@ def transposed(a: Formula) -> Formula:
 
 
 def joined(terms: list[tuple[str, Formula]]) -> Formula:
-    """Return a sum of signed terms as a formula; 0 without terms."""
+    """Return the sum of signed terms as a formula; 0 if there are no terms."""
     out: Formula | None = None
     for sign, term in terms:
         lead = ("-" if sign == "-" else "") if out is None else f" {sign} "
@@ -69,7 +69,7 @@ def joined(terms: list[tuple[str, Formula]]) -> Formula:
 
 
 def escaped(s: str) -> str:
-    """Return a text with LaTeX's special characters escaped."""
+    """Return a text with the special characters of LaTeX escaped."""
     return "".join(_SPECIAL.get(c, rf"\{c}" if c in "#$%&_{}" else c) for c in s)
 
 
@@ -89,7 +89,7 @@ PER_BLOCK = 40  # equations in one align environment, which TeX reads as a whole
 
 @dataclass(frozen=True)
 class Equation:
-    """An equation left = right with a remark; `parts`: terms of a long sum, between which lines may break."""
+    """An equation left = right with a remark; `parts`: terms of a long sum, between which a line may break."""
 
     left: Formula
     right: Formula
@@ -99,7 +99,8 @@ class Equation:
 
 @dataclass(frozen=True)
 class DocumentSection:
-    """A title, sentences, table rows (head first), a matrix, and equations under headings."""
+    """A section of the printed equations: title, sentences, table rows (header first), a matrix, and equations under
+    headings."""
 
     title: str
     sentences: tuple[str, ...] = ()
@@ -167,79 +168,49 @@ _ROWS: dict[str, tuple[_Row, ...]] = {
     "recursive": (
         ("Ic_k", r"\mathbf{I}^{c}_k", "sum of T_ik I_i over i", r"\textstyle\sum_i T_{ik}\,\mathbf{I}_i", ""),
         ("H_kl", "H_{kl}", "S_l^T Ic_k S_k", r"\mathbf{S}_l^T\,\mathbf{I}^{c}_k\,\mathbf{S}_k", "l on the path of k"),
-        ('H q"', r"\mathbf{H}\,\ddot{\mathbf{q}}", "tau - S^T f", r"\tau - \mathbf{S}^T\,\mathbf{f}", 'fc with q" = 0'),
+        ('H q"', r"\mathbf{H}\,\ddot{\mathbf{q}}", "tau - S^T f", r"\tau - \mathbf{S}^T\,\mathbf{f}",
+         'fc with q" = 0'),
         ("H", r"\mathbf{H}", "L^T D L", r"\mathbf{L}^T\,\mathbf{D}\,\mathbf{L}", "without fill-in along the paths"),
     ),
     "articulated": (
-        (
-            "IA_i",
-            r"\mathbf{I}^{A}_i",
-            "I_i + sum over children (IA - U D^-1 U^T)",
-            r"\mathbf{I}_i + \textstyle\sum_{\mathrm{children}}"
-            r" (\mathbf{I}^{A} - \mathbf{U}\,\mathbf{D}^{-1}\,\mathbf{U}^T)",
-            "",
-        ),
+        ("IA_i", r"\mathbf{I}^{A}_i", "I_i + sum over children (IA - U D^-1 U^T)",
+         r"\mathbf{I}_i + \textstyle\sum_{\mathrm{children}}"
+         r" (\mathbf{I}^{A} - \mathbf{U}\,\mathbf{D}^{-1}\,\mathbf{U}^T)",
+         ""),
         ("U", r"\mathbf{U}", "IA S", r"\mathbf{I}^{A}\,\mathbf{S}", ""),
         ("D", r"\mathbf{D}", "S^T U", r"\mathbf{S}^T\,\mathbf{U}", ""),
-        (
-            'q"',
-            r"\ddot{\mathbf{q}}",
-            "D^-1 (tau - S^T pA - U^T a)",
-            r"\mathbf{D}^{-1}\,(\tau - \mathbf{S}^T\,\mathbf{p}^{A} - \mathbf{U}^T\,\mathbf{a})",
-            "",
-        ),
+        ('q"', r"\ddot{\mathbf{q}}", "D^-1 (tau - S^T pA - U^T a)",
+         r"\mathbf{D}^{-1}\,(\tau - \mathbf{S}^T\,\mathbf{p}^{A} - \mathbf{U}^T\,\mathbf{a})", ""),
     ),
     "embedding": (
         ("V", r"\mathbf{V}", "R q'", r"\mathbf{R}\,\dot{\mathbf{q}}", ""),
         ("R", r"\mathbf{R}", "T^T S", r"\mathbf{T}^T\,\mathbf{S}", "row i: the columns of the joints on its path"),
-        (
-            'R^T M R q"',
-            r"\mathbf{R}^T\,\mathbf{M}\,\mathbf{R}\,\ddot{\mathbf{q}}",
-            "tau - R^T f",
-            r"\tau - \mathbf{R}^T\,\mathbf{f}",
-            'f = fB - fe with q" = 0',
-        ),
+        ('R^T M R q"', r"\mathbf{R}^T\,\mathbf{M}\,\mathbf{R}\,\ddot{\mathbf{q}}", "tau - R^T f",
+         r"\tau - \mathbf{R}^T\,\mathbf{f}", 'f = fB - fe with q" = 0'),
     ),
     "augmented": (
-        (
-            "[M J^T; J 0] [x; -lambda]",
-            r"\begin{bmatrix} \mathbf{M} & \mathbf{J}^T \\ \mathbf{J} & \mathbf{0} \end{bmatrix}"
-            r" \begin{bmatrix} \mathbf{x} \\ -\lambda \end{bmatrix}",
-            "[S tau - f; 0]",
-            r"\begin{bmatrix} \mathbf{S}\,\tau - \mathbf{f} \\ \mathbf{0} \end{bmatrix}",
-            'x = a - a(q" = 0), f = fB - fe with q" = 0',
-        ),
-        (
-            "J x",
-            r"\mathbf{J}\,\mathbf{x}",
-            "B_i^T (x_i - x_parent)",
-            r"\mathbf{B}_i^T\,(\mathbf{x}_i - \mathbf{x}_{\mathrm{parent}})",
-            "rows of joint i, B_i orthogonal to S_i",
-        ),
+        ("[M J^T; J 0] [x; -lambda]",
+         r"\begin{bmatrix} \mathbf{M} & \mathbf{J}^T \\ \mathbf{J} & \mathbf{0} \end{bmatrix}"
+         r" \begin{bmatrix} \mathbf{x} \\ -\lambda \end{bmatrix}",
+         "[S tau - f; 0]", r"\begin{bmatrix} \mathbf{S}\,\tau - \mathbf{f} \\ \mathbf{0} \end{bmatrix}",
+         'x = a - a(q" = 0), f = fB - fe with q" = 0'),
+        ("J x", r"\mathbf{J}\,\mathbf{x}", "B_i^T (x_i - x_parent)",
+         r"\mathbf{B}_i^T\,(\mathbf{x}_i - \mathbf{x}_{\mathrm{parent}})", "rows of joint i, B_i orthogonal to S_i"),
     ),
-}
+}  # fmt: skip
 
 
 _LOOPS: tuple[_Row, ...] = (
-    (
-        'H q"',
-        r"\mathbf{H}\,\ddot{\mathbf{q}}",
-        "tau - S^T f + G^T lambda",
-        r"\tau - \mathbf{S}^T\,\mathbf{f} + \mathbf{G}^T\,\lambda",
-        "with the rows G of the loops",
-    ),
-    (
-        "G H^-1 G^T lambda",
-        r"\mathbf{G}\,\mathbf{H}^{-1}\,\mathbf{G}^T\,\lambda",
-        "-b - G H^-1 (tau - S^T f)",
-        r"-\mathbf{b} - \mathbf{G}\,\mathbf{H}^{-1}\,(\tau - \mathbf{S}^T\,\mathbf{f})",
-        'b their accelerations with q" = 0; redundant rows share by least squares',
-    ),
-)
+    ('H q"', r"\mathbf{H}\,\ddot{\mathbf{q}}", "tau - S^T f + G^T lambda",
+     r"\tau - \mathbf{S}^T\,\mathbf{f} + \mathbf{G}^T\,\lambda", "with the rows G of the loops"),
+    ("G H^-1 G^T lambda", r"\mathbf{G}\,\mathbf{H}^{-1}\,\mathbf{G}^T\,\lambda", "-b - G H^-1 (tau - S^T f)",
+     r"-\mathbf{b} - \mathbf{G}\,\mathbf{H}^{-1}\,(\tau - \mathbf{S}^T\,\mathbf{f})",
+     'b their accelerations with q" = 0; redundant rows share by least squares'),
+)  # fmt: skip
 
 
 def formulation_section(graph: Graph, formulation: str) -> DocumentSection:
-    """Return the section on what the formulation solves for the accelerations."""
+    """Return the section that shows the system which the formulation solves for the accelerations."""
     n, n_v = len(graph.links), graph.nv
     sentence = {
         "recursive": f"{n_v} accelerations from {n} composite inertias, which are sums along the paths of T",

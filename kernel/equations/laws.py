@@ -29,7 +29,7 @@ Row = tuple[Point, str, str]  # where a law acts, its name with the number of it
 
 
 class Acting:
-    """Forces and laws that act on the bodies and along the joints of a system."""
+    """The forces and laws of a system, sorted by the bodies and joints on which they act."""
 
     def __init__(self, system: System) -> None:
         self.system = system
@@ -48,7 +48,7 @@ class Acting:
                 self.couples.append((point.body, name))
 
     def on(self, body: str, n: int, gravity: float) -> tuple[Formula, Formula]:
-        """Return F and M on body n: the sums of the applied forces and moments."""
+        """Return F and M for body n: the sums of the applied forces and of the applied moments."""
         weight = [("+", Formula(f"m{n} g", rf"m_{{{n}}}\,\mathbf{{g}}"))] if gravity else []
         here = [(name, sign) for point, name, sign in self.points if point.body == body]
         forces = weight + [(sign, law("f", name, bold=True)) for name, sign in here]
@@ -60,7 +60,7 @@ class Acting:
         return joined(forces), joined(moments)
 
     def along(self, joint: str) -> list[tuple[Any, str]]:
-        """Return the laws along a joint, with the coordinate ("" if there is only one)."""
+        """Return the laws that act on a joint, each with its coordinate ("" if the joint has only one)."""
         s = self.system
         groups: list[Any] = [*s.springs, *s.stops, *s.brakes, *s.drives]
         own = [(x, x.coordinate) for x in groups if x.joint == joint]
@@ -72,13 +72,13 @@ def _place(name: str, sign: str) -> Formula:
 
 
 def loops_at(graph: Graph, body: str) -> list[tuple[str, str]]:
-    """Return the loop joints at a body: names with the sign of their force."""
+    """Return the loop joints at a body: name of each joint with the sign of its force."""
     ends = [(j.name, sign, on) for j in graph.loops for on, sign in ((j.child, "+"), (j.parent, "-"))]
     return [(name, sign) for name, sign, on in ends if on == body]
 
 
 def laws(system: System) -> list[DocumentSection]:
-    """Return a section per kind of law: formulas and a table of numbers."""
+    """Return a section for each kind of law: formulas and a table of numbers."""
     groups: dict[type, list[Any]] = {}
     for f in fields(system):
         if f.name not in ("bodies", "joints", "thresholds", "gravity"):
@@ -122,87 +122,62 @@ _ALONG = (
 # left, right as text and as LaTeX, when it holds; for one law of the kind
 _FORMULAS: dict[type, tuple[tuple[str, str, str, str], ...]] = {
     Rope: (
-        (
-            "l",
-            "sum share |b - a|",
-            r"\textstyle\sum \mathrm{share}\,|\mathbf{b} - \mathbf{a}|",
-            "over its lines a to b",
-        ),
-        (
-            "T",
-            "EA (l - L0)/L0 + c (l' - L0')",
-            r"EA\,\frac{l - L_0}{L_0} + c\,(\dot{l} - \dot{L}_0)",
-            "while hooked and taut, else 0",
-        ),
+        ("l", "sum share |b - a|", r"\textstyle\sum \mathrm{share}\,|\mathbf{b} - \mathbf{a}|",
+         "over its lines a to b"),
+        ("T", "EA (l - L0)/L0 + c (l' - L0')", r"EA\,\frac{l - L_0}{L_0} + c\,(\dot{l} - \dot{L}_0)",
+         "while hooked and taut, else 0"),
         _ALONG,
     ),
     RigidRope: (("l", "L0", "L_0", "while taut: T is what keeps it; slack while l < L0"), _ALONG),
     Support: (
         ("N", "k (height - z) - d z'", r"k\,(\mathrm{height} - z) - d\,\dot{z}", "while closed, else 0"),
-        (
-            "f",
-            "N ez - kt (x - x0) - dt x'",
-            r"N\,\mathbf{e}_z - k_t (\mathbf{x} - \mathbf{x}_0) - d_t \dot{\mathbf{x}}",
-            "sticking; slipping mu N against the velocity",
-        ),
+        ("f", "N ez - kt (x - x0) - dt x'",
+         r"N\,\mathbf{e}_z - k_t (\mathbf{x} - \mathbf{x}_0) - d_t \dot{\mathbf{x}}",
+         "sticking; slipping mu N against the velocity"),
     ),
     JointSpring: (("tau", "k (q_rest - q) - d q'", r"k\,(q_{\mathrm{rest}} - q) - d\,\dot{q}", ""),),
     Stop: (
         ("tau", "k (lower - q) - d q'", r"k\,(\mathrm{lower} - q) - d\,\dot{q}", "below lower"),
         ("tau", "-k (q - upper) - d q'", r"-k\,(q - \mathrm{upper}) - d\,\dot{q}", "above upper"),
     ),
-    Brake: (("tau", "-k (q - q0) - d q'", r"-k\,(q - q_0) - d\,\dot{q}", "sticking; slipping it has the size moment"),),
+    Brake: (
+        ("tau", "-k (q - q0) - d q'", r"-k\,(q - q_0) - d\,\dot{q}", "sticking; slipping it has the size moment"),
+    ),
     Drive: (
         ("q", "s(t)", "s(t)", "prescribed"),
         ("tau", "kp (s - q) + kv (s' - q')", r"k_p (s - q) + k_v (\dot{s} - \dot{q})", "servo"),
         ("tau", "kv (s' - q')", r"k_v (\dot{s} - \dot{q})", "speed"),
     ),
     Spring: (
-        (
-            "f",
-            "(k (l - rest) + d l') (b - a)/l",
-            r"\bigl(k\,(l - \mathrm{rest}) + d\,\dot{l}\bigr)\,\frac{\mathbf{b} - \mathbf{a}}{l}",
-            "on the body of a, -f on that of b",
-        ),
+        ("f", "(k (l - rest) + d l') (b - a)/l",
+         r"\bigl(k\,(l - \mathrm{rest}) + d\,\dot{l}\bigr)\,\frac{\mathbf{b} - \mathbf{a}}{l}",
+         "on the body of a, -f on that of b"),
     ),
     Load: (("f", "s(t) force", r"s(t)\,\mathrm{force}", ""), ("m", "s(t) moment", r"s(t)\,\mathrm{moment}", "")),
     Wind: (
-        (
-            "f",
-            "1/2 density C (A |w - v| + sum side |n (w - v)|) (w - v)",
-            r"\tfrac{1}{2}\,\rho\,C\,(A\,|\mathbf{w} - \mathbf{v}|"
-            r" + \textstyle\sum \mathrm{side}\,|\mathbf{n}\cdot(\mathbf{w} - \mathbf{v})|)\,(\mathbf{w} - \mathbf{v})",
-            "n: axis of the body",
-        ),
+        ("f", "1/2 density C (A |w - v| + sum side |n (w - v)|) (w - v)",
+         r"\tfrac{1}{2}\,\rho\,C\,(A\,|\mathbf{w} - \mathbf{v}|"
+         r" + \textstyle\sum \mathrm{side}\,|\mathbf{n}\cdot(\mathbf{w} - \mathbf{v})|)\,(\mathbf{w} - \mathbf{v})",
+         "n: axis of the body"),
     ),
     Torsion: (
-        (
-            "m",
-            "(k (rest - phi) - d phi') dphi'/dw",
-            r"\bigl(k\,(\mathrm{rest} - \varphi) - d\,\dot{\varphi}\bigr)\,\partial\dot{\varphi}/\partial\omega",
-            "on b, -m on a; phi: twist of b about the axis",
-        ),
+        ("m", "(k (rest - phi) - d phi') dphi'/dw",
+         r"\bigl(k\,(\mathrm{rest} - \varphi) - d\,\dot{\varphi}\bigr)\,\partial\dot{\varphi}/\partial\omega",
+         "on b, -m on a; phi: twist of b about the axis"),
     ),
     Bushing: (
-        (
-            "f",
-            "-(dx'/dV)^T (K x + D x')",
-            r"-(\partial\dot{\mathbf{x}}/\partial\mathbf{V})^T (K\,\mathbf{x} + D\,\dot{\mathbf{x}})",
-            "six components on b, -f on a",
-        ),
+        ("f", "-(dx'/dV)^T (K x + D x')",
+         r"-(\partial\dot{\mathbf{x}}/\partial\mathbf{V})^T (K\,\mathbf{x} + D\,\dot{\mathbf{x}})",
+         "six components on b, -f on a"),
     ),
     Characteristic: (("tau", "s(t) effort(x)", r"s(t)\,\mathrm{effort}(x)", "x: position or speed"),),
     UserLaw: (("f", "function(t, state)", r"\mathrm{function}(t, \mathrm{state})", "force or effort"),),
     Reeving: (
         ("T", "EA (l/N - 1) + c s'", r"EA\,(l/N - 1) + c\,\dot{s}", "per part, while taut, else 0"),
-        (
-            "T",
-            "T_before exp(mu wrap)/efficiency",
-            r"T_{\mathrm{before}}\,e^{\mu\,\mathrm{wrap}}/\eta",
-            "behind a sheave that slips along the rope",
-        ),
+        ("T", "T_before exp(mu wrap)/efficiency", r"T_{\mathrm{before}}\,e^{\mu\,\mathrm{wrap}}/\eta",
+         "behind a sheave that slips along the rope"),
     ),
-}
+}  # fmt: skip
 
 
 def _formulas(kind: type) -> list[tuple[str, list[Equation]]]:

@@ -29,7 +29,7 @@ Poses = Callable[[str], tuple[Array, Array]]  # body -> R_WB (3, 3), p_WB (3,) a
 
 
 class SampledQuantity(NamedTuple):
-    """A sampled quantity: topic ("" if not recorded), name, unit, column group."""
+    """A quantity of a force that is sampled: topic ("" if not recorded), name, unit, group of columns."""
 
     topic: str
     name: str
@@ -39,8 +39,9 @@ class SampledQuantity(NamedTuple):
 
 @dataclass(frozen=True)
 class Setting:
-    """Properties of a scene on which a force law may depend. `clamped`: the part of a step behind an event, which is
-    discarded, uses the one-sided law; `at_rest`: only equilibria are sought; `calm`: names of ropes without events."""
+    """Properties of a scene on which a force law may depend. `clamped`: beyond an event, in the part of a step that is
+    discarded, one-sided laws stay one-sided; `at_rest`: only equilibria are sought; `calm`: names of ropes without
+    events."""
 
     graph: Graph
     poses: Poses
@@ -52,7 +53,7 @@ class Setting:
 
 @dataclass(frozen=True)
 class LawOutput:
-    """Output of a force at an instant. Kinetic + potential + stored - work + heat stays constant."""
+    """Output of a force law at one instant. Kinetic + potential + stored - work + heat stays constant."""
 
     wrenches: list[Array] = field(default_factory=list)  # (6,) on each end's body about its tree's point
     effort: Scalar = 0.0  # along its joint [N or N m]
@@ -67,7 +68,7 @@ class LawOutput:
 
 class ForceLaw(ABC, Generic[F]):
     """A row of the force table. `kind`: key of its numbers in P; `works`: it does external work; `timed`: it depends on
-    time; `initial`: its guards set the states of the initial pose without events."""
+    time; `initial`: its guards set the discrete states of the initial pose without events."""
 
     kind = "force"
     works = False
@@ -79,28 +80,28 @@ class ForceLaw(ABC, Generic[F]):
         return  # of most kinds, all can
 
     def within(self, f: F, setting: Setting) -> ForceLaw[F]:
-        """Return the law of force f as part of a scene."""
+        """Return the law that represents force f in a given scene."""
         return self
 
     def signal(self, f: F) -> InputSignal | None:
-        """Return the signal that commands or histories change, if there is one."""
+        """Return the signal of the force that commands or time histories change; None if there is none."""
         signal: InputSignal | None = getattr(f, "signal", None)
         return signal
 
     def shape(self, f: F) -> Hashable:
-        """Return all properties of f on which the law's code branches."""
+        """Return all properties of f on which the law's code branches; forces of equal shape share code."""
         return None
 
     @abstractmethod
     def numbers(self, f: F, poses: Poses) -> list[float]:
-        """Return the numbers of f in P, discrete states included."""
+        """Return the numbers of f in P, including its discrete states."""
 
     @abstractmethod
     def answer(self, f: F, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> LawOutput:
-        """Return the output of the law at an instant.
+        """Return the output of the law at one instant.
 
-        `p`: its numbers; `ends`: bodies (21,) at its ends (see `attachment`); `signal`: value and rate; `joint`: q and
-        v; `t`: time [s] if timed. Of f it may use only what `shape` includes.
+        `p`: its numbers; `ends`: the bodies (21,) at its ends (see `attachment`); `signal`: value and rate; `joint`: q
+        and v; `t`: time [s] if the law is timed. Only those properties of f may be used that `shape` includes.
         """
 
     def angles(self, f: F) -> int:
@@ -108,24 +109,25 @@ class ForceLaw(ABC, Generic[F]):
         return 0
 
     def turns(self, f: F, poses: Poses) -> tuple[str, str, Array] | None:
-        """Return the two bodies of its angles and their world axis, if turns before the start are counted as well."""
+        """Return the two bodies between which the angles of the law are measured and their world axis, if turns made
+        before the start count; otherwise None."""
         raise KernelError(f"{type(f).__name__.lower()} '{f.name}': its law has angles and no 'turns'; give it one")
 
     def guards(self, f: F) -> tuple[str, ...]:
-        """Return the names of its guards, in the order of `LawOutput.guards`."""
+        """Return the names of the law's guards, in the order of `LawOutput.guards`."""
         return ()
 
     def switch(self, f: F, p: np.ndarray, guard: str, shown: np.ndarray) -> tuple[str, float]:
-        """Change discrete states in p after a guard has become negative; return the event with a value. Coordinates and
+        """Change discrete states in p after a guard has become negative; return the event and a value. Coordinates and
         velocities do not change; released elastic energy becomes heat of the law."""
         raise KernelError(f"{type(f).__name__.lower()} '{f.name}': its law has guards and no 'switch'; give it one")
 
     def shows(self, f: F) -> list[SampledQuantity]:
-        """Return its sampled quantities, in the order of `LawOutput.shown`."""
+        """Return the quantities that are sampled, in the order of `LawOutput.shown`."""
         return []
 
     def demand(self, f: F, field_: str, good: bool, message: str) -> None:
-        """Raise KernelError about a field of the description unless `good`."""
+        """Raise KernelError about a field of the description if `good` is false."""
         if not good:
             raise KernelError(f"{item_word(f)} '{f.name}': {field_} {message}")
 
@@ -138,19 +140,20 @@ class LawBreakdown(KernelError):
         self.who, self.why = who, why
 
     def at(self, t: float) -> KernelError:
-        """Return the error with its time [s]."""
+        """Return this error as a KernelError with its time [s]."""
         return KernelError(f"{self.who} at {t:.3f} s: {self.why}")
 
 
 def attachment(body: Array, p_BX: Array, label: str = "X") -> tuple[Array, Array, Array]:
-    """Return position from the tree's point, position in the world, and velocity of a body-fixed point X. body: (21,)
-    R_WB row-major, the tree's point o, r from o to the body's origin, twist V; label: its name in print."""
+    """Return, for a point X fixed on a body, its position relative to the tree's point, its position in the world, and
+    its velocity. body: (21,) R_WB row-major, the tree's point o, r from o to the body's origin, twist V; label: name of
+    the point in print."""
     R, o, r, V = np.reshape(body[:9], (3, 3)), body[9:12], body[12:15], body[15:21]
     x = named(f"r{label}", r + R @ p_BX)
     return x, named(f"p{label}", x + o), named(f"v{label}", V[3:] + cross(V[:3], x))
 
 
 def wrench(x: Array, force: Array, moment: Array | None = None) -> Array:
-    """Return the wrench (6,) about the tree's point of a force that acts at x from it."""
+    """Return the wrench (6,) about the tree's point of a force that acts at x relative to this point."""
     turning = cross(x, force)
     return join(turning if moment is None else turning + moment, force)

@@ -33,8 +33,8 @@ class FrictionForce(NamedTuple):
 
 
 def one_sided(force: Scalar, clamped: bool) -> Scalar:
-    """Return max(0, force) if `clamped`, else the force itself: a step beyond an event sees a smooth law and is cut
-    there. Where it is clamped, the dense output before the event suffers from the kink."""
+    """Return max(0, force) if `clamped`, otherwise the force itself: a step beyond an event then sees a smooth law and
+    is cut at the event. With clamping, the kink disturbs the dense output before the event."""
     return maximum(force, 0.0) if clamped else force
 
 
@@ -56,10 +56,10 @@ def friction(
 ) -> FrictionForce:
     """Return dry friction (n,): a spring-damper from its anchor (at distance s) that slips at `limit`.
 
-    Slipping, the force has the size of the limit and opposes the velocity; `direction` (n,) is the direction in which
-    the slip began, and the slip ends when the velocity along it becomes negative. With `at_rest`, the direction is that
-    of the spring, whose anchor follows (radial return; Simo, Hughes 1998, 1.4), and the slip ends when the spring
-    relaxes.
+    While slipping, the force has the size of the limit and opposes the velocity; `direction` (n,) is the direction in
+    which the slip began, and the slip ends when the velocity along it becomes negative. With `at_rest`, the direction
+    is that of the spring, whose anchor follows (radial return; Simo, Hughes 1998, 1.4), and the slip ends when the
+    spring relaxes.
     """
     held = k * s + d * v
     # 1e-300 keeps the root differentiable at rest; it vanishes beside any real force
@@ -78,12 +78,12 @@ def friction(
 
 
 def deflection(force: Any, velocity: Any, k: float, d: float) -> Any:
-    """Return the deflection of a friction spring that holds a force; zero without stiffness."""
+    """Return the deflection at which a friction spring holds a force; zero for a spring without stiffness."""
     return (force - d * velocity) / k if k > 0.0 else 0.0 * force
 
 
 class SupportAt:
-    """Indices of a support's numbers, after its point (3)."""
+    """Indices of a support's numbers, which follow the coordinates (3) of its point."""
 
     HEIGHT, K, D, MU, KT, DT, CLOSED, STICK = range(3, 11)
     ANCHOR, DIRECTION = slice(11, 13), slice(13, 15)
@@ -91,7 +91,8 @@ class SupportAt:
 
 @dataclass(frozen=True)
 class SupportLaw(ForceLaw[Support]):
-    """Law of a support; arguments as of `Setting`; guards: the contact is closed, and friction holds."""
+    """Law of a support; arguments as in `Setting`. Its guards are the normal force of a closed contact and the reserve
+    of friction."""
 
     clamped: bool = True
     at_rest: bool = False
@@ -186,7 +187,7 @@ class StopAt:
 
 @dataclass(frozen=True)
 class StopLaw(ForceLaw[Stop]):
-    """One-sided spring-dampers beyond both limits; `clamped` as of `Setting`."""
+    """One-sided spring-dampers beyond both limits of a joint coordinate; `clamped` as in `Setting`."""
 
     clamped: bool = True
 
@@ -228,7 +229,7 @@ class BrakeAt:
 
 @dataclass(frozen=True)
 class BrakeLaw(ForceLaw[Brake]):
-    """Dry friction of a brake; `start`: its initial coordinate; `at_rest` as of `Setting`."""
+    """Dry friction of a brake; `start`: its initial coordinate; `at_rest` as in `Setting`."""
 
     start: float = 0.0
     at_rest: bool = False

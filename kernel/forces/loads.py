@@ -20,7 +20,7 @@ UNIT = 1e-6  # how far a direction may be off by rounding
 
 
 class LoadLaw(ForceLaw[Load]):
-    """Force and moment times the signal; their power counts as external work."""
+    """A force and a moment multiplied by the signal; their power counts as external work."""
 
     works = True
 
@@ -46,7 +46,7 @@ class LoadLaw(ForceLaw[Load]):
 
 
 class WindLaw(ForceLaw[Wind]):
-    """Wind drag at a point that may move."""
+    """Wind drag at a point, which may move."""
 
     works = True
 
@@ -78,7 +78,7 @@ FAR = 1e300  # beyond any coordinate
 
 
 class CharacteristicLaw(ForceLaw[Characteristic]):
-    """Effort = signal * f(x); its power counts as external work."""
+    """An effort signal * f(x), with f given by points; its power counts as external work."""
 
     works = True
 

@@ -30,7 +30,7 @@ MOVES, WEIGHS = 1.0 / 3.0, 1.0 / 2.0  # parts of a rope's mass at each end
 
 
 def with_rope_masses(system: System) -> System:
-    """Return the system with the masses that move with rope ends added to the bodies."""
+    """Return the system in which the part of each rope's mass that moves with its ends is added to the end bodies."""
     borne: dict[str, list[tuple[float, Point]]] = {}
     for rope in system.straight_ropes:
         for mass, end in _ends(rope):
@@ -41,19 +41,19 @@ def with_rope_masses(system: System) -> System:
 
 
 def not_weighed(weight: Scalar) -> Scalar:
-    """Return the part of a rope's weight that is not covered by the masses added to an end body [N]."""
+    """Return that part of a rope's weight [N] at one end which the mass added to the end body does not cover."""
     # of half the weight, a third of the mass has been added to the end body, which gravity pulls already
     return (WEIGHS - MOVES) * weight
 
 
 def pulls_down(weight: Scalar, x: Array) -> Array:
-    """Return the wrench (6,) of the weight given by `not_weighed`, at a rope end at x from the tree's point."""
+    """Return the wrench (6,) of the weight given by `not_weighed`, for a rope end at x relative to the tree's point."""
     f = -not_weighed(weight)
     return join([x[1] * f, -x[0] * f, 0.0], [0.0, 0.0, f])
 
 
 def at_the_hook(tension: Scalar, weight: Scalar) -> Any:
-    """Return the tension at the lower end of a rope from that in its middle [N]."""
+    """Return the tension at the lower end of a rope [N], given the tension in its middle."""
     return maximum(tension - WEIGHS * weight, 0.0)
 
 
@@ -82,7 +82,7 @@ ROPE_HEAD, ROPE_LINE = 4, 7  # numbers of a rope, and of each of its lines: a(3)
 
 
 class RopeAt:
-    """Indices of a rope's numbers; a and b: end points of its first line; the weight comes last."""
+    """Indices of a rope's numbers; a and b are the end points of its first line, and the weight is the last number."""
 
     EA, DAMPING, HOOKED, TAUT = range(4)
     A, B = slice(4, 7), slice(7, 10)
@@ -90,8 +90,9 @@ class RopeAt:
 
 @dataclass(frozen=True)
 class RopeLaw(ForceLaw[Rope]):
-    """Law of an elastic rope; if it has a mass, samples show the tension at the ends b (see the module). `calm`: no
-    events; damping, at most as large as the elastic part, acts while e > 0, so that nothing jumps at e = 0."""
+    """Law of an elastic rope; if it has a mass, samples show the tension at the ends b (see the module). `calm`: the
+    rope has no events; its damping acts while e > 0 and is at most as large as the elastic part, so nothing jumps at e
+    = 0."""
 
     clamped: bool = True
     calm: bool = False

@@ -56,7 +56,7 @@ def _rotation_vector(R: Array) -> tuple[Any, Any]:
 
 
 class SpringLaw(ForceLaw[Spring]):
-    """Law of a spring along the line between its points, pulling and pushing."""
+    """Law of a spring and damper along the line between two points, which pulls and pushes."""
 
     def check(self, f: Spring) -> None:
         self.demand(f, "b", f.a != f.b, "is the same point as a; it has no direction")
@@ -85,7 +85,8 @@ class SpringLaw(ForceLaw[Spring]):
 
 
 class TorsionLaw(ForceLaw[Torsion]):
-    """Law of a torsional spring on the twist angle, whatever the tilt of the axes (swing-twist decomposition)."""
+    """Law of a torsional spring on the twist angle, independent of the tilt between the axes (swing-twist
+    decomposition)."""
 
     def check(self, f: Torsion) -> None:
         size = float(np.linalg.norm(f.axis))

@@ -45,14 +45,14 @@ FORCES: dict[type, ForceLaw[Any]] = {
 
 
 def law_of(f: Law) -> ForceLaw[Any]:
-    """Return the force-table entry of a force."""
+    """Return the entry of a force in the force table."""
     return FORCES[type(f)]
 
 
 @dataclass(frozen=True)
 class SharedForce:
-    """A force with its shared function. `ends`: link numbers of its bodies, -1 the ground; `along`: places in q and v
-    of its coordinate; `guards`: names; `shows`: sampled quantities."""
+    """A force with the traced function that it shares with equal ones. `ends`: link numbers of its bodies, -1 for the
+    ground; `along`: indices of its coordinate in q and v; `guards`: names; `shows`: sampled quantities."""
 
     force: Any
     law: ForceLaw[Any]
@@ -72,7 +72,7 @@ class SharedForce:
 
     @property
     def structure(self) -> tuple[object, ...]:
-        """Key that is equal for forces served by the same machine code at the same place of a scene."""
+        """Key that is equal for forces which use the same machine code at the same place in a scene."""
         s = self.signal
         return self.key, self.ends, self.along, s and (s.driven, bool(s.times), s.wave is not None, s.waves is not None)
 
@@ -107,7 +107,7 @@ def shared(laws: tuple[Law, ...], setting: Setting) -> tuple[SharedForce, ...]:
 
 
 def steered(system: System) -> list[str]:
-    """Names of commanded signals of forces, which may jump; the lengths of ropes may not."""
+    """Return the names of force signals that commands may change by a jump; lengths of ropes are not among them."""
     ropes = {r.name for r in system.reevings}
     return [name for name, signal in signals(system.forces).items() if signal.driven and name not in ropes]
 

@@ -22,10 +22,10 @@ def simulate(
     apart: bool = True,
     lifts: Mapping[str, Collection[str]] | None = None,
 ) -> Simulation | Islands:
-    """Return the simulation of a scene: one system, or islands if `apart` and it has several.
+    """Return the simulation of a scene: of one system, or of its islands if `apart` and there are several.
 
-    `ties`: unhooked ropes that nevertheless couple, since they will be hooked; `lifts`: bodies of the lifts whose
-    events get rows of their own, by name; the other arguments are those of `Simulation`.
+    `ties`: ropes that are unhooked now but will be hooked later and therefore couple their bodies; `lifts`: bodies of
+    each lift, by name, whose events get rows of their own; the other arguments are those of `Simulation`.
     """
     options: dict[str, Any] = {"method": method, "step": step}
     system = check_description(system)

@@ -18,8 +18,8 @@ GROUPS = tuple(f.name for f in fields(System) if f.name not in ("masters", "grav
 
 
 def islands_of(system: System, loose: Collection[str] = ()) -> list[System]:
-    """Return a system for each island, in the order of their first bodies; `loose`: ropes that couple nothing.
-    Immovable parts, and items without a body, belong to the first island that can move."""
+    """Return one system per island, in the order of their first bodies; `loose`: ropes that couple nothing. Immovable
+    parts, and items without a body, belong to the first island that can move."""
     child = {j.name: j.child if j.child != WORLD else j.parent for j in system.joints}
     ropes = {r.name: _ends(r)[: 1 if r.name in loose else None] for r in system.all_ropes}
     held = {(group, i): _bodies(group, x, child, ropes) for group, i, x in _items(system)}

@@ -18,7 +18,7 @@ from .islands import Islands
 
 
 class DenseRows:
-    """Rows (columns,) of a simulation at given times [ns, ascending], after all events at each time."""
+    """Reads the rows (columns,) of a simulation at given times [ns, ascending], after all events at each time."""
 
     def __init__(self, simulation: Simulation | Islands, instants: Sequence[int]) -> None:
         self._simulation, self._waiting = simulation, deque(instants)
@@ -38,7 +38,7 @@ class DenseRows:
         self._run(until_ns, pause)
 
     def fire(self) -> list[StateChange]:
-        """Fire the simulation's event, after reading the requested times before it."""
+        """Take the simulation's event, after reading the requested times before it."""
         if self._waiting and self._waiting[0] < self._simulation.next_ns:
             self.run(self._simulation.next_ns)
         return self._fire()
@@ -55,7 +55,8 @@ class DenseRows:
 
 
 def instants_of(times: object, start: float, end: float, before: bool) -> NDArray[np.int64]:
-    """Return times [s] within a run as [ns] (n,), or the nanosecond before each; raises KernelError for others."""
+    """Return times [s] within a run in [ns] (n,), or the nanosecond before each if `before`; raises KernelError for
+    times outside the run."""
     try:
         t = np.atleast_1d(np.asarray(times, np.float64))
     except (TypeError, ValueError):
@@ -70,11 +71,11 @@ def instants_of(times: object, start: float, end: float, before: bool) -> NDArra
 
 
 def trail_of(rows: Sequence[tuple[int, NDArray[np.float64]]]) -> str:
-    """Return the digest of the samples of a run, equal for equal runs."""
+    """Return a digest of the samples of a run; equal runs have equal digests."""
     return sha256(b"".join(row.tobytes() for _, row in rows)).hexdigest()
 
 
 def check_same(now: str, before: str) -> None:
-    """Raise KernelError unless the second run equals the first."""
+    """Raise KernelError if the second run differs from the first, by their digests."""
     if now != before:
         raise KernelError("at: the run is another one by now, since code that it names was edited; simulate again")

@@ -37,14 +37,15 @@ class RecompileBudget:
         self.seen: frozenset[str] = frozenset()  # ropes that tied nothing then
 
     def ends(self, attempts: float, loose: frozenset[str], share: float) -> bool:
-        """Return whether the ropes `loose` should no longer couple; `share`: part of the work that this would save."""
+        """Return whether the ropes `loose` should stop coupling their bodies; `share`: part of the work that this would
+        save."""
         if self.seen:
             self.spent[self.seen] = self.spent.get(self.seen, 0.0) + attempts - self.since
         self.since, self.seen = attempts, loose
         return share * self.spent.get(loose, 0.0) >= self._price
 
     def kept(self) -> dict[str, Any]:
-        """Return the state of the rule as lists."""
+        """Return the state of the rule as plain lists."""
         return {
             "spent": [[sorted(ropes), n] for ropes, n in self.spent.items()],
             "since": self.since,
@@ -52,13 +53,13 @@ class RecompileBudget:
         }
 
     def go_on(self, kept: dict[str, Any]) -> None:
-        """Take over the state of another rule."""
+        """Continue from the state of another rule, as `kept` returned it."""
         self.spent = {frozenset(ropes): n for ropes, n in kept["spent"]}
         self.since, self.seen = kept["since"], frozenset(kept["seen"])
 
 
 class Island(Simulation):
-    """The simulation of an island; the rows of its events are stored separately, as parts of rows of the whole
+    """The simulation of one island; rows of its events are stored separately, as parts of the rows of the whole
     scene."""
 
     struck: np.ndarray  # row of the last event or command
@@ -71,7 +72,7 @@ class Island(Simulation):
         self.stand()
 
     def settle(self) -> None:
-        """Settle as `Simulation.settle`, but store the row of the event in `struck`; its peaks count for the next
+        """Settle as `Simulation.settle` does, but store the row of the event in `struck`; its peaks count for the next
         sample."""
         before = len(self.rows)
         super().settle()
@@ -82,7 +83,7 @@ class Island(Simulation):
         native.part("peak_time")[:] = self.struck[at["peak_time"]] - self.epoch * 1e-9
 
     def stand(self) -> None:
-        """Commit the present state: no time before it can be requested again."""
+        """Make the present state final: no earlier time can be requested any more."""
         self.marks: list[tuple[int, Snapshot]] = []  # to which it can go back, with their times [ns]
         self.span = 1  # periods of samples that it runs ahead of what is known of the others
         self.refused = False  # it cannot run ahead
@@ -111,14 +112,14 @@ class Island(Simulation):
         self._look()
 
     def forget(self, before_ns: int) -> None:
-        """Drop the marks for rollback before a time [ns]."""
+        """Drop the rollback marks before a time [ns]."""
         if self.began <= before_ns:
             self.marks.clear()
         while len(self.marks) > 1 and self.marks[1][0] <= before_ns:
             self.marks.pop(0)
 
     def rewind(self, t_ns: int) -> None:
-        """Roll back to a time [ns] that the island has passed."""
+        """Roll back to a time [ns] that the island has already passed."""
         if self.marks and self.began > t_ns:
             while len(self.marks) > 1 and self.marks[-1][0] > t_ns:
                 self.marks.pop()
@@ -134,27 +135,27 @@ class Island(Simulation):
 
     @property
     def history(self) -> int:
-        """The latest time [ns] up to which the state is final, unless a command for an earlier time arrives."""
+        """The latest time [ns] up to which the state is known, unless a command for an earlier time arrives."""
         return FOREVER_NS if self.still and not self.marks else self.earliest - 1
 
     def shown_at(self, t_ns: int) -> np.ndarray:
-        """Return the row at a time [ns], rolling back if the island has passed it."""
+        """Return the sample row at a time [ns], rolling back if the island has passed that time."""
         self.rewind(t_ns)
         return self.shown(t_ns)
 
     @property
     def resting(self) -> np.ndarray | None:
-        """The row of an island at rest; None while it moves."""
+        """The sample row of an island at rest; None while it moves."""
         if self.still and self._resting is None:
             self._resting = self.shown(self.epoch)
         return self._resting
 
     def snapshot(self) -> Snapshot:
-        """Return the snapshot of the simulation with the marks for rollback."""
+        """Return a snapshot of the simulation that includes the rollback marks."""
         return super().snapshot() | {"ahead": copied({"marks": self.marks, "span": self.span, "refused": self.refused})}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot, with the marks for rollback."""
+        """Restore a snapshot, including the rollback marks."""
         super().restore(snapshot)
         ahead = copied(snapshot["ahead"])
         self.marks, self.span, self.refused = ahead["marks"], ahead["span"], ahead["refused"]
@@ -164,12 +165,12 @@ class Island(Simulation):
         """Do nothing: rows of rest are published together with those of other islands."""
 
     def tells(self, subscribed: frozenset[str]) -> bool:
-        """Return whether a subscriber exists for the next event."""
+        """Return whether the next event has a subscriber."""
         return not subscribed.isdisjoint(self.events.names)
 
     def may_be_cut(self) -> frozenset[str]:
-        """Return the unhooked ropes whose removal would make a part at rest a separate island, if the split is worth
-        its cost; else none."""
+        """Return the unhooked ropes whose removal would separate a part at rest as an island of its own, if the split
+        is worth its cost; otherwise an empty set."""
         loose = self._unhooked()
         if self.events.fallen or not (share := self._resting_share(loose)):
             return frozenset()
@@ -195,7 +196,7 @@ class Island(Simulation):
 
 
 def inherit(new: Simulation, old: Sequence[Simulation]) -> None:
-    """Bring a new simulation to the time and state of the old ones, before `settle`.
+    """Bring a new simulation to the time and state of the old ones, before `settle` is called.
 
     Coordinates, velocities and energy accounts, discrete states, motions, locks and thresholds are copied by name; step
     control starts with the shortest of their steps.

@@ -35,7 +35,7 @@ KEPT = {"": ("rows", "notes", "epoch", "reached", "_due"), "order": ("phase",), 
 
 
 class Islands(RunningAhead):
-    """The interface of a `Simulation` for several islands; arguments as there and of `choice.simulate`."""
+    """Simulation of several islands with the interface of `Simulation`; arguments as there and in `choice.simulate`."""
 
     def __init__(
         self,
@@ -119,7 +119,7 @@ class Islands(RunningAhead):
 
     @property
     def now(self) -> float:
-        """The time that all islands have reached [s]."""
+        """The time [s] that all islands have reached."""
         return self.reached * 1e-9
 
     def run(self, until_ns: int, pause: Callable[[], None] = lambda: None) -> None:
@@ -142,25 +142,26 @@ class Islands(RunningAhead):
                 return
 
     def foretold(self) -> tuple[int, np.ndarray] | None:
-        """Return the next sample of a scene at rest: see `Simulation.foretold`."""
+        """Return the next sample of a scene at rest, as `Simulation.foretold` does."""
         parts = [found[1] for p in self.parts if (found := p.foretold())]
         if len(parts) < len(self.parts) or any(p.rows for p in self.parts) or self.samples.struck:
             return None
         return self.samples.next_ns, self.samples.whole(parts)
 
     def shown(self, t_ns: int) -> np.ndarray:
-        """Return the row at a time without changing the state: see `Simulation.shown`."""
+        """Return the sample row at a time without changing the state, as `Simulation.shown` does."""
         row = self.samples.whole([p.shown_at(t_ns) for p in self.parts])
         self._soonest = None
         return row
 
     def preview(self) -> list[StateChange]:
-        """Return the events of the next `fire`, without changing the state."""
+        """Return the events that the next `fire` will return, without changing the state."""
         self.order.check_settled("preview", self.epoch)
         return [e for p in self._firing for e in p.preview()]
 
     def fire(self) -> list[StateChange]:
-        """Integrate the islands of the located event to it, and switch laws with negative guards; return events."""
+        """Integrate the islands of the located event up to it and switch the laws whose guards are negative; return the
+        events."""
         self.order.check_settled("fire", self.epoch)
         if not (firing := self._firing):
             raise KernelError("no event has been located; run first")
@@ -172,9 +173,10 @@ class Islands(RunningAhead):
         return events
 
     def interrupt(self, t_ns: int, pause: Callable[[], None] = lambda: None) -> None:
-        """Advance to t_ns for commands; islands without commands continue (see `Simulation.interrupt`).
+        """Advance to t_ns so that commands can be given; islands without commands continue (see
+        `Simulation.interrupt`).
 
-        `pause` is called in `settle` and commands, too.
+        `pause` is also called in `settle` and in commands.
         """
         if self.order.stands_at(t_ns, self.epoch):
             return
@@ -188,7 +190,8 @@ class Islands(RunningAhead):
         self.order.phase = call_protocol.PAUSED
 
     def settle(self) -> None:
-        """Recompute the stopped islands after events and commands; if none is stopped, the run ends: stop all."""
+        """Recompute the stopped islands after events and commands; if none is stopped because the run ends, stop all of
+        them."""
         self.order.check_standing("settle", self.epoch)
         if ended := not self._stopped:
             self._stop_all()
@@ -238,7 +241,7 @@ class Islands(RunningAhead):
         raise KernelError(f"'{name}': no {kind} of this name")
 
     def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
-        """Set a motion of an actuator, or of a master, which all islands with actuators share."""
+        """Set a motion of an actuator, or of a master; a master is shared by all islands that have actuators."""
         self.order.command("set_profile", self.epoch)
         owners = [p for p in self.parts if name in p.references.actuators]
         if not owners:
@@ -256,7 +259,7 @@ class Islands(RunningAhead):
         return event
 
     def hook(self, rope: str, a: Vector | None = None, b: Vector | None = None, L0: float | None = None) -> None:
-        """Hook a rope; one between two islands joins them."""
+        """Hook a rope; a rope between two islands joins them into one."""
         self.order.command("hook", self.epoch)
         if rope in self.loose:
             self._stop_all()
@@ -264,7 +267,7 @@ class Islands(RunningAhead):
         super().hook(rope, a, b, L0)
 
     def snapshot(self) -> Snapshot:
-        """Return all state on which the future depends."""
+        """Return the complete state from which the run can continue."""
         self.order.check_begun()
         parts = [{"of": p.snapshot(), "cuts": p.cuts.kept(), "noted": p.merged[1]} for p in self.parts]
         return {
@@ -275,7 +278,7 @@ class Islands(RunningAhead):
         }
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Continue from a snapshot of started islands of the same system and options, bit for bit."""
+        """Continue, bit for bit, from a snapshot of started islands of the same system and options."""
         self.order.check_begun()
         if not isinstance(snapshot, dict) or "parts" not in snapshot:
             raise foreign()

@@ -27,18 +27,19 @@ Task = Callable[[Callable[[], None]], None]  # is given its own `pause`
 
 
 class GivenUp(BaseException):
-    """Raised in worker threads whose results are no longer needed."""
+    """Raised in worker threads when their results are no longer needed."""
 
 
 class SideBySide:
-    """Worker threads, one per processor, started when there is parallel work."""
+    """Worker threads, one per processor, which start when there is parallel work."""
 
     def __init__(self, threads: int = 0) -> None:
         self._threads = threads or len(os.sched_getaffinity(0))
         self._pool: ThreadPoolExecutor | None = None
 
     def carry_out(self, tasks: Sequence[Task], pause: Callable[[], None]) -> None:
-        """Run all tasks; raise the first exception in their order; `pause` is called in the calling thread only."""
+        """Run all tasks and raise the first exception in the order of the tasks; `pause` is called in the calling
+        thread only."""
         if len(tasks) < 2 or self._threads < 2:
             for task in tasks:
                 task(pause)
@@ -96,12 +97,12 @@ class RunningAhead(CommandTarget):
 
     @property
     def next_ns(self) -> int:
-        """The time [ns] of the first located event or step end; FOREVER_NS if nothing moves."""
+        """Time [ns] of the first located event or step end among the islands; FOREVER_NS if nothing moves."""
         return self._next[0]
 
     @property
     def event(self) -> bool:
-        """Whether `next_ns` is the time of a subscribed event."""
+        """Whether `next_ns` is the time of an event with a subscriber."""
         return any(p.tells(self.subscribed) for p in self._firing)
 
     @property

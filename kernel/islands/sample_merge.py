@@ -50,7 +50,7 @@ class _Loose:
 
 
 class Merge:
-    """Merges the rows of islands into rows of a program."""
+    """Combines sample rows of the islands into rows of a scene."""
 
     def __init__(self, program: Program) -> None:
         self._place = {label: i for i, label in enumerate(labels(program))}
@@ -58,7 +58,7 @@ class Merge:
         self._places: list[np.ndarray] = []
 
     def cut(self, parts: Sequence[Island], loose: frozenset[str]) -> None:
-        """Set the present islands, and the ropes that couple nothing."""
+        """Set the present islands and the ropes that couple nothing."""
         self._places = [np.array([self._place[x] for x in labels(p.program)], dtype=int) for p in parts]
         at, s, number = self._at, self._program.system, self._program.graph.number
         self._loose: list[_Loose] = []
@@ -76,7 +76,8 @@ class Merge:
                 self._loose.append(_Loose(at[length].start + i, at[apart].start + i, sign, lines, ends))
 
     def whole(self, parts: Sequence[np.ndarray]) -> np.ndarray:
-        """Merge rows of all islands: energies and steps are sums; other columns, but loose ropes', belong to one."""
+        """Combine the rows of all islands into one: energies and step counts are summed; every other column, except
+        those of loose ropes, belongs to one island."""
         row = np.zeros(len(self._place))
         for at, part in zip(self._places, parts, strict=True):
             row[at] += part
@@ -87,7 +88,8 @@ class Merge:
 
 
 class LiftRows(Merge):
-    """Rows of a single lift after events and commands: its columns in `rows`, with `method` for their layout."""
+    """Rows of a single lift after events and commands, with only the columns of this lift; `method` describes their
+    layout."""
 
     def __init__(self, name: str, method: Stepping) -> None:
         super().__init__(method.program)
@@ -123,7 +125,7 @@ def untied(system: System, lifts: Mapping[str, Collection[str]]) -> dict[str, Sy
 
 
 class Joining(Merge):
-    """Merges the rows of islands into rows of the whole scene as these become complete; `period`: that of samples
+    """Combines the rows of islands into rows of the whole scene as soon as these are complete; `period`: sample period
     [ns]."""
 
     def __init__(self, program: Program, period: int) -> None:
@@ -139,7 +141,7 @@ class Joining(Merge):
         return self.number * self._period
 
     def take(self, samples: Sequence[Rows], resting: Sequence[np.ndarray | None], end_ns: int) -> Rows:
-        """Return the complete rows before a time, from `samples` of each island and rows of rest."""
+        """Return the complete rows before a time, from the `samples` of each island and the rows of islands at rest."""
         out: Rows = []
         for rows in samples:
             while rows and rows[0][0] < self.next_ns:  # of steps that were taken again
@@ -171,7 +173,7 @@ class Joining(Merge):
 
 
 def logged(parts: Sequence[Island]) -> Iterator[tuple[int, StateChange]]:
-    """Yield the new log entries of the islands."""
+    """Yield the log entries that islands have added since the last call."""
     for p in parts:
         entries, noted = p.merged
         if len(p.log) > entries:
@@ -180,7 +182,7 @@ def logged(parts: Sequence[Island]) -> Iterator[tuple[int, StateChange]]:
 
 
 def noted(parts: Sequence[Island], until_ns: int) -> list[Note]:
-    """Return the new notes of the islands up to a time, in order of time."""
+    """Return the notes that islands have added up to a time, in order of time."""
     out: list[Note] = []
     for p in parts:
         entries, before = p.merged

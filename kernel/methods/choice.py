@@ -25,7 +25,7 @@ SHORTEST = 1e-9  # [s] a fixed step: the resolution of event times
 
 
 def choose(name: str, program: Program) -> Method:
-    """Return the method of this name; raises KernelError for an unknown one."""
+    """Return the integration method with this name; raises KernelError for an unknown name."""
     if name == AtRest.name:
         return AtRest()
     if name not in METHODS | REMOVED:
@@ -36,8 +36,8 @@ def choose(name: str, program: Program) -> Method:
 
 
 def control_of(method: Method, step: float | None, program: Program) -> Control:
-    """Return the step control of a method: fixed steps of `step` [s] if given. Raises KernelError if a step is missing
-    for a method without error estimate, or impossible."""
+    """Return the step control of a method, with fixed steps of `step` [s] if given. Raises KernelError if the step is
+    impossible, or is missing for a method without an error estimate."""
     if step is None:
         if method.exponents is None:
             raise KernelError(f"method '{method.name}': it has no error estimate; give it a step, such as 0.001 s")

@@ -33,7 +33,7 @@ ULPS = 16.0 * 2.0**-52  # relative displacement that shows what rounding does to
 
 
 def scale_of(before: Value, v: Value) -> Value:
-    """Return the scale of the tolerance for velocities v (nv,), given the previous scale."""
+    """Return the scale of the tolerance for velocities v (nv,), which depends on the previous scale."""
     for u in v:
         # the largest speed so far: a scene that comes to rest keeps the scale of its motion
         before = maximum(before, abs(u) * (1.0 / SWIFT))
@@ -41,22 +41,23 @@ def scale_of(before: Value, v: Value) -> Value:
 
 
 def allowed(s: StepState, size: Value) -> Value:
-    """Return the allowed error (ny,) of a step for a state of this size (Hairer, Norsett, Wanner I, II.4)."""
+    """Return the allowed error (ny,) of a step for a state of the given size (Hairer, Norsett, Wanner I, II.4)."""
     return s.tol * maximum(s.scale, s.grain) * (1.0 + size)
 
 
 def still_below(scale: Value, faint: Value) -> Value:
-    """Return the threshold of |v|^2 and |dv/dt|^2 [SI] below which the scene is at rest; lower if it has only crept."""
+    """Return the threshold of |v|^2 and |dv/dt|^2 [SI] below which the scene counts as at rest; lower if it has moved
+    only slowly so far."""
     part = maximum(scale, faint)
     return STILL * STILL * (part * part)
 
 
 def rounded(acceleration: Callable[[np.ndarray], np.ndarray], q: np.ndarray, tol: float) -> dict[str, float]:
-    """Return the effect of rounding at coordinates q (nq,): `grain`, a tolerance scale of at most 1, and `faint`, the
+    """Return the effect of round-off at coordinates q (nq,): `grain`, a tolerance scale of at most 1, and `faint`, the
     part of the rest threshold STILL that remains.
 
-    `acceleration`: accelerations (nv,) at coordinates. A law that makes a displacement d an acceleration a oscillates
-    at sqrt(a / d), so that a displacement by rounding becomes a speed of sqrt(a d).
+    `acceleration`: function from coordinates to accelerations (nv,). A law that turns a displacement d into an
+    acceleration a oscillates at sqrt(a / d); round-off in the displacement then becomes a speed of sqrt(a d).
     """
     here, d = acceleration(q), ULPS * (1.0 + np.abs(q))
     # two patterns of displacements, since equal signs can cancel in a stiff law between two coordinates
@@ -80,7 +81,8 @@ FINITE = 1e300  # a squared state beyond it, or one that is not a number, is not
 
 @dataclass
 class StepDecision:
-    """Decision on an attempted step: whether it is accepted, the next length, the error to remember, and failure."""
+    """Decision on an attempted step: whether it is accepted, the length of the next step, the error to remember, and
+    whether the step failed."""
 
     ok: Value
     h: Value
@@ -89,7 +91,7 @@ class StepDecision:
 
 
 class ErrorControl:
-    """Error control: steps as long as the tolerance allows; a `forced` step is always accepted."""
+    """Step control by error estimate: steps are as long as the tolerance allows; a `forced` step is always accepted."""
 
     def __init__(self, exponents: Exponents, n: int) -> None:
         self._exponents, self._n = exponents, float(n)

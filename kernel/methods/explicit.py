@@ -16,7 +16,7 @@ from .method import Attempt, Exponents, Method, combine, fallen_in
 
 
 class RungeKutta(Method):
-    """An explicit Runge-Kutta method; a last stage evaluated at the solution saves an evaluation."""
+    """An explicit Runge-Kutta method; if its last stage is the derivative at the solution, the next step reuses it."""
 
     tableau: Tableau
 
@@ -34,7 +34,7 @@ class RungeKutta(Method):
         return Attempt(y, k[-1], r, self.error(h, k), seen, k)
 
     def error(self, h: Value, k: list[Value]) -> Value:
-        """Return the error estimate for `Attempt.error`."""
+        """Return the error estimate that `Attempt.error` holds."""
         return h * combine(self.tableau.error, k) if self.tableau.error else None
 
     @property
@@ -71,8 +71,8 @@ class Kutta4(RungeKutta):
 
 
 class DormandPrince5(RungeKutta):
-    """Dormand-Prince 5(4) with the fourth-order dense output of Hairer, Norsett, Wanner I, II.6. Only this method
-    clamps laws behind an event (`forces.friction`), which keeps the digests of earlier recordings."""
+    """Dormand-Prince 5(4) with the fourth-order dense output of Hairer, Norsett, Wanner I, II.6. This is the only
+    method that clamps laws beyond an event (`forces.friction`), which keeps the digests of earlier recordings."""
 
     name = "dopri5"
     order = 5

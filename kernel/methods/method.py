@@ -35,7 +35,7 @@ SCALARS = (
 
 
 class StepState(SimpleNamespace):
-    """The state block X by name: `SCALARS`, peaks and data of a method (see `Method`); with M and P."""
+    """The state block X, with its parts by name: `SCALARS`, peaks, data of a method (see `Method`), M and P."""
 
     y: Value  # (ny,) state and derivative now, then at the start of the step
     f: Value
@@ -63,7 +63,8 @@ class Evaluated(Protocol):
 
 
 class Rate(Protocol):
-    """The right-hand side of the equations: time t, a time in the step that selects a profile's piece, and y."""
+    """The right-hand side of the equations, a function of the time t, a time within the step that selects the piece of
+    a profile, and the state y."""
 
     def __call__(self, t: Value, among: Value, y: Value) -> Evaluated: ...
 
@@ -87,8 +88,8 @@ class Exponents:
 class Attempt:
     """An attempted step: solution and derivative at its end, evaluation there, data of the interpolant.
 
-    `error`: estimate of the local error for `control.ErrorControl`: one vector (ny,), a pair of them, or None. `seen`:
-    for each stage, its fraction of the step and whether a guard is negative there.
+    `error`: estimate of the local error for `control.ErrorControl`: one vector (ny,), a pair of vectors, or None.
+    `seen`: for each stage, its fraction of the step and whether a guard is negative there.
     """
 
     y: Value
@@ -102,7 +103,7 @@ class Attempt:
 
 
 class StepCode(Protocol):
-    """Native functions, called by name."""
+    """Interface of native functions that are called by name."""
 
     def call(self, name: str, *blocks: np.ndarray) -> None: ...
 
@@ -152,7 +153,7 @@ class Method(ABC):
         return {}
 
     def forgotten(self) -> dict[str, float]:
-        """Return the values of X to reset after a jump of the derivative."""
+        """Return the values of X that are reset after a jump of the derivative."""
         return {}
 
     @abstractmethod
@@ -161,10 +162,11 @@ class Method(ABC):
 
     @abstractmethod
     def keep(self, s: StepState, h: Value, a: Attempt) -> None:
-        """Write the `vectors` of the attempted step to s; s.d0 is the state at its start."""
+        """Write the `vectors` of the attempted step to s, for `interpolate`; s.d0 is the state at the start of the
+        step."""
 
     def complete(self, s: StepState, rate: Rate) -> None:
-        """Compute the remaining stages of the dense output, once on first use."""
+        """Compute the remaining stages of the dense output, when it is first used."""
         raise AssertionError(f"{self.name}: its dense output needs nothing more")
 
     @abstractmethod
@@ -177,31 +179,31 @@ class Method(ABC):
 
 
 def combine(c: list[float], k: list[Value]) -> Value:
-    """Return the sum of c_i k_i without zero terms."""
+    """Return the sum of c_i k_i; terms with a zero coefficient are left out."""
     # zeros are skipped, or traced code would multiply by them
     return sum(a * x for a, x in zip(c, k, strict=False) if a)
 
 
 def fallen_in(r: Evaluated) -> Value:
-    """Return whether any guard is negative in an evaluation."""
+    """Return whether an evaluation has a negative guard."""
     return any_of(g < 0.0 for g in r.G)
 
 
 def inside(s: StepState) -> Value:
-    """Return a time inside the profile piece that begins at t; no step crosses t_stop, where the next piece begins."""
+    """Return a time within the profile piece that begins at t; no step crosses t_stop, where the next piece begins."""
     # at most half a second inside: t_stop may be for ever, and a time so late would lose its digits
     return s.t + 0.5 * minimum(1.0, s.t_stop - s.t)
 
 
 def length(s: StepState) -> tuple[Value, Value]:
-    """Return the length of the step from t, and whether it ends at the boundary."""
+    """Return the length of the step that begins at t, and whether it ends at the boundary t_stop."""
     # a step that would leave less than LEFT before the boundary ends on it, or the rest would be lost in round-off
     last = s.t + s.h >= s.t_stop - LEFT
     return select(last, s.t_stop - s.t, s.h), last
 
 
 class Stepless(Method):
-    """A method whose steps are taken outside native code; the kernel uses its interpolant only."""
+    """A method whose steps are taken outside native code; the kernel uses only its interpolant."""
 
     native = False
     order = evaluations = 0

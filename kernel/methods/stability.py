@@ -75,12 +75,12 @@ def unresolved(method: Method, J: np.ndarray, step: float) -> tuple[float, float
 
 
 def bent(method: Method, s: complex, step: float) -> bool:
-    """Return whether a fixed step distorts the oscillation of eigenvalue s."""
+    """Return whether a fixed step distorts the oscillation with eigenvalue s."""
     return s.imag > LEAST and missed(method, s, step) > FOLLOWED
 
 
 def missed(method: Method, s: complex, step: float) -> float:
-    """Return the error of one step for an oscillation of eigenvalue s, per radian."""
+    """Return the error of one step per radian for the oscillation with eigenvalue s."""
     # one oscillator y'' = 2 Re(s) y' - |s|^2 y with this eigenvalue stands for the mode
     J = np.array([[0.0, 1.0], [-(abs(s) ** 2), 2.0 * s.real]])
     got = np.linalg.eigvals(method.amplification(J, step, 1))
@@ -106,15 +106,17 @@ class Balance:
 
     @property
     def strict(self) -> bool:
-        """Whether steps must neither create nor lose energy."""
+        """Whether steps may neither create nor lose energy."""
         return self._tolerance > 0.0 and not self._implicit
 
     def begin(self, kinetic: float, parts: np.ndarray) -> None:
-        """Restart after an event or command, from the present kinetic and other energies (parts,) [J]."""
+        """Restart the balance after an event or command, from the present kinetic energy and the other energies
+        (parts,) [J]."""
         self._start = kinetic, parts
 
     def end(self, kinetic: float, parts: np.ndarray) -> None:
-        """Close the period before an event or command, with the present kinetic and other energies (parts,) [J]."""
+        """Close the balance before an event or command, with the present kinetic energy and the other energies (parts,)
+        [J]."""
         before, start = self._start
         changes = parts - start
         # energy that vanished before a switch stays in the sum, or many small losses would pass
@@ -122,8 +124,8 @@ class Balance:
         self._turned = max(self._turned, kinetic + float(np.abs(changes).sum()))
 
     def strayed(self, held: float) -> float:
-        """Return the fraction of turned-over energy that was lost or gained at a loose tolerance, once, when it first
-        becomes large, else 0; `held`: largest energy of a rope so far [J]."""
+        """Return the fraction of the exchanged energy that was lost or gained at a loose tolerance, once, when the
+        fraction first becomes large; otherwise 0. `held`: largest energy of a rope so far [J]."""
         self._turned = max(self._turned, held)
         if self.loose or not self._tolerance or abs(self._carried) <= STRAYED * self._turned or not held:
             return 0.0
@@ -140,11 +142,11 @@ class Balance:
         return made, np.fmax.accumulate(np.fmax(turned, self._turned))
 
     def see(self, kinetic: np.ndarray, parts: np.ndarray) -> None:
-        """Add readings of energies (n,) and (n, parts) [J]: energy turned over between readings counts."""
+        """Add readings of energies (n,) and (n, parts) [J]; the energy exchanged between readings is summed."""
         self._turned = float(self._read(kinetic, parts)[1][-1])
 
     def fine(self, kinetic: np.ndarray, parts: np.ndarray, slip: np.ndarray, held: np.ndarray) -> bool:
-        """Return whether `check` would report nothing for n readings; if so, they count as read."""
+        """Return whether `check` would accept all n readings; if so, they are added as readings."""
         made, turned, allowed = self._allowed(kinetic, parts, slip, held)
         known = (made < 0.0) & (not self.strict and self.lost > 0.0)
         if not (np.isfinite(allowed) & ((np.abs(made) <= allowed) | known)).all():

@@ -15,9 +15,10 @@ import numpy as np
 from heavylift.kernel.algebra.dense import dot, eigenvalues, norm
 from heavylift.kernel.algebra.elementary import atan2
 from heavylift.kernel.constraints.contact.pairs import check_contact
+from heavylift.kernel.description.contacts import Contact
 from heavylift.kernel.description.field_types import check_names, choice, field_names, item_word, plain
 from heavylift.kernel.description.flexible import check_flexible
-from heavylift.kernel.description.forces import Contact, wrong_wave
+from heavylift.kernel.description.forces import wrong_wave
 from heavylift.kernel.description.mechanics import JOINTS, WORLD, Body, Drive, Joint, RigidRope, Rope, Stop, System
 from heavylift.kernel.description.units import wrong_sign
 from heavylift.kernel.errors import KernelError
@@ -138,7 +139,7 @@ def _encoded(system: object) -> bytes:
 
 
 def accepted(part: System) -> System:
-    """Mark a part of a description as checked, and return it."""
+    """Mark a part of a description as checked and return it."""
     _checked[id(part)] = part
     return part
 
@@ -175,8 +176,8 @@ def _numbers(x: Any, field: str = "") -> Iterator[tuple[str, float]]:
 
 
 def check_inertia(b: Body) -> None:
-    """Check that an inertia matrix is symmetric and that a mass distribution with its principal moments can exist (not
-    required of a body without mass, such as a geared rotor)."""
+    """Check that an inertia matrix is symmetric and that a mass distribution with its principal moments can exist; the
+    second is not required of a body without mass, such as a geared rotor."""
     I = b.inertia
     for i, j in ((0, 1), (0, 2), (1, 2)):
         if abs(I[i][j] - I[j][i]) > UNIT * max(abs(I[i][j]), abs(I[j][i])):

@@ -12,7 +12,8 @@ from .quantities import lines, numbers, points
 
 
 def structure(program: Program, *method: object) -> str:
-    """Return the key of the machine code, equal for scenes that share it; `method`: further dependencies."""
+    """Return a key that is equal for scenes which share machine code; `method`: further properties on which the code
+    depends."""
     p, s = program, program.system
     number, along = p.graph.number, p.graph.coordinate
     ropes, forces = [r.name for r in s.all_ropes], [f.name for f in s.forces]

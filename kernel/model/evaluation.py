@@ -107,7 +107,8 @@ def _value(x: Evaluation, h: Threshold, name: str) -> Any:
 
 
 def collect(x: Evaluation) -> None:
-    """Collect guards and the derivative of the state, with the energy accounts, in the order of the program."""
+    """Collect all guards and the derivative of the state, including the energy accounts, in the order of the
+    program."""
     p = x.program
     waiting = {label: iter(values) for label, values in x.watched.items()}
     x.guards = [next(waiting[label]) for label in p.guards]
@@ -116,7 +117,7 @@ def collect(x: Evaluation) -> None:
 
 
 def read_signals(x: Evaluation) -> None:
-    """Read value and rate of each law's signal: commanded, from the active piece of its history, or constant."""
+    """Read the value and rate of each law's signal: commanded, from the active piece of its history, or constant."""
     for law in x.program.laws:
         if s := law.signal:
             if s.driven:
@@ -181,7 +182,7 @@ def _apply(x: Evaluation, law: SharedForce) -> None:
 
 
 def drive(x: Evaluation) -> None:
-    """Apply the forces of servo and speed drives towards their references; prescribed joints need no force."""
+    """Apply the forces by which servo and speed drives follow their references; prescribed joints need no force."""
     for d in x.program.system.drives:
         if d.kind != "prescribed":
             (i, k), (kp, kv), (ref, dref, _) = x.program.driven(d), x.numbers("drive", d.name), x.references[d.name]
@@ -194,7 +195,7 @@ def drive(x: Evaluation) -> None:
 
 
 def bend(x: Evaluation) -> None:
-    """Apply elasticity and damping of flexible bodies, mode by mode."""
+    """Apply the elasticity and damping of flexible bodies, mode by mode."""
     for link in x.program.graph.links:
         if link.modes and link.n_modes:
             name = link.body.name
@@ -210,8 +211,8 @@ __all__ = ["FORCES", "POSES", "Evaluation", "EvaluationStage", "evaluate"]
 
 
 class EvaluationStage(NamedTuple):
-    """A stage: a function with the fields of `instant.Evaluation` that it reads and writes; program, t, inside and P
-    are always available."""
+    """A stage of the evaluation: a function with the fields of `instant.Evaluation` that it reads and writes; program,
+    t, inside and P are always available."""
 
     run: Callable[[Evaluation], None]
     reads: str
@@ -245,8 +246,8 @@ FORCES = (
 def evaluate(
     program: Program, t: Scalar, y: Array, P: Array, inside: Scalar | None = None, forces: bool = True
 ) -> Evaluation:
-    """Evaluate the scene's equations at time t [s], state y, parameters P; `inside`: a time within the present step.
-    Without `forces` only poses and velocities of the bodies are computed."""
+    """Evaluate the equations of a scene at time t [s], state y and parameters P; `inside`: a time within the present
+    step. Without `forces` only poses and velocities of the bodies are computed."""
     q, v = program.nq, program.nq + program.nv
     behind = v + len(program.accounts)
     x = Evaluation(program, t, t if inside is None else inside, P, list(y[:q]), list(y[q:v]), list(y[v:behind]))

@@ -34,7 +34,7 @@ Master = tuple[Scalar, Scalar, Scalar, Scalar, Scalar]  # s, ds/dt, d2s/dt2, sin
 
 @dataclass
 class Evaluation:
-    """The evaluation of a state, on floats or traced. Steps need `dy` and `guards`."""
+    """The equations of a scene evaluated at one state, on floats or traced. Steps use `dy` and `guards`."""
 
     program: Program
     t: Scalar  # [s] since the epoch
@@ -70,7 +70,7 @@ class Evaluation:
     guards: list[Scalar] = field(default_factory=list)  # in the order of the program
 
     def numbers(self, kind: str, name: str) -> Array:
-        """Return the part of the parameters P of an item."""
+        """Return that part of the parameters P which belongs to an item."""
         return self.P[self.program.parameters.at[kind, name]]
 
     @property
@@ -84,7 +84,7 @@ class Evaluation:
             self.wrenches[body] = self.wrenches[body] + wrench
 
     def arguments(self, i: int) -> dict[str, Scalars]:
-        """Return the arguments of the motion of the i-th tree."""
+        """Return the arguments of the equations of motion of the i-th tree."""
         tree, shared = self.program.instances[i]
         return {
             "q": self.q[tree.q],
@@ -97,18 +97,20 @@ class Evaluation:
         }
 
     def prescribed(self, i: int) -> list[Drive | None]:
-        """Return the drives that prescribe degrees of freedom of the i-th tree, in order; None for a locked one."""
+        """Return, for each prescribed degree of freedom of the i-th tree in order, the drive that prescribes it, or
+        None if it is locked."""
         drives = {self.program.driven(d)[1]: d for d in self.program.system.drives if d.kind == "prescribed"}
         tree = self.program.instances[i][0]
         return [drives.get(tree.v.start + k) for k in tree.prescribed_dofs]
 
     def own(self, name: str) -> Reference:
-        """Return the reference given by the profile of an actuator or master."""
+        """Return the reference that the profile of an actuator or master gives."""
         x = self.program.profile(t=[self.t, self.inside], p=self.numbers("reference", name))
         return x.x[0], x.v[0], x.a[0]
 
     def reference(self, name: str) -> Reference:
-        """Return a profile plus f(s) of the masters known so far: f = k1 s + kc cos s + ks sin s."""
+        """Return the reference of an actuator: its profile plus the functions f(s) = k1 s + kc cos s + ks sin s of all
+        masters known so far."""
         ref, dref, ddref = self.own(name)
         follow = self.numbers("follow", name)
         for i, (s, ds, dds, sine, cosine) in enumerate(self.masters):
@@ -120,7 +122,7 @@ class Evaluation:
         return named(f"s({name})", ref), named(f"ds({name})", dref), named(f"dds({name})", ddref)
 
     def wave(self, name: str, given: Drive | InputSignal) -> Reference:
-        """Return the waves of a drive or signal, regular and irregular; zero for equilibria."""
+        """Return the regular and irregular waves of a drive or signal; zero in equilibria."""
         found: Reference = (0.0, 0.0, 0.0)
         if self.program.at_rest:
             return found
@@ -143,11 +145,12 @@ class Evaluation:
         return r * c, dr * c - r * s, ddr * c - 2.0 * dr * s - r * frequency * frequency * c
 
     def length_of(self, r: RigidRope) -> Reference:
-        """Return the length of a rigid rope with its first two derivatives."""
+        """Return the length of a rigid rope and its first two derivatives."""
         return self.reference(r.name) if r.winch else (self.numbers("reference", r.name)[1], 0.0, 0.0)
 
     def constraint_rows(self) -> ConstraintRows:
-        """Return the constraint rows under the forces known so far; then those solved for the accelerations."""
+        """Return the constraint rows under the forces known so far; after the accelerations have been computed, the
+        solved rows."""
         if self.rows:
             return self.rows
         for r in self.program.system.rigid_ropes:
@@ -159,7 +162,7 @@ class Evaluation:
 
     @property
     def pulls(self) -> list[Scalar]:
-        """The tensions of all ropes of straight lines, the rigid ones last [N]."""
+        """The tensions [N] of all ropes of straight lines, those of rigid ropes last."""
         return [*self.tensions, *(self.rows.end_tensions.values() if self.rows else ())]
 
     @property
@@ -174,13 +177,14 @@ class Evaluation:
 
     @property
     def reach(self) -> Scalar:
-        """Longest step from here without shapes passing through each other [s]."""
+        """Longest step [s] from this state in which shapes cannot pass through each other."""
         longest: Scalar = self.program.contacts.reach(self.numbers, self.ends)
         return longest
 
     @property
     def window(self) -> Scalar:
-        """The value of `reach` for fixed steps, which are not shortened to it, but noted (see `steps.passing`)."""
+        """The value of `reach` for fixed steps, which are not shortened; a note is added instead (see
+        `steps.passing`)."""
         return self.reach
 
     @property
@@ -195,7 +199,7 @@ class Evaluation:
     # ---- what samples ask for -----------------------------------------------------------------------------
 
     def column(self, group: str) -> list[Scalar]:
-        """Return the values of a column group of laws' sampled quantities."""
+        """Return the values of one column group among the sampled quantities of all laws."""
         return [self.shown[label][i] for label, i, _ in self.program.columns[group]]
 
     @property
@@ -209,7 +213,7 @@ class Evaluation:
         return out
 
     def poses_and_energies(self) -> tuple[list[Scalar], Scalar, Scalar]:
-        """Origin and rotation of every body (12 numbers each), kinetic and gravitational energy [J]."""
+        """Return origin and rotation of every body (12 numbers each), and the kinetic and gravitational energy [J]."""
         poses: list[Scalar] = []
         kinetic: Scalar = 0.0
         potential: Scalar = 0.0
@@ -231,7 +235,7 @@ def command_masters(x: Evaluation) -> None:
 
 
 def prescribe_joints(x: Evaluation) -> None:
-    """Set the coordinates that are prescribed by drives."""
+    """Set the coordinates that drives prescribe."""
     for d in x.program.system.drives:
         if d.kind == "prescribed":
             x.references[d.name] = x.reference(d.name)
@@ -250,7 +254,7 @@ def place_bodies(x: Evaluation) -> None:
 
 
 def measure_angles(x: Evaluation) -> None:
-    """Compute the attitudes that are measured or guarded, counting turns."""
+    """Compute the attitudes that are measured or guarded, including full turns."""
     for i, label in enumerate(x.program.angles):
         kind, body, axis = label
         if kind == "body":
@@ -274,14 +278,14 @@ def measure_masters(x: Evaluation) -> None:
 
 
 def follow(x: Evaluation) -> None:
-    """Compute the references of servo and speed drives."""
+    """Compute the references that servo and speed drives follow."""
     for d in x.program.system.drives:
         if d.kind != "prescribed":
             x.references[d.name] = x.reference(d.name)
 
 
 def attitude(body: Array, axis: int) -> tuple[Scalar, Scalar, Scalar]:
-    """Return sin, cos (not normalised) of the tilt of body axis w towards +y (axis 0, about -x) or +x (axis 1, about
+    """Return sin and cos (not normalised) of the tilt of body axis w towards +y (axis 0, about -x) or +x (axis 1, about
     +y), and sin' cos - sin cos'."""
     w = np.reshape(body[:9], (3, 3))[:, 2]
     dw = cross(body[15:18], w)
@@ -290,7 +294,7 @@ def attitude(body: Array, axis: int) -> tuple[Scalar, Scalar, Scalar]:
 
 
 def poses_of(program: Program, row: SimpleNamespace) -> Poses:
-    """Return the poses in a sample row as a function: body -> R_WB (3, 3) and p_WB (3,)."""
+    """Return the poses in a sample row as a function from a body's name to R_WB (3, 3) and p_WB (3,)."""
     frames = row.poses.reshape(-1, 12)
 
     def pose(body: str) -> tuple[np.ndarray, np.ndarray]:

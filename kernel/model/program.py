@@ -51,7 +51,7 @@ def program_of(system: System, *how: Any) -> "Program":
 
 
 class Program:
-    """A compiled system. Raises KernelError if a law names a missing part or two drives share a joint.
+    """A compiled system. Raises KernelError if a law names a missing part or two drives act on one joint.
 
     `formulation`: equations for the accelerations, see `kernel.multibody.formulations`; `locked`: names of the engaged
     locks, None for those engaged at the start; `clamped`, `at_rest`, `calm`: see `Setting`.
@@ -163,7 +163,7 @@ class Program:
             check_signal(h, s, f"threshold '{h.name}'")
 
     def driven(self, drive: Drive) -> tuple[int, int]:
-        """Return the places of a drive's coordinate in q and v."""
+        """Return the indices of a drive's coordinate in q and v."""
         return self.graph.coordinate(drive.name, drive.joint, drive.coordinate)
 
     def _check_loops(self) -> None:
@@ -206,13 +206,13 @@ class Program:
 
     @cached_property
     def axial(self) -> list[int]:
-        """Return the number of the flexible body for each number of `Evaluation.axial`."""
+        """For each number of `Evaluation.axial`, the number of the flexible body to which it belongs."""
         number = self.graph.number
         return [number(k.body.name) for k, on, _ in self.compressible for _ in range(3 * (2 + len(on)))]
 
     @cached_property
     def compressible(self) -> list[tuple[Link, list[Link], slice]]:
-        """Each flexible body with the bodies attached to it, and the places of its vectors in `Evaluation.axial`."""
+        """Each flexible body with the bodies attached to it, and the indices of its vectors in `Evaluation.axial`."""
         found, first = list[tuple[Link, list[Link], slice]](), 0
         for i, link in enumerate(self.graph.links):
             if link.n_modes:
@@ -223,7 +223,7 @@ class Program:
 
     @cached_property
     def sliders(self) -> list[tuple[Link, float]]:
-        """Sliders on beams, with the lengths of the beams [m]."""
+        """Sliders on beams, each with the length of its beam [m]."""
         carriers = ((k, self.graph.links[k.parent].modes) for k in self.graph.links if k.joint.kind == "slider")
         return [(k, x.flexible.beam.length if x and x.flexible.beam else 0.0) for k, x in carriers]
 
@@ -240,7 +240,7 @@ class Program:
         return turned_at_start(self.graph, self.poses_at_start, a, b, axis)
 
     def sharing(self, tree: Tree) -> str:
-        """Return the key by which trees share their functions."""
+        """Return the key that is equal for trees which share their functions."""
         return tree.kind
 
     def _share(self, trees: list[Tree]) -> list[tuple[Tree, SharedTree]]:

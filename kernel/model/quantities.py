@@ -165,7 +165,7 @@ def _dot(a: Scalars, b: Scalars) -> Any:
 
 @dataclass(frozen=True)
 class QuantityFormula:
-    """A row of the table of quantities: formula, and the signal fields that it needs."""
+    """A row of the table of quantities: a formula, and the fields that a signal of this quantity must have."""
 
     formula: Callable[[FormulaContext], Scalar]
     needs: tuple[str, ...] = ()
@@ -202,7 +202,8 @@ COUNTS = {"gap": 6, "load": 2, "pull": 2, "reserve": 3, "place along": 1, "place
 
 
 def scalar(h: ScalarSignal, places: Places, numbers: Scalars, values: Scalars, lines: Sequence[int] = ()) -> Scalar:
-    """Return the quantity from positions of its `points`, `numbers`, values of its `names`, and `lines`."""
+    """Return the value of a signal from the positions of its `points`, its `numbers`, the values of its `names`, and
+    its `lines`."""
     return ROWS[h.quantity].formula(FormulaContext(places, numbers, values, lines))
 
 
@@ -217,7 +218,7 @@ def points(h: ScalarSignal, system: System) -> tuple[Point, ...]:
 
 
 def numbers(h: ScalarSignal, system: System) -> tuple[float, ...]:
-    """Return the numbers that the formula takes: those of the signal and the shares of its lines."""
+    """Return the numbers that the formula takes: those of the signal, and the shares of the lines of its ropes."""
     shares = (line.share for rope in _lines(h, system) for line in rope) if h.quantity in LINED else ()
     return (*h.numbers, *shares)
 

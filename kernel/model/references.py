@@ -28,7 +28,7 @@ SAME = 1e-9  # relative difference of two values that is round-off
 
 @dataclass
 class ReferenceProfile:
-    """A profile that starts at value x0, and the followed masters with their coefficients."""
+    """A speed profile that starts from the value x0, and the followed masters with their coefficients."""
 
     start_ns: int
     x0: float
@@ -37,7 +37,8 @@ class ReferenceProfile:
 
 
 class References:
-    """Profiles and followed masters of all drives and winches, written into P; `admit` precedes each command."""
+    """Profiles and followed masters of all drives and winches, written into P; `admit` is called before each
+    command."""
 
     def __init__(self, parameters: ParameterLayout, P: np.ndarray, system: System) -> None:
         self._at, self._P = parameters.at, P
@@ -76,18 +77,19 @@ class References:
         return a
 
     def own(self, name: str, t_ns: int) -> tuple[float, float]:
-        """Value and speed of an actuator's own profile at a time, without masters."""
+        """Return value and speed of an actuator's own profile at a time, without its masters."""
         a = self._actuator(name)
         t = (t_ns - a.start_ns) * 1e-9
         speed = a.move.speed(t)
         return a.x0 + a.move.displacement(t), 0.0 if abs(speed) < AT_REST else speed
 
     def stand(self, epoch_ns: int) -> None:
-        """Set the present time [ns], from which the next commands act."""
+        """Set the present time [ns], at which the next commands take effect."""
         self._epoch_ns = epoch_ns
 
     def value(self, name: str, t_ns: int) -> float:
-        """Return an actuator's reference at a time: its profile plus masters, or references of drives of joints."""
+        """Return an actuator's reference at a time: its profile plus the contributions of its masters, which may be the
+        references of joint drives."""
         led = [_follow(k, self.own(self._asked[m], t_ns)[0]) for m, k in self._actuator(name).follows.items()]
         return self.own(name, t_ns)[0] + sum(led)
 
@@ -100,7 +102,7 @@ class References:
         return own
 
     def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
-        """Start a trapezoid from the present value and speed; raises KernelError if it cannot be driven."""
+        """Start a trapezoid from the present value and speed; raises KernelError if the profile is impossible."""
         a = self._driven(name)
         self._check_start(name, start_ns)
         x0, v0 = self.own(name, start_ns)
@@ -141,7 +143,8 @@ class References:
         a.start_ns, a.x0, a.move, a.follows = t_ns, value, REST, {}
 
     def set_follow(self, name: str, t_ns: int, master: str, f: tuple[float, float, float], now: list[float]) -> None:
-        """Follow k1 s + kc cos s + ks sin s of a master ("": none) without a jump; `now`: values of the masters."""
+        """Make an actuator follow k1 s + kc cos s + ks sin s, where s is the value of a master ("": no master), without
+        a jump. `now`: present values of the masters."""
         a = self._driven(name)
         if master and (master not in self._masters or name in self._masters):
             raise KernelError(f"'{name}' cannot follow '{master}': masters are {', '.join(self._masters) or 'none'}")
@@ -158,14 +161,14 @@ class References:
         a.x0 += before - after
 
     def take(self, other: "References") -> None:
-        """Take over the motions of equally named actuators of another scene."""
+        """Take over the motions of those actuators of another scene that have the same names."""
         for name in self.actuators.keys() & other.actuators.keys():
             a = other.actuators[name]
             follows = {self._masters.index(other._masters[m]): f for m, f in a.follows.items()}
             self.actuators[name] = ReferenceProfile(a.start_ns, a.x0, a.move, follows)
 
     def stop(self, t_ns: int) -> None:
-        """Stop the profiles of all actuators; followers keep following."""
+        """Stop the profiles of all actuators; actuators that follow a master keep following it."""
         for name, a in self.actuators.items():
             a.start_ns, a.x0, a.move = t_ns, self.own(name, t_ns)[0], REST
 
@@ -187,7 +190,7 @@ class References:
             self._P[self._at["clock", ""]] = epoch_ns * 1e-9
 
     def breaks(self, epoch_ns: int, after: float = 0.0) -> list[float]:
-        """Return the sorted times since the epoch [s] later than `after` at which accelerations or slopes change."""
+        """Return the sorted times since the epoch [s], later than `after`, at which accelerations or slopes change."""
         out = {*self.histories.breaks(epoch_ns, after), *self.waves.breaks(epoch_ns, after)}
         out |= {t for end in self._ramps if (t := (end - epoch_ns) * 1e-9) > after}
         for a in self.actuators.values():
@@ -201,7 +204,8 @@ class References:
         return sorted(out)
 
     def rest(self, epoch_ns: int) -> float:
-        """Return the time since the epoch [s] when drives end; inf during an endless move or with a clock."""
+        """Return the time since the epoch [s] at which all drives have stopped; inf during an endless move or if a law
+        depends on time."""
         if ("clock", "") in self._at or self.waves:
             return inf
         moving = (a for a in self.actuators.values() if a.move.v0 or a.move.d1 or a.move.d2)
@@ -214,7 +218,7 @@ class References:
 
 
 class Histories:
-    """Time histories of all signals; a piece is (local start [s], value there, slope)."""
+    """Time histories of all signals; a piece consists of its local start [s], the value there, and the slope."""
 
     def __init__(self, signals: dict[str, InputSignal], parameters: ParameterLayout, P: np.ndarray) -> None:
         self._P = P

@@ -48,7 +48,7 @@ class Switches:
         self.admit: Callable[[str], None] = lambda command: None
 
     def fire(self, guard: int, row: SimpleNamespace) -> StateChange:
-        """Switch the law of a guard that has become negative, and return the change."""
+        """Switch the law whose guard has become negative, and return the change."""
         what, name = label = self._program.guards[guard]
         if what == "threshold":
             self._disarm(name)
@@ -81,7 +81,8 @@ class Switches:
         return self._P[self._at["threshold", name]]
 
     def set_brake(self, name: str, engaged: bool, row: SimpleNamespace) -> None:
-        """Close a brake at the joint's present position (a closed one keeps its position), or release it."""
+        """Close a brake at the joint's present position, or release it; a brake that is closed already keeps its
+        position."""
         if name not in self._brakes:
             raise KernelError(f"'{name}': no brake of this name; there are {', '.join(self._brakes) or 'none'}")
         self.admit("set_brake")
@@ -96,11 +97,11 @@ class Switches:
         return self._P[self._at["rope", name]]
 
     def rigid_numbers(self, name: str) -> np.ndarray | None:
-        """Return the numbers of a rigid rope: hooked, taut and lines; None if it is not rigid."""
+        """Return the numbers of a rigid rope: hooked, taut and lines; None if the rope is not rigid."""
         return self._P[self._at["rigid", name]] if ("rigid", name) in self._at else None
 
     def reeving(self, name: str) -> Reeving | None:
-        """Return a rope over sheaves; None if it is not one."""
+        """Return the rope over sheaves of this name; None if the rope is of another kind."""
         return next((r for r in self._program.system.reevings if r.name == name), None)
 
     def reeving_numbers(self, name: str) -> np.ndarray:

@@ -47,7 +47,7 @@ class Tangent:
 
     @cached_property
     def factors(self) -> FactorLayout:
-        """Layout of an (n, n) matrix over free degrees of freedom, at the start of block M."""
+        """Layout of an (n, n) matrix over the free degrees of freedom, stored at the start of block M."""
         return FactorLayout(self.n, 1, 0)
 
     @property
@@ -222,7 +222,7 @@ def one_sided(
 
 
 class KineticShares:
-    """Kinetic energy by bodies and by joint velocities, at one pose."""
+    """Kinetic energy at one pose, divided among bodies and among joint velocities."""
 
     def __init__(self, program: Program, P: np.ndarray, q: np.ndarray) -> None:
         self._parts = []
@@ -254,7 +254,7 @@ class KineticShares:
         return {name: G @ shape[at] for name, at, G in self._momenta}
 
     def shares(self, shape: np.ndarray) -> tuple[tuple[tuple[str, float], ...], tuple[tuple[str, float], ...]]:
-        """Return the shares of bodies and of joint velocities in the kinetic energy, largest first."""
+        """Return the shares of bodies and of joint velocities in the kinetic energy, each sorted from the largest."""
         bodies: dict[str, float] = {}
         joints = np.zeros(len(shape))
         for name, at, H in self._parts:

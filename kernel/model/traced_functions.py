@@ -20,7 +20,8 @@ from heavylift.kernel.multibody.trees import Tree, with_numbers
 
 @dataclass(frozen=True)
 class SharedTree:
-    """The functions of one kind of tree; `ends`: bodies on which laws act; `opened`: for constraint rows on `held`."""
+    """The functions that trees of one kind share; `ends`: bodies on which laws act; `opened`: functions for constraint
+    rows on the bodies `held`."""
 
     ends: tuple[int, ...]
     held: tuple[int, ...]
@@ -39,7 +40,8 @@ MOST = 64
 def shared_tree(
     key: str, k: int, tree: Tree, ends: tuple[int, ...], held: tuple[int, ...], formulation: str
 ) -> SharedTree:
-    """Return the functions of trees with equal `key`, from any scene; the last ones are kept."""
+    """Return the functions of trees with equal `key`, which may belong to other scenes; the most recent ones are
+    cached."""
     made = k, formulation, key
     found = _made.pop(made, None) or tree_functions(k, tree, ends, held, formulation)
     _made[made] = found
@@ -49,10 +51,11 @@ def shared_tree(
 
 
 def profile(t: Array, p: Array) -> Outputs:
-    """Return reference, rate and acceleration; p = (start, x0, v0, a1, d1, cruise, a2, d2), see `description.profile`.
+    """Return reference, rate and acceleration of a profile; p = (start, x0, v0, a1, d1, cruise, a2, d2), see
+    `description.profile`.
 
-    t: now, and a time within the present step, which selects the piece where two pieces meet, since the acceleration
-    jumps there.
+    t: the present time, and a time within the present step, which selects the piece where two pieces meet, since the
+    acceleration jumps there.
     """
     now, inside = t
     start, x0, v0, a1, d1, cruise, a2, d2 = p
@@ -70,7 +73,8 @@ def profile(t: Array, p: Array) -> Outputs:
 
 
 def tree_functions(k: int, tree: Tree, ends: tuple[int, ...], held: tuple[int, ...], formulation: str) -> SharedTree:
-    """Trace a kind of tree's functions: poses of bodies on which laws act, accelerations, poses with energies."""
+    """Trace the functions of one kind of tree: poses of the bodies on which laws act, accelerations, poses with
+    energies."""
     nv, fixed = tree.v.stop - tree.v.start, len(tree.prescribed_dofs)
     dynamics = formulated(formulation)
     limbs = limbs_of(f"limb{k}", tree, ends) if formulation == "recursive" else None

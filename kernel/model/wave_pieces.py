@@ -40,7 +40,7 @@ class WavePieces:
             self._P[sea.places] = sea.piece(epoch_ns, epoch_ns + round(t * 1e9))
 
     def breaks(self, epoch_ns: int, after: float) -> list[float]:
-        """Return the ends, in local seconds, of the pieces that are active after local time `after` [s]."""
+        """Return the ends [local s] of the pieces that are active after local time `after` [s]."""
         now = epoch_ns + round(after * 1e9)
         return [((now // sea.length + 1) * sea.length - epoch_ns) * 1e-9 for sea in self._groups]
 

@@ -28,19 +28,21 @@ Poses = Callable[[str], tuple[Array, Array]]
 
 
 def on_turn(wrapped: Scalar, counted: Scalar) -> Scalar:
-    """Return the angle [rad] equal to `wrapped` modulo 2 pi, nearest to its integral."""
+    """Return the angle [rad] that equals `wrapped` modulo 2 pi and is nearest to its integral `counted`."""
     # whole turns that bring the exact, wrapped angle nearest to its integral
     return wrapped + TURN * nearest((counted - wrapped) * (1.0 / TURN))
 
 
 def starting(wrapped: float, turned: float) -> float:
-    """Return the angle [rad] equal to `wrapped` modulo 2 pi, nearest to the joints' rotation `turned`."""
+    """Return the angle [rad] that equals `wrapped` modulo 2 pi and is nearest to the rotation `turned` of the
+    joints."""
     # EVEN: half a turn counts upwards even where rounding makes it a little less
     return wrapped + TURN * floor((turned - wrapped) / TURN + 0.5 + EVEN)
 
 
 def between(graph: "Graph", poses: Poses, a: str, b: str) -> Iterator[tuple[np.ndarray | None, float]]:
-    """Yield world axis and angle of each joint between a and b; None for a joint, or bending, without fixed axis."""
+    """Yield the world axis and the angle of each joint between a and b; the axis is None for a joint, or a bending
+    body, without a fixed axis."""
 
     def path(body: str) -> list[int]:
         i, out = graph.number(body), list[int]()
@@ -72,7 +74,7 @@ def between(graph: "Graph", poses: Poses, a: str, b: str) -> Iterator[tuple[np.n
 
 
 def hinge(graph: "Graph", poses: Poses, a: str, b: str) -> np.ndarray | None:
-    """Return the common world axis of all joints between a and b, None if there is no single one."""
+    """Return the common world axis of all joints between a and b; None if they do not share a single axis."""
     axes = [axis for axis, _ in between(graph, poses, a, b)]
     first = axes[0] if axes else None
     if first is None or any(x is None or np.linalg.norm(np.cross(x, first)) > PARALLEL for x in axes):
@@ -81,6 +83,7 @@ def hinge(graph: "Graph", poses: Poses, a: str, b: str) -> np.ndarray | None:
 
 
 def turned_at_start(graph: "Graph", poses: Poses, a: str, b: str, axis: np.ndarray) -> float:
-    """Return the rotation of b against a by joints about a world axis [rad]."""
+    """Return the rotation [rad] of b relative to a about a world axis, as the sum of the angles of the joints between
+    them."""
     along = [(x, q) for x, q in between(graph, poses, a, b) if x is not None]
     return float(sum((x @ axis) * q for x, q in along if np.linalg.norm(np.cross(x, axis)) <= PARALLEL))

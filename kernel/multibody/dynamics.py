@@ -42,7 +42,7 @@ class LtdlFactors:
         return [y[k] for k in self.dofs]
 
     def back(self, y: list[Scalar]) -> list[Scalar]:
-        """Return L^-1 D^-1 y: the second half of a solution."""
+        """Return L^-1 D^-1 y, which completes the solution that `half` begins."""
         x: dict[int, Scalar] = {}
         for k, y_k in zip(self.dofs, y, strict=True):
             t = y_k * self.D_inverse[k]
@@ -57,7 +57,7 @@ class LtdlFactors:
 
 
 def ltdl(tree: Tree, H: dict[tuple[int, int], Scalar]) -> LtdlFactors:
-    """Factorise H in place (Featherstone 2008, sections 6.5 and 8.6)."""
+    """Factorise the joint-space inertia H into L^T D L in place (Featherstone 2008, sections 6.5 and 8.6)."""
     dofs, paths = tree.free_dofs, tree.free_paths
     D_inverse: dict[int, Scalar] = {}
     # from the tips to the root: eliminating degree of freedom k touches its path only, so that no fill-in arises
@@ -74,7 +74,7 @@ def ltdl(tree: Tree, H: dict[tuple[int, int], Scalar]) -> LtdlFactors:
 
 @dataclass(frozen=True)
 class Equations:
-    """H a = rhs of one tree, with its motion and the factors of H."""
+    """The linear system H a = rhs for the accelerations of one tree, with the tree's motion and the factors of H."""
 
     tree: Tree
     K: Kinematics
@@ -83,14 +83,14 @@ class Equations:
     factors: LtdlFactors
 
     def accelerations(self, a: list[Scalar], a_ref: Scalars) -> Array:
-        """Return all accelerations (n_v,) from those of the free and of the prescribed degrees of freedom."""
+        """Return all accelerations (n_v,), given those of the free and of the prescribed degrees of freedom."""
         values = dict(zip(self.tree.free_dofs, a, strict=True)) | dict(
             zip(self.tree.prescribed_dofs, a_ref, strict=True)
         )
         return np.array([values[k] for k in range(len(self.rhs))])
 
     def solution(self, a_ref: Scalars) -> tuple[dict[int, Scalar], Array]:
-        """Return the accelerations without further forces, and the forces of prescribed joints."""
+        """Return the accelerations when no further forces act, and the forces of prescribed joints."""
         a = self.accelerations(self.factors.solve([self.rhs[k] for k in self.tree.free_dofs]), a_ref)
         reaction = [
             # row k of H a - rhs: the effort that holds a prescribed degree of freedom on its given acceleration
@@ -100,7 +100,8 @@ class Equations:
         return dict(enumerate(a)), np.array(reaction)
 
     def given(self, k: int) -> dict[int, Scalar]:
-        """Return row k of H, of a prescribed degree of freedom, over the free ones."""
+        """Return the entries of row k of H, which belongs to a prescribed degree of freedom, in the columns of the free
+        ones."""
         free = self.tree.free_dofs
         return {l: self.H[max(k, l), min(k, l)] for l in free if (max(k, l), min(k, l)) in self.H}
 
@@ -120,15 +121,16 @@ def equations_of_motion(
 def dynamics(
     tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars = ()
 ) -> tuple[Array, Array, Array]:
-    """Return dq/dt, dv/dt and the forces of prescribed joints; W: wrench (6,) on each body about the tree's point. tau:
-    (n_v,) joint forces of springs, drives, brakes and stops [N or N m]."""
+    """Return dq/dt, dv/dt and the forces in the prescribed joints. W: wrench (6,) applied to each body, about the
+    tree's point; tau: (n_v,) joint forces from springs, drives, brakes and stops [N or N m]."""
     x = equations_of_motion(tree, q, v, tau, W, g, a_ref)
     motion, reaction = x.solution(a_ref)
     return join(*x.K.dq), np.array(list(motion.values())), reaction
 
 
 def composites(tree: Tree, K: Kinematics, W: list[Array]) -> tuple[list[Array], list[Array]]:
-    """Return I^c per body (composite inertia), and the wrench of its joint without accelerations (Fig. 6 (c), (d))."""
+    """Return, for each body, its composite inertia I^c and the wrench of its joint when all accelerations are zero
+    (Fig. 6 (c), (d))."""
     I, F = newton_euler(tree, K, W)
     for i, b in enumerate(tree.bodies):
         if b.elastic is not None:
@@ -143,10 +145,10 @@ def composites(tree: Tree, K: Kinematics, W: list[Array]) -> tuple[list[Array], 
 
 
 def joint_forces(tree: Tree, K: Kinematics, F: list[Array]) -> Iterator[Any]:
-    """Yield S^T F (n_v,): the forces along the degrees of freedom that hold all accelerations of `composites` at zero.
+    """Yield S^T F (n_v,): the forces along the degrees of freedom that keep all accelerations of `composites` at zero.
 
-    The force on a mode comes from its own body (equation (8) of `flexible.attachment`) and from the bodies that this
-    carries.
+    The force on a mode has contributions from its own body (equation (8) of `flexible.attachment`) and from the bodies
+    that this body carries.
     """
     for i, b in enumerate(tree.bodies):
         for S in K.S[i][: b.v.stop - b.v.start]:
@@ -198,7 +200,7 @@ def _mode_inertia(
 
 
 def energies(tree: Tree, K: Kinematics, g: Scalar) -> tuple[Scalar, Scalar]:
-    """Kinetic and gravitational energy of a tree [J]."""
+    """Return the kinetic and the gravitational energy of a tree [J]."""
     kinetic: Scalar = 0.0
     potential: Scalar = 0.0
     for i, b in enumerate(tree.bodies):
@@ -219,7 +221,7 @@ def energies(tree: Tree, K: Kinematics, g: Scalar) -> tuple[Scalar, Scalar]:
 
 
 def accelerated(tree: Tree, q: Array, v: Array, dv: Array, g: Scalar) -> Kinematics:
-    """Return poses, twists and accelerations of all bodies (gravity as upward acceleration of the ground)."""
+    """Return poses, twists and accelerations of all bodies, with gravity as an upward acceleration of the ground."""
     K = kinematics(tree, q, v, g, [0.0] * len(tree.prescribed_dofs))
     X: list[Array] = []  # what the accelerations of the joints add
     for i, (b, S) in enumerate(zip(tree.bodies, K.S, strict=True)):
@@ -236,8 +238,8 @@ def accelerated(tree: Tree, q: Array, v: Array, dv: Array, g: Scalar) -> Kinemat
 
 
 def axial_loads(tree: Tree, q: Array, v: Array, dv: Array, W: list[Array], g: Scalar) -> Array:
-    """Return for every flexible body, in its axes: forces (3,) of the bodies on it [N], acceleration (3,) of its frame
-    less gravity [m/s2], angular velocity (3,) [rad/s]; arguments as of `inverse_dynamics`."""
+    """Return, for every flexible body and in its axes: the forces (3,) of other bodies on it [N], the acceleration (3,)
+    of its frame less gravity [m/s2], and its angular velocity (3,) [rad/s]; arguments as in `inverse_dynamics`."""
     K = accelerated(tree, q, v, dv, g)
     _, F = composites(tree, K, W)
     out: list[Array] = []
@@ -252,10 +254,11 @@ def axial_loads(tree: Tree, q: Array, v: Array, dv: Array, W: list[Array], g: Sc
 
 
 def inverse_dynamics(tree: Tree, q: Array, v: Array, dv: Array, W: list[Array], g: Scalar) -> tuple[Array, list[Array]]:
-    """Return the joint forces tau (n_v,) for accelerations dv, and the wrenches of joints on bodies.
+    """Return the joint forces tau (n_v,) that cause the accelerations dv, and the wrenches of joints on bodies.
 
-    W: wrench (6,) on each body; the result has likewise (6,) per body, [moment; force] in world axes about the tree's
-    point [N m, N]. Prescribed joints are treated as all others: tau is the effort required of their drives.
+    W: wrench (6,) applied to each body; the result also has a wrench (6,) per body, [moment; force] in world axes about
+    the tree's point [N m, N]. Prescribed joints are treated like all others: tau is then the effort required of their
+    drives.
     """
     K = accelerated(tree, q, v, dv, g)
     _, F = composites(tree, K, W)

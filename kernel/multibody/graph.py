@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class Freedoms(ABC):
-    """Coordinates q and velocities v of a body's joint, followed by those of its modes."""
+    """Base of a body with its coordinates q and velocities v: those of its joint, followed by those of its modes."""
 
     q: slice
     v: slice
@@ -45,7 +45,7 @@ class Freedoms(ABC):
 
 @dataclass(frozen=True)
 class Link(Freedoms):
-    """A body with its joint; parent: link number, -1 the ground; q and v index the state."""
+    """A body with its joint; parent: link number, -1 for the ground; q and v are its positions in the state."""
 
     body: Body
     joint: Joint
@@ -56,7 +56,7 @@ class Link(Freedoms):
 
     @property
     def q0(self) -> tuple[float, ...]:
-        """Coordinates at the start: of the joint, then of the modes."""
+        """Coordinates at the start: those of the joint, then those of the modes."""
         modes = self.modes.flexible.start or (0.0,) * self.n_modes if self.modes else ()
         return (*(self.joint.q0 or JOINTS[self.joint.kind].rest), *modes)
 
@@ -76,7 +76,7 @@ class Graph:
     loops: tuple[Joint, ...] = ()  # joints that close loops
 
     def number(self, body: str) -> int:
-        """Return the link number of a body, -1 for the ground; raises KeyError."""
+        """Return the link number of a body, -1 for the ground; raises KeyError for an unknown body."""
         return -1 if body == WORLD else self._numbers[body]
 
     @cached_property
@@ -85,18 +85,18 @@ class Graph:
 
     @cached_property
     def q0(self) -> list[float]:
-        """(nq,) coordinates at the start."""
+        """Coordinates (nq,) at the start."""
         return [x for k in self.links for x in k.q0]
 
     def joint(self, name: str) -> Link:
-        """The link of a joint; raises KernelError for an unknown name."""
+        """Return the link that a joint carries; raises KernelError for an unknown name."""
         for link in self.links:
             if link.joint.name == name:
                 return link
         raise KernelError(f"joint '{name}': no such joint; joints are {', '.join(k.joint.name for k in self.links)}")
 
     def in_frame(self, where: str, body: str, p: Vector) -> Vector:
-        """Return a point of a body in the frame of its station, if the body is one (see `flexible.tracks`). Raises
+        """Return a point of a body in the frame of the body's station, if it has one (see `flexible.tracks`). Raises
         KernelError if the point belongs to another station, as stations are part of the compiled scene."""
         link = self.links[self.number(body)] if body != WORLD else None
         on = self.links[link.parent] if link and link.parent >= 0 else None
@@ -112,8 +112,8 @@ class Graph:
         return (p[0] - X[0], p[1] - X[1], p[2] - X[2])
 
     def coordinate(self, law: str, joint: str, name: str = "") -> tuple[int, int]:
-        """Return the index of a joint coordinate in q and of its rate in v; the name is optional for a single
-        coordinate. Raises KernelError, naming the law, if nothing can act along it."""
+        """Return the index of a joint coordinate in q and that of its rate in v; the name may be omitted if the joint
+        has only one coordinate. Raises KernelError, naming the law, if nothing can act along it."""
         link = self.joint(joint)
         kind, has = link.joint.kind, JOINTS[link.joint.kind].actable
         if not has:
@@ -198,7 +198,8 @@ def path_matrix(parents: list[int]) -> np.ndarray:
 
 
 def children_of(T: np.ndarray, i: int) -> list[int]:
-    """Return the joints to subtract in body i's equation: first ones right of column i in rows k with T_ki = 1."""
+    """Return the joints whose forces are subtracted in the equation of body i: the first ones to the right of column i
+    in the rows k with T_ki = 1."""
     first = {next((j for j in range(i + 1, len(T)) if T[k, j]), None) for k in range(len(T)) if T[k, i]}
     return sorted(j for j in first if j is not None)
 
@@ -225,7 +226,7 @@ def _check_start(joint: Joint) -> None:
 
 
 def coordinate_names(graph: Graph) -> tuple[list[str], list[str]]:
-    """Return the names of all coordinates q and velocities v: joint and component, body and mode."""
+    """Return the names of all coordinates q and of all velocities v, made of joint and component, or body and mode."""
     q: list[str] = []
     v: list[str] = []
     for k in graph.links:

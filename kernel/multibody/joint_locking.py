@@ -58,7 +58,8 @@ def check_locks(system: System, graph: Graph) -> None:
 
 
 def halt_function(k: int, tree: Tree) -> Function:
-    """Return a kind of tree's function: velocities after locked joints stopped, impulses of prescribed joints."""
+    """Return the function of a kind of tree that computes the velocities after its locked joints have stopped, and the
+    impulses in prescribed joints."""
     nv, fixed = tree.v.stop - tree.v.start, len(tree.prescribed_dofs)
 
     def halt(q: Array, v: Array, P: Array) -> Outputs:
@@ -113,7 +114,8 @@ def _with(parent: TreeBody, child: TreeBody) -> TreeBody:
 
 
 def gathered(inertia: Array, parts: Sequence[tuple[Any, Array]]) -> tuple[float, Array, Array]:
-    """Return mass, centre and inertia about it of `parts` (mass, centre); `inertia` (3, 3): sum of their own."""
+    """Return mass, centre of mass and inertia about that centre of several `parts` (mass, centre); `inertia` (3, 3):
+    sum of the parts' own inertias."""
     mass = sum(m for m, _ in parts)
     com = sum((m * x for m, x in parts), np.zeros(3)) / mass if mass else np.zeros(3)
     # Steiner's theorem about the common centre of mass

@@ -24,12 +24,12 @@ from .trees import Tree
 
 @dataclass
 class Kinematics:
-    """Per body of a tree, in world axes: rotation R_WB, r from the tree's point o to the origin, twist V, bias
-    acceleration A (gravity as upward acceleration of the ground), columns S and dq/dt per joint.
+    """Motion of all bodies of a tree in world axes: rotation R_WB, r from the tree's point o to the body's origin,
+    twist V, bias acceleration A (gravity as upward acceleration of the ground), columns S and dq/dt of each joint.
 
-    A mode does not move the floating frame: its column in S is zero. `modes`: coordinates, rates and accelerations of a
-    flexible body (accelerations 0, as those of the joints in A); `carried`: the columns of its parent's modes at the
-    joint of a body on a flexible one.
+    A mode does not move the floating frame, so its column in S is zero. `modes`: coordinates, rates and accelerations
+    of a flexible body (accelerations 0, as for the joints in A); `carried`: the columns of the parent's modes at the
+    joint of a body that a flexible body carries.
     """
 
     o: Array
@@ -103,7 +103,7 @@ def kinematics(tree: Tree, q: Array, v: Array, g: Scalar, a_ref: Scalars = (), b
 
 
 def seen_from(tree: Tree, K: Kinematics, k: int, i: int) -> Any:
-    """Return the column (6,) of degree of freedom k on the path of body i, as motion of body i."""
+    """Return the column (6,) by which degree of freedom k, on the path of body i, moves body i."""
     on = tree.body_of_dof[k]
     b = tree.bodies[on]
     mode = k - b.v_modes.start
@@ -116,27 +116,27 @@ def seen_from(tree: Tree, K: Kinematics, k: int, i: int) -> Any:
 
 
 def elastic(tree: Tree, K: Kinematics, i: int) -> FlexibleInertia:
-    """Return the deformable part of flexible body i at these poses and motions."""
+    """Return the inertia and inertia forces of flexible body i at these poses and motions."""
     return flexible_inertia(tree.bodies[i].elastic, *K.modes[i], K.R[i], K.r[i], K.V[i], K.A[i])
 
 
 def added_inertia(A: Array, r: Array, R: Array) -> Any:
-    """Return the added mass (6, 6) in world axes about the tree's point, r from it to the body's origin."""
+    """Return the added mass (6, 6) in world axes about the tree's point; r: from this point to the body's origin."""
     # motion transform from the tree's point in world axes to the body's origin in body axes
     T = np.block([[R.T, np.zeros((3, 3))], [-(R.T @ skew(r)), R.T]])
     return mirror(T.T @ A @ T)
 
 
 def body_inertia(tree: Tree, K: Kinematics, i: int) -> Any:
-    """Return the inertia (6, 6) of a rigid body about the tree's point, world axes, including added mass."""
+    """Return the inertia (6, 6) of a rigid body, including added mass, in world axes about the tree's point."""
     b = tree.bodies[i]
     J = spatial_inertia(b.mass, K.r[i] + K.R[i] @ b.com, mirror(K.R[i] @ b.inertia @ K.R[i].T))
     return J if b.added is None else J + added_inertia(b.added.A, K.r[i], K.R[i])
 
 
 def newton_euler(tree: Tree, K: Kinematics, W: list[Array]) -> tuple[list[Array], list[Array]]:
-    """Return M (6, 6) and p (6,) per body: M x + p is the sum of its joint wrenches. x (6,): its acceleration beyond
-    the bias K.A; world axes about the tree's point; W: applied wrenches (6,)."""
+    """Return M (6, 6) and p (6,) for each body such that M x + p is the sum of its joint wrenches. x (6,): acceleration
+    of the body beyond the bias K.A; world axes about the tree's point; W: applied wrenches (6,)."""
     M, p = [], []
     for i, b in enumerate(tree.bodies):
         J = body_inertia(tree, K, i)

@@ -22,7 +22,7 @@ from heavylift.kernel.description.mechanics import JOINTS, Joint, JointKind, Joi
 
 
 class Jointed(Protocol):
-    """Interface of a body with its joint (`trees.TreeBody`), in numbers or symbols."""
+    """Interface of a body with its joint (`trees.TreeBody`), with numbers or symbols."""
 
     @property
     def kind(self) -> JointKind: ...
@@ -33,7 +33,7 @@ class Jointed(Protocol):
 
 
 def axes_of(joint: Joint) -> np.ndarray:
-    """Return the axes of a joint: (1, 3) its axis, or (3, 3) axis, second and axis x second."""
+    """Return the axes of a joint: its axis as (1, 3), or axis, second and axis x second as (3, 3)."""
     axis = np.array(joint.axis, float)
     if JOINTS[joint.kind].axes < 3:
         return axis[None]
@@ -42,7 +42,8 @@ def axes_of(joint: Joint) -> np.ndarray:
 
 
 def placement(kind: JointKind, axes: Array, pitch: Scalar, q: Any) -> tuple[Array, Array]:
-    """Return rotation R_JB (3, 3) and position p_JB (3,) [m] of the child in the joint frame; axes as of `axes_of`."""
+    """Return rotation R_JB (3, 3) and position p_JB (3,) [m] of the child in the joint frame; `axes` as from
+    `axes_of`."""
     joint = JOINTS[kind]
     if joint.quaternion is not None:
         return quaternion_matrix(*q[joint.quaternion :]), q[: joint.quaternion] if joint.quaternion else np.zeros(3)
@@ -67,7 +68,7 @@ def rates(kind: JointKind, q: Array, v: Array) -> Any:
 
 
 def speeds(kind: JointKind, q: Array, rate: Array) -> Any:
-    """Return the velocities (n_v,) for coordinate rates, as nearly as the joint allows."""
+    """Return the velocities (n_v,) that cause the given coordinate rates, as nearly as the joint allows."""
     i = JOINTS[kind].quaternion
     if i is None:
         return rate

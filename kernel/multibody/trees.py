@@ -27,14 +27,15 @@ _PARTS = (
 
 @dataclass(frozen=True)
 class AddedMass:
-    """Added mass A (6, 6): from a body's twist to the water's momentum [angular; linear], about its origin and axes."""
+    """Added mass A (6, 6) of a body: maps its twist to the momentum of the water [angular; linear], about the body's
+    origin and in its axes."""
 
     A: Array
 
 
 @dataclass(frozen=True)
 class TreeBody(Freedoms):
-    """A link with numbers as floats or symbols; parent, q and v count within the tree.
+    """A link with numbers as floats or symbols; parent, q and v are counted within the tree.
 
     `axes`: (1, 3), or (3, 3) if the joint has a second axis; `prescribed`: which of its velocities are given, by a
     drive or, if `locked`, as zero; `elastic`: `flexible.tracks.ReducedBody` of a flexible body; `place`: position of
@@ -74,7 +75,7 @@ class TreeBody(Freedoms):
 
 @dataclass(frozen=True)
 class Tree:
-    """Connected links above the ground; q and v are parts of the scene's state."""
+    """A connected set of links above the ground; q and v are its parts of the scene's state."""
 
     bodies: tuple[TreeBody, ...]
     first: int
@@ -83,19 +84,19 @@ class Tree:
 
     @cached_property
     def kind(self) -> str:
-        """Key that is equal for trees that share code: joints, numbering and the positions of 0, 1 and -1."""
+        """Key that is equal for trees which share code: joints, numbering and the positions of 0, 1 and -1."""
         bodies = self.bodies
         return repr([(b.kind, b.parent, b.prescribed, b.locked, b.n_modes, _pattern(b)) for b in bodies])
 
     @cached_property
     def numbers(self) -> list[Any]:
-        """Parameters in the order of `with_numbers`."""
+        """The parameters, in the order of `with_numbers`."""
         return in_order(self, all_numbers(self.bodies))
 
     @cached_property
     def places(self) -> list[int]:
-        """Positions of the parameters among all numbers: interleaved for equal bodies, so that vector calls load them
-        at once (see `simd_batches`)."""
+        """Positions of the parameters among all numbers: interleaved for equal bodies, so vector calls load them at
+        once (see `simd_batches`)."""
         depths: list[int] = []
         leaders: dict[tuple[int, str, int], int] = {}
         places: list[tuple[int, int, int, int]] = []
@@ -114,7 +115,7 @@ class Tree:
 
     @property
     def dof_paths(self) -> list[list[int]]:
-        """For each degree of freedom, those between it and the ground, nearest first."""
+        """For each degree of freedom, the degrees of freedom between it and the ground, nearest first."""
         paths: list[list[int]] = []
         last: list[int | None] = []
         for b in self.bodies:
@@ -145,7 +146,8 @@ class Tree:
 
 
 def cut(graph: Graph, prescribed: set[int], locked: frozenset[str] = frozenset()) -> list[Tree]:
-    """Return the trees of a graph; `prescribed`: velocities (indices of v) given by drives; `locked`: joints."""
+    """Return the trees of a graph; `prescribed`: indices in v of the velocities given by drives; `locked`: names of
+    locked joints."""
     out = []
     for numbers_ in graph.trees():
         links = [graph.links[i] for i in numbers_]
@@ -223,17 +225,17 @@ def _values(body: TreeBody) -> list[Any]:
 
 
 def all_numbers(bodies: Sequence[TreeBody]) -> list[Any]:
-    """Return structural numbers and parameters of bodies in a fixed order."""
+    """Return the structural numbers and the parameters of bodies in a fixed order."""
     return [x for b in bodies for value in _values(b) for x in np.ravel(value).tolist()]
 
 
 def in_order(tree: Tree, every: Sequence[Scalar]) -> list[Any]:
-    """Return the parameters of a tree from `all_numbers` of an equal tree, in the order of `with_numbers`."""
+    """Return the parameters of a tree, in the order of `with_numbers`, from `all_numbers` of an equal tree."""
     return [every[i] for i in tree.places]
 
 
 def with_numbers(tree: Tree, values: Any) -> Tree:
-    """Return the tree with other parameters (symbols in traced code)."""
+    """Return the tree with other parameters, which are symbols in traced code."""
     given = iter([x for _, x in sorted(zip(tree.places, values, strict=True), key=lambda pair: pair[0])])
 
     def replaced(x: Any) -> Any:
@@ -259,5 +261,5 @@ def _pattern(body: TreeBody) -> list[str]:
 
 
 def structural(x: float) -> bool:
-    """Return whether a number is part of the structure (0, 1 or -1) and not a parameter."""
+    """Return whether a number (0, 1 or -1) is part of the structure rather than a parameter."""
     return x in (0.0, 1.0, -1.0)

@@ -17,7 +17,7 @@ NEW, SETTLED, GOING, PAUSED, FIRED, STOPPED = "new", "settled", "going on", "pau
 
 
 class CallProtocol:
-    """Checks the order of calls of a simulation; `phase`: one of those above."""
+    """Checks the order of calls of a simulation; `phase`: one of the phases in the module's diagram."""
 
     def __init__(self) -> None:
         self.phase = NEW
@@ -42,8 +42,8 @@ class CallProtocol:
             )
 
     def stands_at(self, t_ns: int, epoch_ns: int) -> bool:
-        """Return whether an interrupt at this time has nothing to do; raises KernelError for a call out of order or an
-        invalid time."""
+        """Return whether the simulation already stands at the time of an interrupt; raises KernelError for a call out
+        of order or an invalid time."""
         self.check_begun()
         check_time(t_ns)
         if self.phase in (PAUSED, FIRED, STOPPED) and t_ns == epoch_ns:
@@ -79,7 +79,7 @@ def check_present(t_ns: int, present_ns: int) -> None:
 
 
 def passed_by(t_ns: int, event_ns: int, names: Sequence[str]) -> KernelError:
-    """Return the error for an interrupt at a time after a subscribed event."""
+    """Return the error for an interrupt at a time later than an event that has a subscriber."""
     what = ", ".join(f"'{name}'" for name in dict.fromkeys(names))
     return KernelError(
         f"time {t_ns} ns: an event of {what} at {event_ns} ns comes before; call fire() and settle() first"

@@ -36,7 +36,7 @@ from .native.native_functions import Stepping
 
 
 class CommandSwitches:
-    """Executes commands on the laws of a run, as `CommandTarget` describes."""
+    """Executes commands on the laws of a run, as `CommandTarget` specifies them."""
 
     def __init__(
         self,
@@ -52,13 +52,14 @@ class CommandSwitches:
         references.admit = switches.admit = self.admit
 
     def admit(self, what: str) -> None:
-        """Register a command; it may undo an event at the same time, so that `settle` checks again. Raises KernelError
-        if commands are not allowed now (see `call_protocol`)."""
+        """Register a command; it may undo an event at the same time, so `settle` must check the guards again. Raises
+        KernelError if commands are not allowed now (see `call_protocol`)."""
         self._order.command(what, self._native.epoch)
         self._events.forget()
 
     def set_follow(self, actuator: str, master: str, f: tuple[float, float, float]) -> None:
-        """Follow k1 s + kc cos s + ks sin s of a master from now on; "" releases it."""
+        """Make an actuator follow k1 s + kc cos s + ks sin s of a master's value s from now on; the master "" releases
+        it."""
         self._standing("set_follow")
         self.references.set_follow(actuator, self._native.epoch, master, f, self.masters_now())
 
@@ -73,8 +74,8 @@ class CommandSwitches:
         self._order.check_standing(what, self._native.epoch)
 
     def set_lock(self, lock: str, engaged: bool) -> StateChange | None:
-        """Lock a joint in its position, or release it; the event holds the energy lost [J]. A moving joint is stopped
-        by an impulse; released, it continues without a jump. Returns None if nothing changed."""
+        """Lock a joint in its position or release it; return the event with the energy lost [J], or None if nothing
+        changed. An impulse stops a moving joint; a released joint continues without a jump."""
         self._standing("set_lock")
         lock_of(self._native.program.system, lock)
         if engaged == (lock in self._native.program.locked):
@@ -104,7 +105,7 @@ class CommandSwitches:
         return fsum([float(row.kinetic), *(s * float(x) for s, x in zip(signs, row.accounts, strict=True))])
 
     def unhook(self, rope: str) -> None:
-        """Unhook a rope; its elastic energy is lost."""
+        """Unhook a rope; its elastic energy becomes heat."""
         self._standing("unhook")
         row = self._native.row()
         self.switches.unhook(rope)
@@ -112,7 +113,8 @@ class CommandSwitches:
         self._events.heat(row)
 
     def set_signal(self, name: str, value: float) -> None:
-        """Set the driven signal of a force to a value; raises KernelError for what moves by profiles only."""
+        """Set the driven signal of a force to a value; raises KernelError for a signal that only profiles may
+        change."""
         self._standing("set_signal")
         if name not in steered(self._native.program.system):
             raise KernelError(f"'{name}' is no driven signal of a force: move it by a profile")
@@ -121,9 +123,9 @@ class CommandSwitches:
         self.references.set_value(name, self._native.epoch, value)
 
     def hook(self, rope: str, a: Vector | None = None, b: Vector | None = None, L0: float | None = None) -> None:
-        """Hook a slack rope, at new points (in the frames) of the same bodies if given.
+        """Hook a slack rope, at new points (in the bodies' frames) of the same bodies if given.
 
-        Raises KernelError if it is too short, or for a new station on a flexible body.
+        Raises KernelError if the rope is too short, or for a new station on a flexible body.
         """
         self._standing("hook")
         a, b = self._ends(rope, a, b)
@@ -202,7 +204,7 @@ class CommandSwitches:
         return float(row.elongation[elastic.index(rope)] if rope in elastic else -row.slack[rigid.index(rope)])
 
     def masters_now(self) -> list[float]:
-        """Return the values of masters and measured scalars at the epoch."""
+        """Return the values of masters and measured scalars at the present epoch."""
         native, program = self._native, self._native.program
         values = [self.references.own(m.name, native.epoch)[0] for m in program.system.masters]
         row = native.row()
@@ -230,7 +232,8 @@ def _moving_drive(program: Program, v: np.ndarray) -> str:
 
 
 class LiftRowsView(Protocol):
-    """Rows recorded after events of one lift among several: times [ns] and rows, with `method` for their layout."""
+    """Interface of the rows recorded after events of one lift among several: times [ns] and rows; `method` describes
+    their layout."""
 
     name: str
     method: Stepping
@@ -238,7 +241,8 @@ class LiftRowsView(Protocol):
 
 
 class CommandTarget(ABC):
-    """Interface of the receiver of commands; each raises KernelError for an unknown name and out of order."""
+    """Interface of a receiver of commands; each command raises KernelError for an unknown name and when called out of
+    order."""
 
     @property
     def alone(self) -> Sequence[LiftRowsView]:
@@ -250,7 +254,7 @@ class CommandTarget(ABC):
         """Return the commands of the simulation that has this law."""
 
     def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
-        """Command a trapezoid from present value and speed (see `References.set_profile`)."""
+        """Start a trapezoid speed profile from the present value and speed (see `References.set_profile`)."""
         commands = self._addressed("set_profile", "reference", name)
         commands.references.set_profile(name, start_ns, speed, accel, distance)
 
@@ -259,7 +263,8 @@ class CommandTarget(ABC):
         self._addressed("set_signal", "reference", name).set_signal(name, value)
 
     def set_follow(self, actuator: str, master: str, f: tuple[float, float, float]) -> None:
-        """Follow k1 s + kc cos s + ks sin s of a master from now on; "" releases it."""
+        """Make an actuator follow k1 s + kc cos s + ks sin s of a master's value s from now on; the master "" releases
+        it."""
         self._addressed("set_follow", "reference", actuator).set_follow(actuator, master, f)
 
     def set_brake(self, brake: str, engaged: bool) -> None:
@@ -267,23 +272,23 @@ class CommandTarget(ABC):
         self._addressed("set_brake", "brake", brake).set_brake(brake, engaged)
 
     def set_lock(self, lock: str, engaged: bool) -> StateChange | None:
-        """Lock a joint in its position, or release it; the event holds the energy lost [J]. A moving joint is stopped
-        by an impulse; released, it continues without a jump. Returns None if nothing changed."""
+        """Lock a joint in its position or release it; return the event with the energy lost [J], or None if nothing
+        changed. An impulse stops a moving joint; a released joint continues without a jump."""
         return self._addressed("set_lock", "lock", lock).set_lock(lock, engaged)
 
     def hook(self, rope: str, a: Vector | None = None, b: Vector | None = None, L0: float | None = None) -> None:
-        """Hook a slack rope, at new points (in the frames) of the same bodies and with a new length if given.
+        """Hook a slack rope, at new points (in the bodies' frames) of the same bodies and with a new length if given.
 
-        Raises KernelError if it is too short, or for a new station on a flexible body.
+        Raises KernelError if the rope is too short, or for a new station on a flexible body.
         """
         self._addressed("hook", "rope", rope).hook(rope, a, b, L0)
 
     def unhook(self, rope: str) -> None:
-        """Unhook a rope; its elastic energy is lost."""
+        """Unhook a rope; its elastic energy becomes heat."""
         self._addressed("unhook", "rope", rope).unhook(rope)
 
     def watch(self, threshold: str, value: float, rising: bool) -> None:
-        """Report when a threshold's scalar crosses a value."""
+        """Report from now on when the signal of a threshold crosses a value."""
         self._addressed("watch", "threshold", threshold).switches.watch(threshold, value, rising)
 
     def unwatch(self, threshold: str) -> None:

@@ -25,8 +25,9 @@ CHATTER = 200  # events at one instant, after which the laws contradict each oth
 
 
 class Events:
-    """Located and past events of a run. `fallen`: guards of the located event; `t_ns`: its time; `before`: X before the
-    location; `log`: events with times [ns]; `instant`: number of consecutive events at one time."""
+    """Located and past events of a run. `fallen`: guards that are negative at the located event; `t_ns`: its time;
+    `before`: state X before the location; `log`: past events with times [ns]; `instant`: number of consecutive events
+    at the same time."""
 
     def __init__(
         self, native: NativeState, integrator: Integrator, switches: Switches, held: HeldRows, step: float
@@ -43,7 +44,7 @@ class Events:
 
     @property
     def names(self) -> list[str]:
-        """Names of the laws of the next event."""
+        """Names of the laws that switch at the next event."""
         return [self._native.program.guards[i][1] for i in self.fallen] if self.fallen else []
 
     @property
@@ -76,7 +77,8 @@ class Events:
         return [i for i, x in enumerate(self._native.part("G").tolist()) if x < 0.0]
 
     def locate(self) -> None:
-        """Locate a guard that became negative in the tentative step: find the nanosecond and negative guards there."""
+        """Locate the event of a guard that became negative in the tentative step: find its nanosecond and the guards
+        that are negative there."""
         native = self._native
         # the first nanosecond at which the guard is negative: half-open interval (t0, t1], so that an event fires once
         t_ns = native.epoch + max(0, ceil((native["t0"] + native["hi"] * native["h0"]) * 1e9))
@@ -95,7 +97,7 @@ class Events:
         self.before, self.fallen, self.t_ns = None, [], FOREVER_NS
 
     def take_back(self) -> None:
-        """Undo the tentative step: return to its start."""
+        """Undo the tentative step and return to its start."""
         if self.before is not None:
             self._native.X[:] = self.before
             self.forget()
@@ -103,7 +105,8 @@ class Events:
             self._integrator.take_back()
 
     def take(self) -> tuple[list[int], int]:
-        """Commit the step to the event; return its guards and its time. Raises KernelError for too many events."""
+        """Commit the step up to the event; return its negative guards and its time. Raises KernelError for too many
+        events."""
         fallen, t_ns = self.fallen, self.t_ns
         self.forget()
         self._integrator.commit()
@@ -113,14 +116,15 @@ class Events:
         return fallen, t_ns
 
     def preview(self) -> list[StateChange]:
-        """Return the state changes of the located event, without changing the state."""
+        """Return the changes of law states at the located event, without changing the state."""
         P, X = self._native.P.copy(), self._native.X.copy()
         events = self.switch(self.fallen, self.t_ns)
         self._native.P[:], self._native.X[:] = P, X
         return events
 
     def switch(self, fallen: list[int], t_ns: int) -> list[StateChange]:
-        """Switch the laws of negative guards in fixed order, then all rigid ropes and contacts together."""
+        """Switch the laws of negative guards in a fixed order, then all rigid ropes and contacts together; return the
+        changes."""
         native, guards = self._native, self._native.program.guards
         # one row for all laws, so that no law sees the switched state of another
         row = native.row()
@@ -143,15 +147,15 @@ class Events:
 
     def heat(self, before: SimpleNamespace) -> None:
         # a switch keeps coordinates and velocities; elastic energy that a law forgets becomes its heat
-        """Book the energy that switched laws released as their heat; energy gained is taken from it."""
+        """Book the energy that switched laws released as their heat; energy that they gained is subtracted from it."""
         native = self._native
         first = native.program.nq + native.program.nv
         stored = native.method.row_layout.at["stored"]
         native.state[first : first + len(before.stored)] += before.stored - native.raw()[stored]
 
     def hear(self, events: list[StateChange], t_ns: int) -> None:
-        """Log events; add a note for a beam at its first limit, and make a rope that switches too often calm (without
-        events)."""
+        """Log events; add a note for a beam at its first limit, and let a rope that switches too often continue without
+        events."""
         native = self._native
         self.log += [(t_ns, e) for e in events]
         for e in events:

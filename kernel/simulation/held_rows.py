@@ -16,7 +16,7 @@ TOO_SHORT = 1e-6  # [m] by which a rigid rope may be too short by rounding
 
 
 class HeldRows:
-    """Loops, rigid ropes and contacts of a run; all except the decisions at events is native code."""
+    """Loops, rigid ropes and contacts of a run; everything but the decisions at events is native code."""
 
     def __init__(self, native: NativeState, references: References) -> None:
         self._native, self._references = native, references
@@ -33,7 +33,7 @@ class HeldRows:
             self._pivots = native.part("pivot").copy()
 
     def measure(self) -> None:
-        """Record the present independence of the rows as that of the start."""
+        """Record how independent the rows are now, as the reference for later checks."""
         if len(self._native.program.constraints):
             self._pivots = self._native.close(self._native.state.copy())[3]
 
@@ -50,7 +50,7 @@ class HeldRows:
             self._contacts.check_start(native.state)
 
     def check(self) -> None:
-        """Raise KernelError if a constraint has been lost in committed steps."""
+        """Raise KernelError if a constraint was lost in the committed steps."""
         native = self._native
         if not len(native.program.constraints):
             return
@@ -58,7 +58,8 @@ class HeldRows:
             raise error
 
     def locked(self, t: float) -> KernelError | None:
-        """Return the error if constraint rows are the reason that no step could be taken, else None."""
+        """Return the error that explains why no step could be taken, if constraint rows are the reason; otherwise
+        None."""
         native = self._native
         if not len(native.program.constraints):
             return None
@@ -67,8 +68,8 @@ class HeldRows:
         return locked(native.program, self._pivots, pivot, t, self._moving() if apart else [])
 
     def torn(self, rope: str) -> str:
-        """Describe, as part of a sentence, why the states of a rigid rope switch endlessly; "" if no drive is the
-        cause."""
+        """Return, as part of a sentence, why a rigid rope switches endlessly between taut and slack; "" if no drive is
+        the cause."""
         native, system = self._native, self._native.program.system
         row = len(native.program.constraints.of) + [r.name for r in system.rigid_ropes].index(rope)
         movable = bool(native.instant().constraint_rows().movable[row])

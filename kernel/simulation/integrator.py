@@ -46,7 +46,7 @@ class Integrator:
         self._recorder.drain()
 
     def led(self, t: float) -> None:
-        """Advance to local time t in forced steps: one, or halves if the method fails."""
+        """Advance to local time t in forced steps: a single one, or halves of it if the method fails."""
         # each half ends in a committed state, from which the rest is tried again
         ends = [t]
         while ends:
@@ -60,8 +60,8 @@ class Integrator:
                 ends.append(0.5 * (self.native["t"] + ends[-1]))
 
     def forced(self, t: float) -> bool:
-        """Take a forced step to local time t, without a change of step control. Returns False if it has no solution:
-        the state is then restored, but the next step goes half as far."""
+        """Take a forced step to local time t without a change of step control. Returns False if the step has no
+        solution: the state is then restored, and the next step goes half as far."""
         native = self.native
         if self._solved(t):
             return True
@@ -97,7 +97,7 @@ class Integrator:
         return "sound" not in self.native.at or self.native["sound"] > 0.0
 
     def take_back(self) -> None:
-        """Undo the tentative step: return to its start."""
+        """Undo the tentative step and return to its start."""
         native = self.native
         for name, old in (("t", "t0"), ("y", "d0"), ("f", "f0")):
             native.X[native.at[name]] = native.X[native.at[old]]
@@ -114,7 +114,8 @@ class Integrator:
         self._references.write(t_ns)
 
     def pass_break(self) -> None:
-        """Commit, and recompute the derivative between two pieces of a profile or history."""
+        """Commit the step and recompute the derivative where one piece of a profile or history ends and the next
+        begins."""
         native = self.native
         self.commit()
         self._references.histories.write(native.epoch, native["t"])
@@ -123,7 +124,7 @@ class Integrator:
         native.call("refresh")
 
     def note_peaks(self) -> None:
-        """Include the present tensions in the peaks."""
+        """Include the present tensions in the recorded peaks."""
         native = self.native
         T, peak, when = (native.part(name) for name in ("T", "peak", "peak_time"))
         if (higher := peak < T).any():
@@ -132,13 +133,13 @@ class Integrator:
             np.maximum(native.part("top"), T, out=native.part("top"))
 
     def check_pace(self, patience: StepBudget) -> None:
-        """Raise KernelError if the run stops making progress, with too many steps per simulated second."""
+        """Raise KernelError if the run makes no progress because it takes too many steps per simulated second."""
         native = self.native
         if patience.ends(native.attempts, native.now):
             raise too_slow(self._name, native.now, native["h0"], fastest_mode_text(native))
 
     def failure(self) -> KernelError:
-        """Return the error that explains why there is no next step."""
+        """Return the error that explains why no further step can be taken."""
         native = self.native
         p, t = native.program, native.now
         if self._fixed:

@@ -14,8 +14,9 @@ from heavylift.kernel.simulation.safeguards.step_check import EnergyCheck, StepC
 
 
 class SampleRecorder:
-    """Recorder of a run's samples. `rows`: times [ns] and rows; `number`: that of the next periodic sample; `steps`:
-    check of fixed steps; `rested`: a past rest: first sample without row [ns], end [ns], row."""
+    """Recorder of a run's samples. `rows`: times [ns] and rows; `number`: number of the next periodic sample; `steps`:
+    check of fixed steps; `rested`: a past period of rest: time of its first sample without a row [ns], its end [ns],
+    its row."""
 
     def __init__(self, native: NativeState, sample_ns: int, tolerance: float, step: float | None) -> None:
         self._native, self.sample_ns, self._step = native, sample_ns, step
@@ -82,7 +83,7 @@ class SampleRecorder:
             self.number += 1
 
     def keep(self, t_ns: int, row: np.ndarray) -> None:
-        """Store a row of the native table as a sample; raises KernelError for an exhausted rope."""
+        """Store a row of the native table as a sample; raises KernelError if a winch has wound up its whole rope."""
         native = self._native
         at = native.method.row_layout.at
         check_lengths(native.program, t_ns * 1e-9, row[at["length"]])
@@ -104,7 +105,8 @@ class SampleRecorder:
     # ---- rests --------------------------------------------------------------------------------------------
 
     def rest(self, t_ns: int) -> None:
-        """Record a rest up to t_ns as one row, for `unroll`; raises KernelError for compression that lasts."""
+        """Record a rest up to t_ns as one row, which `unroll` repeats; raises KernelError for compression that
+        lasts."""
         first = self.next_ns
         if first > t_ns:
             return
@@ -122,7 +124,7 @@ class SampleRecorder:
                 return
 
     def unroll(self, start_ns: int = 0) -> bool:
-        """Write the next samples of a rest from a time on as rows; return whether more remain."""
+        """Write the next samples of a rest, from a given time on, as rows; return whether more remain."""
         if self.rested is None:
             return False
         first, end, row = self.rested

@@ -44,7 +44,7 @@ SPELL = 4000  # attempted steps in one native call at most: 25 ms
 
 
 class Simulation(CommandTarget):
-    """A simulation; `subscribed`: laws whose events stop `run`; other arguments: see `Options`. Raises KernelError."""
+    """A simulation; `subscribed`: laws whose events stop `run`; other arguments as in `Options`. Raises KernelError."""
 
     def __init__(
         self,
@@ -74,12 +74,12 @@ class Simulation(CommandTarget):
 
     @property
     def program(self) -> Program:
-        """The program with the joints that are locked now."""
+        """The compiled program with the joints that are locked now."""
         return self.native.program
 
     @property
     def method(self) -> Stepping:
-        """The native functions, and the columns of a sample row."""
+        """The native functions, which also define the columns of a sample row."""
         return self.native.method
 
     @property
@@ -95,7 +95,8 @@ class Simulation(CommandTarget):
         return self.commands
 
     def start(self) -> None:
-        """Find the discrete states of the initial pose, take the first sample; KernelError after the first steps."""
+        """Find the discrete states of the initial pose and take the first sample; raises KernelError if the simulation
+        has already advanced."""
         native = self.native
         self.order.check_new(native.epoch)
         self.references.write(0)
@@ -125,7 +126,7 @@ class Simulation(CommandTarget):
 
     @property
     def event(self) -> bool:
-        """Whether `next_ns` is the time of a subscribed event."""
+        """Whether `next_ns` is the time of an event with a subscriber."""
         return bool(self.events.fallen) and not self.subscribed.isdisjoint(self.events.names)
 
     @property
@@ -135,7 +136,7 @@ class Simulation(CommandTarget):
 
     @property
     def now(self) -> float:
-        """The time reached by committed steps [s]."""
+        """Time [s] reached by committed steps."""
         return self.native.now
 
     def run(self, until_ns: int, pause: Callable[[], None] = lambda: None) -> None:
@@ -187,12 +188,13 @@ class Simulation(CommandTarget):
             self.still = True
 
     def preview(self) -> list[StateChange]:
-        """Return the events of the next `fire`, without changing the state."""
+        """Return the events that the next `fire` will return, without changing the state."""
         self.order.check_settled("preview", self.epoch)
         return self.events.preview()
 
     def fire(self) -> list[StateChange]:
-        """Integrate to the located event and switch laws of all negative guards in fixed order; return the events."""
+        """Integrate to the located event and switch the laws of all negative guards in a fixed order; return the
+        events."""
         if not self.events.fallen:
             self.order.check_settled("fire", self.epoch)
             raise KernelError("no event has been located; run first")
@@ -205,7 +207,8 @@ class Simulation(CommandTarget):
         return events
 
     def interrupt(self, t_ns: int, pause: Callable[[], None] = lambda: None) -> None:
-        """Integrate to t_ns for commands; `pause` as in `run`; KernelError before committed steps or past an event."""
+        """Integrate to t_ns so that commands can be given; `pause` as in `run`. Raises KernelError for a time before
+        committed steps or after an event."""
         if self.order.stands_at(t_ns, self.epoch):
             return
         check_present(t_ns, self.present_ns)
@@ -246,7 +249,7 @@ class Simulation(CommandTarget):
 
     def foretold(self) -> tuple[int, np.ndarray] | None:
         # a flexible body near buckling counts time, so that its samples are not all alike
-        """Return the time [ns] of the next sample and its row, which is also that of all following ones, while nothing
+        """Return the time [ns] of the next sample and its row, which repeats in all following samples while nothing
         moves and no command comes; None if something moves. Does not change the state."""
         native = self.native
         bending = [x for x in self.program.guards if x[0] == "bending"] if self.program.axial else []
@@ -260,7 +263,7 @@ class Simulation(CommandTarget):
         return self.recorder.next_ns, row
 
     def shown(self, t_ns: int) -> np.ndarray:
-        """Return the row at a time within the tentative step, or at rest, without changing the state."""
+        """Return the sample row at a time within the tentative step, or at rest, without changing the state."""
         return self.native.shown(t_ns, self.events.before, self.still)
 
     def settle(self) -> None:
@@ -300,11 +303,12 @@ class Simulation(CommandTarget):
         return self.native.rate(y)[0][nq : nq + self.program.nv]
 
     def snapshot(self) -> Snapshot:
-        """Return all state on which the future depends (see `snapshots`)."""
+        """Return the complete state from which the run can continue (see `snapshots`)."""
         self.order.check_begun()
         return kept(self, self.native)
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Continue, once started, from a snapshot of the same system and options, bit for bit."""
+        """Continue, bit for bit, from a snapshot of the same system and options; the simulation must have been
+        started."""
         self.order.check_begun()
         go_on(self, self.native, snapshot)

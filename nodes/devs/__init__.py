@@ -4,16 +4,16 @@ Message              class Done(Message): id: int      frozen and typed; decode 
 Atomic, In, Out      class Hoist(Atomic): done = Out(Done)      override start, external, internal, output
 Coupled              yard = Coupled("yard"); hoist = yard.add(Hoist("hoist")); yard.connect(out_port, in_port)
 Simulator            Simulator(yard, log=lines.append): start(), then run(until), or step by step as below
-Trace                Simulator(yard, trace=Trace()): the same lines, built when read, so that recording costs little
-Steppable            interface of a node: next_time, outputs(), advance(tag, bag); Events cross it
-Tag                  time: whole nanoseconds and a microstep; succ and after give later tags, FOREVER never comes
+Trace                Simulator(yard, trace=Trace()): the same transitions, cheap to store and built when read
+Steppable            interface of a node: next_time, outputs(), advance(tag, bag); exchanges Events
+Tag                  logical time: whole nanoseconds and a microstep; succ and after return later ones; FOREVER: never
 seconds, ms, us      nanoseconds of a time in these units, for waits and lookaheads: hold_in(seconds(1.5))
 
-events                          tags, and the events that cross the border of a node
+events                          logical times, and the events that pass between nodes
 ports, messages, models         the parts of models
-hybrid                          atomics that follow a differential equation between their transitions
+hybrid                          atomic models that follow a differential equation between their transitions
 statistics                      tallies, means over time, streams of random numbers
-references                      code that a scene or a command line names
+references                      references to Python code in a scene or on a command line
 execution                       the abstract simulator
 """
 

@@ -1,10 +1,11 @@
-"""Superdense time, and the events that cross the border of a node.
+"""Superdense (logical) time, and the events that pass between nodes.
 
-A tag (t, k) is the k-th instant at t whole nanoseconds, so that 0.1 s and 0.3 s meet exactly and the microstep orders
-events without letting time pass (Manna and Pnueli; adevs `sd_time`, Lingua Franca). `after` is the only sum: a wait of
-zero takes one microstep, a positive wait starts at k = 0. An event is one message on an out port of a coupled model;
-its total order is that of its fields, (t, k, source, port, index): no clock, process or arrival order enters. Whatever
-implements `Steppable` can be a node: the local `Simulator` of one or several models, and the mechanics kernel.
+A tag (t, k) is a logical time: the k-th instant at t whole nanoseconds. Times in whole nanoseconds make 0.1 s and 0.3 s
+exact, and the microstep k orders events without letting time pass (Manna and Pnueli; adevs `sd_time`, Lingua Franca).
+Tags are added only by `after`: a wait of zero leads to the next microstep, a positive wait to microstep 0 of a later
+time. An event is one message on an output port of a root model. Events are totally ordered by their fields (t, k,
+source, port, index), never by a clock, a process or the order of arrival. Everything that implements `Steppable` can be
+a node: the local `Simulator` of one or several models, and the mechanics kernel.
 """
 
 import warnings
@@ -18,13 +19,13 @@ from .messages import Message, decode
 
 
 class Tag(NamedTuple):
-    """An instant: time t [ns] and microstep k, ordered by t, then k; non-negative on the wire."""
+    """A logical time: time t [ns] and microstep k, ordered by t, then k; neither may be negative in a message."""
 
     t: Annotated[int, Meta(ge=0)]
     k: Annotated[int, Meta(ge=0)] = 0
 
     def __str__(self) -> str:
-        """Show as `(1.5 s, 2)`, exact to the nanosecond."""
+        """Return the tag as text such as `(1.5 s, 2)`, exact to the nanosecond."""
         if self.t == NEVER:
             return "(forever)"
         sign, (whole, part) = "-" * (self.t < 0), divmod(abs(self.t), 10**9)
@@ -38,24 +39,24 @@ FOREVER = Tag(NEVER, 0)
 
 
 def tag_of(instant: Instant) -> Tag:
-    """Return the tag of an instant, in a third of the time of `Tag(*instant)`."""
+    """Return the `Tag` made from a plain pair (t, k); three times as fast as `Tag(*instant)`."""
     return tuple.__new__(Tag, instant)
 
 
 def succ(tag: Tag) -> Tag:
-    """Return the next microstep at the same time."""
+    """Return the tag of the next microstep at the same time."""
     return tag if tag[0] == NEVER else tuple.__new__(Tag, (tag[0], tag[1] + 1))
 
 
 def after(tag: Tag, wait: int) -> Tag:
-    """Return the tag `wait` [ns] after `tag`; a wait of zero takes one microstep; FOREVER stays."""
+    """Return the tag `wait` [ns] after `tag`; if `wait` is 0, the next microstep; if `tag` is FOREVER, FOREVER."""
     if wait == 0:
         return succ(tag)
     return tuple.__new__(Tag, (tag[0] + wait, 0)) if wait < NEVER - tag[0] else FOREVER
 
 
 def beyond(wait: int) -> str:
-    """Return the error message for a wait [ns] beyond the end of time."""
+    """Return the error message for a wait [ns] that ends after the largest representable time."""
     long = wait if wait <= NEVER else f"2**{wait.bit_length() - 1} or more"
     return (
         f"hold_in({long}) [ns] ends beyond 2**63 ns, 292 years, as time does; hold for less, or call passivate() to "
@@ -88,7 +89,8 @@ Order = tuple[int, int, str, str, int]  # t, k, source, port, index: the total o
 
 
 class Event(msgspec.Struct, frozen=True, order=True, array_like=True, gc=False):
-    """A message on an out port: tag, source model, port, index in its bag, class name, bytes."""
+    """A message sent through an output port: logical time, source model, port, index among the port's messages at that
+    time, class name of the message, and its encoded bytes."""
 
     t: Annotated[int, msgspec.Meta(ge=0)]
     k: Annotated[int, msgspec.Meta(ge=0)]
@@ -100,22 +102,23 @@ class Event(msgspec.Struct, frozen=True, order=True, array_like=True, gc=False):
 
     @property
     def tag(self) -> Tag:
-        """The tag at which the event is sent and received."""
+        """The logical time (time and microstep) at which the event is sent and received."""
         return tag_of((self.t, self.k))
 
     @property
     def order(self) -> Order:
-        """The place of the event in the total order."""
+        """The sort key that gives the event its place in the total order of events."""
         return self.t, self.k, self.source, self.port, self.index
 
     @property
     def value(self) -> Message:
-        """Return a new copy of the message."""
+        """A new copy of the message, decoded from its bytes."""
         return decode(self.type, self.payload)
 
 
 class AtomicResult(msgspec.Struct, frozen=True):
-    """Result of an atomic model at the end of a run: path, class name, bytes of the message."""
+    """Result of an atomic model at the end of a run: path of the model, class name and encoded bytes of the result
+    message."""
 
     path: str
     type: str
@@ -128,7 +131,8 @@ class AtomicResult(msgspec.Struct, frozen=True):
 
 
 class Slack(msgspec.Struct, frozen=True):
-    """The shortest time by which outputs of a port were scheduled in advance: its largest possible lookahead."""
+    """The observed lookahead of an output port: the shortest time [ns] between scheduling an output and sending it. No
+    larger lookahead could have been declared for this run."""
 
     port: str  # path of the atomic's port
     declared_ns: int
@@ -137,51 +141,54 @@ class Slack(msgspec.Struct, frozen=True):
 
 
 class Steppable(Protocol):
-    """Interface of a node's model. `outputs` is pure; only `advance` changes the state."""
+    """Interface of the model in a node. `outputs` does not change the state; only `advance` does."""
 
     @property
     def lookahead(self) -> Mapping[str, int]:
-        """Lookahead [ns] by out port "model.port"; NEVER without outputs to other nodes, 0 if not listed."""
+        """Lookahead [ns] of each output port "model.port": NEVER if it sends nothing to other nodes, 0 if it is not
+        listed."""
 
     @property
     def slack(self) -> list[Slack]:
-        """The lookaheads observed so far."""
+        """The lookaheads observed so far, one for each output port."""
 
     @property
     def last(self) -> Tag:
-        """The tag of the last transition; (-1, 0) before the first one."""
+        """The logical time of the last transition; (-1, 0) before the first one."""
 
     def results(self, end: Tag) -> Mapping[str, Message]:
-        """Return the results of the node's atomics at the end of a run, by path."""
+        """Return the results of the node's atomic models at the end of a run, by the paths of the models."""
 
     @property
     def next_time(self) -> Tag:
-        """The tag of the next internal transition; FOREVER when passive."""
+        """The logical time of the next internal transition; FOREVER if none is scheduled."""
 
     @property
     def quiet(self) -> Tag:
-        """The earliest tag at which the node can send an event if no input arrives: next_time, or later if its output
-        is empty."""
+        """The earliest logical time at which the node can send an event if no input arrives: next_time, or later if the
+        outputs at next_time are known to be empty."""
 
     def start(self) -> None:
-        """Set the initial state at (0, 0)."""
+        """Set the initial state at logical time (0, 0)."""
 
     def outputs(self) -> list[Event]:
-        """Return the outputs at next_time to other nodes, in total order."""
+        """Return the events that the node sends to other nodes at next_time, in their total order."""
 
     def advance(self, tag: Tag, bag: Sequence[Event], until: Tag) -> None:
-        """Execute the transitions at `tag` <= next_time, and later ones below `until` as long as no event is sent."""
+        """Execute the transitions at `tag`, which is at most next_time, with the input events `bag`; then execute later
+        transitions before `until`, as long as none of them sends an event to another node."""
 
     def among(self) -> list[Event]:
-        """Return the events between models of the node, or without receiver, since the last call, in total order."""
+        """Return the events since the last call that were sent between models of this node or have no receiver, in
+        total order."""
 
 
 @runtime_checkable
 class Keepable(Protocol):
-    """A `Steppable` whose state can be saved between two tags and restored in another one."""
+    """A `Steppable` whose state can be saved after a transition and restored in another object of the same model."""
 
     def snapshot(self) -> bytes:
-        """Return all state on which the future depends; raises HeavyliftError if part of it cannot be saved."""
+        """Return the complete state as bytes; raises HeavyliftError if part of it cannot be saved."""
 
     def restore(self, snapshot: bytes) -> None:
-        """Continue from a snapshot of the same model, after `start`."""
+        """Continue from a snapshot of the same model; call `start` before."""

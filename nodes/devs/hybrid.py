@@ -1,8 +1,8 @@
-"""A hybrid atomic: between its transitions a state of real numbers follows an ordinary differential equation.
+"""Hybrid atomic models: between transitions a state vector of real numbers follows an ordinary differential equation.
 
-A guard that falls through zero is an event, located to the first whole nanosecond at which it is not positive. Only the
-state at the last transition is stored, so that snapshots stay small: the motion after it is integrated again, by the
-same steps. Only IEEE arithmetic is used, so runs are equal to the last bit.
+An event occurs when a guard function falls through zero; its time is the first whole nanosecond at which the guard is
+not positive. Only the state at the last transition is stored, so that snapshots stay small: the motion since then is
+integrated again with the same steps. Only IEEE arithmetic is used, so runs are bit-identical.
 
 Dormand-Prince 5(4) with dense output: Hairer, Norsett, Wanner, Solving ODEs I, II.4 to II.6.
 """
@@ -31,13 +31,13 @@ ALONE = 1e-14  # [s] steps that are shorter lead nowhere
 
 
 class Hybrid(Atomic):
-    """An atomic with continuous state. Override `start`, `flow`, and if needed `guards`, `tell`, `fell`, `heard`;
-    `start`, `fell` and `heard` must call `go`.
+    """An atomic model with a continuous state. Override `start`, `flow`, and if needed `guards`, `tell`, `fell`,
+    `heard`; `start`, `fell` and `heard` must call `go`.
 
-    Two events of a guard within a quarter of a step are not seen, unless the first one begins the step: `longest` [s]
-    bounds steps, `tolerance` the error of each, relative to 1 + |x|; `horizon` [s]: how far it integrates ahead at
-    once. The motion between events is not recorded; to record it, let another atomic ask for `present` and send it by a
-    port.
+    `longest` [s] limits the integration step, `tolerance` the error of each step relative to 1 + |x|, and `horizon` [s]
+    how far the model integrates ahead at once. Two events of the same guard within a quarter of a step may be missed,
+    unless the first one is at the beginning of the step. The motion between events is not recorded; to record it, let
+    another atomic model ask for `present` and send it through a port.
     """
 
     tolerance, longest, horizon = 1e-10, 0.1, 10.0
@@ -50,26 +50,27 @@ class Hybrid(Atomic):
         return super()._port_name(name)
 
     def flow(self, x: State) -> Sequence[float]:
-        """Return dx/dt [1/s]; a zero vector means rest until an input arrives."""
+        """Return dx/dt [1/s] at the state x; if it is zero, the state stays at rest until an input arrives."""
         raise ModelError("the model defines no flow()")
 
     def guards(self, x: State) -> Sequence[float]:
-        """Return the guard functions, a constant number; an event occurs when one of them falls through zero."""
+        """Return the values of the guard functions, always the same number of them; an event occurs when a value falls
+        through zero."""
         return ()
 
     def tell(self, which: tuple[int, ...]) -> None:
-        """Send the output of an event of the guards `which`; `ahead` is the state at it."""
+        """Send the output of an event; `which`: indices of the guards that fell; `ahead` is the state at the event."""
 
     def fell(self, which: tuple[int, ...]) -> None:
-        """Handle an event of the guards `which`; `state` is the state at it."""
+        """Handle an event; `which`: indices of the guards that fell; `state` is the state at the event."""
         raise ModelError("a guard fell, but the model defines no fell()")
 
     def heard(self, x: Bag) -> None:
-        """Handle an input: `state` is the present state."""
+        """Handle the inputs x; `state` is the present state."""
         raise ModelError("an input arrived, but the model defines no heard()")
 
     def go(self, *x: float) -> None:
-        """Continue from this state."""
+        """Set the continuous state to x at the present time, and schedule its next event."""
         if not all(map(isfinite, x)):
             raise ModelError(f"go{x}: the state must be finite numbers")
         self.state: State = tuple(map(float, x))
@@ -90,16 +91,16 @@ class Hybrid(Atomic):
 
     @property
     def present(self) -> State:
-        """The present state, for example for `result`."""
+        """The continuous state at the present time, for use in `result`, for example."""
         return self.at(self.now.t - self._last)
 
     def output(self) -> None:
-        """Send an event's output by `tell`; the end of the integration horizon sends nothing."""
+        """Send the output of an event through `tell`; send nothing at the end of the integration horizon."""
         if self.fallen:
             self.tell(self.fallen)
 
     def internal(self) -> None:
-        """Handle an event by `fell`; at the end of the integration horizon continue."""
+        """Handle an event through `fell`; at the end of the integration horizon, continue integrating."""
         self.state, which = self.ahead, self.fallen
         if which:
             self._check_crowd(which)
@@ -108,7 +109,7 @@ class Hybrid(Atomic):
             self.go(*self.state)
 
     def _check_crowd(self, which: tuple[int, ...]) -> None:
-        """Raise ModelError if events of guards accumulate within the resolution of time."""
+        """Raise ModelError if events of guards accumulate so close together that time does not resolve them."""
         many, later, last, guards = self._crowd
         close = 0 <= last >= self.now.t - RESOLVED
         many, later = (many + 1, 0) if close else (many, later + 1)
@@ -122,12 +123,13 @@ class Hybrid(Atomic):
             )
 
     def external(self, e: int, x: Bag) -> None:
-        """Pass inputs to `heard`."""
+        """Advance the state to the present time and pass the inputs to `heard`."""
         self.state = self.at(e)
         self.heard(x)
 
     def _next(self) -> tuple[State, tuple[int, ...], int]:
-        """Return state, guards and time [ns] of the next event or the end of the horizon; time 0 if there is none."""
+        """Return the state, the guards that fell and the time [ns] of the next event or of the end of the horizon; time
+        0 if no event is possible."""
         before = self._guards(self.state)
         if not before or not any(self.flow(self.state)):
             return self.state, (), 0
@@ -157,7 +159,8 @@ class Hybrid(Atomic):
     def _falls(
         self, step: "_Step", last: int, before: Sequence[float], t: int, now: Sequence[float]
     ) -> tuple[int, tuple[int, ...]] | None:
-        """Return the first time [ns] in (last, t] at which guards are no longer positive, and these; None if none."""
+        """Return the first time [ns] in (last, t] at which guards are no longer positive, and the indices of these
+        guards; None if there is none."""
         if len(now) != len(before):
             raise ModelError(f"guards() gave {len(before)} numbers and then {len(now)}; give always as many")
         found = dict[int, int]()
@@ -174,7 +177,8 @@ class Hybrid(Atomic):
         return (at, tuple(i for i in found if found[i] == at)) if found else None
 
     def _first(self, step: "_Step", i: int, low: int, high: int) -> int:
-        """Return the first time [ns] at which guard i is not positive: positive at `low`, not at `high`."""
+        """Return the first time [ns] at which guard i is not positive, given that it is positive at `low` and not at
+        `high`."""
         while high - low > 1:
             middle = (low + high) // 2
             if self._guards(step.at(middle))[i] > 0:
@@ -185,7 +189,8 @@ class Hybrid(Atomic):
 
 
 class _Step(NamedTuple):
-    """A step from t0 [s] with its length and dense output; times count from the last transition."""
+    """An integration step that starts at t0 [s] and has length h [s], with the coefficients d of its dense output;
+    times count from the last transition."""
 
     t0: float
     h: float
@@ -193,12 +198,12 @@ class _Step(NamedTuple):
 
     @property
     def begin(self) -> int:
-        """The beginning of the step [ns], rounded up."""
+        """Start of the step [ns], rounded up."""
         return ceil(self.t0 * 1e9)
 
     @property
     def end(self) -> int:
-        """The end of the step [ns], rounded up."""
+        """End of the step [ns], rounded up."""
         return ceil((self.t0 + self.h) * 1e9)
 
     def at(self, t: int) -> State:
@@ -209,7 +214,7 @@ class _Step(NamedTuple):
 
 
 def _steps(flow: Flow, x: State, tolerance: float, longest: float) -> Iterator[_Step]:
-    """Yield accepted steps from x, without end."""
+    """Yield accepted integration steps from the state x, endlessly."""
     A, error, dense = DormandPrince5.tableau.A, DormandPrince5.tableau.error, DormandPrince5.dense
     t, f = 0.0, _flowing(flow, x)
     h = min(longest, 0.01 * _norm(x, [1.0] * len(x)) / max(_norm(f, [1.0] * len(x)), 1e-5))
@@ -241,7 +246,7 @@ def _flowing(flow: Flow, x: State) -> State:
 
 
 def _combined(weights: Sequence[float], k: Sequence[State]) -> Iterator[float]:
-    """Yield the weighted sum of the stages for each component."""
+    """Yield, for each component, the sum of the stages k times their weights."""
     return (sum(w * s for w, s in zip(weights, column, strict=False)) for column in zip(*k, strict=True))
 
 

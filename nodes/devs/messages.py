@@ -1,10 +1,10 @@
 """Messages between models: frozen structs and their canonical bytes.
 
-A message is a frozen struct whose fields are immutable all the way down (checked when the class is defined), so that
-receivers inside one node may share it, and no receiver can change what another one sees. At the border of a node it
-becomes bytes, and every receiver decodes its own copy. Canonical bytes = MessagePack map in field order. The class name
-identifies the type in a recording; two classes with one name are refused. Receivers always get the message as its bytes
-represent it (`ports`), so that the division of a tree into nodes has no effect.
+A message is a frozen struct whose fields are immutable at every depth (checked when the class is defined), so receivers
+in one node can share it, and no receiver can change what another one sees. Between nodes a message travels as bytes,
+and every receiver decodes its own copy. The canonical bytes are a MessagePack map in field order. The class name
+identifies the type in a recording; two classes with the same name are refused. Receivers always get the message as its
+bytes represent it (`ports`), so results do not depend on how a model tree is divided into nodes.
 """
 
 import os
@@ -65,13 +65,14 @@ _HALVES = re.compile("[\ud800-\udfff]").search  # of characters, which no text m
 
 
 def _place(cls: type) -> tuple[str, str]:
-    """Return where a class is defined; a script imported again under its own name counts as the same place."""
+    """Return the file (or module) and the qualified name of a class; a script that is imported again under its own name
+    counts as the same place."""
     file: str | None = getattr(sys.modules.get(cls.__module__), "__file__", None)
     return os.path.realpath(file) if file else cls.__module__, cls.__qualname__
 
 
 def _left(cls: type) -> bool:
-    """Return whether a class belongs to an earlier version of its module, whose present version has no such class."""
+    """Return whether a class is left over from an earlier version of its module and is no longer defined there."""
     found: object = sys.modules.get(cls.__module__)
     for part in cls.__qualname__.split("."):
         found = getattr(found, part, None)
@@ -79,13 +80,14 @@ def _left(cls: type) -> bool:
 
 
 class Message(msgspec.Struct, frozen=True, metaclass=_MessageType):
-    """Base of everything that a port can carry: `class HoistDone(Message): id: int`."""
+    """Base class of everything that a port can carry, used as in `class HoistDone(Message): id: int`."""
 
     units: typing.ClassVar[Mapping[str, str]] = {}
     """Units of its fields, for those who watch a run; "m or rad" where it depends on what is meant."""
 
     def __reduce__(self) -> tuple[object, ...]:
-        """Pickle in wire form, so that messages of earlier versions of a module can be unpickled."""
+        """Pickle the message as its encoded bytes, so that messages of earlier versions of a module can be
+        unpickled."""
         cls = type(self)
         return _unpickled, (cls.__module__, cls.__name__, encode(self))
 
@@ -94,11 +96,11 @@ class Message(msgspec.Struct, frozen=True, metaclass=_MessageType):
         return self
 
     def __plain__(self) -> bool:
-        """Return whether the fields certainly equal what their bytes decode to; False if this must be checked."""
+        """Return whether the fields certainly equal what their bytes decode to; False if encoding is needed to know."""
         return True
 
     def __post_init__(self) -> None:
-        """Refuse mutable containers, which annotations do not exclude."""
+        """Raise ModelError for mutable containers in the fields, which annotations do not exclude."""
         if self.__plain__():
             return
         for i, x in enumerate(astuple(self)):
@@ -124,7 +126,7 @@ def hints_of(cls: type) -> dict[str, object]:
 
 
 def _plain(self: Message) -> bool:
-    """Replace `__plain__` of the class by a compiled check on first use, and call it."""
+    """Replace `__plain__` of the class by a compiled check on first use, and return the result of that check."""
     cls = type(self)
     cls.__plain__ = _compiled({f"m.{name}": hint for name, hint in hints_of(cls).items()})  # type: ignore[assignment, method-assign]
     return self.__plain__()
@@ -145,7 +147,8 @@ def _compiled(hints: dict[str, object]) -> Callable[[object], bool]:
 
 
 def _check(x: str, hint: object, names: dict[str, object]) -> str:
-    """Return an expression that is true if x arrives unchanged; raises _Opaque if there is none."""
+    """Return a Python expression that is true if the value x is certain to arrive unchanged; raises _Opaque if no
+    expression can decide this."""
     origin, args = typing.get_origin(hint), typing.get_args(hint)
     if origin in (typing.Union, types.UnionType):
         return f"({' or '.join(_check(x, arg, names) for arg in args)})"

@@ -26,7 +26,8 @@ Child = TypeVar("Child", bound="Model")
 
 
 class Present:
-    """State shared by a simulator and its models: tag, active atomic, outputs, requested changes of structure."""
+    """State shared by a simulator and its models: logical time, active atomic model, outputs, and requested changes of
+    the model structure."""
 
     __slots__ = ("busy", "changes", "live", "node", "now", "sources", "speaker", "values")
 
@@ -45,7 +46,7 @@ IDLE = Present()  # of models that no simulator has
 
 
 def out_of_reach(path: str, name: str) -> ModelError:
-    """Return the error for an attribute that models of a run must not access."""
+    """Return the error for access to an attribute that models must not use during a run."""
     root = path.partition(".")[0]
     return ModelError(
         f"{path}.{name} is out of reach: in a run each child of {root} is a node of its own; send messages, or put "
@@ -57,7 +58,7 @@ _DECLARED: dict[type, list[tuple[str, In[Message] | Out[Message]]]] = {}
 
 
 def _declared(cls: type["Model"]) -> list[tuple[str, In[Message] | Out[Message]]]:
-    """Return the ports declared by a class and its bases."""
+    """Return the ports declared by a class and its base classes, with their names."""
     if cls not in _DECLARED:
         found = ((key, x) for base in reversed(cls.__mro__) for key, x in vars(base).items())
         _DECLARED[cls] = [(key, x) for key, x in found if isinstance(x, In | Out)]
@@ -92,13 +93,13 @@ class Model:
         return path
 
     def add_in(self, name: str, type: type[M]) -> InPort[M]:
-        """Add an in port to this instance only."""
+        """Add an input port to this instance only, and return it."""
         port: InPort[M] = InPort(self, self._port_name(name), checked_type(type))
         self.ports[name] = port
         return port
 
     def add_out(self, name: str, type: type[M], lookahead: int = 0) -> OutPort[M]:
-        """Add an out port to this instance only, with its lookahead [ns]."""
+        """Add an output port with a lookahead [ns] to this instance only, and return it."""
         if not isinstance(lookahead, int) or not 0 <= lookahead <= NEVER:
             big = isinstance(lookahead, int) and lookahead > 0
             message = "2**63 ns or more, where time ends" if big else f"{lookahead!r} is not a number of ns >= 0"
@@ -126,7 +127,7 @@ def _wrong(name: str) -> str:
 
 
 class Atomic(Model):
-    """A model with behaviour: override `start`, `external`, `output`, `internal`, and if needed `confluent`."""
+    """A model with behaviour. Override `start`, `external`, `output`, `internal`, and if needed `confluent`."""
 
     __slots__ = ("_index", "_last", "_more", "_place", "_plain", "_port", "_set", "_t", "_value", "_wait")
 
@@ -145,11 +146,11 @@ class Atomic(Model):
 
     @property
     def now(self) -> Tag:
-        """The present tag."""
+        """The present logical time (time and microstep)."""
         return Tag(*self._present.now)
 
     def hold_in(self, wait: int) -> None:
-        """Schedule the next internal transition `wait` [ns] after the present tag (0: at the next microstep)."""
+        """Schedule the next internal transition `wait` [ns] after now (0: at the next microstep)."""
         if type(wait) is not int:
             raise ModelError(f"hold_in({wait!r}): the wait must be an int in ns, use seconds(1.5)")
         if not 0 <= wait <= NEVER:
@@ -159,35 +160,37 @@ class Atomic(Model):
         self._wait = wait
 
     def passivate(self) -> None:
-        """Schedule no internal transition: wait for input."""
+        """Cancel the next internal transition: the model waits for input."""
         self._wait = NEVER
 
     def start(self) -> None:
-        """Set the initial state at (0, 0); without a schedule the model is passive."""
+        """Set the initial state at logical time (0, 0); a model that schedules nothing here waits for input."""
 
     def external(self, e: int, x: Bag) -> None:
         """Handle the bag x of inputs, which arrives e [ns] after the last transition."""
         raise ModelError("an input arrived, but the model defines no external()")
 
     def output(self) -> None:
-        """Send the outputs of this tag, before `internal`; must not change the state, may be called twice."""
+        """Send the outputs at the present logical time; called before `internal`, possibly twice, and must not change
+        the state."""
 
     def internal(self) -> None:
-        """Do the transition at the scheduled tag."""
+        """Make the internal transition at the scheduled logical time."""
         raise ModelError("the scheduled tag came, but the model defines no internal()")
 
     def result(self) -> Message | None:
-        """Return the result of this model at the end of a run (`now`), if it has one; must not change the state."""
+        """Return the result of this model at the end of a run, or None if it has none; must not change the state."""
         return None
 
     def confluent(self, x: Bag) -> None:
-        """Do the confluent transition: by default `internal`, then `external`."""
+        """Make the transition for inputs that arrive when an internal transition is due: by default `internal`, then
+        `external`."""
         self.internal()
         self.external(0, x)
 
 
 class Coupled(Model):
-    """A coupled model: `add` children, `connect` ports."""
+    """A coupled model: `add` its children and `connect` their ports."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
@@ -196,26 +199,27 @@ class Coupled(Model):
 
     @property
     def couplings(self) -> list[tuple[Port[Message], Port[Message]]]:
-        """The couplings (source, target) in the order of connection."""
+        """The couplings as pairs (source port, target port), in the order in which they were connected."""
         return list(self._coupled)
 
     def add(self, child: Child) -> Child:
-        """Add a child, whose name must be new in this model, and return it."""
+        """Add a child model and return it; its name must be new in this model."""
         self._change("add", lambda: self._add(child))
         return child
 
     def remove(self, name: str) -> None:
-        """Remove a child, with all couplings to and from it."""
+        """Remove a child model, with all couplings to and from it."""
         self._change("remove", lambda: self._remove(name))
 
     def _reachable(self, name: str) -> None:
-        """Raise ModelError for access from a running model to one that is not part of its node."""
+        """Raise ModelError if a running model tries to access a model that is not part of its node."""
         present = self._present
         if self.parent is None and not present.node and (present.busy or present.speaker is not None):
             raise out_of_reach(self.path, name)
 
     def _change(self, name: str, change: Callable[[], None]) -> None:
-        """Apply a change of structure at once; in a running model after all transitions of this tag."""
+        """Apply a change of the model structure: at once or, in a running model, after all transitions of the present
+        logical time."""
         if self._present is IDLE and self.parent is None:
             change()
             return
@@ -249,23 +253,25 @@ class Coupled(Model):
         child.parent, child._path, child._present = None, "", IDLE
 
     def add_in(self, name: str, type: type[M]) -> InPort[M]:
-        """Add an in port."""
+        """Add an input port and return it."""
         self._reachable("add_in")
         return super().add_in(name, type)
 
     def add_out(self, name: str, type: type[M], lookahead: int = 0) -> OutPort[M]:
-        """Add an out port; lookahead belongs to the atomics behind it."""
+        """Add an output port and return it; a coupled model's port gets its lookahead from the atomic models that feed
+        it."""
         self._reachable("add_out")
         if lookahead:
             raise ModelError(f"{self.path}: port {name}: declare the lookahead on the atomic that sends")
         return super().add_out(name, type)
 
     def connect(self, source: Port[Message], target: Port[Message]) -> None:
-        """Couple a port of a child or of this model to another such port (EIC, IC or EOC, by owners)."""
+        """Couple a port of a child or of this model to another such port; the owners determine the kind of coupling
+        (external input, internal, external output)."""
         self._change("connect", lambda: self._connect(source, target))
 
     def disconnect(self, source: Port[Message], target: Port[Message]) -> None:
-        """Remove a coupling."""
+        """Remove the coupling from `source` to `target`."""
         self._change("disconnect", lambda: self._disconnect(source, target))
 
     def _disconnect(self, source: Port[Message], target: Port[Message]) -> None:
@@ -280,7 +286,7 @@ class Coupled(Model):
         self._coupled[source, target] = None
 
     def _fault(self, source: Port[Message], target: Port[Message]) -> str:
-        """Return what is wrong with a coupling, "" if nothing."""
+        """Return the reason why a coupling is invalid, or "" if it is valid."""
         for port in (source, target):
             if port.owner is not self and port.owner.parent is not self:
                 return f"{port!r} is neither a port of {self.path} nor of its children"

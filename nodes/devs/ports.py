@@ -1,13 +1,14 @@
 """Typed ports: declared on the class, bound to each model.
 
-`command = In(HoistCommand)` and `done = Out(HoistDone, lookahead=ms(10))` are X and Y of the DEVS. On an instance the
-same name is the bound port: the key of the bag, or the port that sends. Lookahead L [ns] is a promise: after a
-transition at t, no output that was not already scheduled leaves by this port before t + L. It is checked, not added.
+`command = In(HoistCommand)` and `done = Out(HoistDone, lookahead=ms(10))` declare X and Y of the DEVS. On an instance
+the same name is the bound port, which is the key into the bag of inputs or the port that sends. Lookahead L [ns] is a
+promise: after a transition at t, the port sends no output before t + L that was not already scheduled. The promise is
+checked; it does not delay outputs.
 
-Every receiver gets a message as its bytes represent it, whether it shares the sender's process or not. Annotations
-alone do not restrict a field, so a message that would arrive changed is refused, with the field: text in an int, NumPy
-scalars, ints of more than 64 bits, lone surrogates, a derived message where its base is declared. An int in a float
-field arrives as that float.
+Every receiver gets a message as its bytes represent it, whether or not it shares the sender's process. Annotations
+alone do not restrict a field, so a message that would arrive changed is refused with an error that names the field:
+text in an int field, NumPy scalars, ints of more than 64 bits, lone surrogates, an instance of a derived class where
+its base is declared. An int in a float field arrives as that float.
 """
 
 from collections.abc import ItemsView, Iterator, Mapping, ValuesView
@@ -26,8 +27,8 @@ M = TypeVar("M", bound=Message)
 
 
 def travelling(value: M, port: object) -> M:
-    """Return the message as its receiver gets it; raises ModelError that names port and field if coding and decoding
-    would change it."""
+    """Return the message as its receiver gets it; raises ModelError with the port and the field if encoding and
+    decoding would change it."""
     cls = type(value)
     read = decoder(cls)
     if value.__plain__():
@@ -53,7 +54,7 @@ def _same(a: object, b: object) -> bool:
 
 
 def _misfit(value: msgspec.Struct, within: str = "") -> str:
-    """Describe the first field that would arrive changed."""
+    """Describe the first field of a message that would arrive changed."""
     for name, hint in hints_of(type(value)).items():
         x = getattr(value, name)
         try:
@@ -77,7 +78,8 @@ Bound = TypeVar("Bound")
 
 
 class Said(Protocol):
-    """The part of `models.Present` that ports use: the messages sent at the present tag."""
+    """The attributes of `models.Present` that ports use: the messages sent at the present logical time and their
+    ports."""
 
     sources: "list[Port[Message]]"
     values: list[Message]
@@ -87,7 +89,7 @@ class Said(Protocol):
 
 
 class Owner(Protocol):
-    """The part of `models.Model` that ports use."""
+    """The attributes of `models.Model` that ports use."""
 
     name: str
 
@@ -102,11 +104,11 @@ class Owner(Protocol):
 
 
 class _Nothing:
-    """Marker of a port that has sent nothing; a class, since ports share no objects."""
+    """Marker for a port that has sent nothing; a class, because ports must not share an object."""
 
 
 class Port(Generic[Carried]):
-    """A named place of a model where messages of one type enter or leave."""
+    """A named input or output of a model for messages of one type."""
 
     __slots__ = ("name", "owner", "routes", "type")
 
@@ -118,7 +120,7 @@ class Port(Generic[Carried]):
         return f"{self.owner.path}.{self.name}"
 
     def __reduce__(self) -> tuple[object, ...]:
-        """Pickle without the simulator's routes, which lead through the whole model."""
+        """Pickle the port without the simulator's routes, which would pull in the whole model."""
         return object.__new__, (type(self),), self.__getstate__()
 
     def __getstate__(self) -> tuple[object, ...]:
@@ -129,13 +131,14 @@ class Port(Generic[Carried]):
 
 
 class InPort(Port[Carried]):
-    """A bound in port: a key of the bag of inputs."""
+    """An input port of a model instance; also the key to its messages in the bag of inputs."""
 
     __slots__ = ()
 
 
 class OutPort(Port[Message], Generic[Sent]):
-    """A bound out port; `exits`: routes to other nodes, `inner`: routes to receivers in its own node."""
+    """An output port of a model instance; `exits`: routes to other nodes, `inner`: routes to receivers in the same
+    node."""
 
     __slots__ = ("_sent", "exits", "inner", "lookahead")
 
@@ -150,7 +153,7 @@ class OutPort(Port[Message], Generic[Sent]):
         return self.owner, self.name, self.type, self.lookahead
 
     def send(self, value: Sent) -> None:
-        """Send a message to all receivers at this tag; allowed only in `output()`."""
+        """Send a message to all receivers at the present logical time; allowed only in `output()`."""
         owner = self.owner
         present = owner._present
         if present.speaker is not owner:
@@ -174,21 +177,21 @@ class _Declared(Generic[Bound]):
     @overload
     def __get__(self, model: "Owner", owner: type) -> Bound: ...
     def __get__(self, model: "Owner | None", owner: type) -> Self | Bound:
-        """Return the declaration, or the bound port of an initialised model."""
+        """Return the declaration itself on a class, and the bound port on a model instance."""
         if model is not None:
             raise ModelError(f"{owner.__name__}: call super().__init__(name) before using ports")
         return self
 
 
 class In(_Declared[InPort[M]], Generic[M]):
-    """Declaration of an in port as a class attribute."""
+    """Declaration of an input port as a class attribute."""
 
     def __init__(self, type: type[M]) -> None:
         self.type = checked_type(type)
 
 
 class Out(_Declared[OutPort[M]], Generic[M]):
-    """Declaration of an out port as a class attribute, with its lookahead [ns]."""
+    """Declaration of an output port as a class attribute, with its lookahead [ns]."""
 
     def __init__(self, type: type[M], lookahead: int = 0) -> None:
         self.type = checked_type(type)
@@ -197,7 +200,7 @@ class Out(_Declared[OutPort[M]], Generic[M]):
 
 @cache
 def checked_type(type: type[M]) -> type[M]:
-    """Return the type, after checking that a port can carry it."""
+    """Return the message type; raises ModelError if a port cannot carry it."""
     if not issubclass(type, Message):
         raise ModelError(f"a port cannot carry {type!r}: derive it from Message")
     decoder(type)
@@ -205,7 +208,8 @@ def checked_type(type: type[M]) -> type[M]:
 
 
 class Bag(Protocol):
-    """Inputs at one tag: for each in port its messages in order; x[port] is empty for a port without input."""
+    """The inputs at one logical time: x[port] is the list of messages at an input port, in order; empty if there are
+    none."""
 
     def __getitem__(self, port: InPort[M], /) -> list[M]: ...
     def __contains__(self, port: object, /) -> bool: ...
@@ -220,7 +224,7 @@ class Bag(Protocol):
 
 
 class Arrived(dict[InPort[Message], list[Message]]):
-    """The bag of inputs as a dict, as models receive it."""
+    """The bag of inputs as models receive it: a dict from input port to list of messages."""
 
     __slots__ = ()
 

@@ -1,6 +1,7 @@
-"""References to code: `package.module:name` or `path/to/file.py:name`, optionally with arguments; parsed and imported.
+"""References to Python code, `package.module:name` or `path/to/file.py:name`, optionally with arguments: how they are
+parsed and imported.
 
-Callers check before, by `heavylift.kernel.trust`, whether the code may run.
+Before importing, callers check with `heavylift.kernel.trust` whether the code may run.
 """
 
 import ast
@@ -12,7 +13,7 @@ from heavylift.kernel.errors import HeavyliftError, ModelError
 
 
 class _Importing(threading.local):
-    """Modules that this thread imports; replications do so side by side."""
+    """Modules that the present thread is importing; several threads import when replications run in parallel."""
 
     def __init__(self) -> None:
         self.modules: list[str] = []
@@ -22,7 +23,8 @@ _importing = _Importing()
 
 
 def read(reference: str) -> tuple[str, str, list[object], dict[str, object]]:
-    """Return module or file, name, positional and keyword arguments of a reference; raises ModelError."""
+    """Return the module or file, name, positional and keyword arguments of a reference; raises ModelError if it cannot
+    be parsed."""
     where = reference.partition("(")[0].rpartition(":")[0]
     if any("\ud800" <= c <= "\udfff" for c in reference):
         raise ModelError(f"{reference!r} names no model: its name has bytes that are no UTF-8; rename the file")
@@ -62,5 +64,5 @@ def imported(where: str) -> ModuleType:
 
 
 def importing() -> str:
-    """Return the module that is being imported for its model, or ""."""
+    """Return the name of the module that is being imported for its model, or "" if none is."""
     return _importing.modules[-1] if _importing.modules else ""

@@ -16,7 +16,8 @@ from .events import Tag
 
 
 class Tally:
-    """Count, mean, minimum and maximum of observations; NaN and infinities while there are none."""
+    """Count, mean, minimum and maximum of observations; without observations the mean is NaN and the extremes are
+    infinite."""
 
     def __init__(self) -> None:
         self.count, self.mean, self.least, self.most = 0, nan, inf, -inf
@@ -37,12 +38,12 @@ class Tally:
 
     @property
     def deviation(self) -> float:
-        """Standard deviation of the sample; NaN for fewer than two."""
+        """Sample standard deviation of the observations; NaN for fewer than two."""
         return sqrt(self._squares / (self.count - 1)) if self.count > 1 else nan
 
 
 class TimeWeighted:
-    """A piecewise constant `value` with time average, minimum and maximum."""
+    """A piecewise constant value over time, with its time average, minimum and maximum."""
 
     def __init__(self, value: float = 0.0, since_ns: int = 0) -> None:
         if not isfinite(value):
@@ -52,7 +53,8 @@ class TimeWeighted:
         self._area = 0.0  # [ns] times value
 
     def set(self, value: float, now: Tag) -> None:
-        """Set the value at a time; raises ModelError if it is not finite or the time is before the last change."""
+        """Set the value from the time `now` on; raises ModelError if it is not finite or `now` is before the last
+        change."""
         if not isfinite(value):
             raise _no_observation(value)
         self._area, self._changed, self.value = self._until(now), now.t, value
@@ -62,7 +64,7 @@ class TimeWeighted:
             self.most = value
 
     def mean(self, now: Tag) -> float:
-        """Return the time average until now; NaN before time has passed."""
+        """Return the time average until `now`; NaN if no time has passed."""
         area = self._until(now)
         return area / (now.t - self.since) if now.t > self.since else nan
 
@@ -73,7 +75,8 @@ class TimeWeighted:
 
 
 def stream(seed: int, name: str) -> Random:
-    """Return an independent random stream for each seed and name, such as the path of an atomic."""
+    """Return a random generator that is independent for each seed and name; the name may be the path of an atomic
+    model."""
     return Random(f"{seed}/{name}")
 
 

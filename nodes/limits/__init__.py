@@ -1,28 +1,28 @@
-"""What a lift must not exceed, and the findings of those who looked: `check` on the path, `run` on what happened.
+"""The limits of a lift, and their evaluation: `check` evaluates them on the equilibrium path, `run` in a simulation.
 
 Limit     one row of the table of limits: subject, quantity, value or chart, design factor, source
-Use       the worst that was met of a limit, with time, stage and use
-Signals   what is checked, as columns over the instants of a path or of a run
+Use       the highest utilisation of a limit, with its value, time and stage
+Signals   the quantities that are checked, as columns over the instants of an equilibrium path or a run
 Check     a row of the list of checks, with its place, time, value and limit
 
-    uses_on_path(plan, states)  -> a Use of each limit of the plan, on the equilibrium path
-    uses_of(plan, [signals])    -> the same in a run
+    uses_on_path(plan, states)  -> a Use for each limit of the plan, on the equilibrium path
+    uses_of(plan, [signals])    -> the same for a run
     checks_of(plan, uses, ...)  -> rows with a state: red, undecided, amber, green
-    line_of(checks)             -> how many have which, and the worst
-    table_of(checks)            -> the table that people read
+    line_of(checks)             -> one line: number of checks in each state, and the worst check
+    table_of(checks)            -> the table for planners
 
-judging, reading, signals    the table judged; how each quantity is read; of which columns
-named                        the signal that a limit names
-standards                    factors of standards; what slings and shackles may carry by them
-reeving                      parts of a reeved rope; shares that are indeterminate
-factors                      from loads at rest to design loads
-ground                       what machines press on the ground: tracks, outriggers, wheels
-geometry                     whether a block can be what the scene says
-checks                       the state of each check: error and limit, what is assumed or not checked
-run_tables                   what samples show besides limits: reactions, lugs, slings, stages, the block
-messages                     the sentence of a use
+judging, reading, signals    evaluation of the limits; of the quantity of each; the columns that it needs
+named                        the signal that a limit checks
+standards                    factors of standards, and the loads that they allow for slings and shackles
+reeving                      tensions in the parts of a reeved rope
+factors                      factors between static loads and design loads
+ground                       loads on the ground under tracks, outriggers and wheels; indeterminate load sharing
+geometry                     plausibility of a block's size, mass and lugs
+checks                       the state of each check, from its value, error and limit
+run_tables                   tables of a run besides limits: reactions, lugs, slings, stages, the block
+messages                     sentences about the utilisation of limits
 
-Node processes import the table alone; what judges (and needs NumPy) is imported when it is first used.
+Node processes import only the table of limits; the evaluation, which needs NumPy, is imported on first use.
 """
 
 from typing import TYPE_CHECKING

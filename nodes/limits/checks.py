@@ -1,4 +1,4 @@
-"""Checks of a lift: each row of the table of limits, and all other findings, with a state.
+"""Checks of a lift: each row of the table of limits, and every other finding, becomes a check with a state.
 
 red        beyond the limit
 undecided  the error interval of the value includes the limit
@@ -6,7 +6,7 @@ amber      not checked, assumed by heavylift, of unknown error, or a warning
 green      checked: value and error within the limit
 none       cannot occur in this scene: a row without a colour
 
-`line_of` summarises them as the verdict.
+`line_of` summarises the checks in one line, the verdict.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -25,6 +25,7 @@ Errors = Mapping[str, float]  # relative: of "peak tension ROPE", "smallest clea
 ABSENT = ("wind", "ground pressure", "bridle angle")  # of nothing: there is no wind, no footing, no straight leg
 NEAR = 0.1  # [m] errors of smaller clearances are relative to it
 HEAD = ("state", "check", "worst of", "worst", "at", "limit", "used", "basis")
+TOUCH = 0.01  # [m] what comes so near touches, as the sentences about clearances say
 SAME = 1e-6  # of the worst value: what comes so close to it came to it first, or is reported first
 IN_A_RUN = "in a run"  # of what nothing is known at rest
 REMEDY = {
@@ -40,11 +41,11 @@ def checks_of(
 ) -> list[Check]:
     """Return all checks, worst state first, then in the order of the table of limits from hook to ground.
 
-    `uses`: the highest utilisation of each limit; `others`: findings without a limit; `errors`: error estimates of a
-    run (None for an equilibrium path, which has none); `shapeless`: objects without a shape, whose clearance is
-    unknown.
+    `uses`: the highest utilisation of each limit; `others`: findings that have no limit; `errors`: error estimates of a
+    run (None for an equilibrium path, which has none); `shapeless`: names of objects without a shape, whose clearance
+    is unknown.
     """
-    others = sorted(others, key=lambda x: (round(x.t or 0.0, 2), x.quantity, x.subject))
+    others = sorted(others, key=lambda x: (-_depth(x), round(x.t or 0.0, 2), x.quantity, x.subject))
     known = {(x.quantity, x.subject) for x in others}  # which has one row
     found = [_of_limit(plan, use, errors) for use in uses if (use.limit.quantity, use.limit.subject) not in known]
     found += others
@@ -90,7 +91,8 @@ def _of_limit(plan: Plan, use: Use, errors: Errors | None) -> Check:
 
 
 def _state_of(use: Use, error: float | None, accepted: bool, *, at_rest: bool) -> tuple[State, str, str]:
-    """Return the state of a limit, the reason for amber, and a sentence."""
+    """Return the state of a limit's check, the reason if the state is amber, and a sentence for the reader. `error`:
+    error estimate of the value in its unit; `accepted`: the scene accepts assumed limits."""
     limit = use.limit
     name = name_of(limit)
     absent = limit.quantity in ABSENT and not limit.elements
@@ -113,8 +115,8 @@ def _state_of(use: Use, error: float | None, accepted: bool, *, at_rest: bool) -
 
 
 def error_of(use: Use, errors: Errors) -> float | None:
-    """Return the error of a value [its unit]; None if it is not known. A measured error of the utilisation takes
-    precedence; for a load carried by ropes, otherwise the errors of their tensions."""
+    """Return the error estimate of a value in its unit; None if it is unknown. A measured error of the utilisation is
+    used if there is one; otherwise, for a load carried by ropes, the errors of the rope tensions."""
     limit, value = use.limit, abs(use.value or 0.0)
     if limit.quantity == "clearance" and "smallest clearance" in errors:
         return errors["smallest clearance"] * max(NEAR, value)
@@ -130,12 +132,13 @@ def error_of(use: Use, errors: Errors) -> float | None:
 
 
 def state_of(checks: Iterable[Check]) -> State:
-    """Return the worst state; checks that cannot occur do not count."""
+    """Return the worst state of all checks; checks that cannot occur in the scene are ignored."""
     return min((c.state for c in checks if c.state != "none"), key=STATES.index, default="amber")
 
 
 def line_of(checks: Sequence[Check]) -> str:
-    """Return the verdict in one line: worst state, number of checks by state, and the worst check in words."""
+    """Return the verdict as one line: the worst state, the number of checks in each state, and the worst check in
+    words."""
     n = {state: sum(c.state == state for c in checks) for state in STATES}
     counts = [f"{n['green']} passed", f"{n['red']} red", f"{n['undecided']} undecided"]
     for why in COUNTED:
@@ -148,8 +151,8 @@ def line_of(checks: Sequence[Check]) -> str:
 
 
 def table_of(checks: Sequence[Check], *notes: str, title: str = "Checks", every: bool = False) -> Table:
-    """Return the table of checks, worst first: for each quantity and state the subject with the highest utilisation;
-    `every`: all subjects."""
+    """Return the table of checks, worst first. It shows only the subject with the highest utilisation for each quantity
+    and state, or all subjects if `every` is true."""
     groups: dict[object, list[Check]] = {}
     for number, check in enumerate(checks):
         alone = every or check.quantity == "factor"
@@ -173,16 +176,23 @@ def _row(group: list[Check]) -> tuple[Cell, ...]:
     return state, worst.quantity, subject, worst.shown, at, worst.allowed, used, basis
 
 
+def _depth(check: Check) -> float:
+    """Return the depth [m] of a contact that nothing allows, at least 1 cm; 0 for everything else."""
+    touches = check.state == "red" and check.quantity == "clearance" and (check.value or 0.0) <= TOUCH
+    return max(TOUCH, round(-(check.value or 0.0), 2)) if touches else 0.0
+
+
 def _size(check: Check) -> float:
-    """Return the size by which checks of a kind are compared."""
-    value = check.value or 0.0
+    """Return the number by which checks of the same kind are compared: the utilisation, or else the value; the
+    smallest clearance is the worst."""
+    value = -(check.value or 0.0) if check.quantity == "clearance" else check.value or 0.0
     if abs(value) < NOISE.get(check.unit, 0.0):
         return 0.0
     return value if check.use is None else check.use
 
 
 def governing(checks: Sequence[Check]) -> list[str]:
-    """Return the check with the highest utilisation of each quantity, as lines of text."""
+    """Return, for each quantity, the check with the highest utilisation as a line of text."""
     found: dict[str, Check] = {}
     for check in sorted(checks, key=lambda c: -(c.use or 0.0)):
         if check.use and not check.between:
@@ -196,7 +206,8 @@ def governing(checks: Sequence[Check]) -> list[str]:
 
 
 def open_checks(checks: Sequence[Check]) -> list[str]:
-    """Return undecided and amber checks as lines of text, each kind once, with what would decide it."""
+    """Return the undecided and amber checks as lines of text, one for each kind, with the input that would decide
+    them."""
     kinds: dict[str, list[Check]] = {}
     for check in checks:
         if check.state in ("undecided", "amber") and check.why != WARNED:
@@ -215,7 +226,7 @@ def open_checks(checks: Sequence[Check]) -> list[str]:
 
 
 def likewise(found: Iterable[Check]) -> list[Check]:
-    """Merge findings of one quantity, limit and stage into one that lists the other subjects."""
+    """Merge findings with the same quantity, limit and stage into one finding that also names the other subjects."""
     groups: dict[object, list[Check]] = {}
     for x in found:
         groups.setdefault((x.word, x.quantity, x.limit, x.unit, x.stage), []).append(x)
@@ -223,6 +234,6 @@ def likewise(found: Iterable[Check]) -> list[Check]:
 
 
 def _together(group: list[Check]) -> Check:
-    first = group[0]
-    others = list(dict.fromkeys(x.subject for x in group[1:] if x.subject != first.subject))
+    first = max(group, key=_depth)
+    others = list(dict.fromkeys(x.subject for x in group if x.subject != first.subject))
     return replace(first, sentence=f"{first.sentence}; likewise {', '.join(others)}") if others else first

@@ -1,8 +1,8 @@
-"""The factor sheet: from the static load of each hook, sling, shackle and lug to its design load, factor by factor.
+"""Factors that lead from the static load of each hook, sling, shackle and lug to its design load.
 
-A practice (standard) supplies the factors of its known clauses; every other factor that a lift needs and that is not
-given becomes a limit without a value, which is amber. In a run, the simulated load counts without the dynamic factor,
-if it is larger.
+A practice (standard) supplies the factors that its clauses define. Every other factor that the lift needs and that is
+not given becomes a limit without a value, whose check is amber. In a run, the simulated load, without the dynamic
+factor, is used instead of the static load if it is larger.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -35,7 +35,8 @@ Key = tuple[str, str]
 
 
 class Clause(NamedTuple):
-    """A factor in a practice: its value, or None if it follows from the lift or must be confirmed."""
+    """A factor defined by a clause of a practice: its value, or None if it follows from the lift or must be
+    confirmed."""
 
     source: str
     value: float | None = None
@@ -73,8 +74,9 @@ def design_limits(
     states: Sequence[StaticState],
     lateral: Mapping[Key, float],
 ) -> Iterator[RatedLimit]:
-    """Yield the design limits of all parts, and a row for each missing factor. `uses`, `states`: of the equilibrium
-    path; `lateral`: increase of utilisation at the corners of the centre-of-mass box."""
+    """Yield the design limits of all parts, and a row without a value for each missing factor. `uses` and `states`
+    belong to the equilibrium path; `lateral` is the increase of utilisation when the centre of mass is at a corner of
+    its uncertainty box."""
     clauses, missing = PRACTICES.get(practice, {}), dict[str, str]()
     strengths = {x.subject: x for x in plan.limits if x.quantity == "sling peak"}
     for quantity, base in BASES.items():
@@ -116,7 +118,8 @@ def design_limits(
 
 
 def _rigging(plan: Plan, rope: str) -> float:
-    """Return the mass of the slings on a hook and their shackles, two each, as far as known from the gear list [kg]."""
+    """Return the mass [kg] of the slings on a hook and of their shackles (two for each sling), as far as the gear list
+    gives it."""
     hook = next((hook for machine in plan.machines for hook in machine.hooks if hook.rope == rope), None)
     ties = [*ties_on(plan.machines, hook)] if hook else []
     total = 0.0
@@ -130,7 +133,7 @@ def _rigging(plan: Plan, rope: str) -> float:
 
 
 def _lift(plan: Plan, limit: RatedLimit) -> LiftConditions | None:
-    """Return the load that a part carries; None if there is none."""
+    """Return the properties of the lift whose load a part carries; None if the part carries no load."""
     for machine in plan.machines:
         for cargo in machine.cargo:
             held: dict[str, list[str]] = {}
@@ -171,7 +174,7 @@ def _value(
     states: Sequence[StaticState],
     lateral: Mapping[Key, float],
 ) -> tuple[float | None, str]:
-    """Return a factor and its source; None and the remedy if it is missing."""
+    """Return a factor and its source; if the factor is missing, None and a sentence that says how to supply it."""
     clause = clauses.get(name, Clause("no practice"))
     own = getattr(given, f"{name}_factor" if name in ("cog", "tilt") else name)
     if name == "wind":
@@ -197,7 +200,8 @@ def _value(
 
 
 def _wind(given: Factors, lift: LiftConditions) -> tuple[float | None, str]:
-    """Return the factor for wind on a load: the resultant of wind force and weight over the weight."""
+    """Return the wind factor of a load, which is the resultant of wind force and weight divided by the weight, and its
+    source; None and the remedy if no wind is given."""
     if given.wind is None:
         return None, "to be confirmed: write 'factors: {wind: 10 m/s, area: 100 m2}', in no wind 'wind: 0 m/s'"
     if not given.wind * given.area:
@@ -210,9 +214,9 @@ def _wind(given: Factors, lift: LiftConditions) -> tuple[float | None, str]:
 def tilted(
     plan: Plan, hooks: Sequence[str], limit: RatedLimit, states: Sequence[StaticState], sine: float, rise: float
 ) -> float | None:
-    """Return the increase of a part's load on two hooks when the load tilts, at the state of its largest static load.
-    `sine`: of the tilt angle; `rise` [m]: hoisting one hook by this much, if that gives more (0027/ND, B.1.2, plumb
-    ropes)."""
+    """Return by how much a part's load increases when the load tilts between two hooks, in the state of the part's
+    largest static load; 1 is no increase. `sine`: sine of the tilt angle; `rise` [m]: height by which one hook is
+    hoisted more than the other, used if it tilts the load further (0027/ND, B.1.2, plumb ropes)."""
     most: tuple[float, float] | None = None
     for state in (x for x in states if not x.grounded):
         ends = [_end(plan, state, hook) for hook in hooks]
@@ -240,7 +244,7 @@ def tilted(
 
 
 def _on(plan: Plan, rope: str) -> set[str]:
-    """Return a hook rope and its slings."""
+    """Return the names of a hook rope and of the slings on its hook."""
     hook = next(hook for machine in plan.machines for hook in machine.hooks if hook.rope == rope)
     return {rope, *(tie.rope for tie in ties_on(plan.machines, hook))}
 
@@ -249,8 +253,8 @@ Vector = tuple[float, float, float]
 
 
 def _end(plan: Plan, state: StaticState, rope: str) -> tuple[Vector, Vector] | None:
-    """Return suspension point and centre of mass of the load on a hook, in the world [m]. The suspension point is the
-    common point of its slings, else the mean of its lugs."""
+    """Return the suspension point of a load on a hook and the load's centre of mass, in the world frame [m]. The
+    suspension point is the common upper point of its slings, or else the mean of its lugs."""
     lugs, places = lug_places(plan.machines), list[tuple[Vector, Vector]]()
     hook = next(hook for machine in plan.machines for hook in machine.hooks if hook.rope == rope)
     body = ""
@@ -270,5 +274,5 @@ def _end(plan: Plan, state: StaticState, rope: str) -> tuple[Vector, Vector] | N
 
 
 def product(limit: RatedLimit, *, dynamic: bool) -> float:
-    """Return the product of the factors of a limit; for a simulated load (`dynamic`) without the dynamic factor."""
+    """Return the product of a limit's factors; with `dynamic`, for a simulated load, the dynamic factor is left out."""
     return prod(x.value for x in limit.factors if not (dynamic and x.name == "dynamic"))

@@ -1,4 +1,4 @@
-"""Plausibility of a block: lugs on it, centre of mass inside it, and a mass that fits its volume."""
+"""Plausibility of a block: its lugs lie on it, its centre of mass lies inside it, and its mass fits its volume."""
 
 from collections.abc import Iterator
 from math import dist, hypot
@@ -14,12 +14,13 @@ DENSITIES = 20.0, 7850.0  # of all that is in the box of a block [kg/m3]: of lig
 
 
 def outside(half: Vector, p: Vector) -> float:
-    """Return the distance of a point from a box with these half edges about the origin [m]; 0 inside."""
+    """Return the distance [m] of a point from a box around the origin with half-extents `half`; 0 inside the box."""
     return hypot(*(max(0.0, abs(x) - h) for x, h in zip(p, half, strict=True)))
 
 
 def geometry_findings(plan: Plan) -> list[Check]:
-    """Red checks of lugs far off the block and centres of mass outside it; a warning for a mass that contradicts it."""
+    """Return red checks for lugs far from the block and for centres of mass outside it, and a warning for each mass
+    that is implausible for its volume."""
     found = [x for machine in plan.machines for cargo in machine.cargo for x in _of(cargo)]
     return found + list(_densities(plan))
 
@@ -43,7 +44,7 @@ def _of(cargo: Cargo) -> Iterator[Check]:
 
 
 def _densities(plan: Plan) -> Iterator[Check]:
-    """Yield warnings for lifted bodies with an implausible density."""
+    """Yield a warning for each lifted body with an implausible density."""
     known = plan.machines
     masses = {body.name: body.mass for m in known for body in m.system.bodies if body.flexible is None}
     low, high = DENSITIES
@@ -61,8 +62,8 @@ def _densities(plan: Plan) -> Iterator[Check]:
 
 
 def passes_through(a: Vector, b: Vector, half: Vector) -> float:
-    """Return the length of the part of a straight line from a to b that is inside a box of these half edges around the
-    origin [m] (slab method: Kay and Kajiya 1986, Ray tracing complex scenes)."""
+    """Return the length [m] of the part of the segment from a to b that lies inside a box around the origin with
+    half-extents `half` (slab method: Kay and Kajiya 1986, Ray tracing complex scenes)."""
     first, last = 0.0, 1.0
     for p, q, h in zip(a, b, half, strict=True):
         d = q - p

@@ -1,4 +1,5 @@
-"""Loads of a machine on the ground: statics of all bodies that its joints connect, as columns over n instants.
+"""Loads of a machine on the ground, from the statics of all bodies connected to it by joints, as columns over n
+instants.
 
 Weights and rope pulls give one resultant force with its position on the ground; inertia of the machine itself and wind
 on it are not included. That force V [N] at x, y [m] from the middle of the base is shared by
@@ -8,13 +9,13 @@ on it are not included. That force V [N] at x, y [m] from the middle of the base
     four corners  V/4 (1 +- 2x/l +- 2y/w), as of a rigid base on equal springs; if one corner would be pulled, by the
                   other three, whose loads do not depend on stiffness
 
-The moment of a drive about the axis of its joint is that of the weights and rope pulls on all that the joint carries,
-and to start also what the ramp of its moves asks of the inertia of the machine; wind is not included.
+The moment of a drive about the axis of its joint is caused by the weights and rope pulls on all bodies that the joint
+carries; for starting, the moment that accelerates the machine's inertia is added. Wind is not included.
 
-Statically indeterminate load sharing, and the factors in standards for it.
+The module also covers statically indeterminate load sharing, and the factors that standards give for it.
 
-A block on more than three hooks or slings shares its weight by their stiffness: a millimetre of length matters. The
-printed shares are those of the given lengths.
+A block on more than three hooks or slings distributes its weight according to their stiffness: a millimetre of length
+matters. The printed shares hold for the given lengths.
 """
 
 from collections.abc import Iterator
@@ -38,7 +39,8 @@ PARTS = 24  # of the way that a machine slews between two instants of a path at 
 
 
 def corner_load(V: Column, x: Column, y: Column, base: tuple[float, float], corner: str) -> Column:
-    """Return the load of a corner of a base (length, width) (n,) [N]."""
+    """Return the load (n,) [N] on one corner of a base of the given (length, width) under a vertical force V at (x,
+    y)."""
     (along, across), u, v = CORNERS[corner], 2.0 * x / base[0], 2.0 * y / base[1]
     a, b = along * u, across * v
     four = V / 4.0 * (1.0 + a + b)
@@ -55,8 +57,8 @@ def corner_load(V: Column, x: Column, y: Column, base: tuple[float, float], corn
 
 
 def track_pressure(V: Column, x: Column, y: Column, base: tuple[float, float], breadth: float, side: str) -> Column:
-    """Return the largest pressure (n,) [Pa] below a track of a base (length, track distance); infinite beyond
-    tipping."""
+    """Return the largest pressure (n,) [Pa] below one track of a base of the given (length, track distance); infinite
+    if the machine tips."""
     length, apart = base
     own, e = np.clip(V / 2.0 * (1.0 + 2.0 * SIDES[side] * y / apart), 0.0, V), np.abs(x)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -65,14 +67,15 @@ def track_pressure(V: Column, x: Column, y: Column, base: tuple[float, float], b
 
 
 def distance_to_tipping(x: Column, y: Column, base: tuple[float, float], *, lifts: bool) -> Column:
-    """Return the position of the force as a fraction (n,) of the distance from the middle to tipping, or, with `lifts`,
-    to where one corner loses contact."""
+    """Return how far the force is from the middle of the base, as a fraction (n,) of the distance at which the machine
+    tips or, with `lifts`, at which one corner loses contact."""
     u, v = np.abs(2.0 * x / base[0]), np.abs(2.0 * y / base[1])
     return np.asarray(u + v if lifts else np.maximum(u, v))
 
 
 def stood(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column | None:
-    """Return the pressure [Pa], wheel load [kg] or fraction of the distance to tipping of a machine's footing (n,)."""
+    """Return the quantity that a limit checks for the footing of a machine (n,): pressure [Pa], wheel load [kg] or
+    fraction of the distance to tipping; None if data are missing."""
     machine = next((m for m in plan.machines if m.name in limit.elements), None)
     footing = machine.footing if machine else None
     if machine is None or footing is None:
@@ -85,7 +88,8 @@ def stood(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column | Non
 
 
 def _of(plan: Plan, limit: RatedLimit, footing: Footing, V: Column, x: Column, y: Column) -> Column:
-    """Return the quantity of a limit from the resultant force on the ground [N] and its position [m]."""
+    """Return the quantity of a footing's limit from the resultant force V [N] on the ground and its position x, y
+    [m]."""
     base = footing.length, footing.width
     if limit.quantity == "uplift":
         return distance_to_tipping(x, y, base, lifts=footing.kind == "wheels")
@@ -103,7 +107,8 @@ def _of(plan: Plan, limit: RatedLimit, footing: Footing, V: Column, x: Column, y
 def _slewed(
     machine: Mechanism | None, signals: SignalColumns, V: Column, x: Column, y: Column
 ) -> Iterator[tuple[Column, Column, Column]]:
-    """Yield resultant force and position; on an equilibrium path also for positions while the machine slews."""
+    """Yield the resultant force on the ground and its position; on an equilibrium path also for intermediate angles
+    while the machine slews."""
     yield V, x, y
     actuators = machine.actuators if machine and not signals.dynamic else ()
     for slewer in (a.name for a in actuators if a.verb == "slew" and a.name in signals.lengths):
@@ -138,7 +143,8 @@ def resultant(plan: Plan, machine: Mechanism, signals: SignalColumns) -> tuple[C
 def _forces(
     plan: Plan, machine: Mechanism, signals: SignalColumns, own: set[str]
 ) -> Iterator[tuple[Column | None, Column | None]]:
-    """Yield points (n, 3) [m] and forces (n, 3) [N] of weights of a machine's `own` bodies, and of ropes to others."""
+    """Yield points (n, 3) [m] and forces (n, 3) [N]: the weights of the bodies in `own` and the pulls of ropes that
+    lead to other bodies."""
     n = len(signals.t)
     for body in (body for body in machine.system.bodies if body.name in own):
         weight = np.zeros((n, 3))
@@ -152,7 +158,7 @@ def _forces(
 
 
 def _pull(signals: SignalColumns, line: Line, rope: str) -> tuple[Column | None, Column | None]:
-    """Return point and force of a rope line at its first end."""
+    """Return the point and the force of a rope line at its first end; None for each that is not recorded."""
     a, b = place(signals, line.a), place(signals, line.b)
     if a is None or b is None:
         return a, None
@@ -162,7 +168,7 @@ def _pull(signals: SignalColumns, line: Line, rope: str) -> tuple[Column | None,
 
 
 def standing(machine: Mechanism) -> set[str]:
-    """Return the names of the bodies that joints connect with the base of a machine."""
+    """Return the names of the bodies that are connected to the base of a machine by joints."""
     footing = machine.footing
     pairs = [
         (j.parent, j.child) for j in machine.system.joints if j.kind != "free" and WORLD not in (j.parent, j.child)
@@ -175,8 +181,8 @@ def standing(machine: Mechanism) -> set[str]:
 
 
 def drive_moment(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column | None:
-    """Return the moment (n,) [N m] with which the drive or brake of a turning joint holds what it carries; over
-    "start" with what its ramp adds."""
+    """Return the moment (n,) [N m] with which the drive or brake of a revolute joint holds the bodies that the joint
+    carries; for a limit over "start", the moment of the acceleration ramp is added."""
     (child,) = limit.elements
     machine, joint = next((m, j) for m in plan.machines for j in m.system.joints if j.child == child)
     carried = {child} | {b.name for b in machine.system.bodies if any(j is joint for j in beneath(machine, b.name))}
@@ -207,7 +213,7 @@ def drive_moment(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Colum
 
 
 def _tip(joint: Joint) -> Vector:
-    """Return the point of the parent that is one metre along the axis of a joint."""
+    """Return the point, in the frame of the joint's parent, that is one metre along the joint axis from the joint."""
     x, y, z = (p + a for p, a in zip(joint.p_PJ, product(joint.R_PJ, joint.axis), strict=True))
     return x, y, z
 
@@ -216,7 +222,7 @@ DETERMINATE = 3  # hangers of a rigid body whose shares follow from equilibrium 
 
 
 def indeterminate(plan: Plan) -> int:
-    """Return the number of hooks of a block if their shares are statically indeterminate, else 0."""
+    """Return the number of hooks on a block if their shares of the load are statically indeterminate, else 0."""
     most = 0
     for cargo in (cargo for machine in plan.machines for cargo in machine.cargo):
         hooks = (hook for machine in plan.machines for hook in machine.hooks)
@@ -226,7 +232,7 @@ def indeterminate(plan: Plan) -> int:
 
 
 def shared(plan: Plan) -> list[str]:
-    """Return sentences about load sharing and the factors in standards for it."""
+    """Return sentences about indeterminate load sharing and the factors that standards give for it."""
     many = indeterminate(plan)
     if not many:
         return []
@@ -238,21 +244,21 @@ def shared(plan: Plan) -> list[str]:
 
 def dynamics_required(plan: Plan) -> tuple[float, str] | None:
     """Return the dynamic amplification factor that a standard requires for the block, and its source; None if no block
-    is lifted or the place is not given."""
+    is lifted or its place is not given."""
     masses = [cargo.mass for machine in plan.machines for cargo in machine.cargo]
     return daf(plan.place, max(masses)) if masses else None
 
 
 def touching(plan: Plan, kind: type[LiftedCondition] | type[LandedCondition]) -> list[tuple[Action, float]]:
-    """Return the actions that hoist until a block is lifted, or lower it until it has landed, with their speeds
-    [m/s]."""
+    """Return the actions that hoist until a block is lifted, or that lower it until it has landed (as `kind` says),
+    each with its speed [m/s]."""
     moves = ((action, x) for action in plan.actions for x in action.orders if isinstance(x, Move))
     winding = ((action, x) for action, x in moves if x.verb in ("hoist", "lower"))
     return [(action, abs(x.speed)) for action, x in winding if any(isinstance(y, kind) for y in terms(x.until))]
 
 
 def touch_speed(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column:
-    """Return the fastest ordered hook speed (n,) [m/s] in stages with lift-off or landing."""
+    """Return the highest ordered hook speed (n,) [m/s] in the stages with lift-off or landing."""
     values = np.full(len(signals.t), np.nan)
     for action, speed in touching(plan, LiftedCondition if limit.quantity == "lift-off speed" else LandedCondition):
         here = signals.within(action.stage)
@@ -261,8 +267,8 @@ def touch_speed(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column
 
 
 def hoisting_factors(plan: Plan) -> list[str]:
-    """Return the factors that EN 13001-2 requires for the fastest lift-off speed of the plan, for each hoisting
-    class."""
+    """Return, as text for each hoisting class, the factor that EN 13001-2 requires at the highest lift-off speed of the
+    plan."""
     speeds = [speed for _, speed in touching(plan, LiftedCondition)]
     if not speeds:
         return []

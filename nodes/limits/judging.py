@@ -1,7 +1,8 @@
-"""Evaluates the table of limits on an equilibrium path or a run: the highest utilisation of each row, and violations.
+"""Evaluation of the table of limits on an equilibrium path or a run: the highest utilisation of each row, and
+violations.
 
-Two checks are separate: loads against working loads or charts, and the largest tension of a run against the breaking
-force over the product of partial factors; an equilibrium path has no such peak.
+Two checks are made separately: loads against working loads or charts, and the largest tension of a run against the
+breaking force divided by the product of the partial factors. An equilibrium path has no such peak.
 """
 
 from collections.abc import Iterable, Sequence
@@ -27,8 +28,8 @@ def uses_on_path(plan: Plan, states: Sequence[StaticState]) -> list[Use]:
 
 
 def uses_of(plan: Plan, parts: Iterable[SignalColumns]) -> list[Use]:
-    """Return the highest utilisation of each limit; a Use without value for a limit without data. `parts` follow one
-    another in time; each begins with the last instant of the one before it."""
+    """Return the highest utilisation of each limit; for a limit without data, a Use without a value. `parts` are
+    successive intervals of time, each of which begins with the last instant of the one before."""
     peaks = ("sling peak", "rope peak")
     found: list[_Worst] = []
     for i, signals in enumerate(parts):
@@ -41,14 +42,14 @@ def uses_of(plan: Plan, parts: Iterable[SignalColumns]) -> list[Use]:
 
 
 class _Worst:
-    """The highest utilisation of a limit, and where it occurred first."""
+    """Search for the highest utilisation of a limit, and the place where it first occurs."""
 
     def __init__(self, limit: RatedLimit, dynamic: bool) -> None:
         self._limit, self._dynamic = limit, dynamic
         self._tolerance = YIELDS.get(limit.quantity, 0.0) if dynamic or limit.quantity == "hook height" else 0.0
         self._exact: Use | None = None
         self._inside = False  # what was seen when it occurred
-        self._most = -np.inf
+        self._most, self._load = -np.inf, -np.inf  # of uses, and its value: uses beyond a chart are infinite
         self._first: list[tuple[float, Use]] = []  # how bad, rising: each may come near enough to the worst
 
     def see(self, plan: Plan, signals: SignalColumns) -> None:
@@ -74,9 +75,9 @@ class _Worst:
         uses[np.isnan(xs)] = np.nan
         if np.isnan(uses).all():
             return
-        k = int(np.nanargmax(uses))
-        if uses[k] > self._most:
-            self._most = float(uses[k])
+        k = int(np.lexsort((values, np.nan_to_num(uses, nan=-1.0, posinf=np.inf)))[-1])
+        if (uses[k], values[k]) > (self._most, self._load):
+            self._most, self._load = float(uses[k]), float(values[k])
             self._first = [(self._most, self._made(signals, float(values[k]), float(signals.t[k]), k, float(xs[k])))]
 
     def _see_values(self, signals: SignalColumns, values: np.ndarray) -> None:
@@ -98,7 +99,8 @@ class _Worst:
         return -values if self._limit.least else values
 
     def _made(self, signals: SignalColumns, value: float, t: float, k: int | None, x: float | None = None) -> Use:
-        """Return the use at sample k, or between samples (None), at x of the chart."""
+        """Return the Use for `value` at time t [s], sample k (None between samples) and argument x of the limit's
+        chart."""
         limit = self._limit
         if x is not None:
             action = _action(signals, k)
@@ -107,7 +109,7 @@ class _Worst:
         return Use(limit, value, t, signals.stage_at(t, k), use, _action(signals, k), tolerance=self._tolerance)
 
     def use(self) -> Use:
-        """Return the highest utilisation of all samples added."""
+        """Return the highest utilisation of all samples added so far."""
         exact, found = self._exact, self._first[0][1] if self._first else None
         if (rest := self._limit.rest) and self._dynamic:
             value = rest.value * product(self._limit, dynamic=False)
@@ -122,7 +124,7 @@ class _Worst:
         assert a.value is not None
         assert b.value is not None
         if b.bound is not None:
-            return (a.use or 0.0) > (b.use or 0.0)
+            return (a.use or 0.0, a.value) > (b.use or 0.0, b.value)
         return a.value < b.value if self._limit.least else a.value > b.value
 
 

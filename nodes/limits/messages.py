@@ -1,6 +1,6 @@
-"""Uses of limits as sentences for planners, and how values are written: alike for every quantity."""
+"""Sentences for planners about the utilisation of limits, and the text form of values of every quantity."""
 
-from math import degrees
+from math import degrees, inf
 
 from heavylift.nodes.plan.limit import TOUCHING, Quantity, RatedLimit, Use
 
@@ -24,12 +24,14 @@ REFUSED: tuple[Quantity, ...] = (  # a scene beyond them at rest cannot be run
 
 
 def percent(use: float) -> str:
-    """Return the utilisation in per cent, with enough digits to show on which side of 100 % it is."""
+    """Return the utilisation in per cent as text, with enough digits to show on which side of 100 % it lies."""
+    if use == inf:
+        return "infinite"
     return f"{100 * use:.0f} %" if abs(use - 1.0) >= 5e-3 or abs(use - 1.0) < 5e-5 else f"{100 * use:.2f} %"
 
 
 def shown(limit: RatedLimit, value: float | None) -> str:
-    """Return a value of a limit's quantity as text."""
+    """Return a value of the quantity of a limit as text with its unit."""
     if value is None:
         return ""
     match limit.unit:
@@ -52,7 +54,8 @@ def shown(limit: RatedLimit, value: float | None) -> str:
 
 
 def bound(use: Use) -> float:
-    """Return the limit of a use; where there is a lower and an upper limit, the one on the side of the value."""
+    """Return the limit value that a utilisation refers to; if there are a lower and an upper limit, the one on the side
+    of the value."""
     limit = use.limit
     if limit.between is not None and use.value is not None:
         low, high = limit.between
@@ -71,8 +74,8 @@ def allowed(use: Use) -> str:
 
 
 def sentence(use: Use, ran: bool) -> str:
-    """Return the sentence about the use of a limit: its value, the allowed value and its source; in the conditional
-    where nothing `ran`."""
+    """Return a sentence about the utilisation of a limit: its value, the allowed value and the source of the limit. The
+    verb is "was" after a run (`ran`), and "would be" otherwise."""
     limit, load = use.limit, use.limit.unit in ("N", "kg")
     used = f", {percent(use.use or 0.0)}" if load and bound(use) else ""
     most = allowed(use) if bound(use) or not load else f"nothing at that {limit.over or 'place'}"

@@ -1,7 +1,8 @@
-"""The signal of a limit, from the kernel's table of quantities: one row for each quantity.
+"""The signal that each limit checks, taken from the kernel's table of quantities: one row for each quantity.
 
-Loads are the mass below the hook blocks [kg]. For the parts of a hook rope it is the force in the part at its upper
-end: at the drum in hoisting, or in the most loaded part, which is the same in hoisting and the dead end in lowering.
+Loads are the mass below the hook blocks [kg]. The load of the parts of a hook rope is the force at the upper end of one
+part: at the drum in hoisting, or in the most loaded part, which is the drum part in hoisting and the dead end in
+lowering.
 """
 
 from collections.abc import Sequence
@@ -42,13 +43,13 @@ OF_TENSIONS = ("load", "tension", "use", "pull", "reserve")  # kinds of which a 
 
 
 def hooks_of(machines: Sequence[Mechanism]) -> dict[str, Hoist]:
-    """Return the hooks by the names of their ropes."""
+    """Return all hooks of the machines, by the names of their hook ropes."""
     return {hook.rope: hook for machine in machines for hook in machine.hooks}
 
 
 def signal_of(limit: RatedLimit, machines: Sequence[Mechanism], gravity: float) -> ScalarSignal | None:
-    """Return the signal of a limit, with gravity [m/s2]; None for quantities of several signals: sling angle with
-    changing lugs, strongest wind, clearance."""
+    """Return the signal that a limit checks, with gravity [m/s2]; None for quantities that need several signals: sling
+    angle with changing lugs, strongest wind, clearance."""
     kind, (first, *_) = KINDS.get(limit.quantity), (*limit.elements, "")
     if kind and not limit.elements:
         return None
@@ -89,7 +90,7 @@ def _lead(hook: Hoist, quantity: Quantity) -> float:
 
 
 def origin(machines: Sequence[Mechanism], body: str, axis: int) -> float:
-    """Return the origin of a machine's coordinate along a world axis [m]."""
+    """Return the position [m] on a world axis from which a machine's coordinate along this axis is counted."""
     carried, found = {joint.child: joint for machine in machines for joint in machine.system.joints}, 0.0
     while (joint := carried.get(body)) is not None:
         found, body = found + joint.p_PJ[axis], joint.parent
@@ -97,7 +98,7 @@ def origin(machines: Sequence[Mechanism], body: str, axis: int) -> float:
 
 
 def rated(plan: Plan) -> dict[str, float]:
-    """Return the rated load of each rope [N], 100 % utilisation; ropes without one are omitted."""
+    """Return the rated load [N] of each rope, which is 100 % utilisation; ropes without a rated load are omitted."""
     hooks = {hook.rope: hook.rated for machine in plan.machines for hook in machine.hooks if hook.rated}
     slings = {tie.rope: tie.rated for machine in plan.machines for tie in machine.ties if tie.rated}
     ropes, others = ({x.subject: x.value for x in plan.limits if x.quantity == q and x.value} for q in ROPES)

@@ -1,11 +1,11 @@
-"""Evaluation of the quantity of a limit: its signal on columns.
+"""Evaluation of the quantity of a limit over columns of samples.
 
-A signal is one row of the kernel's table of quantities, whose formula is also traced for conditions and interlocks. A
-reading has the quantity at each instant and, if a run recorded the exact peak of a tension, the maximum with its time.
-Unloaded ropes are not evaluated: an angle counts only while its rope holds a load.
+A signal is one row of the kernel's table of quantities; its formula is also used for conditions and interlocks. A
+reading holds the quantity at each instant and, if a run recorded the exact peak of a tension, the maximum with its
+time. Unloaded ropes are not evaluated: an angle counts only while its rope carries a load.
 
-Radius and utilisation of the chart in each stage: when a load is first on the hook, at the largest utilisation, and
-last.
+The module also finds the hook radius and the utilisation of the radius chart in each stage: when the hook is first
+loaded, at the highest utilisation, and at the end.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -33,19 +33,21 @@ TIGHT = 0.02  # of its rated tension: with less a sling holds nothing
 
 @dataclass(frozen=True)
 class Reading:
-    """Values (n,) in the unit of the limit, nan where undefined; the exact maximum and its time [s], if known."""
+    """Values (n,) of a limit's quantity in its unit, nan where it is undefined, and the exact maximum with its time [s]
+    if it is known."""
 
     values: Column
     exact: tuple[float, float] | None = None
 
 
 def read(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
-    """Evaluate the quantity of a limit; return None without data."""
+    """Evaluate the quantity of a limit; return None if the data are missing."""
     return READERS.get(limit.quantity, _named)(plan, limit, signals)
 
 
 def axis_of(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column | None:
-    """Return the argument of a limit's chart at each sample: trolley position or radius [m], or sling angle [rad]."""
+    """Return the argument of a limit's chart at each sample: trolley position or radius [m], or sling angle [rad]. None
+    if it is missing."""
     if limit.over == "angle":
         angles = [x.values for name in limit.elements if (x := _bridle(plan, limit, signals, name))]
         return np.fmax.reduce(angles) if angles else None
@@ -61,8 +63,8 @@ def axis_of(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column | N
 def evaluated(
     plan: Plan, x: ScalarSignal, signals: SignalColumns, given: Mapping[str, Column] | None = None
 ) -> Column | None:
-    """Evaluate a signal at each sample (n,), SI; None if data are not recorded. `given`: values (n,) instead of
-    recorded ones."""
+    """Return the values (n,) of a signal at the samples, in SI units; None if its data are not recorded. `given`:
+    columns (n,) to use instead of the recorded ones."""
     if given is None:
         return signals.once(x, lambda: _evaluated(plan, x, signals, None))
     return _evaluated(plan, x, signals, given)
@@ -93,8 +95,7 @@ def _evaluated(
 
 
 def _named(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
-    """Evaluate the signal of a limit, with the exact peak of one rope or of the sum of all. A signal that the scene
-    itself limits needs all of its ropes in the recording."""
+    """Evaluate the signal of a limit, with the exact peak of one rope or of the sum of several ropes."""
     kind, given = KINDS.get(limit.quantity), None
     if kind in OF_TENSIONS:
         on_record = tuple(name for name in limit.elements if name in signals.tensions)
@@ -112,7 +113,8 @@ def _named(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | N
 
 
 def _exact(plan: Plan, limit: RatedLimit, signals: SignalColumns, x: ScalarSignal) -> tuple[float, float] | None:
-    """Return the signal at the exact peak of the rope of a limit, or of the sum of several, and its time [s]."""
+    """Return the value of the signal when the tension of the limit's rope, or the sum of several tensions, is at its
+    exact peak, and the time [s] of this peak."""
     alone = signals.peaks.get(limit.elements[0]) if len(limit.elements) == 1 else None
     if alone and limit.quantity == "lug load" and not _on_lug(plan, limit, signals, limit.elements[0], alone[1]):
         alone = None
@@ -130,8 +132,8 @@ def _exact(plan: Plan, limit: RatedLimit, signals: SignalColumns, x: ScalarSigna
 def _counted(
     plan: Plan, limit: RatedLimit, signals: SignalColumns, values: Column, exact: tuple[float, float] | None
 ) -> Reading | None:
-    """Return the part of a signal that counts: charts apply to loaded hooks (with the block for charts by radius),
-    off-lead to loaded ropes, with both signs alike."""
+    """Return the values that a limit counts: charts apply only while the hook is loaded (with the mass of the hook
+    block for charts by radius), off-lead angles only while the rope is loaded, regardless of their sign."""
     if limit.quantity in LOADS:
         if limit.over != "radius":
             return Reading(np.maximum(values, 0.0), exact)
@@ -145,7 +147,7 @@ def _counted(
 
 
 def _on_lug(plan: Plan, limit: RatedLimit, signals: SignalColumns, name: str, t: float | None = None) -> bool:
-    """Whether a sling is hooked to the lug of a limit at a time [s], or ever."""
+    """Return whether a sling is hooked to the lug of a limit at a time t [s], or at any time if t is None."""
     tie = tie_of(plan, name)
     if tie is None or tie.lower is not None:
         return True
@@ -154,7 +156,7 @@ def _on_lug(plan: Plan, limit: RatedLimit, signals: SignalColumns, name: str, t:
 
 
 def _hooked(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> dict[str, Column]:
-    """Return the tensions of slings while they are hooked to the lug of a limit [N]."""
+    """Return the tensions [N] of the slings, counted only while they are hooked to the lug of a limit."""
     found = {}
     for name in limit.elements:
         on = next((x for lug, x in signals.lugs(name) if lug == limit.subject), False)
@@ -165,7 +167,8 @@ def _hooked(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> dict[str, 
 
 
 def _design(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
-    """Return a load times its factors; in a run the simulated load without the dynamic factor."""
+    """Return the static load times its factors; in a run, the simulated load times the factors without the dynamic
+    one."""
     if limit.rest is None or (signals.dynamic and limit.rest.alone):
         return None
     found = read(plan, msgspec.structs.replace(limit, quantity=BASES[limit.quantity]), signals)
@@ -174,7 +177,8 @@ def _design(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | 
 
 
 def _assembly(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
-    """Vertical load of all legs of a bridle [kg]; at the exact peak of each with what the others then carry."""
+    """Return the vertical load [kg] of all legs of a bridle together; its exact maximum is found at the peaks of the
+    single legs, with the loads of the other legs at that time."""
     plumb = {}
     for name in limit.elements:
         if (angle := _bridle(plan, limit, signals, name)) is not None:
@@ -206,7 +210,8 @@ def _bridle(plan: Plan, limit: RatedLimit, signals: SignalColumns, name: str = "
 
 
 def _column(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
-    """Return quantities computed in other modules: ground pressure, drive moment, speed at lift-off and landing."""
+    """Return a quantity that another module computes: ground pressure, drive moment, or speed at lift-off and
+    landing."""
     values = COLUMNS[limit.quantity](plan, limit, signals)
     return None if values is None else Reading(values)
 
@@ -226,13 +231,13 @@ def _wind(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | No
 
 
 def _winds(plan: Plan, name: str = "") -> list[forces.InputSignal]:
-    """Return the signals of all winds, or of the wind `name`."""
+    """Return the speed signals of all winds or, if `name` is given, of that wind."""
     each = (f for m in plan.machines for f in m.system.forces if isinstance(f, forces.Wind))
     return [f.signal for f in each if name in ("", f.name)]
 
 
 def _strongest(winds: list[forces.InputSignal], t: Column) -> Column:
-    """Return the largest speed (n,) of any wind [m/s]; at a jump the larger side."""
+    """Return the highest speed (n,) [m/s] of any wind at the times t; at a jump the larger of both values."""
     speeds = [np.zeros(len(t))]
     for s in winds:
         if not s.times:
@@ -264,7 +269,7 @@ WHEN = ("begins", "most", "ends")
 
 
 class HookReach:
-    """Radii of the hooks that have a radius chart, over successive parts of a path or run."""
+    """Radii of the hooks that have a radius chart, collected from successive parts of an equilibrium path or a run."""
 
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
@@ -285,7 +290,7 @@ class HookReach:
         return signals
 
     def see_path(self, states: Sequence[StaticState]) -> tuple[Reach, ...]:
-        """Evaluate an equilibrium path."""
+        """Return the radii found on an equilibrium path."""
         self.see(signals_of(states))
         return self.found
 
@@ -301,7 +306,7 @@ class HookReach:
 
     @property
     def found(self) -> tuple[Reach, ...]:
-        """Return three radii of each hook and stage, in order of time: at its begin, at its end, and at the highest
+        """Three radii for each hook and stage, in order of time: at the beginning, at the end, and at the highest
         utilisation."""
         each = sorted(self._found.values(), key=lambda three: three[0].t)
         return tuple(

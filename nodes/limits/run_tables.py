@@ -1,7 +1,8 @@
-"""Tables of what a run's samples show besides limits: reactions, loads on lugs, slings, stages, the path of the block.
+"""Tables that are made from the samples of a run in addition to the limits: reactions, loads on lugs, slings, stages,
+the path of the block.
 
-A crane's load is the sum of its hook tensions.  The dynamic factor of a stage is the largest such sum over the larger
-one of the sums at rest before and at the end of the stage.
+The load of a crane is the sum of its hook tensions. The dynamic factor of a stage is the maximum of this load divided
+by the larger of its static values before and at the end of the stage.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -30,7 +31,7 @@ Cells = tuple[Cell, ...]
 
 
 class RunTables:
-    """Collects tables from the samples of a run, part by part; `stages`: (begin [s], name)."""
+    """Tables collected from the samples of a run, part by part; `stages`: (begin [s], name) of each stage."""
 
     def __init__(self, plan: Plan, stages: Sequence[tuple[float, str]], end: float) -> None:
         self._plan, self._rated = plan, rated(plan)
@@ -54,7 +55,7 @@ class RunTables:
         self._most: list[dict[str, float]] = [{} for _ in self._spans]
 
     def see(self, signals: SignalColumns) -> SignalColumns:
-        """Add the next samples; returns them unchanged."""
+        """Add the samples of the next part, and return them unchanged."""
         t, zero = signals.t, np.zeros(len(signals.t))
         if not len(t):
             return signals
@@ -84,8 +85,8 @@ class RunTables:
             self._reactions[name] = float(force[k]), float(t[k]), found
 
     def tables(self, uses: Sequence[Use], peaks: dict[str, tuple[float, float]], at: At) -> Iterator[Table]:
-        """Yield all tables; `uses`: limits with their highest utilisation, `peaks`: (tension [N], time [s]) by rope,
-        `at`: returns columns and rope lines at a time."""
+        """Yield all tables. `uses`: limits with their highest utilisation; `peaks`: (tension [N], time [s]) by rope;
+        `at`: function that returns columns and rope lines at a time."""
         yield Table("Loads on lugs", LUGS, tuple(self._lugs(uses, at)), ("u, v, w are the axes of the block.",))
         yield Table("Slings", SLINGS, tuple(self._slings(uses, peaks, at)))
         rows = tuple((name, *p, F / 1e3, F / TONNE, t) for name, (F, t, p) in self._reactions.items())
@@ -123,7 +124,7 @@ class RunTables:
                 yield rope, lug, angle, None if most is None else max(angle, degrees(most))
 
     def _stages(self) -> Table:
-        """Stages with governing rope and dynamic factors of cranes."""
+        """Return the table of stages, with the governing rope and the dynamic factors of the cranes."""
         t = np.concatenate([np.zeros(0), *self._t])
         loads = [np.concatenate([np.zeros(0), *each]) for each in zip(*self._loads, strict=True)]
         required, rows = dynamics_required(self._plan), list[Cells]()
@@ -139,7 +140,7 @@ class RunTables:
         return Table("Stages", heads, tuple(rows), (note,) if note and self._cranes else ())
 
     def _factor(self, crane: int, load: Column, t: Column) -> float | None:
-        """Dynamic factor of a crane; None with empty hooks."""
+        """Return the dynamic factor of a crane in a stage; None if its hooks are empty."""
         dead = sum(hook.below or hook.block_mass for hook in self._cranes[crane].hooks) * self._plan.gravity
         late = load[t >= t[-1] - SETTLED * (t[-1] - t[0])] if len(t) else load
         rest = max(float(load[0]), float(late.mean())) if len(late) else 0.0
@@ -155,7 +156,7 @@ class RunTables:
 
 
 def _up(signals: SignalColumns, line: RopeLine) -> Column:
-    """Direction (3,) from the lower to the upper end of a rope line at the first sample."""
+    """Return the direction (3,) of a rope line from its lower to its upper end at the first sample."""
     a, b = (place(signals, Point(body, p)) for body, p in ((line.a_body, line.a), (line.b_body, line.b)))
     d = (a - b)[0] if a is not None and b is not None else np.zeros(3)
     return np.asarray(d / max(float(np.linalg.norm(d)), 1e-12))

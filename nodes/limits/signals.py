@@ -1,5 +1,5 @@
-"""The signals that are checked, of an equilibrium path or a run: tensions, poses and rope lengths as columns over n
-instants."""
+"""The signals on which limits are checked, from an equilibrium path or a run: tensions, poses and rope lengths as
+columns over n instants."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -21,12 +21,12 @@ Hooked: TypeAlias = tuple[float, Mapping[str, str]]  # from when [s], sling -> l
 
 @dataclass(frozen=True)
 class SignalColumns:
-    """Columns over n instants; names are the kernel's.
+    """Signals as columns over n instants, by the kernel's names.
 
-    t (n,) [s]; tensions: rope or support -> (n,) [N]; poses: body -> p_WB (n, 3) [m] and R_WB (n, 3, 3); lengths: hook
-    rope -> (n,) unstretched length [m], where it is known. `peaks`: rope -> (tension [N], time [s]), exact for an
-    integrated run; `crossings`: load cell -> (tension [N], time [s]) when it exceeded its rated one. `stages`: (start
-    [s], name); `actions`: number of the action at each instant of a path.
+    t (n,) [s]; tensions: rope or support -> (n,) [N]; poses: body -> position p_WB (n, 3) [m] and rotation R_WB (n, 3,
+    3); lengths: hook rope -> unstretched length (n,) [m], where it is known. `peaks`: rope -> (tension [N], time [s]),
+    exact for an integrated run; `crossings`: load cell -> (tension [N], time [s]) when the rated tension was exceeded.
+    `stages`: (start [s], name); `actions`: number of the action at each instant of an equilibrium path.
     """
 
     t: Column
@@ -43,27 +43,28 @@ class SignalColumns:
     known: dict[object, Any] = field(default_factory=dict, compare=False, repr=False)  # what was read before
 
     def once(self, key: object, make: Callable[[], T]) -> T:
-        """Return a value by its key, computed on first use, such as a column."""
+        """Return the value stored for a key; on first use it is computed by `make`."""
         if key not in self.known:
             self.known[key] = make()
         found: T = self.known[key]
         return found
 
     def stage_at(self, t: float, k: int | None = None) -> str:
-        """Return the stage of instant k, or of a time t [s] between instants."""
+        """Return the name of the stage at instant k or, between instants, at time t [s]."""
         if k is not None and self.named:
             return self.named[k]
         return next((name for start, name in reversed(self.stages) if start <= t), "")
 
     def within(self, stage: str) -> NDArray[np.bool_]:
-        """Return the mask (n,) of the samples in a stage."""
+        """Return a mask (n,) that is true for the samples in a stage."""
         if self.named:
             return np.array([name == stage for name in self.named], dtype=bool)
         at = np.searchsorted([start for start, _ in self.stages], self.t, side="right")
         return np.array([False, *(name == stage for _, name in self.stages)], dtype=bool)[at]
 
     def lugs(self, sling: str) -> list[tuple[str, NDArray[np.bool_]]]:
-        """Return the lugs of a sling, each with a mask (n,) of the samples at which it was hooked there."""
+        """Return the lugs to which a sling is hooked, each with a mask (n,) of the samples at which it is hooked
+        there."""
         return self.once(("lugs", sling), lambda: self._lugs(sling))
 
     def _lugs(self, sling: str) -> list[tuple[str, NDArray[np.bool_]]]:
@@ -80,7 +81,7 @@ class SignalColumns:
 
 
 def signals_of(states: Sequence[StaticState]) -> SignalColumns:
-    """Return the columns of a path; missing values are 0 (tensions) or nan."""
+    """Return the columns of an equilibrium path; missing tensions are 0, other missing values nan."""
     forces = [{**state.tensions, **state.supports} for state in states]
     ropes = sorted({name for each in forces for name in each})
     bodies = sorted({name for state in states for name in state.poses})
@@ -104,7 +105,7 @@ def signals_of(states: Sequence[StaticState]) -> SignalColumns:
 
 
 class _Line(Protocol):
-    """A rope line as recorded."""
+    """A rope line as it is recorded: names of the rope and of the body at its lower end, and the point on that body."""
 
     @property
     def rope(self) -> str: ...
@@ -115,7 +116,7 @@ class _Line(Protocol):
 
 
 def hooked_in(plan: Plan, rigs: Sequence[tuple[float, Sequence[_Line]]]) -> list[Hooked]:
-    """Return the time [s] from which each sling is hooked to each lug (by the recorded rope lines)."""
+    """Return, from the recorded rope lines, the time [s] from which each sling is hooked to each lug."""
     known = plan.machines
     slings = {tie.rope for machine in known for tie in machine.ties}
     lugs = {(point.body, *point.p): name for name, point in lug_places(known).items()}
@@ -127,12 +128,12 @@ def hooked_in(plan: Plan, rigs: Sequence[tuple[float, Sequence[_Line]]]) -> list
 
 
 def tie_of(plan: Plan, name: str) -> Tie | None:
-    """Return the sling of this name; None if there is none."""
+    """Return the sling with this name; None if there is none."""
     return next((tie for machine in plan.machines for tie in machine.ties if tie.rope == name), None)
 
 
 def carries(plan: Plan, hook: Hoist, signals: SignalColumns) -> Column:
-    """Return whether a load hangs on a hook, at each sample (n,)."""
+    """Return whether a load hangs on a hook, for each sample (n,)."""
     slings = [tie.rope for tie in ties_on(plan.machines, hook) if tie.rope in signals.tensions]
     if not slings:
         return np.ones(len(signals.t), dtype=bool)
@@ -141,7 +142,7 @@ def carries(plan: Plan, hook: Hoist, signals: SignalColumns) -> Column:
 
 
 def place(signals: SignalColumns, point: Point) -> Column | None:
-    """Return the positions (n, 3) of a point of a body [m]; None if the body is not recorded."""
+    """Return the positions (n, 3) [m] of a point on a body; None if the body is not recorded."""
     return _placed(signals, point) if point.body in signals.poses or point.body == WORLD else None
 
 

@@ -1,9 +1,9 @@
-"""Factors of published standards, each with name and clause.
+"""Factors of published standards, each with the name and clause of its source.
 
 ISO 4308-1 is withdrawn and replaced by ISO 16625; crane ropes are still chosen by its factors. 0027/ND (GL Noble
 Denton) rev 11.2 of 2016 was continued as DNVGL-ST-N001 and DNV-ST-N001.
 
-Allowed loads of slings and shackles by published standards: one row per termination, number of legs or standard.
+Allowed loads of slings and shackles by published standards: one row for each termination, number of legs or standard.
 
 EN 13414-1 has two methods, which are never combined: legs bought as one assembly carry its working load limit together;
 legs chosen singly carry each their own, with a skew load factor if four hold one rigid load.
@@ -44,7 +44,8 @@ HOISTING = {"HC1": (1.05, 0.17), "HC2": (1.10, 0.34), "HC3": (1.15, 0.51), "HC4"
 
 @dataclass(frozen=True)
 class Sharing:
-    """Assumed unequal sharing in statically indeterminate rigging."""
+    """Assumption about unequal load sharing in statically indeterminate rigging: when it applies, its message, factor
+    and source."""
 
     when: str
     message: str
@@ -76,13 +77,15 @@ def daf(place: str | None, mass: float) -> tuple[float, str] | None:
 
 
 def hoisting_factor(speed: float, hoisting_class: str) -> float:
-    """Return phi_2 = phi_2,min + beta_2 v_h of a load lifted off at a hook speed [m/s] (EN 13001-2, 4.2.2.2)."""
+    """Return phi_2 = phi_2,min + beta_2 v_h, the dynamic factor for lifting a load off the ground at a hook speed v_h
+    [m/s] (EN 13001-2, 4.2.2.2)."""
     least, slope = HOISTING[hoisting_class]
     return least + slope * speed
 
 
 def partial_factor(**given: float) -> float:
-    """Return the required breaking force over the largest tension: product of a sling's factors (0027/ND 7.3.1)."""
+    """Return the required ratio of breaking force to largest tension of a sling, as a product of partial factors
+    (0027/ND 7.3.1)."""
     each = RIGGING | given
     reduced = each["termination"] * each["wear"] * each["twist"]
     return max(each["load"] * each["consequence"] * each["material"] * reduced, LEAST * reduced)
@@ -90,8 +93,8 @@ def partial_factor(**given: float) -> float:
 
 @dataclass(frozen=True)
 class Strength:
-    """A requirement on strength: the quantity may reach the breaking force over `factor`, with source. A scene may
-    override the factor by the key `own`."""
+    """A strength requirement with its source: the quantity may be at most the breaking force divided by `factor`. A
+    scene may override the factor with its key `own`."""
 
     of: Literal["sling", "hoist rope"]
     quantity: Quantity
@@ -113,7 +116,8 @@ Own: TypeAlias = Mapping[str, tuple[float, str, str]]  # by key: a factor with i
 def strength_limits(
     of: str, name: str, breaking: float, where: str, given: Own, note: str = ""
 ) -> Iterator[RatedLimit]:
-    """Yield the limits of a sling or hoist rope by each standard; `breaking` [N]; `given`: overriding factors."""
+    """Yield the limits of a sling or hoist rope by each standard. `breaking`: breaking force [N]; `given`: factors of
+    the scene that replace those of the standard."""
     for row in (row for row in STRENGTHS if row.of == of):
         factor, source, more = given.get(row.own) or (row.factor, row.source, note)
         yield RatedLimit(
@@ -137,7 +141,8 @@ EN_13889, LARGEST_SHACKLE = "EN 13889", 25e3  # its shackles end there [kg]
 
 
 class Termination(NamedTuple):
-    """Properties of a sling termination: KT of EN 13414-1, if applicable, and the factor of 0027/ND 7.7.1."""
+    """Properties of a sling termination: factor KT of EN 13414-1, None if it does not apply, and the factor of 0027/ND
+    7.7.1."""
 
     kt: float | None
     factor: float
@@ -172,7 +177,7 @@ class Terms(NamedTuple):
 
 
 class Rated(NamedTuple):
-    """Required ratio of breaking force to load with its source, and notes for the planner."""
+    """Required ratio of breaking force to load, with its source and a note for the planner."""
 
     factor: float
     source: str
@@ -180,7 +185,7 @@ class Rated(NamedTuple):
 
 
 def at_rest(x: Terms, gravity: float) -> Rated:
-    """Return the safety factor of one leg at rest."""
+    """Return the safety factor that one leg of a sling needs for its static load."""
     if x.WLL:
         return _skewed(x, Rated(x.breaking / (x.WLL * gravity), x.source or "its working load limit in the scene"))
     known = TERMINATIONS[x.termination or "ferrule"]
@@ -200,7 +205,8 @@ def at_rest(x: Terms, gravity: float) -> Rated:
 
 
 def _skewed(x: Terms, rated: Rated) -> Rated:
-    """Return a rating with the skew load factor added for four individually chosen legs."""
+    """Return a rating, multiplied by the skew load factor if the sling is one of four legs that were chosen
+    individually."""
     if not x.single:
         return rated
     skew = SHARING["four slings"]
@@ -209,7 +215,7 @@ def _skewed(x: Terms, rated: Rated) -> Rated:
 
 
 def in_a_run(x: Terms) -> Rated:
-    """Return the safety factor for the peak tension in a run (0027/ND, 7.3 to 7.10)."""
+    """Return the safety factor that a sling needs for its peak tension in a run (0027/ND, 7.3 to 7.10)."""
     name = x.termination or "spliced"
     bend = bending(x.pin / x.diameter) if x.pin and x.diameter and name not in SOCKETS else 1.0
     reduced = max(TERMINATIONS[name].factor, bend)
@@ -229,12 +235,14 @@ def _force(x: Terms) -> str:
 
 
 def bending(ratio: float) -> float:
-    """Return the bending factor of a sling around a pin with this ratio of diameters, at least 1 (0027/ND, 7.8.1)."""
+    """Return the bending factor of a sling around a pin, for the ratio of pin diameter to sling diameter; at least 1
+    (0027/ND, 7.8.1)."""
     return 1.0 / (1.0 - 0.5 / sqrt(max(ratio, 1.0)))
 
 
 def assembly(x: Terms, legs: int, gravity: float) -> tuple[tuple[tuple[float, float], ...], str] | None:
-    """Return the WLL of an assembly of legs, (angle to the vertical [rad], mass [kg]), and its terms, else None."""
+    """Return the WLL of an assembly of legs, as pairs (angle to the vertical [rad], mass [kg]), and the basis of this
+    rating in words; None if the standard does not rate such an assembly."""
     rated = at_rest(x._replace(single=False), gravity)
     if legs not in KL or x.WLL or TERMINATIONS[x.termination or "ferrule"].kt is None or rated.note:
         return None
@@ -246,7 +254,7 @@ def assembly(x: Terms, legs: int, gravity: float) -> tuple[tuple[tuple[float, fl
 
 
 def shackle(WLL: float, standard: str) -> str:
-    """Return a remark on a shackle of a WLL [kg] and a standard; "" if it is plausible."""
+    """Return a remark on a shackle with this WLL [kg] under a standard, or "" if the two fit together."""
     if standard.startswith(EN_13889) and WLL > LARGEST_SHACKLE:
         return f"{EN_13889} ends at {LARGEST_SHACKLE / 1e3:g} t, assumed: RR-C-271 or its maker's certificate counts"
     return "EN 1677 is for hooks, links and components, assumed" if standard.startswith("EN 1677") else ""

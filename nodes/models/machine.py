@@ -1,9 +1,9 @@
 """The generic machine: declared bodies, joints, laws and hooks as one coupled model.
 
-Every joint becomes a joint coupled and every body a body coupled model (Fig. 7); each law belongs to the actor of the
-joint or body on which it acts. A rope or force belongs to the first body (not the ground) at its ends, a support or
-contact to its body; a rope wound in pieces is one actor. Forces on a joint or body of the lift form a group of their
-own. Actors have the names of their elements, and send in the order of these names.
+Every joint and every body becomes a coupled model (Fig. 7 of the paper); each force law belongs to the actor of the
+joint or body on which it acts. A rope or force belongs to the first body (other than the ground) at its ends, a support
+or contact to its body; a rope wound in pieces is one actor. Forces on a joint or body of the lift form a group of their
+own. Actors have the names of their mechanical elements, and send in the alphabetical order of these names.
 """
 
 import re
@@ -54,7 +54,7 @@ class MachineModel(RealObject):
             self._latch(latch)
 
     def _latch(self, latch: BrakeLatch) -> None:
-        """Couple the slings of a latch with its brake."""
+        """Connect the slings of a latch with its brake."""
         groups = [group for group in self.children.values() if isinstance(group, Group)]
         actors = [(group, actor) for group in groups for actor in group.children.values()]
         locks = ((of, x) for of, x in actors if isinstance(x, LatchActor) and x.element == latch.brake)
@@ -82,7 +82,7 @@ class MachineModel(RealObject):
         return re.sub(r"[^A-Za-z0-9_-]", "-", element.removeprefix(self.common))
 
     def _act_on(self, name: str, actors: list[Actor]) -> None:
-        """Add the actors of forces on a joint or body of the lift."""
+        """Add the actors of forces that act on a joint or body of the lift."""
         if actors:
             group = self.take(Group(f"{self._name(name)}-acted-on"))
             for actor in actors:
@@ -139,7 +139,7 @@ class MachineModel(RealObject):
         return actors
 
     def _rope(self, rope: Rope | RigidRope | Reeving, parts: tuple[Rope | RigidRope | Reeving, ...]) -> Actor:
-        """Return the actor of a rope; `parts`: its pieces, which are wound together."""
+        """Return the actor of a rope; `parts`: the pieces of the rope, which are wound together."""
         laws = System(
             ropes=tuple(r for r in parts if isinstance(r, Rope)),
             rigid_ropes=tuple(r for r in parts if isinstance(r, RigidRope)),
@@ -158,7 +158,7 @@ class MachineModel(RealObject):
         )  # fmt: skip
 
     def _holds(self, rope: Rope | RigidRope | Reeving) -> str:
-        """Return the body to whose actor a rope belongs: the first one of its first piece."""
+        """Return the body to whose actor a rope belongs: the first body at its first piece."""
         first = next(iter(self.mechanism.pieces.get(rope.name, {})), "")
         return _body(self.ropes.get(first, rope))
 
@@ -167,7 +167,7 @@ class MachineModel(RealObject):
         return DriveActor(name, element, laws, start=at.start, lower=at.lower, upper=at.upper, emergency=at.emergency)
 
     def _actuator(self, name: str) -> Actuator:
-        """Return start and limits of an actuator; a rope starts at its length, others at 0."""
+        """Return the start position and the limits of an actuator; a rope starts at its length, any other at 0."""
         if name in self.actuators:
             return self.actuators[name]
         lengths = {rope.name: rope.L0 for rope in self.system.all_ropes}
@@ -184,12 +184,12 @@ def _body(rope: Rope | RigidRope | Reeving) -> str:
 
 
 def _first(force: Force) -> str:
-    """Return the body to whose actor a force belongs: the first of its ends that is not the ground."""
+    """Return the body to whose actor a force belongs: the first one at its ends that is not the ground."""
     return next((p.body for p in force.points if p.body != WORLD), "")
 
 
 def turning(system: System) -> list[str]:
-    """Return the drives and masters of a machine whose coordinate is an angle."""
+    """Return the drives and masters of a machine whose coordinates are angles."""
     joints = {joint.name: JOINTS[joint.kind] for joint in system.joints}
     of = ((d.name, joints[d.joint], d.coordinate) for d in system.drives)
     found = [name for name, joint, at in of if joint.turns(joint.actable.index(at) if at else 0)]

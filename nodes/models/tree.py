@@ -1,6 +1,7 @@
-"""The model tree as text: coupled models, joint and body atomics, actors, and their ports.
+"""The model tree as text: coupled models, atomic models of joints and bodies, actors, and their ports.
 
-Printed by `heavylift tree SCENE`; each line is one model with its content and, in brackets, its ports in -> out.
+Printed by `heavylift tree SCENE`; each line shows one model with its content and, in brackets, its input and output
+ports as in -> out.
 """
 
 from heavylift.nodes.devs import Coupled, InPort, Model
@@ -80,6 +81,6 @@ def _ports(model: Model) -> str:
 
 
 def _directions(model: Model) -> tuple[list[str], list[str]]:
-    """Return the names of in ports and of out ports."""
+    """Return the names of a model's input ports and of its output ports."""
     into = [name for name, port in model.ports.items() if isinstance(port, InPort)]
     return into, [name for name in model.ports if name not in into]

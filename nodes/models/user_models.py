@@ -1,4 +1,4 @@
-"""A user's own model beside the kernel: any atomic or coupled model, or a unit of FMI, as a node of a scene.
+"""Models written by users, as nodes of a scene beside the kernel: any atomic or coupled model, or an FMU.
 
     class Damper(Atomic):                               models:
         swing, speed = In(Sample), Out(SetPoint)          damper:
@@ -8,8 +8,8 @@
                                                             orders: {speed: trolley}
                                                             parameters: {gain: 10 m/s}
 
-Its constructor gets the name "model" and the parameters. Its set-points are delayed by the delay of the scene, which is
-the lookahead of the port; an FMI unit has its step as additional lookahead.
+The constructor of the model gets the name "model" and the parameters. Set-points take effect after the delay given in
+the scene, which is the lookahead of the port; for an FMU the step is added to the lookahead.
 """
 
 from heavylift.kernel.description.mechanics import System
@@ -26,12 +26,12 @@ MOST = 100  # periods of a delay: so many set-points can be on their way
 
 
 def sample_port(model: str, port: str) -> str:
-    """Return the name of the kernel's port with the signal for a port of a user model."""
+    """Return the name of the kernel's output port that sends the signal to a port of a user model."""
     return f"sample_{model}_{port}"
 
 
 def aim_port(model: str, port: str) -> str:
-    """Return the name of the commander's port for the set-points of a user model's port."""
+    """Return the name of the commander's input port for the set-points from a user model's port."""
     return f"aim_{model}_{port}"
 
 
@@ -56,13 +56,13 @@ class UserModelNode(Coupled):
                 self.connect(source, out)
 
     def declare(self) -> System:
-        """Return an empty system: it declares no mechanics."""
+        """Return an empty mechanical system, since a user model declares no mechanics."""
         return System()
 
 
 class SetPointDelay(Atomic):
-    """Sends every nth set-point after a fixed delay [ns], which is its lookahead. Only one waits at a time: a lookahead
-    requires that an output is scheduled when its input arrives."""
+    """Passes on every nth set-point after a fixed delay [ns], which is the lookahead. It delays only one set-point at a
+    time, because a lookahead requires that an output is scheduled when its input arrives."""
 
     into, out = In(SetPoint), Out(SetPoint)
 
@@ -72,12 +72,12 @@ class SetPointDelay(Atomic):
         self.number, self.of = number, of
 
     def start(self) -> None:
-        """Start empty."""
+        """Start without a set-point."""
         self.heard = 0
         self.point: SetPoint | None = None
 
     def external(self, e: int, x: Bag) -> None:
-        """Take the next set-point that is not skipped, and wait for the delay."""
+        """Keep the next set-point that is not to be skipped, and wait for the delay."""
         for point in x[self.into]:
             if self.heard % self.of == self.number:
                 if self.point is not None:
@@ -89,18 +89,18 @@ class SetPointDelay(Atomic):
             self.heard += 1
 
     def output(self) -> None:
-        """Send the set-point that has waited."""
+        """Send the delayed set-point."""
         if self.point is not None:
             self.out.send(self.point)
 
     def internal(self) -> None:
-        """Become free for the next set-point."""
+        """Get ready for the next set-point."""
         self.point = None
         self.passivate()
 
 
 class _Unit(Stepped):
-    """An FMU: its inputs are signals, its outputs set-points, its step is the period."""
+    """An FMU as an atomic model: its inputs are signals, its outputs are set-points, and its step is the period."""
 
     def __init__(self, own: UserModel) -> None:
         given = {key: x for key, x in own.parameters.items() if not isinstance(x, str)}
@@ -112,7 +112,7 @@ class _Unit(Stepped):
         self.unit.check(own.signals)
 
     def external(self, e: int, x: Bag) -> None:
-        """Hold the signals."""
+        """Store the signals that arrive, for the next step."""
         self.unit.hold((name, value.value) for name, port in self.heard.items() for value in x.get(port, ()))
 
     def output(self) -> None:
@@ -144,7 +144,8 @@ def _made(own: UserModel) -> Model:
 
 
 def _port(own: UserModel, model: Model, name: str, kind: type, carries: type) -> InPort[Sample] | OutPort[SetPoint]:
-    """Return the port of the model to which the scene refers; raises ModelError if it does not fit."""
+    """Return the port of the model that the scene refers to; raises ModelError if it is missing or has another
+    direction or type."""
     port = model.ports.get(name)
     if port is None or not isinstance(port, kind) or port.type is not carries:
         distance, file = "in" if kind is InPort else "out", own.model.rpartition("/")[2]

@@ -1,6 +1,7 @@
 """Orders and conditions of the commander, and the actions that combine them.
 
-Part of the plan (see `plan`): resolved names, SI units, one actuator per order, frozen msgspec data.
+They are part of the plan (see `plan`): frozen msgspec data with resolved names, SI units and one actuator for each
+order.
 """
 
 from typing import Any, Literal, TypeAlias
@@ -13,7 +14,7 @@ from .verbs import MOTIONS
 
 
 class Item(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
-    """An item written in a scene; `where` is file:line:column."""
+    """Base class of everything written in a scene; `where` is its place, file:line:column."""
 
     where: str = ""
 
@@ -22,13 +23,13 @@ class Item(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
 
 
 class Term(Item, frozen=True, kw_only=True):
-    """A condition, or a part of one."""
+    """Base class of conditions and their parts; `text` is the condition as written."""
 
     text: str = ""
 
 
 class SlingsCondition(Term, frozen=True, kw_only=True, tag="slings"):
-    """All or any of the hooked slings (or a mechanism's ropes) are taut or slack."""
+    """Condition: all or any of the hooked slings (or of a mechanism's ropes) are taut or slack."""
 
     names: tuple[str, ...]
     each: Literal["all", "any"] = "all"
@@ -36,30 +37,30 @@ class SlingsCondition(Term, frozen=True, kw_only=True, tag="slings"):
 
 
 class MovesDone(Term, frozen=True, kw_only=True, tag="moves-done"):
-    """The orders of the previous action are done (those of `verbs`, if given); with `stopped`, orders stopped by a
-    limit switch or interlock count as done."""
+    """Condition: the orders of the previous action are done, or only those with the given verbs. If `stopped` is true,
+    orders that a limit switch or interlock stopped count as done."""
 
     verbs: tuple[str, ...] = ()
     stopped: bool = False
 
 
 class LiftedCondition(Term, frozen=True, kw_only=True, tag="lifted"):
-    """No support of this block or mechanism is closed."""
+    """Condition: this block or mechanism touches none of its supports."""
 
     model: str = "block"
 
 
 class LandedCondition(Term, frozen=True, kw_only=True, tag="landed"):
-    """All supports of one face of this block are closed."""
+    """Condition: all supports of one face of this block are in contact."""
 
     model: str = "block"
 
 
 class CrossingCondition(Term, frozen=True, kw_only=True, tag="crossing"):
-    """A measured quantity is at or beyond `value` (rising: >=, else <=).
+    """Condition: a measured quantity has reached `value`, from below if `rising`, else from above.
 
-    `threshold` has a name of its own in the plan (two conditions never share one); `model` watches it. Once reached, it
-    stays reached for the action or move that waits for it.
+    Each condition has a threshold with a name of its own in the plan; `model` watches it. Once the value is reached,
+    the condition stays true for the action or move that waits for it.
     """
 
     model: str
@@ -69,25 +70,26 @@ class CrossingCondition(Term, frozen=True, kw_only=True, tag="crossing"):
 
 
 class AfterCondition(Term, frozen=True, kw_only=True, tag="after"):
-    """This many seconds have passed since the previous action (in `until`: the order) began."""
+    """Condition: this many seconds have passed since the previous action began or, in `until`, since the order
+    began."""
 
     seconds: float
 
 
 class BegunCondition(Term, frozen=True, kw_only=True, tag="begun"):
-    """The action list of the whole scene has begun the list of this lift."""
+    """Condition: the action list of the whole scene has begun the list of this lift."""
 
     lift: str
 
 
 class EndedCondition(Term, frozen=True, kw_only=True, tag="ended"):
-    """The action list of this lift is done."""
+    """Condition: the action list of this lift is done."""
 
     lift: str
 
 
 class And(Term, frozen=True, kw_only=True, tag="and"):
-    """All of these conditions hold at the same time."""
+    """Condition: all of these conditions hold at the same time."""
 
     all: "tuple[Condition, ...]"
 
@@ -109,8 +111,8 @@ Condition: TypeAlias = (
 
 
 class Follow(Item, frozen=True, kw_only=True, tag="follow"):
-    """An actuator follows k1 s + kc cos s + ks sin s of a master (turn or measured angle) that starts at `s`; `law`:
-    the three coefficients [m/rad, m, m]."""
+    """Order to an actuator to follow k1 s + kc cos s + ks sin s, where s is the coordinate of a master (a turn or a
+    measured angle), which starts at `s`; `law`: the coefficients (k1 [m/rad], kc [m], ks [m])."""
 
     model: str
     actuator: str
@@ -119,18 +121,18 @@ class Follow(Item, frozen=True, kw_only=True, tag="follow"):
     s: float = 0.0
 
     def value(self, s: float) -> float:
-        """Return the value of the law at s."""
+        """Return k1 s + kc cos s + ks sin s."""
         k1, kc, ks = self.law
         return k1 * s + float(kc * cos(s) + ks * sin(s))
 
 
 class Motion(Item, frozen=True, kw_only=True, tag="motion"):
-    """Move by a signed distance, to a coordinate, or (both None) without end.
+    """Move an actuator by a signed distance, to a coordinate or, if both are None, without end.
 
-    Coordinates are the actuator's own: joint coordinate of a drive, UNSTRETCHED LENGTH of a winch (hoisting is
-    negative). `speed` is a magnitude if a distance or goal is given, signed for an endless move. An actuator stops by
-    itself at its end positions and reports the limit. `pulses`: number of pulses of ramps that leave no swing (see
-    `pulses`); `periods`: of the load's swing when the move begins and when it stops [s].
+    Coordinates are those of the actuator: joint coordinate of a drive, UNSTRETCHED LENGTH of a winch's rope (hoisting
+    is negative). `speed` is a magnitude if `by` or `to` is given, and signed otherwise. At its end positions an
+    actuator stops by itself and reports the limit. `pulses`: number of acceleration pulses in ramps that leave no swing
+    (see `pulses`); `periods` [s]: swing periods of the load at the start and at the end of the move.
     """
 
     speed: float
@@ -142,12 +144,12 @@ class Motion(Item, frozen=True, kw_only=True, tag="motion"):
 
 
 class Move(Motion, frozen=True, kw_only=True, tag="move"):
-    """Move one actuator; without `by` and `to` until a condition holds.
+    """Order to move one actuator; without `by` and `to`, until a condition holds.
 
-    `left`: swing that pulses leave because the period changes meanwhile [rad]. `together`: actuators that all stop when
-    one of them is stopped. `above`: lugs above which it ends; `to` is computed from their position when the action list
-    is followed. `trims`: it may have nothing to do. `keeps`: winches that keep the height of their hooks while it luffs
-    a boom.
+    `left` [rad]: swing that the pulses leave because the period changes during the ramp. `together`: actuators that all
+    stop when one of them is stopped. `above`: lugs above which the move ends; then `to` is computed from the position
+    of the lugs when the order is given. `trims`: the move may have nothing to do. `keeps`: winches that keep their
+    hooks at the same height while a boom luffs.
     """
 
     verb: str
@@ -166,8 +168,8 @@ class Move(Motion, frozen=True, kw_only=True, tag="move"):
 
 
 class Turn(Item, frozen=True, kw_only=True, tag="turn"):
-    """Turn the block to the angle `to` [rad] at `rate` [rad/s], with ramps `accel` [rad/s2]. The commander computes the
-    references of every trolley and winch that carries slings."""
+    """Order to turn the block to the angle `to` [rad] at `rate` [rad/s], with ramps `accel` [rad/s2]. The commander
+    computes the references of all trolleys and winches that carry slings."""
 
     block: str = "block"
     rate: float
@@ -177,7 +179,8 @@ class Turn(Item, frozen=True, kw_only=True, tag="turn"):
 
 
 class Hookup(Item, frozen=True, kw_only=True, tag="hook"):
-    """Hook a sling to a `lug` at `p` [m] in its body's frame, or, without, a mechanism's rope to its end point."""
+    """Order to hook a sling to a `lug` at `p` [m] in the frame of its body; without them, to hook a mechanism's rope to
+    its end point."""
 
     sling: str
     lug: str = ""
@@ -185,14 +188,15 @@ class Hookup(Item, frozen=True, kw_only=True, tag="hook"):
 
 
 class UnhookSling(Item, frozen=True, kw_only=True, tag="unhook"):
-    """Unhook a sling; `parted`: it breaks and cannot be hooked again."""
+    """Order to unhook a sling; if `parted`, the sling breaks and cannot be hooked again."""
 
     sling: str
     parted: bool = False
 
 
 class BrakeOrder(Item, frozen=True, kw_only=True, tag="brake"):
-    """Engage or release a brake, a joint's lock or a beam's hinge lock, or activate or bypass an interlock."""
+    """Order to engage or release a brake, the lock of a joint or of a beam's hinge, or to activate or bypass an
+    interlock."""
 
     model: str
     brake: str
@@ -200,7 +204,7 @@ class BrakeOrder(Item, frozen=True, kw_only=True, tag="brake"):
 
 
 class StopOrder(Item, frozen=True, kw_only=True, tag="stop"):
-    """Stop an actuator with `accel` [m/s2 or rad/s2]; None: that of its move."""
+    """Order to stop an actuator with the deceleration `accel` [m/s2 or rad/s2]; None: the deceleration of its move."""
 
     model: str
     actuator: str
@@ -208,13 +212,13 @@ class StopOrder(Item, frozen=True, kw_only=True, tag="stop"):
 
 
 class Wait(Item, frozen=True, kw_only=True, tag="wait"):
-    """Wait for this many seconds."""
+    """Order to wait for this many seconds."""
 
     seconds: float
 
 
 class Begin(Item, frozen=True, kw_only=True, tag="begin"):
-    """Begin the action list of a lift."""
+    """Order to begin the action list of a lift."""
 
     lift: str
 
@@ -226,14 +230,15 @@ Order: TypeAlias = Move | Turn | Hookup | UnhookSling | BrakeOrder | StopOrder |
 
 
 class WatchThreshold(Item, frozen=True, kw_only=True, tag="watch"):
-    """Watch a threshold, and report once when it reaches `value`."""
+    """Order to watch a threshold and to report once when it reaches `value`."""
 
     value: float
     rising: bool
 
 
 class EndOrder(Item, frozen=True, kw_only=True, tag="end"):
-    """End an order: a move ramps down, a follower holds (its master is at `s`), a threshold is disarmed."""
+    """Order to end another order: a move ramps down, a follower holds its position (its master is at `s`), a threshold
+    is no longer watched."""
 
     s: float = 0.0
 
@@ -242,24 +247,25 @@ ActorCommand: TypeAlias = Motion | Follow | StopOrder | Hookup | UnhookSling | B
 
 
 def for_actor(order: Move | Follow | StopOrder | Hookup | UnhookSling | BrakeOrder, **more: Any) -> ActorCommand:
-    """Return the part of an order that its actor needs, with the fields `more`, and without the line of the scene, on
-    which a run must not depend."""
+    """Return the part of an order that its actor needs, with the fields `more`. The line of the scene is left out,
+    because a run must not depend on it."""
     kind = Motion if isinstance(order, Move) else type(order)
     return kind(**{name: getattr(order, name) for name in kind.__struct_fields__ if name != "where"} | more)
 
 
 class Touch(Item, frozen=True, kw_only=True):
-    """Two things that may touch, by name ("world": the ground); `stays`: also after this stage."""
+    """Two objects that may touch, by name ("world" is the ground); `stays`: also after this stage."""
 
     names: tuple[str, str]
     stays: bool = False
 
 
 class Action(Item, frozen=True, kw_only=True):
-    """An action of the commander: orders given at the same time.
+    """An action of the commander: orders that are given at the same time.
 
-    It begins when `when` holds (None: the orders of the previous action are done). `timeout` [s] bounds the wait,
-    counted from the beginning of the previous action; if it expires, the run ends with an error.
+    It begins when the condition `when` holds (None: when the orders of the previous action are done). `timeout` [s]
+    limits the wait for this, counted from the beginning of the previous action; if it expires, the run ends with an
+    error.
     """
 
     stage: str = ""

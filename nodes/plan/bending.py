@@ -1,8 +1,9 @@
-"""The body of a block, rigid or flexible: division of its mass and moments into a beam and a rigid part.
+"""The body of a block, rigid or flexible: how its mass and moments of inertia are divided between a beam and a rigid
+part.
 
-A uniform beam along x has m L^2 / 12 about y and z, and no contribution from the height and width of the block; with
-modes alone the whole mass is in the rigid part. The rigid part has the moments that make the sum equal to those of the
-block, so that a block with stiff modes moves like a rigid one.
+A uniform beam along x has the moment m L^2 / 12 about y and z, and the height and width of the block contribute nothing
+to it; if modes are given instead of a beam, the whole mass is in the rigid part. The rigid part gets the moments that
+are missing to those of the block, so that a block with stiff modes moves like a rigid one.
 """
 
 from dataclasses import replace
@@ -12,7 +13,7 @@ from heavylift.kernel.description.mechanics import Body, Matrix, Vector
 
 
 def block_body(given: Body, flexible: Flexible | None) -> Body:
-    """Return the body with these mass properties and its flexible part."""
+    """Return a body with the given mass properties of which the flexible part, if any, has its share of the mass."""
     if flexible is None or flexible.beam is None:
         return replace(given, flexible=flexible)
     beam = flexible.beam
@@ -35,7 +36,7 @@ def block_body(given: Body, flexible: Flexible | None) -> Body:
 
 
 def _about_origin(mass: float, p: Vector) -> Matrix:
-    """Return the moments of a point mass at p about the origin minus those about its centre [kg m2]."""
+    """Return the moments of inertia (3, 3) [kg m2] of a point mass at p about the origin."""
     square = sum(x * x for x in p)
     a, b, c = (
         (mass * ((i == 0) * square - p[i] * p[0]), mass * ((i == 1) * square - p[i] * p[1]),

@@ -1,4 +1,4 @@
-"""Factors between the static load and the load for which hooks, slings, shackles and lugs are chosen."""
+"""Factors that lead from the static load to the design load, for which hooks, slings, shackles and lugs are chosen."""
 
 from typing import Annotated, Literal, TypeAlias
 
@@ -12,7 +12,8 @@ Place: TypeAlias = Literal["onshore", "inshore", "offshore"]
 
 
 class Factors(Item, frozen=True, kw_only=True):
-    """Factors of a lift; omitted ones are taken from its practice (standard), if its clause is known."""
+    """Factors of a lift as given in a scene; an omitted factor is taken from the practice (standard) of the lift, if
+    its clause is known."""
 
     place: Place | None = None  # where it is; left out: onshore, unless something floats
     weight: Positive | None = None  # contingency of the weight
@@ -33,7 +34,7 @@ class Factors(Item, frozen=True, kw_only=True):
 
 
 class Factor(Item, frozen=True, kw_only=True):
-    """A factor as applied: name, value and source."""
+    """A factor as it is applied to a load: name, value and source."""
 
     name: str
     value: float

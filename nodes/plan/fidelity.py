@@ -1,7 +1,7 @@
-"""Model level (fidelity) of the machines; questions that a scene can ask of its run, and the measured answer.
+"""Model level (fidelity) of the machines, and the results and accuracy that a scene asks for, with the measured answer.
 
-A fidelity is given in a scene under `fidelity:`, or chosen for what the scene asks. The models apply it when they
-declare their mechanics, so that omitted parts never reach the kernel.
+A fidelity is given in a scene under `fidelity:`, or chosen to answer what the scene asks for. The models apply it when
+they declare their mechanics, so omitted parts never reach the kernel.
 
 Quantities that a scene can ask for, and the reference of the relative error of each:
 
@@ -16,9 +16,10 @@ support load    largest force of every support                               its
 clearance       the smallest distance of the run                             itself, or 0.1 m if that is more
 limits          the highest utilisation of every limit, also of user signals the limit
 
-Planar motion: locks the joints that would leave the plane: slides along its normal, turns about any other axis.
+Planar motion locks the joints that would leave the plane: those that slide along its normal, and those that turn about
+any other axis than its normal.
 
-Axes are those at the start, including the rotation of the joints below them.
+The directions of axes are those at the start, including the rotations of the joints that carry them.
 """
 
 from collections.abc import Iterator, Sequence
@@ -57,7 +58,8 @@ SHORTEST = 0.5  # [s] so long counts a stage in which the block comes off sooner
 
 
 class Fidelity(Item, frozen=True, kw_only=True):
-    """Model level of the machines, each field applied by a pass; the fields are the keys of `fidelity:` in a scene."""
+    """Model level of the machines; each field is applied by one pass over a machine. The fields are the keys of
+    `fidelity:` in a scene."""
 
     ropes: Literal["rigid", "elastic", "massive"] = "elastic"  # massive: chains of lumps
     lumps: Annotated[int, msgspec.Meta(ge=1, le=64)] = 4  # of a massive rope
@@ -71,7 +73,7 @@ class Fidelity(Item, frozen=True, kw_only=True):
 
 
 def group_of(joint: Joint) -> str:
-    """Return the group of a joint, "" if it has none."""
+    """Return the group to which a joint belongs (hinges, gantries or trolleys), or "" if it belongs to none."""
     if joint.kind == "revolute":
         return "hinges" if joint.axis == (0.0, 1.0, 0.0) else ""
     along = {(1.0, 0.0, 0.0): "gantries", (0.0, 1.0, 0.0): "trolleys"}
@@ -79,7 +81,7 @@ def group_of(joint: Joint) -> str:
 
 
 def leaves(joint: Joint, axis: Vector, motion: str) -> bool:
-    """Return whether a joint with this axis in the world moves its child out of the plane of motion."""
+    """Return whether a joint with this axis in the world frame moves its child body out of the plane of motion."""
     along = abs(sum(a * n for a, n in zip(axis, NORMAL[motion], strict=True))) if motion in NORMAL else 1.0
     if motion not in NORMAL or joint.kind not in ("prismatic", "revolute"):
         return False
@@ -87,7 +89,7 @@ def leaves(joint: Joint, axis: Vector, motion: str) -> bool:
 
 
 def held_by(fidelity: Fidelity, joint: Joint) -> str:
-    """Return why a locked joint cannot move, with the key of `fidelity:` that frees it."""
+    """Return the reason why a locked joint cannot move, with the key of `fidelity:` that unlocks it."""
     group, name = group_of(joint), joint.name
     if leaves(joint, joint.axis, fidelity.motion):
         return f"{name} cannot move, 'motion: {fidelity.motion}' of 'fidelity' holds it: name 'motion: spatial' there"
@@ -97,18 +99,18 @@ def held_by(fidelity: Fidelity, joint: Joint) -> str:
 
 @dataclass(frozen=True)
 class Question:
-    """The question that a scene asks: quantities, and the largest accepted error of each (0.01: 1 %)."""
+    """What a scene asks of its run: the quantities, and the largest accepted relative error of each (0.01 is 1 %)."""
 
     ask: tuple[Asked, ...]
     accuracy: float
 
 
 class Answer(msgspec.Struct, frozen=True, kw_only=True):
-    """The answer to a question: model level, method and tolerance, with measured errors.
+    """Settings chosen for what a scene asks, with measured errors: model level, method and tolerance.
 
-    `samples_hz`: samples a second that its figures need (0: as the plan says); `errors`: the largest relative error of
-    each quantity, `worst`: the figure that has it; `figures`: errors of all figures, including utilisations;
-    `left_out`: what is not modelled; `notes`: why an error exceeds the accepted one, or was not measured.
+    `samples_hz`: samples per second that the results need (0: as in the plan); `errors`: the largest relative error for
+    each quantity; `worst`: the result that has it; `figures`: errors of all results, including utilisations;
+    `left_out`: what is not modelled; `notes`: reasons why an error exceeds the accepted one or was not measured.
     """
 
     fidelity: Fidelity
@@ -128,7 +130,7 @@ class Answer(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def percent(error: float) -> str:
-    """Return a relative error in percent, rounded up to two digits."""
+    """Return a relative error as text in per cent, rounded up to two digits."""
     if not 0.0 < error < inf:
         return "0 %" if error == 0.0 else "nothing known"
     part = Decimal(f"{100.0 * error:.12g}")
@@ -138,7 +140,7 @@ def percent(error: float) -> str:
 
 
 def planar(fidelity: Fidelity, machines: Sequence[Mechanism]) -> Fidelity:
-    """Return the fidelity with the joints that leave the plane of motion locked as well, in a fixed order."""
+    """Return the fidelity with those joints locked, in a fixed order, that would leave the plane of motion."""
     joints = [joint for machine in machines for joint in machine.system.joints]
     locked = {*fidelity.locked}
     if fidelity.motion in NORMAL:
@@ -148,7 +150,7 @@ def planar(fidelity: Fidelity, machines: Sequence[Mechanism]) -> Fidelity:
 
 
 def groups_of(machines: Sequence[Mechanism]) -> dict[str, list[str]]:
-    """Return the joints that can be locked, by the name of their group."""
+    """Return the names of the joints that can be locked, by the name of their group."""
     joints = [joint for machine in machines for joint in machine.system.joints]
     return {group: [joint.name for joint in joints if group_of(joint) == group] for group in GROUPS}
 
@@ -165,14 +167,14 @@ def turn(axis: Vector, angle: float) -> Matrix:
 
 
 def times(A: Matrix, B: Matrix) -> Matrix:
-    """Return the product (3, 3) of two rotations."""
+    """Return the product (3, 3) of two rotation matrices."""
     columns = [product(A, column) for column in zip(*B, strict=True)]
     a, b, c = ((x, y, z) for x, y, z in zip(*columns, strict=True))
     return a, b, c
 
 
 def attitude(q: Sequence[float]) -> Matrix:
-    """Return the rotation (3, 3) of a quaternion x y z w."""
+    """Return the rotation matrix (3, 3) of a quaternion (x, y, z, w)."""
     x, y, z, w = q
     return (
         (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)),
@@ -182,7 +184,7 @@ def attitude(q: Sequence[float]) -> Matrix:
 
 
 def _axes(joints: Sequence[Joint]) -> Iterator[tuple[Joint, Vector]]:
-    """Yield each revolute or prismatic joint with its axis in the world at the start."""
+    """Yield each revolute or prismatic joint with the direction of its axis in the world frame at the start."""
     known: dict[str, Matrix] = {WORLD: IDENTITY}
     waiting = list(joints)
     while ready := [joint for joint in waiting if joint.parent in known]:

@@ -1,16 +1,16 @@
-"""Interlocks in the plan: their guards, and the actuators that they stop."""
+"""Interlocks in the plan: the thresholds at which they trip, and the actuators that they stop."""
 
 import msgspec
 from heavylift.kernel.description.findings import State
 from heavylift.kernel.description.mechanics import Threshold
+from heavylift.recordings.format.spellings import driven
 
 from .actions import Item
-from .mechanism import driven
 
 
 class BarredActuator(Item, frozen=True, kw_only=True):
-    """An actuator stopped by an interlock, and the blocked direction: 1, -1, or 0 for both. `emergency`: deceleration
-    [m/s2 or rad/s2]; None: that of the move."""
+    """An actuator that an interlock stops, and the direction that it blocks: 1, -1, or 0 for both. `emergency`:
+    deceleration [m/s2 or rad/s2]; None: that of the move."""
 
     actuator: str
     way: int = 0
@@ -18,10 +18,10 @@ class BarredActuator(Item, frozen=True, kw_only=True):
 
 
 class Interlock(Item, frozen=True, kw_only=True):
-    """An interlock: it trips if any guard is at or beyond `value` (rising: >=, else <=), and resets when all are back
-    beyond `resets`.
+    """An interlock of a machine. If `rising`, it trips when any of the guards reaches `value` from below, and resets
+    when all guards are below `resets`; otherwise the other way round.
 
-    `machine`: the model that has it; `text`: its condition in words; `tells`: additional words of its message.
+    `machine`: the model that has it; `text`: its condition in words; `tells`: text put before its message.
     """
 
     name: str
@@ -38,7 +38,7 @@ class Interlock(Item, frozen=True, kw_only=True):
     """Ropes of hooks whose chart or load it watches: their limits are checked, and no reason to refuse a scene."""
 
     def message(self, bypassed: bool = False) -> tuple[State, str]:
-        """State after a trip (over) or reset, and the sentence about it."""
+        """Return the state of the check (red, or amber if it stops nothing) and the sentence about a trip."""
         did = "would have stopped, had it not been bypassed," if bypassed else "stopped"
         names = ", ".join(dict.fromkeys(driven(stopped.actuator) for stopped in self.stops))
         sentence = f"the interlock {self.name} {did} {names}: {self.text}" if self.stops else self.text

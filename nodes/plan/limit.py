@@ -1,7 +1,7 @@
-"""Limits: one row per subject and quantity, as part of the plan, with the source of the number.
+"""Limits in the plan: one row for each subject and quantity, with the source of the number.
 
 `check` evaluates the rows on the equilibrium path, `run` in the simulation; the report shows them with their highest
-utilisation. A row without a value is unknown: it is reported and not checked.
+utilisation. A row without a value is an unknown limit: it is reported but not checked.
 """
 
 from dataclasses import dataclass, replace
@@ -70,8 +70,8 @@ TOUCHING: tuple[Quantity, ...] = ("lift-off speed", "landing speed")
 
 
 class RestLoad(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """Static load of a part at its highest utilisation, its limit and stage, or a clearance at rest; `alone`: the limit
-    already includes dynamics."""
+    """Static load on a part when its utilisation is highest, with its limit `bound` and its stage, or a clearance at
+    rest; `alone`: the limit already includes dynamics."""
 
     value: float
     bound: float
@@ -80,15 +80,15 @@ class RestLoad(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
 
 
 class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
-    """A limit of a subject: which value a quantity may reach, and by which source.
+    """A limit of a subject: the value that a quantity may reach, and the source of this number.
 
-    `value` [unit] is a single limit, `between` has a lower and an upper one; `chart` holds (x, value), x being what
-    `over` names, between which the limit is interpolated, unless that is the radius or an angle; without any of them
-    the limit is not known. With `least` a value below the limit is beyond it. A value above `warning` is reported,
-    though allowed. `factor`: design factor, or product of partial factors, that the value contains, of the force at
-    which it breaks, `breaking` [N]. `elements`: ropes, slings or bodies that the quantity is read from. `spread`: by
-    how much its use grows at the worst corner of uncertain `inputs`, measured at rest: by a part of it, or (`adds`) by
-    itself; of a clearance by how much it shrinks [m].
+    `value` [unit] is a single limit, `between` a lower and an upper one; `chart` holds points (x, value), where `over`
+    names x, and the limit is interpolated between them unless x is a radius or an angle. Without any of these the limit
+    is unknown. With `least`, values below the limit exceed it. A value above `warning` is reported though allowed.
+    `factor`: design factor, or product of partial factors, between the limit and the `breaking` force [N]. `elements`:
+    ropes, slings or bodies from which the quantity is evaluated. `spread`: increase of the static utilisation at the
+    worst corner of uncertain `inputs`, as a fraction of it or, if `adds`, as a difference; for a clearance, its
+    decrease [m].
     """
 
     subject: str
@@ -120,14 +120,14 @@ class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
 
     @property
     def known(self) -> bool:
-        """Whether a limit is known."""
+        """Whether the limit has a value, a range or a chart."""
         return self.value is not None or self.between is not None or bool(self.chart)
 
     def at(self, x: float = 0.0) -> float:
-        """Return the limit at x of its chart, constant beyond its ends; raises ValueError if there is none.
+        """Return the limit at x of its chart, constant beyond the ends; raises ValueError if the limit is unknown.
 
-        A chart over a radius or an angle is not interpolated: the value at the next larger x counts, and the limit is 0
-        beyond the last one.
+        A chart over a radius or an angle is not interpolated: the value at the next larger x applies, and the limit is
+        0 beyond the last x.
         """
         if not self.chart:
             if self.value is None:
@@ -143,13 +143,14 @@ class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         return self.chart[-1][1]
 
     def excess(self, value: float, x: float = 0.0) -> float:
-        """Return the excess of a value over the limit in its unit; negative within it."""
+        """Return by how much a value exceeds the limit, in the unit of the limit; negative if it is within the
+        limit."""
         if self.between is not None:
             return max(value - self.between[1], self.between[0] - value)
         return self.at(x) - value if self.least else value - self.at(x)
 
     def use(self, value: float, x: float = 0.0) -> float:
-        """Return the utilisation of the limit by a value: 1 at the limit."""
+        """Return the utilisation of the limit by a value; it is 1 at the limit."""
         if self.between is not None:
             low, high = self.between
             return abs(2.0 * value - low - high) / (high - low)
@@ -159,16 +160,18 @@ class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         return value / bound if bound else inf * value if value else 0.0
 
     def met(self, value: float | None = None, t: float | None = None) -> "Use":
-        """Return the use of the limit by the clearance at rest, else by the static load; None without either."""
+        """Return the Use of the limit by `value` at time t [s]; for a clearance without a value, by the clearance at
+        rest."""
         value = self.rest.value if value is None and self.rest and self.quantity == "clearance" else value
         return Use(self, value, t, use=None if value is None else self.use(value))
 
 
 @dataclass(frozen=True)
 class Use:
-    """The highest utilisation of a limit: value [its unit], time [s], stage; None without data.
+    """The highest utilisation of a limit, with its value [unit of the limit], time [s] and stage; the value is None
+    without data.
 
-    `use` is 1 at the limit and greater beyond it; None if the limit is unknown.
+    `use` is 1 at the limit and larger beyond it; None if the limit is unknown.
     """
 
     limit: RatedLimit
@@ -189,7 +192,7 @@ class Use:
 
     @property
     def at_worst(self) -> "Use":
-        """The use at the worst corner of the uncertain inputs."""
+        """The utilisation at the worst corner of the uncertain inputs."""
         limit, value = self.limit, self.value
         if not limit.spread or value is None or self.use is None:
             return self
@@ -205,15 +208,16 @@ class Use:
 
     @property
     def excess(self) -> float:
-        """Excess of the value, with its margin, over the limit [unit]; negative within it."""
+        """Amount by which the value exceeds the limit and its tolerance [unit of the limit]; negative within the
+        limit."""
         if self.value is None or self.bound is None:
             return self.limit.excess(self.value or 0.0) - self.tolerance
         return (self.bound - self.value if self.limit.least else self.value - self.bound) - self.tolerance
 
 
 class Reach(msgspec.Struct, frozen=True, kw_only=True):
-    """Load of a hook [kg] at a radius [m] with the capacity of its chart [kg], at a time [s]: at the beginning and end
-    of a loaded stage and at the highest utilisation."""
+    """Load on a hook [kg] at a radius [m] and a time [s], with the capacity of its radius chart [kg]: at the beginning
+    or end of a stage with load, or at the highest utilisation."""
 
     hook: str
     stage: str
@@ -225,5 +229,5 @@ class Reach(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def use(self) -> float:
-        """Utilisation of the chart, infinite beyond its last radius."""
+        """Utilisation of the radius chart; infinite beyond its largest radius."""
         return self.load / self.capacity if self.capacity else inf

@@ -1,4 +1,4 @@
-"""A machine made of parts, in the plan: its system, the motions of its drives and winches, its hooks, its shapes."""
+"""A machine in the plan, made of parts: its mechanical system, its drives, winches and hooks, and its shapes."""
 
 from collections.abc import Iterator, Sequence
 from typing import Literal
@@ -6,17 +6,17 @@ from typing import Literal
 import msgspec
 from heavylift.kernel.description.flexible import Flexible
 from heavylift.kernel.description.mechanics import WORLD, Joint, Point, System, Vector
-from heavylift.recordings.format.spellings import CALLED
 
 from .actions import Item
 
 
 class Actuator(Item, frozen=True, kw_only=True):
-    """An actuator of a machine, drive or winch rope, with its speeds and end positions.
+    """An actuator of a machine, which is a drive or a winch rope, with its speeds and end positions.
 
-    `start`; `accel` of its ramp; end positions `lower`, `upper` (None: endless); `pulses` of a ramp without swing;
-    `verb`: for orders addressed to the machine; `speed`: the highest that orders may demand, `loaded`: with a load;
-    `highest`: height of the hook at which the winch stops; `emergency`: deceleration of a stop; `held`: why it cannot
+    `start`: position at the start; `accel`: acceleration of its ramp; `lower`, `upper`: end positions (None: endless);
+    `pulses`: number of pulses in a ramp without swing; `verb`: the verb with which an order to the machine moves this
+    actuator; `speed`: the highest speed that orders may demand, `loaded`: the same with a load; `highest`: height of
+    the hook at which the winch stops; `emergency`: deceleration of an emergency stop; `held`: why the actuator cannot
     move, if its joint is not modelled.
     """
 
@@ -35,15 +35,14 @@ class Actuator(Item, frozen=True, kw_only=True):
 
 
 class Hoist(Item, frozen=True, kw_only=True):
-    """A hook of a machine: its rope with all falls, and the point where it holds the hook block.
+    """A hook of a machine: its rope with all falls, and the point `eye` where the rope holds the hook block.
 
-    `capacity`: what may hang below the block [kg], 0: not given; `chart`: (radius [m], mass with block and rigging
-    [kg]), `axis`: from where its radius is measured.
-    `on`: the body that its rope leaves; `line`: mass of all falls, as limits count it [kg/m]; `ends`: where the rope
-    begins and where its eye is at the start, in the world [m], where that is at rest as written; `below`: what hangs on
-    it then, with its block [kg];
-    `falls` and `drum_ends` of the rope, `efficiency` of each sheave, `breaking` force of one fall [N], 0: not given;
-    `rated`: the tension that counts as 100 % of its use [N].
+    `capacity`: allowed mass below the block [kg], 0 if not given; `chart`: (radius [m], allowed mass with block and
+    rigging [kg]); `axis`: point from which the radius is measured. `on`: the body from which the rope hangs; `line`:
+    mass per length of all falls together, as limits count it [kg/m]; `ends`: upper end of the rope and position of the
+    eye at the start, in the world frame [m]; `below`: mass on the rope at the start, with the block [kg]; `falls` and
+    `drum_ends`: number of rope falls and of rope ends on the drum; `efficiency`: of each sheave; `breaking`: breaking
+    force of one fall [N], 0 if not given; `rated`: tension that is 100 % utilisation [N].
     """
 
     rope: str
@@ -64,11 +63,11 @@ class Hoist(Item, frozen=True, kw_only=True):
 
 
 class Tie(Item, frozen=True, kw_only=True):
-    """A sling that can be hooked and unhooked; `lug`: its lug at the start, or "".
+    """A sling that can be hooked and unhooked; `lug`: the lug where it is hooked at the start, or "".
 
-    `lower`: its lower end, if it can be hooked nowhere else; `rated`: tension at 100 % utilisation [N]; `rigging`: the
-    name by which several are ordered together; `spans`: its length under its load at the start, if that differs from
-    its own [m].
+    `lower`: its lower end, if it can be hooked nowhere else; `rated`: tension at 100 % utilisation [N]; `rigging`: name
+    by which several slings are ordered together; `spans`: its length under load at the start, if that differs from its
+    unstretched length [m].
     """
 
     rope: str
@@ -81,8 +80,8 @@ class Tie(Item, frozen=True, kw_only=True):
 
 
 class Cell(Item, frozen=True, kw_only=True):
-    """A load cell: reports when the total tension of its ropes exceeds `rated` [N]; `capacity`: allowed load below the
-    hooks [kg]."""
+    """A load cell, which reports when the total tension of its ropes exceeds `rated` [N]; `capacity`: allowed load
+    below the hooks [kg]."""
 
     name: str
     body: str
@@ -101,9 +100,9 @@ class BrakeLatch(Item, frozen=True, kw_only=True):
 class Cargo(Item, frozen=True, kw_only=True):
     """A lifted body.
 
-    Mass [kg], centre of mass and lugs [m], moments about it [kg m2], edges of its box [m] (zeros: not given), face of
-    each support, rotation at the start [rad] if its attitude is reported; `marks`: lines in the scene of its lugs and,
-    "", of its centre of mass.
+    Its mass [kg], centre of mass and lugs [m], moments of inertia about the centre of mass [kg m2], edges of its box
+    [m] (zeros if not given), the face on which each support is, and the rotation at the start [rad] if its attitude is
+    reported; `marks`: lines in the scene that define its lugs and, under "", its centre of mass.
     """
 
     body: str
@@ -118,11 +117,12 @@ class Cargo(Item, frozen=True, kw_only=True):
 
 
 class Heavy(Item, frozen=True, kw_only=True):
-    """A rope that has a mass at some model levels: `line` [kg/m] of all its falls, which are the first of its lines.
+    """A rope that has mass at some model levels: `line` is the mass per length [kg/m] of all its falls, which are the
+    first of its lines.
 
-    At the start, in the world: `ends`, the middles of the falls above and below; `beside`, offsets of the falls from
-    there; `lead`, length of the rope in its other lines [m]; `below`, the load on it [kg]; `on`: the body that it
-    leaves; `why`: why it can have no mass, or "".
+    At the start, in the world frame: `ends`, the mean upper and lower ends of the falls; `beside`, the offsets of the
+    falls from these means; `lead`, the length of the rope in its other lines [m]; `below`, the load on the rope [kg];
+    `on`, the body from which it hangs; `why`, the reason why it can have no mass, or "".
     """
 
     rope: str
@@ -136,8 +136,8 @@ class Heavy(Item, frozen=True, kw_only=True):
 
 
 class BeamLoad(Item, frozen=True, kw_only=True):
-    """A force on a beam at the start, in its body's frame [N], at station x; `rope`: the rope that exerts it (a line
-    with that `share`), "": a weight."""
+    """A force [N] on a beam at the start, at distance x along the beam, in the frame of its body; `rope`: the rope that
+    exerts the force (with the `share` of one line), or "" for a weight."""
 
     x: float
     p: Vector
@@ -147,11 +147,11 @@ class BeamLoad(Item, frozen=True, kw_only=True):
 
 
 class Bend(Item, frozen=True, kw_only=True):
-    """A body that bends at some model levels, as a beam along its x from its frame: bending mass [kg], gravity in its
-    frame [m/s2] and forces at the start.
+    """A body that bends at some model levels, as a beam along the x axis of its frame: flexible mass [kg], gravity in
+    its frame [m/s2] and forces on it at the start.
 
-    A girder is one along its y between legs at 0 and its length, with the joints that slide on it, the stiffness at
-    midspan [N/m] (0: no girder) and the height of its neutral axis [m].
+    A girder is a beam along the y axis, between legs at 0 and at its length, with the joints that slide on it, the
+    stiffness at midspan [N/m] (0: no girder) and the height of its neutral axis [m].
     """
 
     body: str
@@ -165,12 +165,13 @@ class Bend(Item, frozen=True, kw_only=True):
 
     @property
     def span(self) -> float:
-        """Length of its beam [m]."""
+        """Length of the beam [m]."""
         return self.flexible.beam.length if self.flexible.beam else 0.0
 
 
 class Servo(Item, frozen=True, kw_only=True):
-    """A prescribed drive that yields at some model levels: stiffness [N/m or N m/rad], damping [N s/m or N m s/rad]."""
+    """A prescribed drive that is compliant at some model levels, with its stiffness [N/m or N m/rad] and damping [N s/m
+    or N m s/rad]."""
 
     drive: str
     stiffness: float
@@ -178,8 +179,8 @@ class Servo(Item, frozen=True, kw_only=True):
 
 
 class Shape(Item, frozen=True, kw_only=True):
-    """A box of a body for collision checks and drawing: centre and edges in its frame [m]. `thing`: its name for
-    planners, `part`: part of that thing."""
+    """A box on a body, for collision checks and drawings: centre and edges in the body's frame [m]. `thing`: name of
+    the object for planners; `part`: name of the part of this object."""
 
     body: str
     centre: Vector
@@ -190,12 +191,11 @@ class Shape(Item, frozen=True, kw_only=True):
 
 
 class Footing(Item, frozen=True, kw_only=True):
-    """The base of a machine: below `body`, with its centre `at` a point of its frame.
+    """The base on which a machine stands: below `body`, centred at the point `at` of its frame.
 
-    The base is `length` along the x of that body and `width` along its y [m]: for outriggers or wheels between the
-    middles of the corners; for tracks the bearing length, and the distance of their middles. `each`: width of a track
-    [m], area of a pad [m2], number of wheels at a corner; `mat`: area [m2] and mass [kg] of the mats below each of
-    them.
+    `length` and `width` [m] are measured along the body's x and y axes: for outriggers or wheels between the middles of
+    the corners, for tracks the bearing length and the distance between the tracks. `each`: width of a track [m], area
+    of a pad [m2], or number of wheels at a corner; `mat`: area [m2] and mass [kg] of the mats below each of them.
     """
 
     kind: Literal["tracks", "outriggers", "wheels"]
@@ -208,8 +208,9 @@ class Footing(Item, frozen=True, kw_only=True):
 
 
 class Driven(Item, frozen=True, kw_only=True):
-    """An actuator that follows the log of a machine: at rest until the first time [ns], then linearly from speed to
-    speed (the first is 0), and at the end to rest with `accel`; `source`: the column of the log."""
+    """An actuator that replays the log of a machine: at rest until the first time [ns], then changing linearly from
+    speed to speed (the first is 0), and at the end to rest with the deceleration `accel`; `source`: the column of the
+    log."""
 
     actuator: str
     source: str
@@ -219,11 +220,12 @@ class Driven(Item, frozen=True, kw_only=True):
 
 
 class Mechanism(Item, frozen=True, kw_only=True, forbid_unknown_fields=False):  # as recorded before
-    """A machine or a user's system of bodies, joints and laws; becomes one coupled model.
+    """A machine or a user's system of bodies, joints and laws, which becomes one coupled model.
 
-    `system` holds no thresholds (they come from the conditions).  `taut` and `closed` name the ropes and
-    supports that carry at the start.  `pieces`: of ropes with lumps, with their parts of the falls.  Its parts may name
-    bodies and joints of other machines.  `configuration`: how it is set up, in words: boom, counterweight, falls, base.
+    `system` contains no thresholds (they come from the conditions); its elements may refer to bodies and joints of
+    other machines. `taut` and `closed` name the ropes and supports that carry a load at the start. `pieces`: pieces of
+    ropes with lumps, with their shares of the length. `configuration`: how the machine is set up, in words: boom,
+    counterweight, falls, base.
     """
 
     name: str
@@ -246,29 +248,31 @@ class Mechanism(Item, frozen=True, kw_only=True, forbid_unknown_fields=False):  
 
     @property
     def girders(self) -> tuple[Bend, ...]:
-        """The girders among what bends."""
+        """The flexible bodies of the machine that are girders."""
         return tuple(row for row in self.bends if row.stiffness)
 
     @property
     def rigged(self) -> dict[str, tuple[str, ...]]:
-        """The slings by the name of their rigging."""
+        """The names of the slings, by the name of the rigging to which they belong."""
         names = dict.fromkeys(tie.rigging for tie in self.ties if tie.rigging)
         return {name: tuple(tie.rope for tie in self.ties if tie.rigging == name) for name in names}
 
     def standing(self, body: str) -> str:
-        """Return the name under which a body's supports are reported; the body's own name for bodies of the lift."""
+        """Return the name under which the supports of a body are reported: MACHINE:BODY if the body belongs to another
+        machine, else the name of the body."""
         return f"{self.name}:{body}" if body in self.system.outside[0] else body
 
 
 def frames_on_hooks(machines: Sequence[Mechanism]) -> dict[str, Hoist]:
-    """Machines without hooks that hold on to the rope of a hook themselves, by name, each with its hook."""
+    """Return the machines without hooks that are fixed to the eye of another machine's hook, by name, each with this
+    hook."""
     eyes = {hook.eye.body: hook for machine in machines for hook in machine.hooks}
     bodies = ((machine.name, body.name) for machine in machines if not machine.hooks for body in machine.system.bodies)
     return {name: eyes[body] for name, body in bodies if body in eyes}
 
 
 def ties_on(machines: Sequence[Mechanism], hook: Hoist) -> Iterator[Tie]:
-    """Yield the slings below a hook, including those of frames and connected bodies."""
+    """Yield the slings below a hook, including those on frames and bodies connected to it."""
     joined, before, ties = {hook.eye.body}, 0, [tie for machine in machines for tie in machine.ties]
     loads = {cargo.body for machine in machines for cargo in machine.cargo}
     pairs = [{j.parent, j.child} for m in machines for j in m.system.joints if WORLD not in (j.parent, j.child)]
@@ -282,13 +286,13 @@ def ties_on(machines: Sequence[Mechanism], hook: Hoist) -> Iterator[Tie]:
 
 
 def carried_hooks(machine: Mechanism, body: str) -> list[Hoist]:
-    """Return the hooks whose ropes leave a body, or bodies that joints of its machine carry on it, sorted by rope."""
+    """Return, sorted by rope, the hooks whose ropes hang from a body or from bodies that it carries by joints."""
     own = (hook for hook in machine.hooks if body in (hook.on, *(joint.parent for joint in beneath(machine, hook.on))))
     return sorted(own, key=lambda hook: hook.rope)
 
 
 def beneath(machine: Mechanism, body: str) -> Iterator[Joint]:
-    """The joints of a machine that carry a body, from it downwards."""
+    """Yield the joints of a machine that carry a body, from the body down to the ground."""
     carried = {joint.child: joint for joint in reversed(machine.system.joints)}
     while (joint := carried.get(body)) is not None:
         yield joint
@@ -296,24 +300,10 @@ def beneath(machine: Mechanism, body: str) -> Iterator[Joint]:
 
 
 def is_root(machine: Mechanism, body: str) -> bool:
-    """Return whether no joint of a machine carries this body on another body."""
+    """Return whether no joint of the machine connects this body to a body that carries it."""
     return all(joint.parent == WORLD for joint in machine.system.joints if joint.child == body)
 
 
 def lug_places(machines: Sequence[Mechanism]) -> dict[str, Point]:
-    """Return the lugs of lifted bodies with their points."""
+    """Return the points of the lugs on lifted bodies, by the name of the lug."""
     return {name: Point(c.body, p) for machine in machines for c in machine.cargo for name, p in c.lugs.items()}
-
-
-def driven(actuator: str) -> str:
-    """Return what an actuator moves, named for planners: a crane, a trolley, else its own name."""
-    crane, called = called_of(actuator)
-    return f"the {called} of {crane}" if called else crane
-
-
-def called_of(actuator: str) -> tuple[str, str]:
-    """Return the machine of an actuator and the name of its part for planners; if there is none, its own name and
-    ""."""
-    name = actuator.removesuffix(".drive")
-    crane, _, axis = name.rpartition(".")
-    return (crane, CALLED[axis]) if name != actuator and axis in CALLED else (actuator, "")

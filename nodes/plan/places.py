@@ -1,6 +1,7 @@
-"""Places of actions and orders in a scene, for error messages: messages of a run have numbers, the plan has the lines.
+"""Places of actions and orders in a scene, for error messages: messages of a run contain numbers, and the plan maps
+them to lines.
 
-So no message of a run contains a file name or a line number, and a run does not depend on them.
+So no message in a run contains a file name or a line number, and a run does not depend on them.
 """
 
 from .plan import Plan
@@ -12,7 +13,8 @@ COMMAND = "command"  # what stands in place of the line of a command
 
 
 def place(plan: Plan, at: tuple[int, ...]) -> str:
-    """Return `file:line:column` of an order at (action, order) or of an action; its numbers without lines."""
+    """Return `file:line:column` of an action or of an order at (action, order); if lines are unknown, the numbers in
+    words."""
     action, order = _split(at)
     if action == ASIDE:
         return COMMAND
@@ -21,7 +23,7 @@ def place(plan: Plan, at: tuple[int, ...]) -> str:
 
 
 def numbered(at: tuple[int, ...]) -> str:
-    """Return the numbers from 1 in words: "order 2 of action 5"."""
+    """Return the numbers of an action and order as words, counted from 1, such as "order 2 of action 5"."""
     action, order = _split(at)
     if action < WHEN:
         return "a set-point" if action == LED else "an operator's command"
@@ -29,10 +31,10 @@ def numbered(at: tuple[int, ...]) -> str:
 
 
 def located(plan: Plan, sentence: str, at: tuple[int, ...]) -> str:
-    """Return a sentence with the numbers of an order replaced by its line."""
+    """Return a sentence in which the numbers of an order are replaced by its place in the scene."""
     return sentence.replace(numbered(at), place(plan, at)) if at and at[0] != ASIDE else sentence
 
 
 def _split(at: tuple[int, ...]) -> tuple[int, int | None]:
-    """Return the numbers of action and order; None for an action's own condition."""
+    """Return the numbers of the action and the order; the second is None for the condition of the action itself."""
     return at[0], at[1] if len(at) > 1 and at[1] != WHEN else None

@@ -1,8 +1,8 @@
-"""The plan: a scene after reading, its names resolved, its numbers in SI units, one actor for every order.
+"""The plan: a scene after reading, with resolved names, numbers in SI units and one actor for every order.
 
-Built by `heavylift.nodes.scene` from a scene file; `heavylift.nodes.models` builds the DEVS models from it. It is sent
-to every node process and stored in the recording, so it is plain frozen msgspec data (finite numbers only) and needs no
-pydantic. `where` ("turnover.yaml:31:5") lets an error at run time name the line that caused it.
+`heavylift.nodes.scene` builds the plan from a scene file, and `heavylift.nodes.models` builds the DEVS models from the
+plan. It is sent to every node process and stored in the recording, so it is plain frozen msgspec data (finite numbers
+only) and needs no pydantic. `where` ("turnover.yaml:31:5") lets an error at run time name the line that caused it.
 
 Orders and conditions are in `actions`. An actuator is addressed by the name of its drive, winch rope or master; a model
 by the name of the machine.
@@ -12,6 +12,7 @@ import msgspec
 from heavylift.kernel.description.mechanics import MethodName, RemovedMethod
 from heavylift.kernel.trust import named
 from heavylift.nodes.devs.execution.rules import LIMIT
+from heavylift.recordings.format.spellings import driven as driven
 
 from .actions import Action as Action, Item, Touch
 from .factors import Place
@@ -25,7 +26,6 @@ from .mechanism import (
     Mechanism as Mechanism,
     Shape as Shape,
     Tie as Tie,
-    driven as driven,
 )
 from .user_models import UserModel
 
@@ -34,8 +34,9 @@ LOOSEST = 1e-4  # tolerance: a looser one lets stiff modes rattle, peaks are wro
 
 
 class ActionList(Item, frozen=True, kw_only=True):
-    """One of several action lists: it begins with action `first` and orders these machines. Without machines it is the
-    list of the whole scene, which begins the others. `fidelity`, `start`: of this lift, as in a plan."""
+    """One of several action lists: it starts at the action with number `first` and gives orders to these machines. A
+    list without machines belongs to the whole scene and begins the others. `fidelity` and `start` are those of this
+    lift."""
 
     name: str
     first: int
@@ -45,8 +46,8 @@ class ActionList(Item, frozen=True, kw_only=True):
 
 
 class Gear(Item, frozen=True, kw_only=True):
-    """An item of rigging: kind, number of pieces, working load limit and mass [kg] (0: unknown), standard, termination,
-    date of its certificate, where it is used."""
+    """An item of rigging gear: kind, number of pieces, working load limit [kg] and mass [kg] (0: unknown), standard,
+    termination, date of the certificate, and the places where it is used."""
 
     name: str
     kind: str
@@ -87,15 +88,16 @@ class Plan(Item, frozen=True, kw_only=True):
 
     @property
     def first(self) -> int:
-        """The number of the first action; for one of several lists, counted in the whole scene."""
+        """The number of the first action; in a plan with one of several lists, actions are counted in the whole
+        scene."""
         return self.lists[0].first if self.lists else 0
 
     def action(self, number: int) -> Action:
-        """Return the action of a number."""
+        """Return the action with this number."""
         return self.actions[number - self.first]
 
     def leader(self, actuator: str) -> str:
-        """Return the user model whose set-points an actuator follows; "" if there is none."""
+        """Return the user model whose set-points control an actuator, or "" if there is none."""
         return next((own.name for own in self.models for led in own.leads if led.move.actuator == actuator), "")
 
 
@@ -109,13 +111,14 @@ def encode(plan: Plan) -> bytes:
 
 
 def decode(data: bytes) -> Plan:
-    """Decode a plan from canonical JSON of unknown origin; raises msgspec.ValidationError if it is none."""
+    """Decode a plan from canonical JSON of unknown origin; raises msgspec.ValidationError if the JSON is not a valid
+    plan."""
     plan = _DECODER.decode(data)
     named(functions(plan))
     return plan
 
 
 def functions(plan: Plan) -> list[str]:
-    """Return the names of the Python code used by its laws and models."""
+    """Return the names of the Python code that the force laws and user models of a plan use."""
     laws = [function for machine in plan.machines for function in machine.system.functions]
     return [*laws, *(own.reference for own in plan.models)]

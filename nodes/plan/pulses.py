@@ -1,9 +1,9 @@
 """Ramps that leave no swing: speed profiles of constant-acceleration pulses whose effects on the swing cancel.
 
-One pulse that lasts a whole period leaves no swing. Of two equal pulses half a period apart the second cancels the
-swing of the first, whatever their length: the zero-vibration shaper (Singer and Seering 1990, J. Dyn. Sys. Meas.
-Control 112), here without damping. Both hold for the period at the beginning of a ramp; `residual` is the remaining
-swing if it changes meanwhile.
+One pulse that lasts a whole swing period leaves no swing. Of two equal pulses that start half a period apart, the
+second cancels the swing of the first, whatever their length: the zero-vibration shaper (Singer and Seering 1990, J.
+Dyn. Sys. Meas. Control 112), here without damping. Both hold for the period at the beginning of a ramp; `residual` is
+the remaining swing if the period changes during the ramp.
 """
 
 from itertools import pairwise
@@ -16,8 +16,8 @@ Speeds = tuple[tuple[int, float], ...]  # (time [ns], speed [m/s or rad/s]), str
 
 
 def ramp(pulses: int, speed: float, accel: float, period: float) -> tuple[tuple[float, float], ...]:
-    """Return (time [s], speed) from rest to a speed > 0, piecewise linear; for two pulses at most `accel`. Pulses that
-    would overlap have half the acceleration each."""
+    """Return points (time [s], speed) of a piecewise linear ramp from rest to a speed > 0; two pulses use at most the
+    acceleration `accel`. Pulses that would overlap have half the acceleration each."""
     if pulses == 1:
         return (0.0, 0.0), (period, speed)
     half, lasts = 0.5 * period, 0.5 * speed / accel
@@ -30,8 +30,8 @@ def ramp(pulses: int, speed: float, accel: float, period: float) -> tuple[tuple[
 def times(
     pulses: int, distance: float | None, speed: float, accel: float, periods: tuple[float, float]
 ) -> tuple[float, float, float, float]:
-    """Return the speed reached over a distance > 0 (None: any), and the durations of ramp, cruise and ramp [s]. The
-    mean speed of a ramp is half the speed reached."""
+    """Return the speed reached over a distance > 0 (None: unlimited), and the durations [s] of the ramp up, of the
+    cruise and of the ramp down. The mean speed of a ramp is half the speed reached."""
 
     def lasting(v: float) -> list[float]:
         return [ramp(pulses, v, accel, period)[-1][0] for period in periods]
@@ -54,7 +54,8 @@ def times(
 def profile(
     pulses: int, distance: float | None, speed: float, accel: float, periods: tuple[float, float], start: int
 ) -> Speeds:
-    """Return the speeds, from rest at `start` [ns], over a signed distance, or up to a signed speed (None)."""
+    """Return a speed profile from rest at `start` [ns] over a signed distance or, if the distance is None, up to a
+    signed speed."""
     sign = -1.0 if (speed if distance is None else distance) < 0.0 else 1.0
     reached, first, cruise, _ = times(pulses, None if distance is None else abs(distance), abs(speed), accel, periods)
     rising = ramp(pulses, reached, accel, periods[0])
@@ -67,7 +68,7 @@ def profile(
 
 
 def stop(pulses: int, speed: float, accel: float, period: float, start: int) -> Speeds:
-    """Return the speeds from a signed speed at `start` [ns] to rest."""
+    """Return a speed profile from a signed speed at `start` [ns] to rest."""
     rising = ramp(pulses, abs(speed), accel, period)
     return _rounded([(t, speed - (v if speed > 0.0 else -v)) for t, v in rising], start)
 
@@ -78,12 +79,13 @@ def way(rows: Speeds) -> float:
 
 
 def _rounded(rows: list[tuple[float, float]], start: int) -> Speeds:
-    """Return the times rounded to whole nanoseconds, each with one speed."""
+    """Return the speed profile with times in whole nanoseconds from `start`, and a single speed at each time."""
     return tuple({start + round(t * 1e9): v for t, v in rows}.items())
 
 
 def residual(pulses: int, speed: float, accel: float, chosen: float, period: float, gravity: float) -> float:
-    """Return the remaining swing [rad] of a ramp designed for one period in a pendulum of another period."""
+    """Return the swing [rad] that a ramp leaves if it is designed for the period `chosen` [s] and the pendulum has
+    another `period` [s]."""
     w = 2.0 * pi / period
     lasts = ramp(pulses, speed, accel, chosen)[-1][0] - 0.5 * chosen * (pulses == 2)  # one pulse
     left = 2.0 * speed / pulses / lasts / gravity * abs(sin(0.5 * w * lasts))

@@ -1,10 +1,11 @@
-"""The shapes of a scene for collision checks and drawings, from the numbers of the plan alone; data without a library.
+"""The shapes of a scene for collision checks and drawings, made from the numbers of the plan alone, without a geometry
+library.
 
-A `Solid` is a box or a ball fixed on a body; a `Strand` is a straight piece of rope with the thickness of a steel rope
-of its stiffness. Solids and strands of one `thing` form what a planner names: the block, a portal, a hook block, a
-boom. The relation of two of them follows from the joints, ropes and contacts between their bodies: they keep a
-clearance, or may touch without passing through each other, or are joined. `may touch` of a scene refers to the names of
-a shape.
+A `Solid` is a box or a ball fixed on a body; a `Strand` is a straight piece of rope, as thick as a steel rope of its
+stiffness. Solids and strands with the same `thing` belong to one object that a planner names, such as the block, a
+portal, a hook block or a boom. How two objects may meet follows from the joints, ropes and contacts between their
+bodies: they must keep a clearance, may touch without passing through each other, or are joined. `may touch` in a scene
+refers to the names of objects.
 """
 
 from collections.abc import Iterator, Sequence
@@ -13,24 +14,24 @@ from functools import cached_property
 from math import pi, sqrt
 from typing import Literal
 
-from heavylift.kernel.description.forces import Ball, Box, Contact, Plane
+from heavylift.kernel.description.contacts import Ball, Box, Contact, Plane
 from heavylift.kernel.description.laws import Support
 from heavylift.kernel.description.units import IDENTITY, WORLD, Matrix, Vector
 
 from .plan import Mechanism, Plan
 
-Kind = Literal["rope", "sling", "hanging", "block", "mechanism", "machine", "stools"]
+Kind = Literal["rope", "sling", "hanging", "block", "mechanism", "machine", "supports"]
 Relation = Literal["apart", "through", "joined"]
 
-GROUND, SUPPORTS, HULL = "ground", "stools", "hull"
+GROUND, SUPPORTS, HULL = "ground", "supports", "hull"
 SUPPORT = 1.0  # edge of a support [m]
 E_STEEL, FILL = 105e9, 0.586  # of a wire rope [Pa], and its metal over the circle around it: 44 mm 6x36, 890.6 mm2
 
 
 @dataclass(frozen=True)
 class Solid:
-    """A box with edges `size` along the columns of R, or a ball of diameter size[0]; `centre` in its body's frame [m];
-    `machine`: the machine that it belongs to."""
+    """A box with edges `size` along the columns of R, or a ball of diameter size[0]; `centre` in the frame of its body
+    [m]; `machine`: name of the machine that it belongs to."""
 
     thing: str
     part: str
@@ -45,7 +46,7 @@ class Solid:
 
 @dataclass(frozen=True)
 class Strand:
-    """The lines of a rope as cylinders of this radius [m]; `ends`: bodies at its ends."""
+    """The straight lines of a rope as cylinders with this radius [m]; `ends`: names of the bodies at its ends."""
 
     thing: str
     kind: Kind
@@ -55,7 +56,8 @@ class Strand:
 
 
 class Shapes:
-    """All shapes of a plan and their relations; without a lift only those of contacts."""
+    """All shapes of a plan and the relations between them; a plan without a lift has only the shapes of its
+    contacts."""
 
     def __init__(self, plan: Plan) -> None:
         self.plan, self.machines = plan, plan.machines
@@ -76,13 +78,13 @@ class Shapes:
 
     @cached_property
     def roots(self) -> list[str]:
-        """Return the root bodies of travelling cranes with hooks, each once."""
+        """The lowest bodies, each once, of cranes that travel and have hooks."""
         found = dict.fromkeys(self.root(hook.on) for hook in self.hooks.values())
         return [body for body in found if body in self._carried and self._carried[body].kind == "prismatic"]
 
     def root(self, body: str) -> str:
-        """Return the body nearest to the world that carries a body, or a station such as `boom@40` of a bending
-        body."""
+        """Return the body that carries a body through its joints and is nearest to the ground; the body may be given as
+        a station of a flexible body, such as `boom@40`."""
         body = body.partition("@")[0]
         while (joint := self._carried.get(body)) is not None and joint.parent != WORLD:
             body = joint.parent
@@ -94,16 +96,16 @@ class Shapes:
         return 0 if joint is None else 1 + self.depth(joint.parent)
 
     def hanging(self, body: str) -> bool:
-        """Return whether a body is suspended by ropes and is not a load: a hook block or frame."""
+        """Return whether a body is suspended by ropes and is not a load, as hook blocks and frames are."""
         return self.root(body) in self._hanging
 
     @property
     def afloat(self) -> bool:
-        """Return whether a vessel floats, so that the plane z = 0 is the water surface."""
+        """Whether a vessel floats, so that the plane z = 0 is the water surface."""
         return any(shape.part == HULL for machine in self.machines for shape in machine.shapes)
 
     def supports(self, body: str) -> list[Support]:
-        """Return the supports of a body on the ground."""
+        """Return the supports on which a body stands on the ground."""
         return [s for m in self.machines for s in m.system.supports if s.point.body == body and not s.on]
 
     # ---- shapes -------------------------------------------------------------------------------------------
@@ -127,12 +129,12 @@ class Shapes:
                     (u, v, _), h = support.point.p, support.height
                     place = pose[0] + u, pose[1] + v, h / 2
                     yield Solid(
-                        SUPPORTS, support.name, "stools", WORLD, place, (SUPPORT, SUPPORT, h), machine=machine.name
+                        SUPPORTS, support.name, "supports", WORLD, place, (SUPPORT, SUPPORT, h), machine=machine.name
                     )
 
     @cached_property
     def strands(self) -> dict[str, Strand]:
-        """Hook ropes and straight slings by rope name; ropes over edges and sheaves are not included."""
+        """Hook ropes and straight slings, by the name of the rope; ropes over edges and sheaves are not included."""
         found = {}
         for rope in (rope for machine in self.machines for rope in machine.system.ropes):
             if rope.name not in self.hooks and rope.name not in self.slings:
@@ -147,7 +149,7 @@ class Shapes:
     # ---- how they meet ------------------------------------------------------------------------------------
 
     def called(self, x: Solid | Strand) -> set[str]:
-        """Return all names of a shape in scenes."""
+        """Return all names by which scenes can refer to a shape."""
         if isinstance(x, Solid):
             return {x.thing, x.body, x.machine} - {"", WORLD}
         rigging = (tie.rigging for machine in self.machines for tie in machine.ties if tie.rope == x.rope)
@@ -162,22 +164,22 @@ class Shapes:
         return bool(found) and not self.by_corners(one, other), begins
 
     def relation(self, a: Solid | Strand, b: Solid | Strand) -> Relation:
-        """Return how two shapes of different things may meet."""
+        """Return how two shapes of different objects may meet."""
         if isinstance(a, Solid) and isinstance(b, Solid):
             return self._of_solids(a, b)
         kinds = {a.kind, b.kind}
         if self._ends(a) & self._ends(b) and kinds != {"rope"}:
             return "joined"
-        return "through" if kinds <= {"sling", "block", "stools"} else "apart"
+        return "through" if kinds <= {"sling", "block", "supports"} else "apart"
 
     def _ends(self, x: Solid | Strand) -> set[str]:
-        """Return the root bodies that a shape belongs to or is attached to, apart from loads."""
+        """Return the lowest bodies of the objects that a shape belongs to or is attached to, without loads."""
         bodies = (x.body,) if isinstance(x, Solid) else x.ends
         return {self.root(body) for body in bodies if body != WORLD and body not in self.cargo}
 
     def _of_solids(self, a: Solid, b: Solid) -> Relation:
         kinds, bodies = {a.kind, b.kind}, frozenset((a.body, b.body))
-        if "stools" in kinds:
+        if "supports" in kinds:
             return "joined" if "block" in kinds else "apart"
         if bodies in self._pairs:
             return "joined"
@@ -192,7 +194,8 @@ class Shapes:
         return "joined" if self._still(a.body) and self._still(b.body) else "apart"
 
     def overlap(self, a: Solid | Strand, b: Solid | Strand) -> float:
-        """Return the allowed penetration of two shapes [m]: of corner contacts, and of thick slings at lugs."""
+        """Return how far two shapes may penetrate each other [m], at contacts of corners and at thick slings on
+        lugs."""
         if isinstance(a, Strand) or isinstance(b, Strand):
             strand, solid = (a, b) if isinstance(a, Strand) else (b, a)
             cargo = self.cargo.get(solid.body) if isinstance(solid, Solid) else None
@@ -204,7 +207,7 @@ class Shapes:
         return max(meant.get(a.body, 0.0), meant.get(b.body, 0.0))
 
     def _siblings(self, a: str, b: str) -> bool:
-        """Return whether two bodies slide on the same body."""
+        """Return whether two bodies slide on the same third body."""
         one, two = self._carried[a], self._carried[b]
         return one.parent == two.parent and one.kind == two.kind == "prismatic"
 
@@ -213,13 +216,13 @@ class Shapes:
         return joint is None or (joint.kind == "fixed" and self._still(joint.parent))
 
     def by_corners(self, a: str, b: str) -> bool:
-        """Return whether two bodies have point contacts only, and may penetrate elsewhere."""
+        """Return whether two bodies have only point contacts, so that they may penetrate each other elsewhere."""
         found = self._contacts.get(frozenset((a, b)), [])
         return bool(found) and all(getattr(c.a, "radius", 1.0) == 0.0 for c in found)
 
     @cached_property
     def untouched(self) -> tuple[str, ...]:
-        """Return the pairs that are not checked, in words for planners."""
+        """The pairs of objects whose clearance is not checked, in words for planners."""
         found, plan = [], self.plan
         if self.hooks:
             found.append("ropes beside parts of their own crane, whose openings no scene gives")
@@ -241,7 +244,7 @@ class Shapes:
 
     @cached_property
     def shapeless(self) -> tuple[str, ...]:
-        """Return the things that have no shape, in words for planners."""
+        """The objects that have no shape, in words for planners."""
         shaped, found = {solid.body for solid in self.solids}, []
         for machine in self.machines:
             heavy = (body.name for body in machine.system.bodies if body.mass or body.flexible)
@@ -260,13 +263,13 @@ class Shapes:
 
 
 def _distance(p: Vector, solid: Solid) -> float:
-    """Return the distance of a point of a body from one of its boxes [m]."""
+    """Return the distance [m] from a point to a box on the same body."""
     lateral = [max(0.0, abs(x - c) - size / 2) for x, c, size in zip(p, solid.centre, solid.size, strict=True)]
     return sqrt(sum(d * d for d in lateral))
 
 
 def _contacts(machine: Mechanism) -> Iterator[Solid]:
-    """Yield the boxes and balls of a machine's contacts."""
+    """Yield the boxes and balls that the contacts of a machine define."""
     for shape in dict.fromkeys(s for c in machine.system.contacts for s in (c.a, c.b)):
         match shape:
             case Box():
@@ -277,12 +280,12 @@ def _contacts(machine: Mechanism) -> Iterator[Solid]:
 
 
 def wire_radius(EA: float) -> float:
-    """Return the radius of a steel wire rope with this stiffness EA [N], or of the bundle of falls [m]."""
+    """Return the radius [m] of a steel wire rope with the stiffness EA [N], or of its bundle of falls."""
     return sqrt(EA / (pi * FILL * E_STEEL))
 
 
 def around(boxes: Sequence[tuple[Vector, Vector]]) -> tuple[Vector, Vector]:
-    """Return centre and edges of the bounding box of parallel boxes [m]."""
+    """Return the centre and edges [m] of the box that encloses these parallel boxes."""
     if len(boxes) == 1:
         return boxes[0]
     low = [min(c[i] - s[i] / 2 for c, s in boxes) for i in range(3)]

@@ -1,4 +1,5 @@
-"""User models beside the kernel: their signals, the actuators that they lead, their delay."""
+"""Models written by users that run beside the kernel: their signals, the actuators that they control, and their
+delay."""
 
 import msgspec
 from heavylift.kernel.description.signals import ScalarSignal
@@ -7,15 +8,17 @@ from .actions import Item, Move
 
 
 class Led(Item, frozen=True, kw_only=True):
-    """An out port whose set-points drive an actuator: an endless move with ramp and maximum speed (0: unknown)."""
+    """An output port whose set-points control the speed of an actuator, as an endless move with a ramp and a maximum
+    speed (0: unknown)."""
 
     port: str
     move: Move
 
 
 class UserModel(Item, frozen=True, kw_only=True):
-    """A user model that runs as a node; `model` is `module:name`, an absolute path `file.py:name`, or that of an FMI
-    unit. It receives its `signals`, by port, every `period` [ns]; its set-points arrive `delay` [ns] later."""
+    """A user's model that runs as a node; `model` is `module:name`, an absolute path `file.py:name`, or the path of an
+    FMU. It receives its `signals`, one for each port, every `period` [ns]; its set-points take effect `delay` [ns]
+    later."""
 
     name: str
     model: str
@@ -27,10 +30,10 @@ class UserModel(Item, frozen=True, kw_only=True):
 
     @property
     def unit(self) -> bool:
-        """Whether it is an FMU."""
+        """Whether the model is an FMU."""
         return self.model.endswith(".fmu")
 
     @property
     def reference(self) -> str:
-        """The reference as it is checked against trusted folders."""
+        """The reference to the model's code, in the form that is checked against trusted folders."""
         return f"{self.model}:" if self.unit else self.model

@@ -1,6 +1,7 @@
-"""The verbs of the action list: one row each, used by grammar, targets, checks and commander.
+"""The verbs (action words) of orders in the action list, one row each; the grammar, the resolver, the checks and the
+commander use them.
 
-A verb that only moves a drive or a winch is a row and nothing else.
+A verb that only moves a drive or a winch needs nothing but its row.
 """
 
 from dataclasses import dataclass
@@ -12,7 +13,8 @@ Becomes = Literal["move", "turn", "hook", "unhook", "release", "brake", "stop", 
 
 @dataclass(frozen=True)
 class Verb:
-    """A verb of orders: `kinds` of actors that accept it, and the class of order that it `becomes`."""
+    """An action word in orders, such as hoist: the `kinds` of actors that accept it, and the class of order that it
+    `becomes`."""
 
     name: str
     kinds: tuple[Kind, ...]
@@ -46,7 +48,7 @@ VERBS: dict[str, Verb] = {
         Verb("turn", ("block",), "turn", units="turning"),
         Verb("level", ("block", "load"), "level"),
         Verb("hook", ("hook", "sling", "rope"), "hook"),
-        Verb("unhook", ("hook", "sling", "rope"), "unhook"),
+        Verb("unhook", ("hook", "winch", "sling", "rope"), "unhook"),
         Verb("lock", ("hook", "lock"), "brake", engages=True),
         Verb("unlock", ("hook", "lock"), "brake"),
         Verb("engage", ("brake",), "brake", engages=True),

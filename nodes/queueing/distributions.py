@@ -1,4 +1,4 @@
-"""Distributions of times in seconds, drawn from the random stream of the atomic that uses them.
+"""Probability distributions of times in seconds, drawn from the random stream of the atomic model that uses them.
 
 Law and Kelton, Simulation Modeling and Analysis, 6.2; PERT-beta after Malcolm et al. (1959) with shape 4.
 """
@@ -15,7 +15,8 @@ SHAPE = 4.0  # of PERT: how many times the most likely value counts in the mean 
 
 
 class Distribution(ABC):
-    """A distribution of times [s] >= 0 with its `mean`; `draw` takes one from a random stream."""
+    """Base class of distributions of times >= 0 [s] with the mean `mean` [s]; `draw` takes a sample from a random
+    stream."""
 
     mean: float
 
@@ -25,7 +26,7 @@ class Distribution(ABC):
 
 
 class Fixed(Distribution):
-    """Always the same time."""
+    """A time that is always the same."""
 
     def __init__(self, time: float) -> None:
         self.mean = _checked(self, time=time)[0]
@@ -36,7 +37,7 @@ class Fixed(Distribution):
 
 
 class Uniform(Distribution):
-    """Equally likely times between two ends."""
+    """Uniformly distributed times between two limits."""
 
     def __init__(self, low: float, high: float) -> None:
         self.low, self.high = _checked(self, low=low, high=high)
@@ -60,7 +61,7 @@ class Exponential(Distribution):
 
 
 class Erlang(Distribution):
-    """The sum of `phases` equal exponential times."""
+    """The sum of `phases` exponentially distributed times with equal means."""
 
     def __init__(self, phases: int, mean: float) -> None:
         self.mean = _checked(self, phases=phases, mean=mean)[1]
@@ -77,7 +78,7 @@ class Erlang(Distribution):
 
 
 class Triangular(Distribution):
-    """Times between two ends, with a most likely one."""
+    """Triangularly distributed times between two limits, with a most likely value."""
 
     def __init__(self, low: float, mode: float, high: float) -> None:
         self.low, self.mode, self.high = _checked(self, low=low, mode=mode, high=high)
@@ -107,7 +108,8 @@ class Pert(Distribution):
 
 
 class LogNormal(Distribution):
-    """Log-normally distributed times with this mean and standard deviation (of the times, not of their logarithms)."""
+    """Log-normally distributed times with the given mean and standard deviation of the times (not of their
+    logarithms)."""
 
     def __init__(self, mean: float, deviation: float) -> None:
         self.mean, self.deviation = _checked(self, mean=mean, deviation=deviation)
@@ -122,7 +124,7 @@ class LogNormal(Distribution):
 
 
 class Empirical(Distribution):
-    """An empirical distribution: listed times with weights (None: equal ones)."""
+    """An empirical distribution: listed times with their weights (None: equal weights)."""
 
     def __init__(self, times: Sequence[float], weights: Sequence[float] | None = None) -> None:
         self.times = _checked(self, **{f"times[{n}]": time for n, time in enumerate(times)})
@@ -144,7 +146,7 @@ class Empirical(Distribution):
 
 
 def _checked(distribution: Distribution, **given: float) -> list[float]:
-    """The values as floats; raises ModelError if one is negative or not finite."""
+    """Return the given values as floats; raises ModelError if one is negative or not finite."""
     for name, x in given.items():
         if isinstance(x, bool) or not isinstance(x, float | int) or not isfinite(x) or x < 0:
             raise ModelError(f"{type(distribution).__name__}: {name} is {x!r}; give a finite number of seconds >= 0")

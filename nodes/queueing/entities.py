@@ -1,4 +1,4 @@
-"""What moves through a network, and the order in which it waits."""
+"""The entities that move through a queueing network, and the order in which they wait."""
 
 from heapq import heappop, heappush
 from itertools import accumulate
@@ -12,7 +12,8 @@ Discipline = Literal["first in, first out", "last in, first out", "priority"]
 
 
 class Entity(Message):
-    """A customer, job or part: its number, kind, priority (lowest first), and when it came into being [ns]."""
+    """A customer, job or part: its number, kind, priority (the lowest number is served first), and the time of its
+    creation [ns]."""
 
     number: int
     kind: str = ""
@@ -21,13 +22,13 @@ class Entity(Message):
 
 
 class Demand(Message):
-    """Demand of a server for this number of entities."""
+    """Demand of a server to a queue for this number of entities."""
 
     count: int = 1
 
 
 class NetworkPart(Atomic):
-    """Base of the atomics of a queueing network."""
+    """Base class of the atomic models in a queueing network."""
 
     @property
     def ns(self) -> int:
@@ -36,7 +37,7 @@ class NetworkPart(Atomic):
 
 
 class Waiting:
-    """A queue in service order: by priority if that is the discipline, then by turn."""
+    """A queue sorted in the order of service: by priority if the discipline says so, then by turn number."""
 
     def __init__(self, discipline: str = "first in, first out") -> None:
         if discipline not in get_args(Discipline):
@@ -48,17 +49,19 @@ class Waiting:
         return len(self.heap)
 
     def put(self, turn: int, since: int, left: int, entity: Entity) -> None:
-        """Add an entity with its turn among equal priorities; it has waited since a time [ns], and `left` [ns] remain
-        of an interrupted service (-1: none)."""
+        """Add an entity with its turn number; it has waited since the time `since` [ns], and `left` [ns] of an
+        interrupted service remain (-1: none was interrupted)."""
         heappush(self.heap, (entity.priority if self._by_priority else 0, turn, since, left, entity))
 
     def take(self) -> tuple[int, int, int, Entity]:
-        """Remove and return the first entry: turn, since, left and entity."""
+        """Remove the first entry and return its turn number, waiting-since time [ns], remaining service time [ns] and
+        entity."""
         return heappop(self.heap)[1:]
 
 
 def turn_of(discipline: str, count: int) -> int:
-    """Return the turn of the entity that arrives as number `count`, by the discipline."""
+    """Return the turn number, smallest first, of the entity that is the `count`-th to arrive, under a queueing
+    discipline."""
     return -count if discipline == "last in, first out" else count
 
 
@@ -69,7 +72,7 @@ def capacity_of(name: str, given: int | None) -> int | None:
 
 
 def shares_of(name: str, weights: tuple[float, ...]) -> list[float]:
-    """Return the upper ends in [0, 1) of the intervals of choices with these weights, without the last one; raises
+    """Return cumulative probabilities of choices with these weights, without the last one, which is 1; raises
     ModelError for invalid weights."""
     if not weights or not all(isfinite(x) and x >= 0 for x in weights) or not sum(weights):
         raise ModelError(f"{name}: weights {weights}; give numbers >= 0, one of them above zero")

@@ -1,4 +1,5 @@
-"""Where entities go: branches, joins, resources that they seize and release, and monitors between two points."""
+"""Parts that route entities: branches, joins, resources that entities seize and release, and monitors between two
+points."""
 
 from bisect import bisect
 
@@ -8,7 +9,8 @@ from heavylift.nodes.queueing.entities import Entity, NetworkPart, Waiting, shar
 
 
 class MonitorStatistics(Message):
-    """Number of entities that left; mean and largest number between the two points; mean time between them [s]."""
+    """Number of entities that left the monitored section; mean and largest number of entities in it; mean time in it
+    [s]."""
 
     left: int
     number: float
@@ -17,7 +19,7 @@ class MonitorStatistics(Message):
 
 
 class ResourceStatistics(Message):
-    """Number of seizures; mean waiting time for one [s]; mean number of seized units and of waiting entities."""
+    """Number of seizures; mean waiting time for a unit [s]; mean number of seized units and of waiting entities."""
 
     seized: int
     wait: float
@@ -26,10 +28,10 @@ class ResourceStatistics(Message):
 
 
 class _Forwarding(NetworkPart):
-    """Sends what its transitions put into `leaving` at the next microstep."""
+    """Base class of parts that send the entities in `leaving` at the next microstep."""
 
     def start(self) -> None:
-        """Start with no entity to forward."""
+        """Start without entities to forward."""
         self.leaving = list[tuple[str, Entity]]()
 
     def output(self) -> None:
@@ -38,17 +40,17 @@ class _Forwarding(NetworkPart):
             self.ports[port].send(entity)  # type: ignore[attr-defined]
 
     def internal(self) -> None:
-        """Forget the entities that were sent, and wait for input."""
+        """Clear the list of entities that were sent, and wait for input."""
         self.leaving = []
         self.passivate()
 
     def forward(self) -> None:
-        """Schedule the output at the next microstep, if there is an entity to forward."""
+        """Schedule an output at the next microstep if there are entities to forward."""
         self.hold_in(0) if self.leaving else self.passivate()
 
 
 class Branch(_Forwarding):
-    """Routes each entity at random, by weights, to one of the ports out0, out1, ..."""
+    """Routes each entity at random, with given weights, to one of the output ports out0, out1, ..."""
 
     into = In(Entity)
 
@@ -59,19 +61,20 @@ class Branch(_Forwarding):
             self.add_out(f"out{n}", Entity)
 
     def start(self) -> None:
-        """Start the stream of random numbers."""
+        """Create the random stream."""
         super().start()
         self.random = stream(self.seed, self.path)
 
     def external(self, e: int, x: Bag) -> None:
-        """Draw a port for each arriving entity."""
+        """Choose an output port at random for each arriving entity."""
         for entity in x[self.into]:
             self.leaving.append((f"out{bisect(self.sums, self.random.random())}", entity))
         self.forward()
 
 
 class Join(_Forwarding):
-    """Joins the `parts` of an entity: sends the last one when that many with the same number have arrived."""
+    """Reunites the `parts` of an entity: when that many entities with the same number have arrived, it sends the last
+    one."""
 
     into, out = In(Entity), Out(Entity)
 
@@ -80,7 +83,7 @@ class Join(_Forwarding):
         self.parts = parts
 
     def start(self) -> None:
-        """Start with no part."""
+        """Start without any part."""
         super().start()
         self.arrived = dict[int, int]()
 
@@ -96,8 +99,8 @@ class Join(_Forwarding):
 
 
 class Resource(_Forwarding):
-    """A number of equal units, of which each entity seizes one: the entity leaves by the port `seized`, and returns the
-    unit by `release`."""
+    """A number of equal units: each entity seizes one unit and leaves through the port `seized`; when the entity
+    arrives at `release`, its unit is free again."""
 
     request, release, seized = In(Entity), In(Entity), Out(Entity)
 
@@ -139,16 +142,16 @@ class Resource(_Forwarding):
 
 
 class Monitor(NetworkPart):
-    """Measures the number of entities between two points of a network, and their time between them."""
+    """Measures how many entities are between two points of a network, and how long they take from one to the other."""
 
     enter, leave = In(Entity), In(Entity)
 
     def start(self) -> None:
-        """Start with no entity between the points."""
+        """Start without entities between the points."""
         self.inside, self.number, self.times = dict[int, int](), TimeWeighted(), Tally()
 
     def external(self, e: int, x: Bag) -> None:
-        """Record entities that enter and leave."""
+        """Record the entities that pass the first and the second point."""
         now = self.now
         for entity in x[self.enter]:
             self.inside[entity.number] = now.t

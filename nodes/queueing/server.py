@@ -1,4 +1,4 @@
-"""Servers: equal units that serve entities from one line, with priorities, pre-emption, balking and failures."""
+"""Servers: equal units that serve entities from one queue, with priorities, pre-emption, balking and failures."""
 
 from heapq import heapify, heappop, heappush
 from typing import Literal
@@ -12,8 +12,8 @@ What = Literal["served", "fails", "repaired", "lost", "asks"]  # in the end of a
 
 
 class Failures:
-    """Failures of a unit, busy or not: distributions of the time until a failure and of the repair time; an interrupted
-    job continues after the repair."""
+    """Failures of a unit, whether busy or not: distributions of the time to failure and of the repair time; an
+    interrupted job continues after the repair."""
 
     def __init__(self, up: Distribution, down: Distribution) -> None:
         self.up, self.down = up, down
@@ -35,9 +35,9 @@ class ServerStatistics(Message):
 class Server(NetworkPart):
     """Equal units that serve entities from one queue.
 
-    `capacity` bounds the line: what comes to a full one is lost (balks). With `preemptive`, an entity of higher
-    priority interrupts the service of the lowest one, which is resumed later where it was. With `pulls` the server
-    demands entities from queues, one for each unit that becomes free.
+    `capacity` limits the length of the queue: an entity that finds it full is lost (balks). If `preemptive`, an entity
+    of higher priority interrupts the service of the entity with the lowest priority, whose service continues later from
+    where it was. If `pulls`, the server demands entities from separate queues, one for each unit that becomes free.
     """
 
     into, done, lost, ready = In(Entity), Out(Entity), Out(Entity), Out(Demand)
@@ -81,7 +81,7 @@ class Server(NetworkPart):
         self.schedule()
 
     def external(self, e: int, x: Bag) -> None:
-        """Serve arriving entities, queue them, or lose them."""
+        """Serve, queue or lose the arriving entities."""
         now, more = self.ns, x[self.into]
         for entity in more:
             if self.idle:
@@ -97,7 +97,7 @@ class Server(NetworkPart):
         self.schedule()
 
     def output(self) -> None:
-        """Send the served or lost entity, or a demand."""
+        """Send a served entity, a lost entity or a demand."""
         _, mark, unit, what = self.due[0]
         if what == "served":
             self.done.send(self.serving[unit][4])  # type: ignore[index]
@@ -123,7 +123,7 @@ class Server(NetworkPart):
         self.schedule()
 
     def fail(self, unit: int, now: int) -> None:
-        """Stop a failed unit; its job stays on it."""
+        """Stop a unit that fails; its job stays on the unit."""
         assert self.failures
         if (job := self.serving[unit]) is None:
             self.idle.remove(unit)
@@ -133,7 +133,7 @@ class Server(NetworkPart):
         self.later(now + seconds(self.failures.down.draw(self.random)), unit, "repaired")
 
     def repair(self, unit: int, now: int) -> None:
-        """Return a repaired unit to service; it continues its job."""
+        """Return a repaired unit to service; it continues its interrupted job."""
         assert self.failures
         left, job = self.broken.pop(unit), self.serving[unit]
         if job is None:
@@ -143,7 +143,8 @@ class Server(NetworkPart):
         self.later(now + seconds(self.failures.up.draw(self.random)), unit, "fails")
 
     def begin(self, now: int, turn: int, since: int, left: int, entity: Entity) -> None:
-        """Let the first idle unit serve an entity; the service takes `left` [ns] (-1: a drawn time)."""
+        """Start serving an entity on the first idle unit; the service takes `left` [ns], or a random time if `left` is
+        -1."""
         unit = heappop(self.idle)
         if left < 0:
             self.waits.add((now - since) / 1e9)
@@ -152,23 +153,23 @@ class Server(NetworkPart):
         self.serving[unit] = (self.later(end, unit, "served"), end, turn, since, entity)
 
     def interrupt(self, unit: int, now: int) -> None:
-        """Put the entity of a unit back into the queue, at its earlier turn."""
+        """Interrupt the service on a unit and put the entity back into the queue, with its earlier turn number."""
         _, end, turn, since, entity = self.serving[unit]  # type: ignore[misc]
         self.interrupted += 1
         self.release(unit)
         self.waiting.put(turn, since, end - now, entity)
 
     def preempts(self, now: int) -> bool:
-        """Interrupt a unit for the first waiting entity, if that has a higher priority; returns whether it did (a
-        repaired unit resumes)."""
+        """If the first waiting entity has a higher priority than an entity in service, interrupt that service; return
+        whether this happened."""
         unit = self.lowest(self.waiting.heap[0][4]) if self.preemptive else -1
         if unit >= 0:
             self.interrupt(unit, now)
         return unit >= 0
 
     def lowest(self, entity: Entity) -> int:
-        """Return the working unit whose entity has the lowest priority, if that is below the given entity's; -1 if
-        there is none."""
+        """Return the working unit whose entity has the lowest priority, if this priority is lower than that of the
+        given entity; -1 otherwise."""
         if not self.preemptive:
             return -1
         jobs = [(job[4].priority, job[2], unit) for unit, job in enumerate(self.serving) if job and job[0]]
@@ -176,23 +177,23 @@ class Server(NetworkPart):
         return unit if priority > entity.priority else -1
 
     def release(self, unit: int) -> None:
-        """Make a unit idle after its service."""
+        """Make a unit idle at the end of its service."""
         self.serving[unit] = None
         heappush(self.idle, unit)
 
     def turn(self) -> int:
-        """Return the turn of an arriving entity."""
+        """Return the turn number of the next arriving entity."""
         self.marks += 1
         return turn_of(self.discipline, self.marks)
 
     def later(self, at: int, unit: int, what: What) -> int:
-        """Add an event of a unit at a time [ns]; returns its number."""
+        """Schedule an event of a unit at a time [ns], and return the number of the event."""
         self.marks += 1
         heappush(self.due, (at, self.marks, unit, what))
         return self.marks
 
     def schedule(self) -> None:
-        """Schedule the earliest event; discard ends of interrupted services."""
+        """Schedule the earliest event of all units; discard ends of services that were interrupted."""
         due, serving, waiting, down = self.due, self.serving, len(self.waiting.heap), len(self.broken)
         while due and due[0][3] == "served" and ((job := serving[due[0][2]]) is None or job[0] != due[0][1]):
             heappop(due)

@@ -1,6 +1,6 @@
-"""Stations of a network: sources, queues, delays, sinks; each with its statistics as its result.
+"""Stations of a queueing network: sources, queues, delays and sinks, each with its statistics as its result.
 
-Times of several atomics are independent: each draws from the stream of its seed and path.
+Random times of different stations are independent: each station draws from the random stream of its seed and path.
 """
 
 from bisect import bisect
@@ -39,8 +39,8 @@ class SinkStatistics(Message):
 
 
 class Source(NetworkPart):
-    """Sends entities at random intervals, the first after one interval, at most `most`; their priorities are drawn by
-    weights."""
+    """Sends entities at random intervals, the first after one interval, and at most `most` of them; their priorities
+    are drawn at random by weights."""
 
     out = Out(Entity)
 
@@ -75,7 +75,7 @@ class Source(NetworkPart):
             self.next()
 
     def next(self) -> None:
-        """Draw the interval to the next entity, and its priority."""
+        """Draw the interval until the next entity, and its priority."""
         draw = self.random.random() if self.sums else 0.0
         self.priority = bisect(self.sums, draw)
         self.hold_in(seconds(self.every.draw(self.random)))
@@ -86,7 +86,7 @@ class Source(NetworkPart):
 
 
 class Queue(NetworkPart):
-    """Holds entities until servers demand them; entities that arrive at a full queue are lost."""
+    """Holds entities until servers demand them; an entity that arrives at a full queue is lost."""
 
     into, demand, out, lost = In(Entity), In(Demand), Out(Entity), Out(Entity)
 
@@ -95,13 +95,13 @@ class Queue(NetworkPart):
         self.discipline, self.capacity = discipline, capacity_of(name, capacity)
 
     def start(self) -> None:
-        """Start empty."""
+        """Start with an empty queue."""
         self.waiting, self.demanded, self.count = Waiting(self.discipline), 0, 0
         self.leaving, self.balked = list[Entity](), list[Entity]()
         self.waits, self.length, self.losses = Tally(), TimeWeighted(), 0
 
     def external(self, e: int, x: Bag) -> None:
-        """Take in entities and demands, and match them."""
+        """Add arriving entities and demands, and match them."""
         now = self.now
         self.demanded += sum(demand.count for demand in x[self.demand])
         for entity in x[self.into]:
@@ -117,7 +117,7 @@ class Queue(NetworkPart):
         self.hold_in(0) if self.leaving or self.balked else self.passivate()
 
     def match(self) -> None:
-        """Select the entities that satisfy the demands."""
+        """Select entities to satisfy the open demands."""
         while self.demanded and self.waiting:
             _, since, _, entity = self.waiting.take()
             self.demanded -= 1
@@ -125,7 +125,7 @@ class Queue(NetworkPart):
             self.leaving.append(entity)
 
     def output(self) -> None:
-        """Send the demanded entities and the lost ones."""
+        """Send the selected entities and the lost ones."""
         for entity in self.leaving:
             self.out.send(entity)
         for entity in self.balked:
@@ -144,7 +144,7 @@ class Queue(NetworkPart):
 
 
 class Delay(NetworkPart):
-    """Delays each entity by its own drawn time, like a server with unlimited units."""
+    """Delays each entity by a random time of its own, like a server with an unlimited number of units."""
 
     into, out = In(Entity), Out(Entity)
 
@@ -153,7 +153,7 @@ class Delay(NetworkPart):
         self.time, self.seed = time, seed
 
     def start(self) -> None:
-        """Start empty."""
+        """Start without entities."""
         self.random, self.count = stream(self.seed, self.path), 0
         self.held = list[tuple[int, int, Entity]]()
 
@@ -165,7 +165,7 @@ class Delay(NetworkPart):
         self.hold_in(self.held[0][0] - self.ns)
 
     def output(self) -> None:
-        """Send all entities whose delay is over."""
+        """Send all entities whose delay has passed."""
         for at, _, entity in sorted(self.held):
             if at == self.held[0][0]:
                 self.out.send(entity)
@@ -179,16 +179,16 @@ class Delay(NetworkPart):
 
 
 class Sink(NetworkPart):
-    """Removes entities from the network, and measures how long they were in it."""
+    """Removes entities from the network and measures how long they were in it."""
 
     into = In(Entity)
 
     def start(self) -> None:
-        """Start with no entity counted."""
+        """Start with a count of zero."""
         self.times = Tally()
 
     def external(self, e: int, x: Bag) -> None:
-        """Measure the time of each arriving entity in the network."""
+        """Record the time that each arriving entity has spent in the network."""
         for entity in x[self.into]:
             self.times.add((self.ns - entity.born) / 1e9)
 

@@ -1,4 +1,4 @@
-"""Scene files: YAML with units in, a checked plan out.
+"""Scene files: YAML with units is read, checked and turned into a plan.
 
     load("turnover")            -> LoadedScene: plan, text, path; raises SceneError with all errors
     load("lift.yaml", ["seed=7", "cranes.west.at=41 m"])              with settings applied to the file
@@ -9,21 +9,21 @@
     new_scene(name, like)       the text of a new scene; new_scene_with(name, crane, blocks): for blocks of a table
     json_schema()               the JSON Schema of all scene files, for editors
 
-text                        the text with the place of every key; faults; units
-language                    phrases of the action list
+text                        reading of the text, with the place of every key; error messages; units
+language                    the language of orders and conditions in the action list
 keys                        every key of a scene file, as frozen pydantic models
-construction                from keys to the plan
-checks                      impossible scenes and orders, found before anything runs
-templates                   texts to start from
-loading, building           from a path or name to a plan, built from the text or loaded from the cache
-instances                   several scenes side by side in one
+construction                construction of the plan from the keys
+checks                      checks that find impossible scenes and orders before anything runs
+templates                   texts of new scenes
+loading, building           loading a scene by path or name, from the cache or by building it from its text
+instances                   several scenes side by side in one scene
 corners                     utilisations at the worst combination of uncertain inputs
-loaded_scene                a scene that can be run, with its static results
-report, factor_sheet        what `heavylift check` prints
-inputs                      quantities by name, their uncertainties, the scene with other values
-operator_command            an order of an operator while a scene runs
+loaded_scene                a scene that is ready to run, with its static results
+report, factor_sheet        the report that `heavylift check` prints
+inputs                      quantities of a scene by name, their uncertainties, and the scene with other values
+operator_command            an order that an operator gives during a run
 
-Node processes import `heavylift.nodes.plan.plan` only; what reads YAML is imported when it is first used.
+Node processes import only `heavylift.nodes.plan.plan`; the modules that read YAML are imported on first use.
 """
 
 from typing import TYPE_CHECKING

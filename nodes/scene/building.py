@@ -1,6 +1,6 @@
-"""From the text of a scene to its plan: read, apply settings, validate, build, check.
+"""Building a plan from the text of a scene: read, apply settings, validate, build, check.
 
-All errors of one step are reported at once; a later step starts only when the earlier ones found nothing.
+All errors that a step finds are reported together; a later step starts only if the earlier ones found no error.
 """
 
 import json
@@ -41,7 +41,7 @@ from heavylift.nodes.scene.text.extending import alike, extended
 from heavylift.nodes.scene.text.faults import raise_faults
 from heavylift.nodes.scene.text.machine_types import gather
 from heavylift.nodes.scene.text.meshes import shaped
-from heavylift.nodes.scene.text.source import Data, Fault, Path as InData, Source, read
+from heavylift.nodes.scene.text.source import Data, Fault, Path as InData, SourceText, read
 from heavylift.nodes.scene.text.tables import tabled
 from heavylift.nodes.statics.aiming import aimed
 from heavylift.nodes.statics.resting import rigged, settled, standing
@@ -57,7 +57,7 @@ CHOICE = {"ask", "accuracy", "method", "tolerance", "step", "fidelity", "samples
 
 
 def facts(scene: schema.Scene) -> SceneFacts:
-    """Return the keys of a scene that concern a run, not its plan."""
+    """Return the settings of a scene that concern how it is run and are not part of its plan."""
     return SceneFacts(
         own=scene.ask,
         written=scene.accuracy,
@@ -77,8 +77,8 @@ def facts(scene: schema.Scene) -> SceneFacts:
 def build(
     path: Path, name: str, text: str, overrides: Sequence[str], passing: bool = False, followed: bool = True
 ) -> LoadedScene:
-    """Build the scene of a text with settings. `passing`: the scene is one of many variants; without `followed`, its
-    equilibrium path is not computed."""
+    """Build the scene of a text with settings. `passing`: the scene is one of many variants, which are not loaded
+    again; without `followed`, its equilibrium path is not computed."""
     source = extended(path, name, text, path.parent)
     if not source.data:
         raise_faults(source, source.faults)
@@ -94,7 +94,7 @@ def build(
 
 
 def _built(
-    source: Source,
+    source: SourceText,
     path: Path,
     text: str,
     overrides: Sequence[str] = (),
@@ -103,8 +103,8 @@ def _built(
     followed: bool = True,
     corner: bool = False,
 ) -> LoadedScene:
-    """Build the scene of a source; with actions simulated, limits also at the worst uncertain inputs, unless it is a
-    `corner` of these itself."""
+    """Build the scene of a source. If its actions are followed, its limits are also evaluated at the worst corner of
+    the uncertain inputs, unless the scene is such a `corner` itself."""
     nominal = followed and not corner
     given = deepcopy(source.data) if nominal else {}
     stated = uncertainties(replace(source, data=given, faults=[])) if nominal else {}
@@ -145,9 +145,10 @@ def _built(
 
 
 def _planned(
-    source: Source, scene: schema.Scene, known: LoadedScene, followed: bool = True, nominal: bool = False
+    source: SourceText, scene: schema.Scene, known: LoadedScene, followed: bool = True, nominal: bool = False
 ) -> LoadedScene:
-    """Build the plan of a valid scene into what is `known` of it; loads at rest are checked if it is `nominal`."""
+    """Build the plan of a valid scene and return it added to the data in `known`; if `nominal`, static overloads are
+    checked as well."""
     builder = build_machines(source, scene)
     check_parts(source, scene)
     machines = tuple(builder.machines)
@@ -188,8 +189,7 @@ def _planned(
     still = {name for name, hook in frames_on_hooks(loaded.plan.machines).items() if hook.ends}
     own = (machine for machine in loaded.plan.machines if machine.name not in still)
     hung = bent or any(machine.ties and not machine.hooks for machine in own)
-    lifting = (machine for machine in loaded.plan.machines if machine.hooks)
-    sinks = any(machine.girders or any(hook.ends for hook in machine.hooks) for machine in lifting)
+    sinks = any(hook.ends for machine in loaded.plan.machines for hook in machine.hooks)
     if (sinks or hung) and (first := _first_rest(loaded, followed)):
         loaded = _on_same_path(loaded, (rigged if hung else standing)(loaded.plan, first))
         if bent:
@@ -198,7 +198,7 @@ def _planned(
 
 
 def _on_same_path(loaded: LoadedScene, built: plan.Plan) -> LoadedScene:
-    """Return the scene with another plan that has the same equilibrium path, which is not computed again."""
+    """Return the scene with another plan that has the same equilibrium path, so that the path is not computed again."""
     other = replace(loaded, plan=built)
     if "statics" in vars(loaded):
         vars(other).update(statics=loaded.statics)
@@ -206,11 +206,17 @@ def _on_same_path(loaded: LoadedScene, built: plan.Plan) -> LoadedScene:
 
 
 def _side_by_side(
-    source: Source, scene: schema.Scene, path: Path, text: str, overrides: Sequence[str], passing: bool, followed: bool
+    source: SourceText,
+    scene: schema.Scene,
+    path: Path,
+    text: str,
+    overrides: Sequence[str],
+    passing: bool,
+    followed: bool,
 ) -> LoadedScene:
-    """Build a scene of several lifts, each as if it were alone."""
+    """Build a scene of several lifts, each of which is built as if it were alone."""
 
-    def alone(own: Source) -> LoadedScene:
+    def alone(own: SourceText) -> LoadedScene:
         alike(own)
         tabled(own)
         geared(own)
@@ -239,7 +245,7 @@ def _side_by_side(
 
 
 def _common(scene: schema.Scene) -> dict[str, Any]:
-    """Return the settings of a scene that apply to its whole run."""
+    """Return the settings of a scene that apply to the whole run."""
     return {
         "tolerance": scene.step_tolerance,
         "method": scene.method,
@@ -252,7 +258,7 @@ def _common(scene: schema.Scene) -> dict[str, Any]:
 
 
 def _first_rest(loaded: LoadedScene, followed: bool) -> StaticState | None:
-    """Return the equilibrium at the start, None if there is none."""
+    """Return the equilibrium at the start; None if there is none."""
     if followed:
         return next(iter(loaded.statics.states), None)
     with suppress(HeavyliftError):
@@ -260,8 +266,8 @@ def _first_rest(loaded: LoadedScene, followed: bool) -> StaticState | None:
     return None
 
 
-def _impossible(source: Source, loaded: LoadedScene, followed: bool) -> list[Fault]:
-    """Return the faults of a scene that cannot be built or carried out, or else is overloaded at rest."""
+def _impossible(source: SourceText, loaded: LoadedScene, followed: bool) -> list[Fault]:
+    """Return the errors of a scene that cannot be built or carried out; if there are none, its static overloads."""
     scene, built = loaded.scene, loaded.plan
     found = start_checks(scene, built) or held_orders(built)
     hooks = any(machine.hooks for machine in built.machines)

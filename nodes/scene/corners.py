@@ -1,7 +1,8 @@
 """Utilisations at the worst corner of a scene's uncertain inputs, and at the corners of the centre-of-mass box.
 
-They are computed on the equilibrium path, input by input, then at each corner that is worst for some limit. Loads are
-monotonic in each input, whatever the others are; so the worst corner for a limit combines the worse end of each input.
+They are computed on the equilibrium path, first for each input alone, then at each corner that is the worst for some
+limit. Loads are monotonic in each input, whatever the other inputs are, so the worst corner for a limit combines the
+worse ends of all inputs.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -34,7 +35,7 @@ Sizes = Callable[[LoadedScene], dict[Key, float]]
 
 @dataclass(frozen=True)
 class Ends:
-    """An uncertain input: path, uncertainty in words, and both ends as text."""
+    """The two ends of an uncertain input: its path, its uncertainty in words, and both end values as text."""
 
     path: Path
     message: str
@@ -42,7 +43,8 @@ class Ends:
 
 
 def ends_of(scene: schema.Scene, stated: Mapping[Path, Stated]) -> list[Ends]:
-    """Return both ends of each uncertain input: for a normal one at a level of 95 %, for a uniform one the bounds."""
+    """Return both ends of each uncertain input: for a normal distribution the ends of the 95 % interval, for a uniform
+    one its bounds."""
     found = []
     for path, each in stated.items():
         at = quantity_at(scene, path)
@@ -60,8 +62,8 @@ def ends_of(scene: schema.Scene, stated: Mapping[Path, Stated]) -> list[Ends]:
 
 
 def cornered(nominal: LoadedScene, ends: Sequence[Ends], build: Build) -> list[RatedLimit]:
-    """Return the limits of a scene with the increase of utilisation at the worst corner of the uncertain inputs. An
-    input whose end cannot be evaluated gives a limit without value."""
+    """Return the limits of a scene, each with the increase of utilisation at the worst corner of the uncertain inputs.
+    If a corner cannot be evaluated, a limit without a value is added."""
     corners = Corners(nominal)
     corners.search(ends, build)
     limits = [_spread(limit, corners) for limit in nominal.plan.limits]
@@ -69,7 +71,7 @@ def cornered(nominal: LoadedScene, ends: Sequence[Ends], build: Build) -> list[R
 
 
 def with_centres(scene: schema.Scene, centres: Centres) -> schema.Scene:
-    """Return a scene with other centres of mass of its blocks."""
+    """Return a scene in which the blocks have other centres of mass."""
     moved = {path: block.model_copy(update={"com": centres[path]}) for path, block in _blocks(scene).items()}
     blocks = {name: moved["blocks", name] for name in scene.blocks}
     return scene.model_copy(update={"blocks": blocks, "block": moved.get(("block",))})
@@ -81,14 +83,14 @@ def _shifted(place: Vector, way: Sequence[float]) -> Vector:
 
 
 def _blocks(scene: schema.Scene) -> dict[Path, schema.Block]:
-    """Return the blocks of a scene by their path."""
+    """Return the blocks of a scene by their paths."""
     blocks: dict[Path, schema.Block] = {("blocks", name): block for name, block in scene.blocks.items()}
     return blocks | ({("block",): scene.block} if scene.block else {})
 
 
 def designed(nominal: LoadedScene, scene: schema.Scene, build: Callable[[Centres], LoadedScene]) -> list[RatedLimit]:
-    """Return the design loads of a scene with practice or factors, at the worst corner of the centre-of-mass box of
-    each block; `build`: makes the scene with other centres of mass."""
+    """Return the limits of the design loads of a scene with a practice or factors, at the worst corner of the
+    centre-of-mass box of each block. `build` makes the scene for other centres of mass."""
     if scene.practice is None and not scene.factors.model_fields_set:
         return []
     given, corners = scene.factors.built(), Corners(nominal)
@@ -103,15 +105,15 @@ def designed(nominal: LoadedScene, scene: schema.Scene, build: Callable[[Centres
 
 
 def _lost(nominal: LoadedScene, corners: "Corners") -> Iterator[RatedLimit]:
-    """Yield limits without value for the corners that could not be evaluated."""
+    """Yield a limit without a value for each corner that could not be evaluated."""
     where = nominal.plan.limits[0].where if nominal.plan.limits else ""
     for message, why in corners.lost:
         yield RatedLimit(subject=message, quantity="inputs", unit="", note=why, where=where)
 
 
 class Corners:
-    """Searches the corners of uncertain inputs for the highest utilisation of each limit (or other values of a scene);
-    `moved`: the inputs that influence each."""
+    """Searches the corners of the uncertain inputs for the highest utilisation of each limit (or for other values of a
+    scene); `moved`: the inputs that influence each value."""
 
     def __init__(self, nominal: LoadedScene, sizes: Sizes | None = None) -> None:
         self._sizes = sizes or _uses
@@ -122,7 +124,7 @@ class Corners:
         self._ends = len(nominal.states) and nominal.states[-1].action
 
     def search(self, ends: Sequence[Ends], build: Build) -> None:
-        """Evaluate both ends of each input, then the corners of worse ends of several."""
+        """Evaluate both ends of each input, then the corners that combine the worse ends of several inputs."""
         worse: dict[Key, dict[Path, str]] = {}
         for one in ends:
             found = [(text, self.uses(at := {one.path: text}, partial(build, at))) for text in one.texts]
@@ -136,7 +138,7 @@ class Corners:
             self.uses(dict(corner), partial(build, dict(corner)))
 
     def uses(self, values: Values, build: Callable[[], LoadedScene]) -> dict[Key, float]:
-        """Return the utilisation of each limit at a corner; `build` makes its scene."""
+        """Return the utilisation of each limit at a corner; `build` makes the scene at this corner."""
         message, why = ", ".join(f"{shown(path)} {text}" for path, text in values.items()), ""
         try:
             scene = build()
@@ -153,7 +155,7 @@ class Corners:
 
 
 def _uses(scene: LoadedScene) -> dict[Key, float]:
-    """Return the utilisation of each limit; the value itself if the limit is unknown."""
+    """Return the utilisation of each limit or, if the limit is unknown, the value itself."""
     each = ((use.limit, use.value if use.use is None else use.use) for use in scene.uses)
     return {(x.subject, x.quantity): use for x, use in each if use is not None and isfinite(use)}
 

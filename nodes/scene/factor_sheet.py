@@ -1,6 +1,6 @@
-"""Tables of hooks, rigging and factors, common to `check` and reports.
+"""Tables of hooks, rigging and factors, which `check` and reports have in common.
 
-Loads are in t, those of slings in kN.
+Loads are in t, loads of slings in kN.
 """
 
 from collections.abc import Iterator, Sequence
@@ -12,7 +12,7 @@ from heavylift.recordings.sheets.sheet import Table, columns, trimmed
 
 
 def hooks(plan: Plan) -> Table:
-    """Return the table of hooks: rated loads, radius charts, and reeving."""
+    """Return the table of hooks: rated loads, radius charts and reeving."""
     rows = []
     for machine in plan.machines:
         for hook in machine.hooks:
@@ -27,7 +27,7 @@ def hooks(plan: Plan) -> Table:
 
 
 def charts_used(found: Sequence[Reach]) -> Table:
-    """Return radius and utilisation of the load chart in each stage, as they change."""
+    """Return the table of radius and utilisation of the load charts in each stage, with rows only where they change."""
     numbers = [(x.hook, x.stage, f"{x.radius:.2f} {x.load:.0f} {x.capacity:.0f}") for x in found]
     changed = (x for i, x in enumerate(found) if not i or numbers[i] != numbers[i - 1])
     rows = tuple(
@@ -39,7 +39,8 @@ def charts_used(found: Sequence[Reach]) -> Table:
 
 
 def rigging(plan: Plan, uses: Sequence[Use]) -> Iterator[Table]:
-    """Yield the tables from static to design loads, by factor, with maxima of a run; and the list of gear."""
+    """Yield the tables that lead from static to design loads, factor by factor, with the maxima of a run if there is
+    one; then the gear list."""
     met = {(use.limit.subject, use.limit.quantity): use.value for use in uses}
     for of, unit, message in (("", "kg", "t"), (" of slings", "N", "kN")):
         mine, rows = [use for use in uses if use.limit.rest and use.value and use.limit.unit == unit], []
@@ -70,7 +71,7 @@ def rigging(plan: Plan, uses: Sequence[Use]) -> Iterator[Table]:
 
 
 def sources(uses: Sequence[Use]) -> list[str]:
-    """Return the sources of the factors of a sheet, each once."""
+    """Return the sources of the factors in these uses, each of them once."""
     found: dict[tuple[str, str], list[float]] = {}
     for x in (x for use in uses for x in use.limit.factors):
         found.setdefault((x.name, x.source), []).append(x.value)

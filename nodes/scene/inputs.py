@@ -1,12 +1,12 @@
-"""Inputs of a scene: quantities by the path that `--set` takes, with `x`, `y`, `z` for the coordinates of a place.
+"""Inputs of a scene: quantities by the path that `--set` accepts, with `x`, `y`, `z` for the coordinates of a place.
 
     uncertain_inputs(scene)                  those with an uncertainty: value, kind and spread of each
     uncertain_inputs(scene, ["block.mass +- 3 %"])           with further stated uncertainties
     inputs(scene, ["block.com.x"])           inputs by name
     varied(scene, inputs, values)            the scene with other values
 
-The scale of an input is its typical variation: its own size; for a coordinate at least a metre; for a value between two
-ends a fifth of their distance.
+The scale of an input is its typical variation: its magnitude; for a coordinate at least a metre; for a value between
+two ends a fifth of their distance.
 """
 
 import json
@@ -24,7 +24,7 @@ from heavylift.nodes.scene.keys.quantities import below, quantity
 from heavylift.nodes.scene.keys.validate import listed, uncertainties
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.overlay import made, next_key, parts
-from heavylift.nodes.scene.text.source import Path, Source, read
+from heavylift.nodes.scene.text.source import Path, SourceText, read
 from heavylift.nodes.scene.text.spelling import spread_of, unit_in
 from heavylift.nodes.scene.text.uncertainty import Kind, Stated, standard
 from heavylift.nodes.scene.text.units import Limited, Quantity
@@ -51,8 +51,9 @@ USUAL = (  # inputs that a yard knows with an uncertainty, and that a lift depen
 
 @dataclass(frozen=True)
 class Input:
-    """An input of a scene: name, value, scale and bounds (SI), unit and allowed units, path. `whole`: a setting that
-    must precede its own, which writes the whole list with its defaults."""
+    """An input of a scene: its name, its value, scale and bounds in SI units, its unit with other allowed units, and
+    its path. `whole`: a setting that must be applied first because it writes the whole list, with default values, to
+    which the input belongs."""
 
     name: str
     value: float
@@ -65,11 +66,12 @@ class Input:
 
     @property
     def factor(self) -> float:
-        """The value of one unit in SI."""
+        """The value of one unit of the input in SI units."""
         return float(self.units[self.unit])
 
     def rounded(self, value: float, sigma: float) -> tuple[str, str]:
-        """Return value and two standard uncertainties as text, rounded to two digits of the latter."""
+        """Return the value and two standard uncertainties as text, both rounded to the second significant digit of the
+        latter."""
         half = 2.0 * sigma / self.factor
         places = 1 - floor(log10(half)) if half > 0.0 else DIGITS
         texts = (f"{round(x, places):.{max(0, places)}f} {self.unit}" for x in (value / self.factor, half))
@@ -79,19 +81,21 @@ class Input:
 
 @dataclass(frozen=True)
 class UncertainInput(Input):
-    """An input with its standard uncertainty (SI); `kind`: normal, or uniform within sqrt(3) standard uncertainties."""
+    """An input with its standard uncertainty in SI units; `kind`: normal, or uniform between value -+ sqrt(3) standard
+    uncertainties."""
 
     kind: Kind = "normal"
     sd: float = 0.0
 
     @property
     def half(self) -> float:
-        """The half-width in SI units: at a level of 95 %, or for a uniform input the bound."""
+        """Half-width of the uncertainty in SI units: of the 95 % interval or, for a uniform input, of its range."""
         return (sqrt(3.0) if self.kind == "uniform" else 2.0) * self.sd
 
     @property
     def spread(self) -> str:
-        """Name and half-width as text: in per cent of the value, or in its unit for places, angles and ratios."""
+        """Name and half-width of the uncertainty as text: in per cent of the value, or in its unit for places, angles
+        and ratios."""
         if self.value and not {"m", "deg", ""} & set(self.units):
             return f"{self.name} {100.0 * self.half / abs(self.value):.2g} %"
         return f"{self.name} {self.half / self.factor:.2g} {self.unit}".strip()
@@ -102,7 +106,7 @@ class UncertainInput(Input):
 
 
 def inputs(scene: LoadedScene, names: Sequence[str]) -> list[Input]:
-    """Return inputs by name; raises SceneError for one that does not exist or is not a quantity."""
+    """Return the inputs with these names; raises SceneError if one does not exist or is not a quantity."""
     source, _ = _source(scene)
     found = [_input(scene, source, name)[0] for name in names]
     if twice := next((p for i, p in enumerate(found) if p.path in [q.path for q in found[:i]]), None):
@@ -111,7 +115,8 @@ def inputs(scene: LoadedScene, names: Sequence[str]) -> list[Input]:
 
 
 def uncertain_inputs(scene: LoadedScene, given: Sequence[str] = ()) -> list[UncertainInput]:
-    """Return all uncertain inputs of a scene, stated there or in `given` (`block.mass +- 3 %`); SceneError."""
+    """Return all uncertain inputs of a scene, stated in the scene or in `given` (such as `block.mass +- 3 %`); raises
+    SceneError for an invalid statement."""
     source, stated = _source(scene)
     found = {x.path: x for name in scene.scene.lifts for x in _of_lift(scene, name)}
     found |= {path: _uncertain(*_input(scene, source, _name(scene, path)), each) for path, each in stated.items()}
@@ -138,7 +143,8 @@ def _of_lift(scene: LoadedScene, name: str) -> Iterator[UncertainInput]:
 
 
 def stated(scene: LoadedScene, one: Input, value: str, half: str) -> str:
-    """Return an input with its 95 % uncertainty as text; only the value if the uncertainty exceeds its range."""
+    """Return a value with its 95 % uncertainty as text; only the value if the uncertainty would be invalid for the
+    input."""
     _, kind = _input(scene, _source(scene)[0], one.name)
     try:
         standard(Stated(value, "+-", half), kind)
@@ -148,7 +154,8 @@ def stated(scene: LoadedScene, one: Input, value: str, half: str) -> str:
 
 
 def varied(scene: LoadedScene, changed: Sequence[Input], values: Sequence[float]) -> LoadedScene:
-    """Return the scene with other values at the same model level and steps; raises SceneError if it is invalid."""
+    """Return the scene with other values of inputs, at the same model level and with the same steps; raises SceneError
+    if the result is invalid."""
     texts = [f"{x / p.factor!r} {p.unit}" for p, x in zip(changed, values, strict=True)]
     other = parse(scene.merged or scene.text, scene.path.name, settings(changed, texts), followed=False)
     kept = {x: getattr(scene.plan, x) for x in KEPT}
@@ -156,19 +163,19 @@ def varied(scene: LoadedScene, changed: Sequence[Input], values: Sequence[float]
 
 
 def settings(changed: Sequence[Input], values: Sequence[str]) -> list[str]:
-    """Return the settings, as of `--set`, that give inputs these values."""
+    """Return settings in the form of `--set` that give the inputs these values."""
     first = dict.fromkeys(p.whole for p in changed if p.whole)
     return [*first, *(f"{'.'.join(map(str, p.path))}={text}" for p, text in zip(changed, values, strict=True))]
 
 
-def _source(scene: LoadedScene) -> tuple[Source, dict[Path, Stated]]:
-    """Return the data of the scene with nominal values, and the stated uncertainties."""
+def _source(scene: LoadedScene) -> tuple[SourceText, dict[Path, Stated]]:
+    """Return the data of the scene with nominal values, and the uncertainties stated in it, by path."""
     source = read(scene.merged or scene.text, scene.path.name)
     return source, uncertainties(source)
 
 
 def _name(scene: LoadedScene, path: Path) -> str:
-    """Return a path as users write it, with x, y and z for coordinates."""
+    """Return a path in the form in which users write it, with x, y and z for coordinates."""
     at: object = scene.scene
     kind: object = None
     words = []
@@ -187,7 +194,7 @@ def _uncertain(one: Input, kind: Quantity, stated: Stated) -> UncertainInput:
     return UncertainInput(**vars(one), kind=stated.kind, sd=sd)
 
 
-def _input(scene: LoadedScene, source: Source, name: str) -> tuple[Input, Quantity]:
+def _input(scene: LoadedScene, source: SourceText, name: str) -> tuple[Input, Quantity]:
     at: object = scene.scene
     kind: object = None
     path: Path = ()
@@ -226,7 +233,7 @@ def _input(scene: LoadedScene, source: Source, name: str) -> tuple[Input, Quanti
 
 
 def unstated(scene: LoadedScene, known: Sequence[Input]) -> list[str]:
-    """Return the names of inputs that are usually uncertain but have no stated uncertainty."""
+    """Return the names of inputs that usually are uncertain but have no stated uncertainty in this scene."""
     paths = {part for each in known for part in (each.path, each.path[:-1])}
     found = []
 

@@ -1,8 +1,9 @@
-"""Instances of scenes in one scene: the plan of each with a prefix on all its names, at another place.
+"""Several instances of scenes in one scene: the plan of each instance is moved to another place, with a prefix on all
+its names.
 
-`lifts: {a: {extends: lift.yaml, at: [0 m, 60 m]}}` builds the scene of each as if it were alone, equal ones once, and
-places them beside each other: `a-crane`, `a-legs.sling-1`. Nothing couples them, so their equilibrium paths are
-computed one by one.
+`lifts: {a: {extends: lift.yaml, at: [0 m, 60 m]}}` builds the scene of each instance as if it were alone (equal ones
+only once) and places the instances beside each other; their parts get names such as `a-crane`, `a-legs.sling-1`.
+Nothing couples the instances, so their equilibrium paths are computed separately.
 """
 
 import json
@@ -12,9 +13,10 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
+from heavylift.kernel.description.contacts import Ball, Box, Plane
 from heavylift.kernel.description.field_types import field_names
 from heavylift.kernel.description.findings import Check
-from heavylift.kernel.description.forces import Ball, Box, Characteristic, Plane
+from heavylift.kernel.description.forces import Characteristic
 from heavylift.kernel.description.mechanics import WORLD, Joint, Point, Vector
 from heavylift.nodes.plan.actions import Action, Begin, BegunCondition, Wait
 from heavylift.nodes.plan.factors import Factor
@@ -28,7 +30,7 @@ from heavylift.nodes.scene.construction.signals import build_interlocks
 from heavylift.nodes.scene.keys.schema import ORDERED, Scene
 from heavylift.nodes.scene.text.extending import over
 from heavylift.nodes.scene.text.faults import raise_faults
-from heavylift.nodes.scene.text.source import Source
+from heavylift.nodes.scene.text.source import SourceText
 from heavylift.nodes.statics import Followed, StaticState, goal_states
 from heavylift.nodes.statics.findings import path_findings
 from heavylift.nodes.statics.state import Acted
@@ -56,8 +58,8 @@ MACHINES = (
 EVERY = "all"  # subject of limits of the whole scene, and its own action list
 
 
-def source_of(whole: Source, name: str, path: Path, at: tuple[float, float]) -> Source:
-    """Return the source of an instance: its keys merged over the scene that it extends; `at`: its origin [m]."""
+def source_of(whole: SourceText, name: str, path: Path, at: tuple[float, float]) -> SourceText:
+    """Return the source of an instance: its own keys merged over the scene that it extends; `at`: its origin [m]."""
     base = ("lifts", name)
     keys, values = (
         {at[2:]: mark for at, mark in some.items() if at[:2] == base} for some in (whole.keys, whole.values)
@@ -67,7 +69,7 @@ def source_of(whole: Source, name: str, path: Path, at: tuple[float, float]) -> 
     data |= {key: whole.data[key] for key in COMMON if key in whole.data}
     keys |= {(key,): whole.keys[key,] for key in COMMON if (key,) in whole.keys}
     values |= {(key,): whole.values[key,] for key in COMMON if (key,) in whole.values}
-    found = over(Source(whole.name, data, keys, values, root=whole.root, files=(whole.name,)), path, whole.root)
+    found = over(SourceText(whole.name, data, keys, values, root=whole.root, files=(whole.name,)), path, whole.root)
     raise_faults(found, found.faults)
     block = found.data.pop("block", None) if "rig" not in found.data else None
     if block is not None:
@@ -85,10 +87,10 @@ def source_of(whole: Source, name: str, path: Path, at: tuple[float, float]) -> 
 
 
 def several(
-    source: Source, scene: Scene, path: Path, built: Callable[[Source], LoadedScene]
+    source: SourceText, scene: Scene, path: Path, built: Callable[[SourceText], LoadedScene]
 ) -> tuple[Plan, Followed, dict[str, LoadedScene]]:
-    """Return the plan of all instances, their equilibrium paths one after the other, and each instance as if it were
-    alone."""
+    """Return the plan of all instances, their equilibrium paths one after the other, and the scene of each instance as
+    if it were alone."""
     for key in sorted(scene.model_fields_set & {*MACHINES}):
         message = "a scene of several lifts has nothing else: what belongs to one of them stands there"
         source.fault((key,), message, on_key=True)
@@ -156,26 +158,28 @@ def several(
 
 
 def _own_limit(limit: RatedLimit, name: str) -> RatedLimit:
-    """Return a limit of an instance; one of its whole scene has its name."""
+    """Return a limit of an instance; a limit on the instance's whole scene gets the instance's name as subject."""
     rest = limit.rest and msgspec.structs.replace(limit.rest, stage=_named(name, limit.rest.stage))
     return msgspec.structs.replace(limit, subject=name if limit.subject == EVERY else limit.subject, rest=rest)
 
 
 def _rank(machine: Mechanism, frames: Container[str]) -> int:
-    """Order of nodes: cranes with frames on their hooks, the frames, what these lift, others."""
-    if machine.girders or any(hook.ends for hook in machine.hooks):
+    """Return the sort key for the order of nodes: cranes with frames on their hooks first, then the frames, the bodies
+    that they lift, and others."""
+    if any(hook.ends for hook in machine.hooks):
         return 0
     return 1 if machine.name in frames else 2 if frames and machine.cargo else 3
 
 
 def _split(rope: str) -> tuple[str, str]:
-    """Return crane and hook of a hook's rope."""
+    """Return the names of the crane and of the hook to which a hook rope belongs."""
     crane, _, hook = rope.rpartition(".")
     return crane, hook
 
 
-def _begins_each_once(source: Source, scene: Scene, listed: Sequence[Action]) -> None:
-    """Add the faults of the common list: orders to machines, a lift begun twice, a lift never begun."""
+def _begins_each_once(source: SourceText, scene: Scene, listed: Sequence[Action]) -> None:
+    """Add errors of the common action list: orders to machines, a lift that is begun twice, a lift that is never
+    begun."""
     begun: list[str] = []
     for order in (order for action in listed for order in action.orders):
         at = source.path_of(order.where)
@@ -204,7 +208,8 @@ def _numbered(state: StaticState, name: str, shift: int) -> StaticState:
 
 
 def _rests(loaded: LoadedScene, name: str, d: Vector) -> dict[str, list[StaticState]]:
-    """Return the equilibrium path of an instance at its place, the states in which its actions began, and its goals."""
+    """Return, for an instance at its place, the states of its equilibrium path, the states in which its actions begin,
+    and the states at the ends of its moves."""
     known: dict[int, StaticState] = {}
 
     def here(state: StaticState) -> StaticState:
@@ -218,7 +223,7 @@ def _rests(loaded: LoadedScene, name: str, d: Vector) -> dict[str, list[StaticSt
 
 
 def _finding(check: Check, name: str) -> Check:
-    """Return a finding of the path of an instance with its name."""
+    """Return a finding about an instance's equilibrium path, with the name of the instance added."""
     words = {"subject": f"{name}-{check.subject}", "stage": _named(name, check.stage)}
     return msgspec.structs.replace(check, sentence=f"{name}: {check.sentence}", **words)
 
@@ -227,7 +232,7 @@ PARTS = ("tensions", "supports", "poses", "coordinates", "references", "speeds",
 
 
 def _together(states: list[StaticState]) -> StaticState:
-    """Return the merge of states, with time, stage and texts of the last one."""
+    """Return one state merged from the states of all instances, with the time, stage and texts of the last one."""
     whole: dict[str, Any] = {part: dict(getattr(states[0], part)) for part in PARTS}  # one copy: that is often done
     for state in states[1:]:
         for part, known in whole.items():
@@ -239,7 +244,7 @@ def _together(states: list[StaticState]) -> StaticState:
 
 
 def moved(x: Any, prefix: str, d: Vector) -> Any:
-    """Return a plan or description with prefixed names, moved by d [m] in the world."""
+    """Return a plan or description with a prefix on its names, moved by d [m] in the world frame."""
     if isinstance(x, tuple):
         return tuple(moved(each, prefix, d) for each in x)
     if isinstance(x, dict):
@@ -273,7 +278,7 @@ def _changed(name: str, value: Any, prefix: str, d: Vector) -> Any:
 
 
 def _renamed(value: Any, prefix: str) -> Any:
-    """Return prefixed names; the ground and empty names stay."""
+    """Return names with a prefix; the name of the ground and empty names stay unchanged."""
     if isinstance(value, str):
         return value if value in ("", WORLD, EVERY) else f"{prefix}{value}"
     if isinstance(value, dict):

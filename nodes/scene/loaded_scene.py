@@ -1,4 +1,4 @@
-"""A scene that can be run, and static results of its plan: loads, utilisations, findings, model level."""
+"""A scene that is ready to run, and the static results of its plan: loads, utilisations, findings, model level."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -23,11 +23,11 @@ if TYPE_CHECKING:
 
 
 class SceneFacts(msgspec.Struct, frozen=True):
-    """Settings of a scene outside its plan.
+    """Settings of a scene that are not part of its plan.
 
-    `own`: requested quantities; `written`: accuracy, if given; `named`: keys that fix how it is run; `placement`: node
-    -> process; `remote`: processes on other hosts; `tandem`: share of the capacity of each crane beside another;
-    `project`: data for documents.
+    `own`: quantities that the scene asks for; `written`: accuracy, if given; `named`: keys that fix how the scene is
+    run; `placement`: process of each node; `remote`: processes on other hosts; `tandem`: share of its capacity that
+    each crane may use together with others; `project`: data for documents.
     """
 
     own: tuple[Asked, ...]
@@ -41,18 +41,18 @@ class SceneFacts(msgspec.Struct, frozen=True):
 
     @property
     def ask(self) -> tuple[Asked, ...]:
-        """The requested quantities; the usual ones if the scene does not fix how it is run."""
+        """The quantities that the scene asks for; the usual ones if the scene does not fix how it is run."""
         return self.own if {*self.named} - {"samples"} else MEANT
 
     @property
     def accuracy(self) -> float:
-        """The accuracy of each requested quantity, or of rope tensions (0.01: 1 %)."""
+        """Largest accepted relative error of each quantity asked for, or of rope tensions if none is (0.01 is 1 %)."""
         return self.written or (USUAL if self.ask else OF_TENSIONS)
 
 
 @dataclass(frozen=True)
 class LoadedScene:
-    """A scene that can be run: plan, text, path and settings."""
+    """A scene that is ready to run: plan, text, path and settings."""
 
     plan: plan.Plan
     text: str
@@ -69,37 +69,38 @@ class LoadedScene:
 
     @cached_property
     def scene(self) -> "schema.Scene":
-        """The keys of the scene."""
+        """The validated keys of the scene file."""
         from .keys.validate import validated  # with what reads scenes
 
         return self.keys or validated(self.merged or self.text, str(self.path))
 
     @cached_property
     def statics(self) -> Followed:
-        """The equilibrium path along the action list, as far as it exists."""
+        """The equilibrium path along the action list, as far as it can be followed."""
         if self.plan.lists:
             return self.apart or Followed((), (), (), "", None, "")  # of a recording, which has no scenes of each
         return follow(self.plan, keep=not self.passing)
 
     @property
     def states(self) -> Sequence[StaticState]:
-        """The states of the equilibrium path; none if nothing is lifted."""
+        """The states of the equilibrium path; empty if nothing is lifted."""
         return self.statics.states if self.lifts else ()
 
     @property
     def lifts(self) -> bool:
-        """Whether hooks lift something."""
+        """Whether the scene has hooks and something to lift."""
         machines = self.plan.machines
         return any(machine.hooks for machine in machines) and any(machine.cargo for machine in machines)
 
     @property
     def question(self) -> Question | None:
-        """Requested quantities and accuracy; None if level and steps are chosen already."""
+        """The quantities and accuracy that the scene asks for; None if model level and steps are chosen already."""
         return Question(self.facts.ask, self.facts.accuracy) if self.facts.ask and not self.chosen else None
 
     @cached_property
     def uses(self) -> list[Use]:
-        """The highest utilisation of each limit on the equilibrium path; for a lift also at the goals of moves."""
+        """The highest utilisation of each limit on the equilibrium path; for a lift, the positions where moves end are
+        included."""
         if not self.plan.limits or (self.lifts and not self.states):
             return []
         path, starts = self.plan, [x.start or 0.0 for x in self.scene.lifts.values()] if self.apart else [0.0]
@@ -112,21 +113,21 @@ class LoadedScene:
 
     @property
     def findings(self) -> tuple[Check, ...]:
-        """Exceeded limits on the equilibrium path, and other findings to report."""
+        """Findings on the equilibrium path: limits that are exceeded, and others to report."""
         return findings(self.checks)
 
     @property
     def errors(self) -> Errors:
-        """The measured errors of the figures of a run."""
+        """The measured errors of the results of a run."""
         return self.answer.figures if self.answer else {}
 
     @property
     def checks(self) -> list[Check]:
-        """All checks of the equilibrium path, including those not possible there."""
+        """All checks on the equilibrium path, including those that only a run can decide."""
         return self.checked()
 
     def checked(self, near: Sequence[Check | Use] = ()) -> list[Check]:
-        """Return all checks of the equilibrium path, with its clearances `near`: findings, or the smallest."""
+        """Return all checks on the equilibrium path, with the given findings or utilisations of its clearances."""
         apart = [x for x in near if isinstance(x, Use)]
         seen = {id(use.limit) for use in self.uses}
         rest = [x for x in self.plan.limits if id(x) not in seen and x.quantity != "interlock"]

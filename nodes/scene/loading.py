@@ -1,7 +1,8 @@
-"""From a scene's path or name to its plan, which is built from its text (`building`) or loaded from the cache.
+"""Loading a scene by path or name: its plan is built from its text (`building`) or read from the cache.
 
-A scene is cached under its text, its settings and this code, with the state of each file that it names, so that a
-second start neither reads nor checks it: the modules that validate scenes are then not even imported.
+The cache key consists of the scene's text, its settings and heavylift's code, and the state of each file that the scene
+names. A second start therefore neither reads nor checks the scene again; the modules that validate scenes are not even
+imported.
 """
 
 import hashlib
@@ -45,7 +46,7 @@ def load(
 
 
 def _settings(given: object, within: str = "") -> list[str]:
-    """Return the settings as `key=value`."""
+    """Return settings, given in any form, as texts `key=value`."""
     if isinstance(given, str):
         return [given]
     if isinstance(given, Mapping):
@@ -67,7 +68,7 @@ def _said(key: str, x: object) -> str:
 
 
 def loaded(scene: LoadedScene | str | Path) -> LoadedScene:
-    """Return the given scene, or the one loaded by path or name; raises SceneError otherwise."""
+    """Return the given scene, or load it by path or name; raises SceneError if that fails."""
     if isinstance(scene, LoadedScene):
         return scene
     if isinstance(scene, str | Path):
@@ -78,14 +79,15 @@ def loaded(scene: LoadedScene | str | Path) -> LoadedScene:
 def parse(
     text: str, name: str = "scene.yaml", overrides: Sequence[str] = (), passing: bool = False, followed: bool = True
 ) -> LoadedScene:
-    """Return the scene of a YAML text; `passing`: one of many variants; `followed`: statics follow its actions."""
+    """Return the scene of a YAML text; `passing`: it is one of many variants; without `followed`, its equilibrium path
+    is not computed."""
     from .building import build
 
     return replace(build(Path(name), name, text, overrides, passing, followed), typed=name)
 
 
 def restored(built: Plan, text: str, merged: str, name: str) -> LoadedScene:
-    """Return the scene of a stored plan; needs no other file."""
+    """Return the scene of a recorded plan; no other file is needed."""
     from .building import facts
     from .keys.validate import validated
 
@@ -94,7 +96,8 @@ def restored(built: Plan, text: str, merged: str, name: str) -> LoadedScene:
 
 
 def check(scene: LoadedScene | str | Path, near: Sequence[Check | Use] = ()) -> "SceneReport":
-    """Return sizes, static loads, utilisations and findings of a scene; `near`: clearances on its equilibrium path."""
+    """Return the report of a scene: sizes, static loads, utilisations and findings. `near`: clearances on its
+    equilibrium path."""
     from .report import report
 
     scene = loaded(scene)
@@ -102,7 +105,7 @@ def check(scene: LoadedScene | str | Path, near: Sequence[Check | Use] = ()) -> 
 
 
 class _CachedScene(msgspec.Struct):
-    """The cached part of a scene."""
+    """The part of a loaded scene that is stored in the cache."""
 
     plan: Plan
     facts: SceneFacts
@@ -111,7 +114,7 @@ class _CachedScene(msgspec.Struct):
 
 
 def _kept(path: Path, name: str, text: str, overrides: Sequence[str]) -> LoadedScene:
-    """Load from the cache if the scene was built before of the same files; else build it."""
+    """Load the scene from the cache if it was built from the same text, settings and files before; else build it."""
     answer = repr((name, text, [*overrides], str(path.parent.resolve()))).encode()
     file = f"{hashlib.sha256(sources() + _code() + answer).hexdigest()}.scene"
     if data := read_cached(file):
@@ -131,5 +134,5 @@ def _kept(path: Path, name: str, text: str, overrides: Sequence[str]) -> LoadedS
 
 @cache
 def _code() -> bytes:
-    """Return all code and types that determine a plan."""
+    """Return the contents of all source files and machine types that determine a plan."""
     return contents(Path(__file__).parent.parent, ".py", ".yaml")

@@ -1,4 +1,4 @@
-"""An operator's order during a run: `target: order`, in the language of the action list.
+"""An operator's order during a run, written as `target: order` in the language of the action list.
 
 It is read and checked like a line of the scene; an error is one sentence with a caret below the text.
 """
@@ -12,7 +12,7 @@ from heavylift.nodes.scene.construction.resolve import build_orders
 from heavylift.nodes.scene.language.grammar import read_order
 from heavylift.nodes.scene.language.phrases import PhraseError
 from heavylift.nodes.scene.language.words import LONGEST
-from heavylift.nodes.scene.text.source import Mark, Path, Source
+from heavylift.nodes.scene.text.source import Mark, Path, SourceText
 
 if TYPE_CHECKING:
     from .loaded_scene import LoadedScene
@@ -23,7 +23,7 @@ NOWHERE = ""  # a command stands in no file, and its orders, which are on record
 
 
 def spoken(scene: "LoadedScene", words: str) -> actions.Action:
-    """Return the orders of a command; raises SceneError."""
+    """Return the orders of a command as an action; raises SceneError if it cannot be read or carried out."""
     words = " ".join(words.split())
     if len(words) > LONGEST:
         raise SceneError(f"{NAME}: it has {len(words)} characters, say what to do in at most {LONGEST}")
@@ -36,7 +36,7 @@ def spoken(scene: "LoadedScene", words: str) -> actions.Action:
         meant = read_order(phrase)
     except PhraseError as error:
         raise _wrong(words, at + error.column, str(error), error.hint) from None
-    source = Source(NOWHERE)
+    source = SourceText(NOWHERE)
     builder = build_machines(source, scene.scene)
     builder.machines, builder.interlocks = [*scene.plan.machines], scene.plan.interlocks
     source.keys[PLACE], source.values[PLACE] = Mark(NOWHERE, 1, 1, words), Mark(NOWHERE, 1, at + 1, words)
@@ -51,7 +51,7 @@ def spoken(scene: "LoadedScene", words: str) -> actions.Action:
 
 
 def _refused(scene: "LoadedScene", order: actions.Order) -> str:
-    """Return why an order is impossible during a run, or for its crane; "" if it is possible."""
+    """Return the reason why an order cannot be given during a run; "" if it can."""
     until = order.until if isinstance(order, actions.Move | actions.Turn) else None
     parts = until.all if isinstance(until, actions.And) else (until,)
     if any(isinstance(part, actions.CrossingCondition) for part in parts):

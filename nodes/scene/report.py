@@ -1,6 +1,7 @@
 """The report of `heavylift check SCENE`: the size of a scene and the static loads of each stage.
 
-Loads are those of the equilibrium path; "on the rope" counts the hook block, "below the hook" does not.
+Loads are those of the equilibrium path; the load "on the rope" includes the hook block, the load "below the hook" does
+not.
 """
 
 from collections.abc import Sequence
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class HookLoadRow:
-    """Load of a hook in a stage [kg], and its utilisation."""
+    """Loads of a hook in a stage [kg], and its utilisation."""
 
     stage: str
     hook: str
@@ -48,7 +49,7 @@ class HookLoadRow:
 
 @dataclass(frozen=True)
 class SceneReport:
-    """Size of a scene and its static loads; `str` is the full report."""
+    """Size of a scene and its static loads; `str()` of it is the full report."""
 
     name: str
     bodies: int
@@ -128,7 +129,7 @@ def _printed(tables: Sequence[Table]) -> list[str]:
 
 
 def _mobility(built: plan.Plan) -> "Mobility":
-    """Return bodies and degrees of freedom as counted by the kernel."""
+    """Return the numbers of bodies and degrees of freedom, as counted by the kernel."""
     from heavylift.kernel.model.program import Program
     from heavylift.kernel.model.reactions.mobility import mobility  # needs NumPy, which declaring a scene does not
     from heavylift.nodes.models import system
@@ -142,7 +143,7 @@ def _many(n: int, word: str) -> str:
 
 
 def _rows(built: plan.Plan, path: Followed) -> list[HookLoadRow]:
-    """Return the hook loads at the end of each stage with suspended load, and every 30 degrees of a turn."""
+    """Return the hook loads at the end of each stage with a suspended load, and every 30 degrees during a turn."""
     found = []
     for state, after in zip(path.states, (*path.states[1:], None), strict=True):
         stage = _turned(built, state)
@@ -157,7 +158,7 @@ def _rows(built: plan.Plan, path: Followed) -> list[HookLoadRow]:
 
 
 def _turned(built: plan.Plan, state: StaticState) -> str:
-    """Return the name of a state with the load turned by a multiple of 30 degrees, else ""."""
+    """Return the title of a state in which the load is turned by a multiple of 30 degrees; "" for other states."""
     action = built.actions[state.action - 1] if state.action else None
     if action is None or not any(isinstance(order, Turn) for order in action.orders):
         return ""
@@ -167,7 +168,8 @@ def _turned(built: plan.Plan, state: StaticState) -> str:
 
 
 def sling_load(built: plan.Plan, state: StaticState, hook: plan.Hoist) -> float:
-    """Return a hook's load [kg]: vertical tension of its slings, of its rope if these bend or hang on frames."""
+    """Return the load of a hook [kg]: the vertical pull of its slings or, if these bend over edges or hang on frames,
+    of its rope."""
     lugs, ties = lug_places(built.machines), [*ties_on(built.machines, hook)]
     straight = {rope.name for machine in built.machines for rope in machine.system.straight_ropes}
     ends = [(tie, lugs.get(state.hooked.get(tie.rope, "")) or tie.lower) for tie in ties]
@@ -189,7 +191,8 @@ def sling_load(built: plan.Plan, state: StaticState, hook: plan.Hoist) -> float:
 
 
 def _page(rows: list[HookLoadRow]) -> list[Table]:
-    """Return the tables of slings' loads [t] by hook and stage, where they change, and of the largest loads."""
+    """Return the table of sling loads [t] by hook and stage, with rows only where they change, and the table of the
+    largest loads."""
     hooks = list(dict.fromkeys(row.hook for row in rows))
     loads: list[tuple[Cell, ...]] = []
     for stage, group in groupby(rows, key=lambda row: row.stage):
@@ -208,12 +211,12 @@ def _page(rows: list[HookLoadRow]) -> list[Table]:
 
 
 def _changes(rows: Sequence[tuple[Cell, ...]]) -> tuple[tuple[Cell, ...], ...]:
-    """Return the rows whose numbers differ from those of the row before."""
+    """Return the rows whose numbers differ from those in the row before."""
     return tuple(row for i, row in enumerate(rows) if not i or row[1:] != rows[i - 1][1:])
 
 
 def _limits(built: plan.Plan, checks: Sequence[Check]) -> list[str]:
-    """Return the list of checks, worst first, and amplification factors of standards, as lines."""
+    """Return, as lines of text, the list of checks, worst first, and the amplification factors of standards."""
     lines = _printed([table_of(checks, title="Checks on the path at rest")]) or [""]
     required = dynamics_required(built)
     lines += [f"  dynamic amplification foreseen: {required[0]:g} ({required[1]})"] if required else []
@@ -222,7 +225,7 @@ def _limits(built: plan.Plan, checks: Sequence[Check]) -> list[str]:
 
 
 def _swing_free(built: plan.Plan) -> list[str]:
-    """Return the chosen ramps without swing as lines; equal moves share one."""
+    """Return the chosen ramps without swing as lines of text; equal moves in a stage share a line."""
     found: dict[tuple[str, str], list[str]] = {}
     angular = {name for mechanism in built.machines for name in turning(mechanism.system)}
     for number, action in enumerate(built.actions, 1):
@@ -260,7 +263,7 @@ def _ends(statics: Followed) -> list[StaticState]:
 
 
 def _ropes_at_rest(statics: Followed) -> list[Table]:
-    """Return static tensions of a mechanism's first ropes (of most loaded parts) at the end of each action."""
+    """Return the table of static tensions at the end of each action, for the first ropes of a mechanism."""
     ends = _ends(statics)
     ropes = list(ends[0].tensions)[:COLUMNS] if ends else []
     rows: list[tuple[Cell, ...]] = [

@@ -1,4 +1,4 @@
-"""Texts of new scenes: a copy of a bundled scene, or a crane of a type with the blocks of a table."""
+"""Texts of new scenes: a copy of a bundled scene, or a crane of some type with the blocks in a table."""
 
 import re
 from math import ceil
@@ -75,14 +75,16 @@ actions:
 
 
 def new_scene(name: str, like: str) -> str:
-    """Return the text of a new scene copied from a bundled one; its recording gets the new name."""
+    """Return the text of a new scene, copied from a bundled one; the name is replaced, so that its recording gets the
+    new name."""
     path = scene_file(like)
     text = re.sub(r"^name: \S+", lambda _: f"name: {name}", scene_text(path, like), count=1, flags=re.M)
     return re.sub(rf"(?<!\S){re.escape(path.stem)}\.mcap\b", lambda _: f"{name}.mcap", text)
 
 
 def new_scene_with(name: str, crane: str, blocks: str) -> dict[str, str]:
-    """Return texts of scenes by name: a crane lifts the block of a row, `blocks.csv#B17`, or of each row."""
+    """Return the texts of new scenes by name: a crane lifts the block in one row of a table (`blocks.csv#B17`), or the
+    block in each row."""
     file, _, row = blocks.partition("#")
     rows = [row] if row else row_names(Path(), file)
     names = [name] if len(rows) == 1 else [f"{name}-{row}" for row in rows]
@@ -90,7 +92,7 @@ def new_scene_with(name: str, crane: str, blocks: str) -> dict[str, str]:
 
 
 class ChosenGear(NamedTuple):
-    """Slings, shackles, lugs and supports chosen for a lift, as words of the scene's text."""
+    """Slings, shackles, lugs and supports chosen for a lift, as they are written in the scene."""
 
     rope: int
     EA: float
@@ -105,7 +107,7 @@ class ChosenGear(NamedTuple):
 
 
 def _gear(mass: float, share: float, length: float) -> ChosenGear:
-    """Choose the gear for a block of a mass [t], of which one sling of a length [m] carries a share at rest."""
+    """Choose the gear for a block of a mass [t] of which one sling, of a length [m], carries a share at rest."""
     leg = mass * share
     rope = next((d for d in ROPES if 0.356e-3 * d * d * 1770.0 >= MORE["rope"] * leg * G), ROPES[-1])
     WLL = next((x for x in SHACKLES if x >= MORE["shackle"] * leg), max(SHACKLES))
@@ -161,7 +163,7 @@ def _text(name: str, crane: str, table: str) -> str:
 
 
 def _block(table: str) -> tuple[tuple[float, float, float], float]:
-    """Return length, width, height [m] and mass [t] of the block of a row."""
+    """Return length, width, height [m] and mass [t] of the block in a row of a table."""
     source = read(f"block: {{from: '{table}'}}\n", "new")
     source.root = Path()
     tabled(source)
@@ -189,14 +191,15 @@ def _hooks(crane: str) -> dict[str, tuple[float, float]]:
 
 
 def _above(crane: str, width: float) -> dict[str, list[tuple[float, float]]]:
-    """Return the lugs below a rail crane's hooks, two per beam, relative to the middle of the block [m]."""
+    """Return the positions [m], relative to the middle of the block, of lugs below the hooks of a rail crane, two for
+    each beam."""
     apart = LENGTH.read(str(machine_type(crane).parameters["hook spacing"]))
     places = {"H1": (-apart, -INSIDE * width), "H2": (apart, -INSIDE * width), "H3": (0.0, INSIDE * width)}
     return {hook: [(a - BETWEEN / 2, b), (a + BETWEEN / 2, b)] for hook, (a, b) in places.items()}
 
 
 def _middle(crane: str) -> float:
-    """Return y of the middle of the girder [m]."""
+    """Return the coordinate y of the middle of the girder [m]."""
     girder = machine_type(crane).parameters["girder"]
     assert isinstance(girder, list)
     return sum(LENGTH.read(str(end)) for end in girder) / 2

@@ -1,8 +1,8 @@
-"""The scenes that come with heavylift, to run and to copy: a file each, whose first comment describes it.
+"""The scenes that come with heavylift, to be run and to be copied: one file each, whose first comment describes it.
 
-`heavylift run lift` finds them by name; GALLERY.md shows pictures of them all. `types` has the machines to which scenes
-refer by `type: overhead-100`; `heavylift types` lists them. `frames` has the frames on hooks of cranes on rails;
-`vessels` has hulls with what water does to them.
+`heavylift run lift` finds them by name; GALLERY.md shows pictures of all of them. The folder `types` contains the
+machines to which scenes refer by `type: overhead-100` (`heavylift types` lists them), `frames` the frames on hooks of
+cranes on rails, and `vessels` hulls with their hydrodynamics.
 """
 
 from pathlib import Path

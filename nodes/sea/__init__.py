@@ -1,9 +1,10 @@
-"""The sea: wave spectra as seeded sums of harmonics, and what water does to a floating body by frequency and heading.
+"""The sea: wave spectra as sums of harmonics drawn from a seed, and water loads on a floating body by frequency and
+heading.
 
 spectra          spectra of irregular waves; their components with directions and phases
 hydrodynamics    the file of a hull: added mass, radiation terms, wave loads; loads in a sea
-radiation_fit    passive radiation terms from added mass and damping by frequency
-coefficients     a hull from what Capytaine writes, or computes of a mesh
+radiation_fit    passive radiation model fitted to added mass and damping by frequency
+coefficients     hydrodynamics of a hull from files of Capytaine, or computed by it from a mesh
 """
 
 from heavylift.kernel.on_demand import face

@@ -1,8 +1,8 @@
-"""A hull's hydrodynamics from Capytaine: what it writes as netCDF, or computes once from a mesh.
+"""Hydrodynamic coefficients of a hull from Capytaine: read from its netCDF files, or computed once from a mesh.
 
-Capytaine (Ancellin, Dias, Journal of Open Source Software 4 (2019) 1341) gives loads for exp(-iwt), whose conjugates
-are those for exp(+iwt) here; its headings are those to which the waves travel, as here. Infinite frequency must be
-among the frequencies: it gives the added mass of the body.
+Capytaine (Ancellin, Dias, Journal of Open Source Software 4 (2019) 1341) gives loads for the time factor exp(-iwt);
+their conjugates are those for exp(+iwt), which is used here. Its headings are the directions to which the waves travel,
+as here. The frequencies must include infinity, which gives the added mass of the body.
 """
 
 from pathlib import Path
@@ -24,7 +24,8 @@ DIRECTIONS = 13  # from following to head waves
 
 
 def hull_of(path: Path) -> Hydrodynamics:
-    """Return a hull from a netCDF file (classic format) of Capytaine. Raises SceneError for another file."""
+    """Return the hydrodynamics of a hull from a netCDF file (classic format) of Capytaine; raises SceneError if the
+    file is not one."""
     from scipy.io import netcdf_file
 
     try:
@@ -44,8 +45,8 @@ def hull_of(path: Path) -> Hydrodynamics:
 
 
 def computed(mesh: Path) -> Path:
-    """Compute the hydrodynamic coefficients of a mesh (waterline at z = 0, bow along x) by Capytaine; return the netCDF
-    file written next to it. Raises SceneError."""
+    """Compute the hydrodynamic coefficients of a mesh (waterline at z = 0, bow along x) with Capytaine, write a netCDF
+    file next to the mesh, and return its path. Raises SceneError if that fails."""
     missing = SceneError("coefficients of a mesh are computed by Capytaine: pip install 'heavylift[sea]'")
     cpt, xr = extra("capytaine", missing), extra("xarray", missing)
     try:
@@ -67,7 +68,7 @@ def computed(mesh: Path) -> Path:
 
 
 def _finest(mesh: Any) -> float:
-    """Return the frequency [rad/s] whose waves are PANELS panels long."""
+    """Return the frequency [rad/s] of waves that are PANELS mesh panels long."""
     edges = np.diff(np.asarray(mesh.vertices)[np.asarray(mesh.faces)], axis=1)
     return min(FINEST, float(np.sqrt(2.0 * np.pi * GRAVITY / (PANELS * np.linalg.norm(edges, axis=2).max()))))
 
@@ -104,7 +105,7 @@ def _symmetric(x: np.ndarray) -> np.ndarray:
 
 
 def _short(x: Any, digits: int = DIGITS) -> np.ndarray:
-    """Return numbers of so many digits, zero for what is rounding."""
+    """Return numbers rounded to this many significant digits; numbers that are only rounding errors become 0."""
     values = np.asarray(x, float)
     small = np.abs(values) < NOTHING * np.abs(values).max()
     return np.asarray(np.vectorize(lambda y: float(f"{y:.{digits}g}"))(np.where(small, 0.0, values)))

@@ -1,8 +1,9 @@
-"""What water does to a hull, as a file: hydrostatics, added mass, radiation with the error of its fit, wave loads.
+"""The file of a hull's hydrodynamics: hydrostatics, added mass, radiation with the error of its fit, wave loads.
 
-The file is JSON, in SI units; surge, sway, heave, roll, pitch, yaw about the origin of the vessel, x to its bow, y to
-port, z up from the waterline at rest. A wave load is complex: a wave of elevation cos(w t) at the origin loads the hull
-with Re(X exp(i w t)) per metre of amplitude. Headings are those to which the waves travel, against the bow.
+The file is JSON in SI units. Modes are surge, sway, heave, roll, pitch and yaw about the origin of the vessel, with x
+to its bow, y to port, z up from the waterline at rest. A wave load is complex: a wave with the elevation cos(w t) at
+the origin loads the hull with Re(X exp(i w t)) per metre of amplitude. Headings are the directions to which the waves
+travel, relative to the bow.
 """
 
 from bisect import bisect_right
@@ -24,7 +25,7 @@ SIDES = (1.0, -1.0, 1.0, -1.0, 1.0, -1.0)  # how loads change where a wave comes
 
 
 class FitError(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Errors of the fitted radiation model: the largest ones, relative to the largest added mass and damping of each
+    """Largest errors of the fitted radiation model, relative to the largest added mass and the largest damping of each
     mode."""
 
     added_mass: float
@@ -32,7 +33,7 @@ class FitError(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class RadiationStates(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The radiation's passive state space, see `Radiation` of the kernel."""
+    """The passive state-space model of the radiation force; see `Radiation` in the kernel."""
 
     F: tuple[tuple[float, ...], ...]
     G: tuple[Row6, ...]
@@ -40,8 +41,8 @@ class RadiationStates(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class WaveLoads(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Wave loads: frequencies [rad/s] and headings [rad], both increasing; real and imaginary parts by
-    [heading][frequency]."""
+    """Wave loads: frequencies [rad/s] and headings [rad], both in ascending order, and the real and imaginary parts of
+    the loads, indexed by [heading][frequency]."""
 
     frequencies: tuple[float, ...]
     headings: tuple[float, ...]
@@ -50,8 +51,9 @@ class WaveLoads(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Hydrodynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The hydrodynamics of a hull at one draught; `metacentres`: heights above the waterline, transverse and
-    longitudinal [m]; `symmetric`: port and starboard are alike, so that headings cover half a turn."""
+    """The hydrodynamics of a hull at one draught. `metacentres`: heights of the transverse and the longitudinal
+    metacentre above the waterline [m]; `symmetric`: port and starboard are alike, so the headings cover only half a
+    turn."""
 
     version: int
     name: str
@@ -66,9 +68,10 @@ class Hydrodynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     symmetric: bool = True
 
     def load(self, frequency: float, heading: float) -> list[complex]:
-        """Return the wave loads X [N/m, N] of a frequency and heading; none beyond the highest frequency.
+        """Return the wave loads X [N/m, N] at a frequency and heading; zero above the highest frequency in the file.
 
-        Linear between rows as complex numbers; below the lowest frequency those of the lowest.
+        They are interpolated linearly as complex numbers; below the lowest frequency, the loads at the lowest one are
+        used.
         """
         of = self.loads
         turned = heading - 2.0 * pi * round(heading / (2.0 * pi))
@@ -89,7 +92,8 @@ class Hydrodynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def read_hydrodynamics(text: bytes, file: str) -> Hydrodynamics:
-    """Return the hydrodynamics in a file; raises SceneError if it holds none, or if the fit of its radiation is bad."""
+    """Return the hydrodynamics in a file; raises SceneError if the file contains none, or if its radiation fit is too
+    inaccurate."""
     try:
         found = msgspec.json.decode(text, type=Hydrodynamics)
     except msgspec.DecodeError as error:
@@ -112,7 +116,8 @@ def read_hydrodynamics(text: bytes, file: str) -> Hydrodynamics:
 
 
 def _between(places: Sequence[float], x: float) -> tuple[int, float]:
-    """Return the interval of rising places that holds x, and x as part of it, 0 to 1."""
+    """Return the index of the interval of ascending places in which x lies, and the fraction (0 to 1) at which x lies
+    in it."""
     i = min(max(bisect_right(places, x) - 1, 0), len(places) - 2)
     return i, min(max((x - places[i]) / (places[i + 1] - places[i]), 0.0), 1.0)
 
@@ -120,8 +125,9 @@ def _between(places: Sequence[float], x: float) -> tuple[int, float]:
 def loads_in_sea(
     hull: Hydrodynamics, sea: Sequence[Component], at: tuple[float, float], bow: float, gravity: float, ramp: float
 ) -> list[WaveSum]:
-    """Return the six loads of a sea on a hull with its origin at a place [m] and its bow in a direction [rad]. `at`:
-    relative to the origin of the waves' phases; on deep water, where the wave number is w^2 / g."""
+    """Return the six loads of a sea on a hull whose bow points in the direction `bow` [rad]. `at`: position of the
+    hull's origin relative to the origin of the waves' phases [m]. The waves are on deep water, with the wave number w^2
+    / g."""
     sums: list[tuple[list[float], list[float]]] = [([], []) for _ in range(6)]
     for w, size, to, phase in sea:
         k = w * w / gravity

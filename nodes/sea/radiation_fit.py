@@ -1,12 +1,13 @@
-"""A passive state space of radiation from added mass and damping by frequency.
+"""Fit of a passive state-space model of radiation forces to added mass and damping by frequency.
 
 K(iw) = B(w) + iw (A(w) - A_inf) (Ogilvie, 5th Symposium on Naval Hydrodynamics, 1964) is fitted by G^T (iw - F)^-1 G
-with F = J - R R^T, J skew: least squares over J, R and G without constraints, of which every answer is passive (the
-port-Hamiltonian form; van der Schaft, L2-Gain and Passivity, 2017). Modes that damping couples are fitted together,
-with as many states as the error needs.
+with F = J - R R^T, where J is skew-symmetric. The unconstrained least-squares fit over J, R and G always gives a
+passive model (the port-Hamiltonian form; van der Schaft, L2-Gain and Passivity, 2017). Modes that damping couples are
+fitted together, with as many states as the error requires.
 
-The start is a sum, with coefficients that are not negative, of terms d d^T iw / (W^2 - w^2 + 2 i z W w) over a grid of
-W, z and directions d (Lawson and Hanson's NNLS), projected on the states that answer at the frequencies of waves.
+The fit starts from a sum, with non-negative coefficients, of terms d d^T iw / (W^2 - w^2 + 2 i z W w) over a grid of
+frequencies W, damping ratios z and directions d (Lawson and Hanson's NNLS), projected onto the states that respond most
+at wave frequencies.
 """
 
 from itertools import combinations
@@ -36,20 +37,21 @@ class StateSpace(NamedTuple):
     G: np.ndarray
 
     def memory(self, w: np.ndarray) -> np.ndarray:
-        """Return the transfer function K(iw) (len(w), m, m) from velocities to forces."""
+        """Return the transfer function K(iw) (len(w), m, m) from velocities to forces at the frequencies w [rad/s]."""
         return np.asarray(self.G.T @ self.answers(w))
 
     def answers(self, w: np.ndarray) -> np.ndarray:
-        """Return the states (len(w), n, m) excited by unit velocities of these frequencies."""
+        """Return the states (len(w), n, m) that unit velocities at the frequencies w [rad/s] excite."""
         n = len(self.F)
         found: np.ndarray = np.linalg.solve(1j * w[:, None, None] * np.eye(n) - self.F, self.G.astype(complex))
         return found
 
 
 class CoupledModes:
-    """Added mass A, damping B (n, m, m) at frequencies w (n,) and A_inf (m, m) of coupled modes.
+    """Added mass A and damping B (n, m, m) of coupled modes at the frequencies w (n,), and the added mass A_inf (m, m)
+    at infinite frequency.
 
-    Sizes are parts of the largest damping of each mode.
+    They are scaled by the largest damping of each mode.
     """
 
     def __init__(self, w: np.ndarray, A: np.ndarray, B: np.ndarray, A_inf: np.ndarray, modes: list[int]) -> None:
@@ -63,13 +65,15 @@ class CoupledModes:
         self.wanted = self.rows(K / np.outer(self.size, self.size))
 
     def rows(self, K: np.ndarray) -> np.ndarray:
-        """Return damping and added mass of K (..., n, m, m), each relative to the largest value of its mode."""
+        """Return the damping and added mass in K (..., n, m, m) as one vector, each relative to the largest value of
+        its mode."""
         parts = K.real, K.imag / self.w[:, None, None] / self._ratio
         flat = [x[..., self._upper[0], self._upper[1]].reshape(*K.shape[:-3], -1) for x in parts]
         return np.concatenate(flat, axis=-1)
 
     def fitted(self) -> StateSpace:
-        """Return the state space with the fewest states whose error is below GOOD, or else the best one."""
+        """Return the model with the fewest states whose error is below GOOD; if there is none, the model with the
+        smallest error."""
         terms, found = self._terms(), list[tuple[float, StateSpace]]()
         for n in (n for n in STATES if n >= 2 * self.m):
             space = self._polished(self._projected(terms, n))
@@ -80,7 +84,7 @@ class CoupledModes:
         return min(found, key=lambda x: x[0])[1]
 
     def _terms(self) -> StateSpace:
-        """Return the sum of terms that is nearest to the data."""
+        """Return the sum of terms that fits the data best."""
         w, axes = self.w, np.eye(self.m)
         turns = np.pi * np.arange(1, ANGLES) / ANGLES
         pairs = [(axes[i], axes[j]) for i, j in combinations(range(self.m), 2)]
@@ -97,14 +101,14 @@ class CoupledModes:
         return StateSpace(block_diag(*([[-2.0 * z * W, -W], [W, 0.0]] for W, z, _ in kept)), G)
 
     def _projected(self, space: StateSpace, n: int) -> StateSpace:
-        """Return the projection on the n states that answer most at the frequencies of waves; it stays passive."""
+        """Return the model projected onto the n states that respond most at wave frequencies; it stays passive."""
         seen = space.answers(np.geomspace(self.w[0] / BEYOND, BEYOND * self.w[-1], SEEN))
         snapshots = np.concatenate([*seen], axis=1)
         V = np.linalg.svd(np.concatenate([snapshots.real, snapshots.imag], axis=1), full_matrices=False)[0][:, :n]
         return StateSpace(V.T @ space.F @ V, V.T @ space.G)
 
     def _polished(self, start: StateSpace) -> StateSpace:
-        """Return the least-squares fit of J, R and G near a start."""
+        """Return the least-squares fit of J, R and G that starts from a given model."""
         n, m = start.G.shape
         above = np.triu_indices(n, 1)
         skew, lost = 0.5 * (start.F - start.F.T), np.linalg.eigh(-0.5 * (start.F + start.F.T))
@@ -141,8 +145,8 @@ class CoupledModes:
 
 
 def fitted(w: np.ndarray, A: np.ndarray, B: np.ndarray, A_inf: np.ndarray) -> tuple[StateSpace, FitError]:
-    """Return the state-space model of added mass A and damping B (n, 6, 6) at frequencies w (n,) [rad/s], with its
-    error."""
+    """Return the state-space model of radiation for added mass A and damping B (n, 6, 6) at the frequencies w (n,)
+    [rad/s], and its error."""
     F, G, worst = list[np.ndarray](), list[np.ndarray](), np.zeros(2)
     for modes in _groups(np.abs(B).max(axis=0)):
         of = CoupledModes(w, A, B, A_inf, modes)
@@ -158,7 +162,8 @@ def fitted(w: np.ndarray, A: np.ndarray, B: np.ndarray, A_inf: np.ndarray) -> tu
 
 
 def _groups(largest: np.ndarray) -> list[list[int]]:
-    """Return the modes that damping (6, 6) couples, each group sorted."""
+    """Return the groups of modes that are coupled by damping, given the largest damping (6, 6); each group is
+    sorted."""
     size = np.sqrt(np.maximum(largest.diagonal(), 1e-12 * largest.max()))
     group = [*range(6)]
     for i, j in combinations(range(6), 2):

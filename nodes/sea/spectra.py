@@ -1,9 +1,10 @@
-"""Irregular long- or short-crested waves: spectra, and their components with directions and phases.
+"""Irregular long-crested or short-crested waves: spectra, and their components with directions and phases.
 
-S(w) is one-sided: its integral is Hs^2 / 16. Pierson-Moskowitz and JONSWAP after DNV-RP-C205, 3.5.4 and 3.5.5. A
-spectrum becomes components of equal ratio of frequency, each at a random frequency of its band, so that the sum does
-not repeat itself, with a random phase; sizes are scaled to the whole energy. A short-crested sea has one direction per
-component, drawn from cos^2s((theta - heading) / 2) (Jefferys, Applied Ocean Research 9 (1987) 237-244).
+The spectral density S(w) is one-sided: its integral is Hs^2 / 16. Pierson-Moskowitz and JONSWAP follow DNV-RP-C205,
+3.5.4 and 3.5.5. A spectrum is divided into bands with a constant ratio of frequencies; each band becomes one component
+at a random frequency in the band, so that the sum does not repeat itself, with a random phase. Amplitudes are scaled to
+the total energy. In a short-crested sea each component has its own direction, drawn from cos^2s((theta - heading) / 2)
+(Jefferys, Applied Ocean Research 9 (1987) 237-244).
 """
 
 from collections.abc import Callable, Sequence
@@ -23,8 +24,8 @@ Density = Callable[[float], float]  # S(w) [m2 s]
 
 
 class Component(NamedTuple):
-    """A regular wave: frequency [rad/s], amplitude [m], direction to which it travels [rad], phase [rad] at the
-    origin."""
+    """One regular wave of a sea: frequency [rad/s], amplitude [m], direction to which it travels [rad], phase [rad] at
+    the origin."""
 
     frequency: float
     amplitude: float
@@ -33,21 +34,24 @@ class Component(NamedTuple):
 
 
 def pierson_moskowitz(w: float, Hs: float, Tp: float) -> float:
-    """Return S(w) [m2 s] of a fully developed sea with a significant height [m] and a peak period [s]."""
+    """Return the spectral density S(w) [m2 s] of a fully developed sea with the significant height Hs [m] and the peak
+    period Tp [s]."""
     ratio = 2.0 * pi / (Tp * w)
     square = ratio * ratio
     return EQUATION * Hs * Hs * square * square / w * exp(-1.25 * square * square)
 
 
 def jonswap(w: float, Hs: float, Tp: float, gamma: float) -> float:
-    """Return S(w) [m2 s] of a growing sea; gamma = 1 is Pierson-Moskowitz. Its energy is scaled by `components`."""
+    """Return the spectral density S(w) [m2 s] of a growing sea, not yet scaled to its energy, which `components` does;
+    gamma = 1 is Pierson-Moskowitz."""
     peak = 2.0 * pi / Tp
     off = (w / peak - 1.0) / WIDTHS[w > peak]
     return pierson_moskowitz(w, Hs, Tp) * float(power(gamma, exp(-0.5 * off * off)))
 
 
 def tabulated(rows: Sequence[tuple[float, float]]) -> Density:
-    """Return S(w) through rows of frequency [rad/s] and density [m2 s], linear between and zero outside."""
+    """Return a function for the spectral density S(w) given by rows of (frequency [rad/s], density [m2 s]), linear in
+    between and zero outside."""
 
     def density(w: float) -> float:
         for (a, x), (b, y) in pairwise(rows):
@@ -64,7 +68,8 @@ def components(
     """Return n wave components of a spectrum between two frequencies [rad/s], scaled to the energy of the significant
     height Hs [m].
 
-    `heading`: mean direction to which the waves travel [rad]; `spreading`: the exponent s of cos^2s, 0 for long crests.
+    `heading`: mean direction to which the waves travel [rad]; `spreading`: the exponent s of cos^2s, or 0 for
+    long-crested waves.
     """
     random = Random(f"waves {seed}")
     step = float(power(ends[1] / ends[0], 1.0 / n))
@@ -81,7 +86,8 @@ def components(
 
 
 def _drawn(s: float) -> Callable[[float], float]:
-    """Return the inverse of the distribution of directions about the mean one [rad], as a function of 0 ... 1."""
+    """Return the inverse of the cumulative distribution of directions [rad] about the mean one, as a function of a
+    number between 0 and 1."""
     if not s:
         return lambda share: 0.0
     step = 2.0 * pi / DIRECTIONS

@@ -1,14 +1,14 @@
 """Statics of a scene: the equilibrium path along its action list.
 
-follow(plan) -> Followed    all points of the path, with the actions that led there; notes, and why it ended
-StaticState                 a point of the path: poses, and loads of ropes and supports
+follow(plan) -> Followed    all states on the path, with the actions that led there; notes, and why it ended
+StaticState                 a state on the path: poses, and loads on ropes and supports
 
-static_path, static_run     the action list followed statically, by the DEVS models themselves
-contact_limits              where rigid contacts end the path
-aiming                      goals of moves that end above lugs
-swinging, listening         ramps that leave no swing, by the swing periods on that path
-state, resting              a point of the path; goals of moves; scenes at rest at the start
-findings                    findings of the path other than loads
+static_path, static_run     the action list followed statically, with the same DEVS models as in a run
+contact_limits              rigid contacts, at which the path ends
+aiming                      end positions of moves to above lugs
+swinging, listening         ramps that leave no swing, from the swing periods on the path
+state, resting              a state on the path; scenes at rest at the start
+findings                    findings about the path other than loads
 """
 
 from heavylift.kernel.on_demand import face

@@ -1,6 +1,7 @@
-"""Goals of moves that end above lugs, found by following the action list statically up to each of them.
+"""End positions of moves: for moves that end above lugs, found by following the action list statically up to each of
+them.
 
-Goals of the moves of each action, whether or not limits stop them before.
+Also, for each action, the positions that its moves would reach, even if limits stop them earlier.
 """
 
 from collections.abc import Iterator
@@ -24,15 +25,15 @@ SLACK = 1.0  # [N] of a sling that carries nothing
 
 
 def world(x: StaticState, body: str, p: Vector) -> Vector:
-    """Return the world position of a point of a body [m]."""
+    """Return the world position [m] of a point p on a body."""
     o, R = x.poses.get(body, GROUND)
     a, b, c = (o[i] + R[i][0] * p[0] + R[i][1] * p[1] + R[i][2] * p[2] for i in range(3))
     return a, b, c
 
 
 def goal_states(built: plan.Plan, path: Followed) -> list[StaticState]:
-    """Return the states at the start and at the goals of each action's moves: positions only, without suspended
-    parts."""
+    """Return the state at the start and the states at the ends of each action's moves; these have positions only, and
+    no suspended bodies."""
     found = [goal(built, plan.Action(orders=()), x) for x in path.states[:1]]
     if built.lists:
         return [*found, *path.goals]
@@ -45,7 +46,8 @@ def goal_states(built: plan.Plan, path: Followed) -> list[StaticState]:
 
 
 def goal(built: plan.Plan, action: plan.Action, before: StaticState) -> StaticState:
-    """Return the goals of moves whose ends are known, for straight drives and hooks."""
+    """Return the state at the ends of those moves of an action whose end position is known, for straight drives and
+    hooks."""
     own = [actuator.name for machine in built.machines for actuator in machine.actuators]
     now = {name: before.references[name] for name in own if name in before.references}
     for move in (m for m in action.orders if isinstance(m, Move)):
@@ -81,7 +83,7 @@ def _moved(machine: plan.Mechanism, before: StaticState, now: dict[str, float]) 
 
 
 def axis_of(joint: Joint, x: StaticState) -> list[float]:
-    """Return the axis of a joint in the world."""
+    """Return the direction of a joint's axis in the world frame."""
     R = x.poses.get(joint.parent, GROUND)[1]
     return product(R, product(joint.R_PJ, joint.axis))
 
@@ -96,7 +98,8 @@ DIGITS = 5  # of a place [m or rad], which rests have on every processor alike
 
 
 def aimed(built: plan.Plan) -> tuple[plan.Plan, list[tuple[str, str]]]:
-    """Return the plan with the goals of moves to named places, and (where, sentence) of moves without one."""
+    """Return the plan with the end positions of moves to above lugs, and (place in the scene, sentence) for each move
+    that has none."""
     for i, action in enumerate(built.actions):
         moves = [x for x in action.orders if isinstance(x, Move) and x.above and x.to is None]
         if not moves:
@@ -115,7 +118,7 @@ def aimed(built: plan.Plan) -> tuple[plan.Plan, list[tuple[str, str]]]:
 
 
 def _before(built: plan.Plan, number: int) -> tuple[StaticState | None, str]:
-    """Return the equilibrium before an action, or None and why there is none."""
+    """Return the equilibrium before an action, or None and the reason why there is none."""
     from .static_run import StaticRun  # compiles
 
     r = StaticRun(msgspec.structs.replace(at_rest(built), actions=built.actions[:number], end=None))
@@ -124,8 +127,8 @@ def _before(built: plan.Plan, number: int) -> tuple[StaticState | None, str]:
 
 
 def _place(built: plan.Plan, move: Move, state: StaticState) -> float | None:
-    """Return the drive coordinate at which the ropes' upper ends are above the centre of lugs; None if there is
-    none."""
+    """Return the coordinate of a move's drive at which the upper ends of its ropes are above the centre of the lugs;
+    None if there is none."""
     whole = system(built)
     drive = next(x for x in whole.drives if x.name == move.actuator)
     joint = next(x for x in whole.joints if x.name == drive.joint)
@@ -138,7 +141,7 @@ def _place(built: plan.Plan, move: Move, state: StaticState) -> float | None:
 
 
 def _tops(built: plan.Plan, whole: System, body: str, state: StaticState) -> list[Vector]:
-    """Return the upper ends of hook ropes on a body and the bodies that it carries."""
+    """Return the upper ends of the hook ropes on a body and on the bodies that it carries."""
     carried, before = {body}, 0
     while len(carried) > before:
         before = len(carried)
@@ -149,7 +152,8 @@ def _tops(built: plan.Plan, whole: System, body: str, state: StaticState) -> lis
 
 
 def _way(joint: Joint, state: StaticState, top: Vector, to: Vector) -> float | None:
-    """Return the travel of a joint until a point that it carries is above another one; None if it cannot be."""
+    """Return how far a joint must move until a point that it carries is above another point; None if it cannot get
+    there."""
     axis = axis_of(joint, state)
     if joint.kind == "prismatic":
         level = axis[0] * axis[0] + axis[1] * axis[1]

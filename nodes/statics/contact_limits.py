@@ -1,4 +1,4 @@
-"""Contacts of rigid shapes on the equilibrium path, where it ends, since it does not compute their forces.
+"""Contacts of rigid shapes on the equilibrium path, which ends there because static contact forces are not computed.
 
 Between two points of the path, bodies are assumed to move along straight lines.
 """
@@ -10,7 +10,7 @@ import numpy as np
 from heavylift.kernel.algebra.arrays import times
 from heavylift.kernel.algebra.dense import norm, product
 from heavylift.kernel.constraints.contact.pairs import Pose, gap
-from heavylift.kernel.description.forces import Ball, Box, Contact, Shape
+from heavylift.kernel.description.contacts import Ball, Box, Contact, Shape
 from heavylift.kernel.description.mechanics import WORLD
 from numpy.typing import NDArray
 
@@ -22,12 +22,12 @@ Poses = list[Pose]
 
 
 def apart(contact: Contact, a: Pose, b: Pose) -> bool:
-    """Return whether shapes are clearly apart at these poses."""
+    """Return whether the two shapes of a contact are clearly separated at these poses."""
     return gap(contact, a, b) > DEEP
 
 
 def there(before: StaticState, after: StaticState, part: float) -> StaticState:
-    """Return the state interpolated between two points of the path."""
+    """Return the state interpolated at the fraction `part` between two points of the path."""
     poses = {
         body: (tuple(a + part * (b - a) for a, b in zip(p, q, strict=True)), R if part > 0.5 else Q)
         for (body, (p, Q)), (q, R) in zip(before.poses.items(), after.poses.values(), strict=True)
@@ -36,7 +36,8 @@ def there(before: StaticState, after: StaticState, part: float) -> StaticState:
 
 
 def meets(contact: Contact, before: StaticState, after: StaticState) -> float | None:
-    """Return the fraction between two points of the path at which shapes begin to penetrate; None if they do not."""
+    """Return the fraction between two points of the path at which the shapes of a contact begin to penetrate; None if
+    they do not."""
     ends = _poses(contact, before), _poses(contact, after)
     distance = max(norm((a - b).tolist()) for (a, _), (b, _) in zip(*ends, strict=True))
     steps = max(1, ceil(distance / STEP))
@@ -58,7 +59,7 @@ def meets(contact: Contact, before: StaticState, after: StaticState) -> float | 
 
 
 def _near(contact: Contact, ends: tuple[Poses, Poses], parts: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return where (n,) the axis-aligned boxes of two shapes overlap."""
+    """Return a mask (n,) of the fractions at which the axis-aligned bounding boxes of the two shapes overlap."""
     late = parts[:, None] > 0.5
     middles, reach = [], np.zeros((1, 3))
     for shape, (a, Q), (b, R) in zip((contact.a, contact.b), *ends, strict=True):
@@ -70,7 +71,7 @@ def _near(contact: Contact, ends: tuple[Poses, Poses], parts: NDArray[np.float64
 
 
 def _reach(shape: Shape, R: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the half edges (3,) of the box around a shape of a body turned by R [m]."""
+    """Return the half-extents (3,) [m] of the axis-aligned box around a shape on a body with the rotation R."""
     if isinstance(shape, Box):
         found: NDArray[np.float64] = np.array(product(np.abs(times(R, np.array(shape.R))).tolist(), shape.size)) / 2
         return found
@@ -78,7 +79,7 @@ def _reach(shape: Shape, R: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _poses(contact: Contact, x: StaticState) -> Poses:
-    """Return position and rotation of the two bodies of a contact."""
+    """Return the positions and rotations of the two bodies of a contact."""
     found: Poses = []
     for body in (contact.a.body, contact.b.body):
         p, R = x.poses[body] if body != WORLD else ((0.0, 0.0, 0.0), np.eye(3))

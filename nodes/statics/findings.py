@@ -1,4 +1,5 @@
-"""Findings of the equilibrium path other than loads: instability, falls, stages of no length, an early end."""
+"""Findings about the equilibrium path other than loads: instability, falling loads, stages of zero duration, a path
+that ends early."""
 
 from itertools import pairwise
 from typing import Any
@@ -14,7 +15,7 @@ GROWTH = 1e-4  # [1/s2] of an eigenvalue of the tangent stiffness that is instab
 
 
 def path_findings(built: plan.Plan, path: Followed) -> list[Check]:
-    """Return the findings of the path in order."""
+    """Return the findings about the path, in order of occurrence."""
     if built.lists:
         return [*path.found]
     checks = (_unstable, _falls, _at_once, _tripped, _cut, _unfollowed)
@@ -42,7 +43,7 @@ def _falls(built: plan.Plan, path: Followed) -> list[Check]:
 
 
 def _at_once(built: plan.Plan, path: Followed) -> list[Check]:
-    """Return findings of stages whose moves end at once because their condition holds already, with the cause."""
+    """Return a finding for each stage whose moves end at once, because the condition that ends them holds already."""
     found = []
     times = [x.before.t for x in path.acted] + ([path.states[-1].t] if path.known and path.states else [])
     for number, (begin, end) in enumerate(pairwise(times), 1):
@@ -80,7 +81,7 @@ def _cut(built: plan.Plan, path: Followed) -> list[Check]:
 
 
 def _unfollowed(built: plan.Plan, path: Followed) -> list[Check]:
-    """Return a finding for a lift whose action list can be followed only in part."""
+    """Return a finding for each lift whose action list can be followed only in part."""
     if not path.why or not any(machine.cargo for machine in built.machines):
         return []
     action, t = (path.states[-1].action, path.states[-1].t) if path.states else (0, 0.0)
@@ -91,7 +92,7 @@ def _unfollowed(built: plan.Plan, path: Followed) -> list[Check]:
 def _finding(
     built: plan.Plan, action: int, state: State, quantity: str, who: str, sentence: str, t: float | None, **more: Any
 ) -> Check:
-    """Return a finding with line and stage of an action; `more`: its numbers."""
+    """Return a finding with the line and stage of an action; `more`: further fields, such as its value and limit."""
     of = built.actions[action - 1] if action else None
     where, stage = (of.where, of.stage) if of else ("", "")
     return finding(state, quantity, who, sentence, where=where, stage=stage, t=t, **more)

@@ -1,4 +1,5 @@
-"""The action list followed statically, with the modes of small motions wherever an observed move changes its speed."""
+"""The action list followed statically, with the vibration modes about the equilibrium wherever an observed move changes
+its speed."""
 
 from dataclasses import dataclass, field
 
@@ -13,7 +14,7 @@ At = tuple[int, int]  # numbers of an action and of an order in it, from 0
 
 @dataclass
 class MoveModes:
-    """Times at which a move begins and stops [ns], and the modes at these times."""
+    """Times [ns] at which a move begins and begins to stop, and the vibration modes at these times."""
 
     times: list[int] = field(default_factory=list)
     modes: list[Modes] = field(default_factory=list)
@@ -21,7 +22,8 @@ class MoveModes:
 
 
 class SignalsOnPath(StaticRun):
-    """Follows the action list and observes the moves (action, order) until the last one stops; `heard`: the results."""
+    """Follows the action list and observes the given moves (action, order) until the last of them stops; `heard` holds
+    the results."""
 
     def __init__(self, plan: Plan, moves: frozenset[At]) -> None:
         super().__init__(plan)

@@ -1,4 +1,4 @@
-"""Scenes at rest at the start: blocks on their supports, hooks and frames below, elastic bodies deflected."""
+"""Scenes at rest at the start: blocks on their supports, hooks and frames on their ropes, elastic bodies deflected."""
 
 from dataclasses import replace
 from math import sqrt
@@ -15,8 +15,8 @@ WRITTEN = 1e-6  # [m, rad] by which a start may be off its rest: rounding of wha
 
 
 def standing(built: plan.Plan, first: StaticState) -> plan.Plan:
-    """Return the plan with its blocks at rest on their supports; poses in the scene within `WRITTEN` of these are
-    kept."""
+    """Return the plan with its blocks at rest on their supports; a pose given in the scene that differs by less than
+    `WRITTEN` is kept."""
     machines = tuple(_stands(x, first) if x.cargo else x for x in built.machines)
     return msgspec.structs.replace(built, machines=machines)
 
@@ -33,8 +33,8 @@ def _stands(block: plan.Mechanism, first: StaticState) -> plan.Mechanism:
 
 
 def settled(built: plan.Plan) -> plan.Plan:
-    """Return the plan with flexible blocks at rest; iterated, since friction holds the supports where they first
-    touch."""
+    """Return the plan with flexible blocks at rest. This is iterated, because friction holds the supports where they
+    first touch."""
     # each repetition begins with friction unloaded where the last one ended
     for _ in range(SETTLES):
         built = rigged(built, first_rest(built))
@@ -42,7 +42,7 @@ def settled(built: plan.Plan) -> plan.Plan:
 
 
 def rigged(built: plan.Plan, first: StaticState) -> plan.Plan:
-    """Return the plan with blocks, hooks and frames at rest, and the ropes that carry in this state."""
+    """Return the plan with blocks, hooks and frames at rest, and with the ropes that carry a load in this state."""
     machines, hooks = list[plan.Mechanism](), [hook for machine in built.machines for hook in machine.hooks]
     free = {hook.eye.body for hook in hooks if not hook.ends}  # others hang at rest as they are written
     for machine in standing(built, first).machines:
@@ -55,7 +55,8 @@ def rigged(built: plan.Plan, first: StaticState) -> plan.Plan:
 
 
 def _rested(machine: plan.Mechanism, bodies: set[str], first: StaticState) -> plan.Mechanism:
-    """A machine with bodies at their rest poses, and what hangs on their hinges."""
+    """Return a machine with the given bodies in their poses at rest, together with the bodies that hang on them by
+    joints."""
     hung = {*bodies} - {machine.name}
 
     def joint(x: Joint) -> Joint:
@@ -80,7 +81,7 @@ def _bent(body: Body, first: StaticState) -> Body:
 
 
 def _rest(pose: Pose) -> tuple[float, float, float, float, float, float, float]:
-    """Place and quaternion of a body."""
+    """Return a pose as position and quaternion (x, y, z, w)."""
     p, R = pose
     # the largest diagonal element keeps the division well conditioned
     if R[0][0] + R[1][1] + R[2][2] < 0.0:  # turned by more than 120 degrees, most about the axis i

@@ -1,4 +1,4 @@
-"""A point of the equilibrium path of a scene: poses of all bodies, and loads of every rope and support."""
+"""A state on the equilibrium path of a scene: poses of all bodies, and loads on every rope and support."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -10,7 +10,7 @@ Pose = tuple[tuple[float, float, float], tuple[tuple[float, float, float], ...]]
 
 @dataclass(frozen=True)
 class StaticState:
-    """Equilibrium for commanded drives, winches and slings, with names of the kernel."""
+    """Equilibrium for given positions of drives, winches and slings; names are those of the kernel."""
 
     t: float  # [s] of the action list, followed without inertia
     action: int  # number of the action that led here, from 1; 0: the start
@@ -30,8 +30,8 @@ class StaticState:
 
 @dataclass(frozen=True)
 class Acted:
-    """State at the beginning of an action (or at the last event before it, if the action waited), the ropes taut then,
-    and the time [s]."""
+    """The state at the beginning of an action (or at the last event before, if the action waited), the ropes that are
+    taut then, and the time [s]."""
 
     before: StaticState
     taut: tuple[str, ...]
@@ -39,5 +39,5 @@ class Acted:
 
 
 def reeved(part: str) -> str:
-    """Return the rope over sheaves to which a part belongs."""
+    """Return the name of the rope over sheaves to which a part of a rope belongs."""
     return part.rpartition(".")[0]

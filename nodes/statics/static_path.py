@@ -1,4 +1,4 @@
-"""The action list followed statically, cached under the plan and the code.
+"""The action list followed statically, with a cache for the plan and the code.
 
 The result is plain data: a second load of the same scene reads it from the cache.
 """
@@ -18,12 +18,12 @@ from .state import Acted, StaticState
 
 @dataclass(frozen=True)
 class Followed:
-    """The equilibrium path along an action list: all states, the state at the beginning of each action, notes with
-    times [s].
+    """The equilibrium path along an action list: all states, the state at the beginning of each action, and notes with
+    their times [s].
 
-    `why`: why the path ended before the list, "" if the list was completed; `unstable`: time from which the equilibrium
-    is unstable [s]; `cut`: what the list still waits for when the scene ends; `tripped`: times [s] and names of tripped
-    interlocks; `goals`, `found`: goals of moves and findings of the paths of several lifts.
+    `why`: why the path ended before the list was completed, or ""; `unstable`: time from which the equilibrium is
+    unstable [s]; `cut`: what the list still waits for when the scene ends; `tripped`: times [s] and names of tripped
+    interlocks; `goals`, `found`: states at the ends of moves and findings, for several lifts.
     """
 
     states: tuple[StaticState, ...]
@@ -38,13 +38,13 @@ class Followed:
 
     @property
     def known(self) -> bool:
-        """Whether the whole list could be followed."""
+        """Whether the whole action list could be followed."""
         return not self.why
 
 
 def follow(built: plan.Plan, keep: bool = True) -> Followed:
-    """Follow the action list of a plan statically at the full model level; cached. `keep`: store the result, since it
-    is likely to be needed again."""
+    """Follow the action list of a plan statically, at the full model level, or take the result from the cache. `keep`:
+    store the result in the cache."""
     whole = at_rest(built)
     return remembered(f"{plan_key(whole)}.path", Followed, lambda: _walked(whole)) if keep else _walked(whole)
 
@@ -68,7 +68,7 @@ def _walked(whole: plan.Plan) -> Followed:
 
 
 def at_rest(built: plan.Plan) -> plan.Plan:
-    """Return the plan for statics: elastic ropes without lumps, all joints and supports, no user models."""
+    """Return the plan for static calculations: elastic ropes without lumps, all joints and supports, no user models."""
     # statics at the full level: the path must not depend on the level that is chosen by means of it
     fidelity = plan.Fidelity(girder=built.fidelity.girder)
     usual = plan.Plan(name=built.name)
@@ -77,7 +77,7 @@ def at_rest(built: plan.Plan) -> plan.Plan:
 
 
 def plan_key(built: plan.Plan) -> str:
-    """Return the cache key of a plan and of the code that computes its equilibrium path."""
+    """Return the cache key for a plan and for the code that computes its equilibrium path."""
     return hashlib.sha256(_sources() + plan.encode(built)).hexdigest()
 
 

@@ -1,7 +1,7 @@
-"""The action list carried out statically: the DEVS models of a scene around its equilibrium path.
+"""The action list carried out statically: the DEVS models of a scene, with the equilibrium path in place of the kernel.
 
-Commander and machines are those of a run; the equilibrium path replaces the kernel: time advances, but nothing swings.
-So each verb, condition and switch has the same meaning as in a run.
+The commander and the machines are the same models as in a run; time advances, but nothing swings. So each verb,
+condition and switch has the same meaning as in a run.
 """
 
 import dataclasses
@@ -31,7 +31,7 @@ WAYPOINT = pi / 12.0  # [rad] a turn of the block stops to be looked at
 
 
 class Models(Coupled):
-    """All models of a scene except the kernel, coupled to its ports."""
+    """All models of a scene except the kernel, connected to the ports that the kernel would use."""
 
     stage = Out(m.Stage)
     finished = Out(m.Finished)
@@ -53,17 +53,17 @@ class Models(Coupled):
 
     @property
     def commander(self) -> CommanderModel:
-        """The model with the action list."""
+        """The model that holds the action list."""
         model = self.models[COMMANDER]
         assert isinstance(model, CommanderModel)
         return model
 
 
 class StaticRun:
-    """Executes the action list of a plan along its equilibrium path.
+    """Carries out the action list of a plan along its equilibrium path.
 
-    `states`: all points so far; `why`: why it ended before the list; `cut`: what the list still waits for when the
-    scene ends; `after`: name of a stage at whose end it stops.
+    `states`: all states so far; `why`: why it ended before the end of the list; `cut`: what the list still waits for
+    when the scene ends; `after`: name of a stage after which it stops.
     """
 
     def __init__(self, plan: Plan, after: str = "") -> None:
@@ -87,13 +87,13 @@ class StaticRun:
         self._turned: list[int] = []
 
     def rest(self) -> StaticState:
-        """Return the first equilibrium, from which the list begins."""
+        """Return the first equilibrium, from which the action list begins."""
         self.path.start()
         self._collect()
         return self.states[0]
 
     def walk(self) -> None:
-        """Run to the end of the list or stage, or to where no equilibrium exists."""
+        """Continue to the end of the list or stage, or to the point where no equilibrium exists."""
         end = LAST_NS if self.plan.end is None else seconds(self.plan.end)
         # output functions are checked for purity in runs; here each costs time only
         self.simulator = Simulator(self.models, microsteps=self.plan.microsteps, watched=False)
@@ -133,14 +133,14 @@ class StaticRun:
     # ---- models and path ----------------------------------------------------------------------------------
 
     def _tight(self) -> list[Switched]:
-        """Return changes for slings that are taut at the start, which models assume slack."""
+        """Return events for slings that are taut at the start and that the models assume to be slack."""
         # the path starts in equilibrium, where some slings carry already; models learn that by events
         carried = self.states[-1].tensions
         hooked = [tie.rope for x in self.plan.machines for tie in x.ties if tie.lug and tie.rope not in x.taut]
         return [Switched(name, "taut", carried[name]) for name in hooked if carried.get(name, 0.0) > 0.0]
 
     def _transit(self, tag: Tag) -> list[Switched]:
-        """Execute the transitions of the models at a tag; return the resulting changes."""
+        """Execute the transitions of the models at a logical time, and return the mechanical events that result."""
         text = self.simulator.outputs()
         stages = [e.value.name for e in text if isinstance(e.value, m.Stage)]
         if any(isinstance(e.value, m.Finished) for e in text) or (stages and self.after in self.stages):
@@ -163,13 +163,13 @@ class StaticRun:
         return [*changed, *settled]
 
     def _execute(self, value: m.KernelInput) -> None:
-        """Apply a kernel input to the path."""
+        """Apply an input for the kernel to the equilibrium path."""
         value.apply(self.path.command)
         if isinstance(value, m.SetProfile) and value.actuator == TURN:
             self._turned = self._waypoints()
 
     def _tell(self, happened: list[Switched]) -> list[Switched]:
-        """Pass events to the models; return the resulting changes."""
+        """Pass mechanical events to the models, and return the events that result."""
         heard = [(model, e) for e in happened for model in self._receives.get(e.name, ())]
         if not heard:
             return []
@@ -183,7 +183,7 @@ class StaticRun:
         return []
 
     def _advance(self, tag: Tag) -> None:
-        """Advance the models to a tag; record the present state for actions that begin there."""
+        """Advance the models to a logical time; store the present state for the actions that begin then."""
         commander = self.models.commander.actions
         before, tripped = commander.index, commander.picture.tripped
         self.simulator.advance(tag)
@@ -195,17 +195,18 @@ class StaticRun:
         self.acted += [self._begun()] * (commander.index - before)
 
     def _check_stability(self) -> None:
-        """Store the stiffness of the equilibrium at the end of an action, which shows its stability."""
+        """Compute and store the smallest stiffness of the equilibrium at the end of an action, which is negative if it
+        is unstable."""
         self.states[-1] = dataclasses.replace(self.states[-1], stiffness=self.path.stiffness())
 
     def _begun(self) -> Acted:
-        """Return the present state as that in which an action begins."""
+        """Return the present state as the one in which an action begins."""
         commander = self.models.commander.actions
         taut = tuple(name for name, state in commander.picture.ropes.items() if state == "taut")
         return Acted(dataclasses.replace(self.states[-1], hooked=dict(commander.lugs)), taut, self.path.epoch * 1e-9)
 
     def _waypoints(self) -> list[int]:
-        """Return the times at which a turn reaches multiples of `WAYPOINT` [ns]."""
+        """Return the times [ns] at which a turn reaches multiples of the angle `WAYPOINT`."""
         a = self.path.command.references.actuators[TURN]
         # a turn without end has no waypoints
         if not a.move.duration < 1e9:
@@ -227,7 +228,7 @@ class StaticRun:
     # ---- points -------------------------------------------------------------------------------------------
 
     def _collect(self, number: int | None = None) -> None:
-        """Store new points of the path as states of an action."""
+        """Store the new points of the path as states of an action."""
         commander = self.models.commander.actions
         number = getattr(commander, "index", 0) if number is None else number
         action = self.plan.actions[number - 1] if number else None
@@ -239,7 +240,7 @@ class StaticRun:
             self.states.append(state)
 
     def _look(self, state: StaticState) -> None:
-        """Raise KernelError if shapes penetrate on the path to a state."""
+        """Raise KernelError if rigid shapes penetrate between the last state and this one."""
         before = self.states[-1] if self.states else state
         found = [(part, x.name) for x in self._contacts if (part := meets(x, before, state)) is not None]
         if found:
@@ -285,8 +286,9 @@ def _pose(x: list[float]) -> Pose:
 
 
 def _simulation(system: System) -> Simulation:
-    """Return the simulation for statics, with the contacts that touch at the start, since only these can carry. The
-    path ends where other shapes meet. All contacts are kept if loops determine positions."""
+    """Return the simulation for static calculations. Only contacts that touch at the start are kept, since only these
+    can carry a load; the path ends where other shapes touch. All contacts are kept if loops of joints determine
+    positions."""
     if system.contacts:
         free = dataclasses.replace(system, contacts=())
         program = Program(free)
@@ -298,13 +300,13 @@ def _simulation(system: System) -> Simulation:
 
 
 def _begins(program: Program, body: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return position and rotation of a body at the start."""
+    """Return the position and rotation of a body at the start."""
     R, p = program.poses_at_start(body)
     return p.astype(float), R.astype(float)
 
 
 def _placed(system: System) -> System:
-    """Return the system with speed-controlled drives replaced by prescribed ones."""
+    """Return the system with speed-controlled drives replaced by drives with a prescribed position."""
     # a drive that controls speed holds no position; at rest only its commanded position counts
     drives = tuple(dataclasses.replace(d, kind="prescribed") if d.kind == "speed" else d for d in system.drives)
     return dataclasses.replace(system, drives=drives)

@@ -1,10 +1,10 @@
-"""Ramps that leave no swing: the swing period, for each such move, when it begins and when it stops.
+"""Ramps that leave no swing: for each such move, the swing periods when it begins and when it stops.
 
-The action list is followed statically; where such a move begins to change its speed, the modes of small motions about
-the equilibrium are computed. The mode that counts is the one with the widest swing of the moved bodies: that with the
-largest |sum d . p|^2 / w^4, d being the displacements of the bodies along the move and p their momenta in the mode. So
-ropes, hook, beam and block count in their present positions, and a stiff servo does not. Periods are rounded to five
-digits, to which LAPACK's eigenvalues agree on every processor.
+The action list is followed statically. Where such a move begins to change its speed, the vibration modes about the
+equilibrium are computed. The mode used is the one with the widest swing of the moved bodies: the largest |sum d . p|^2
+/ w^4, where w is the mode's frequency, d are the displacements of the bodies along the move and p their momenta in the
+mode. So the period depends on the present positions of ropes, hook, beam and block, and not on stiff servos. Periods
+are rounded to five digits, to which LAPACK's eigenvalues agree on every processor.
 """
 
 from __future__ import annotations
@@ -35,7 +35,8 @@ ALONG = {"x": 0, "y": 1}
 
 
 class RampTiming(msgspec.Struct, frozen=True):
-    """Swing periods when a move begins and stops [s], and the time between [s]; or `why` there are none."""
+    """Swing periods [s] when a move begins and when it stops, and the time in between [s]; or the reason `why` there
+    are none."""
 
     periods: tuple[float, float] = (0.0, 0.0)
     between: float = 0.0
@@ -43,8 +44,9 @@ class RampTiming(msgspec.Struct, frozen=True):
 
 
 def swing_free(built: plan.Plan, keep: bool = True) -> tuple[plan.Plan, list[tuple[str, str]]]:
-    """Return the plan with the swing periods of its ramps without swing, and (where, sentence) of moves without a
-    period. A move that the scene's end prevents keeps its provisional acceleration."""
+    """Return the plan with the swing periods for its ramps without swing, and (place in the scene, sentence) for each
+    move that has no period. A move that never takes place because the scene ends before keeps its provisional
+    acceleration."""
     orders = ((i, k, x) for i, action in enumerate(built.actions) for k, x in enumerate(action.orders))
     moves = {(i, k): x for i, k, x in orders if isinstance(x, Move) and x.pulses}
     if not moves:
@@ -55,7 +57,7 @@ def swing_free(built: plan.Plan, keep: bool = True) -> tuple[plan.Plan, list[tup
 
 
 def _chosen(built: plan.Plan, moves: Mapping[At, Move], keep: bool) -> dict[At, RampTiming]:
-    """Return the periods of the moves, cached."""
+    """Return the swing periods of the moves, from the cache if possible."""
     whole = at_rest(built)
     if not keep:
         return _sought(whole, moves)
@@ -63,7 +65,8 @@ def _chosen(built: plan.Plan, moves: Mapping[At, Move], keep: bool) -> dict[At, 
 
 
 def _sought(whole: plan.Plan, moves: Mapping[At, Move]) -> dict[At, RampTiming]:
-    """Return the periods of the moves by iteration: they depend on when moves begin, which depends on the periods."""
+    """Return the swing periods of the moves, found by iteration: the periods depend on the times of the moves, which
+    depend on the periods."""
     # a first guess of one second, just to have definite durations
     found = _listened(_with(whole, dict.fromkeys(moves, RampTiming((1.0, 1.0)))), moves)
     for _ in range(PASSES - 1):
@@ -81,7 +84,7 @@ def _near(a: float, b: float) -> bool:
 
 
 def _with(built: plan.Plan, found: Mapping[At, RampTiming]) -> plan.Plan:
-    """Return the plan with these periods."""
+    """Return the plan with these swing periods in its moves."""
     actions = tuple(
         msgspec.structs.replace(
             action,
@@ -111,7 +114,7 @@ def _move(m: Move, x: RampTiming, gravity: float) -> Move:
 
 
 def _listened(built: plan.Plan, moves: Mapping[At, Move]) -> dict[At, RampTiming]:
-    """Return the periods of moves in an action list that is followed statically."""
+    """Return the swing periods of the moves, from following the action list statically."""
     from .listening import SignalsOnPath  # compiles, which what is kept does not need
 
     r = SignalsOnPath(built, frozenset(moves))
@@ -127,7 +130,8 @@ def _listened(built: plan.Plan, moves: Mapping[At, Move]) -> dict[At, RampTiming
 
 
 def _displacements(move: Move, states: list[StaticState], begun: int) -> dict[str, list[float]]:
-    """Return each body's displacement along a move that begins then, the largest being 1; empty if none moves."""
+    """Return the displacement of each body along a move that begins at the state with index `begun`, scaled so that the
+    largest is 1; empty if none moves."""
     # the state when the move begins, and the first one after which it has gone some way
     at = [x for x in states if x.t <= begun * 1e-9][-1]
     went = (x for x in states if abs(x.references[move.actuator] - at.references[move.actuator]) > STILL)
@@ -150,7 +154,7 @@ def _choice(heard: MoveModes, ways: Mapping[str, list[float]]) -> RampTiming:
 
 
 def _period(modes: Modes, ways: Mapping[str, list[float]]) -> float:
-    """Return the period of the mode with the largest motion along these displacements [s]; 0 if there is none."""
+    """Return the period [s] of the mode with the largest motion along these displacements; 0 if there is none."""
     moved = []
     for mode in modes.oscillations:
         p = abs(

@@ -1,4 +1,4 @@
-"""What `heavylift check` and `heavylift run` say of a yard, as a sheet, from the numbers of its runs."""
+"""The results that `heavylift check` and `heavylift run` print for a yard, made from the numbers of its runs."""
 
 from collections.abc import Mapping, Sequence
 from datetime import timedelta
@@ -9,12 +9,12 @@ from statistics import fmean
 from heavylift.recordings.sheets.sheet import Cell, Chart, Marked, Notes, Part, Sheet, Table, columns
 
 from .calendars import DAY
+from .dispatching import NO_SHIFT, NOT_READY, WEATHER
+from .exchange import gantt
 from .fields import at
-from .gantt import gantt
-from .generation import chain, serial
 from .lifts import WAYS
-from .models import NO_SHIFT, NOT_READY, WEATHER, expected
-from .network import RULES, Activity, Yard, dates
+from .models import expected
+from .network import RULES, Activity, Yard, chain, dates, serial
 from .reading import DELIVERY
 
 Values = Mapping[str, Sequence[float]]  # of all runs, by "dispatcher.ends[3]"
@@ -28,7 +28,7 @@ def quantile(values: Sequence[float], part: float) -> float:
 
 
 def examined(yard: Yard) -> Sheet:
-    """Return the sheet of `check` for a yard: schedules by both generation schemes with each rule, the critical path,
+    """Return the tables of `check` for a yard: schedules by both generation schemes with each rule, the critical path,
     and the contract dates."""
     known, path = dates(yard), chain(yard)
     rows = list[tuple[Cell, ...]]()
@@ -76,7 +76,8 @@ def _red_lifts(yard: Yard) -> str:
 
 
 def _lifts(yard: Yard) -> list[Table]:
-    """Lifts by scene and way, what they take, and those that cannot be carried out."""
+    """Return the table of lifts by scene and method, with their durations and wind limits, and the table of lifts that
+    cannot be carried out."""
     groups = dict[tuple[str, str, str], list[Activity]]()
     for one in yard.activities:
         if one.lift and one.order:
@@ -101,12 +102,12 @@ def _lifts(yard: Yard) -> list[Table]:
 
 
 def delivery(values: Values) -> Sequence[float]:
-    """Return the delivery times [s] of all runs."""
+    """Return the delivery time [s] in each run."""
     return values["dispatcher.delivery"]
 
 
 def finishes(yard: Yard, values: Values) -> dict[str, Sequence[float]]:
-    """Return the times [s] at which the yard, and each block with a contract date, is done, by run."""
+    """Return the times [s], one for each run, at which the yard and each block with a contract date are finished."""
     found: dict[str, Sequence[float]] = {DELIVERY: delivery(values)}
     for block in yard.contract:
         own = [n for n, one in enumerate(yard.activities) if one.block == block]
@@ -116,7 +117,7 @@ def finishes(yard: Yard, values: Values) -> dict[str, Sequence[float]]:
 
 
 def chances(yard: Yard, values: Values) -> dict[str, float]:
-    """Return for each contract date the fraction of the runs that meet it."""
+    """Return, for each contract date, the fraction of the runs that meet it."""
     found = finishes(yard, values)
     return {key: sum(t <= _limit(yard, key) for t in found[key]) / len(found[key]) for key in yard.contract}
 
@@ -137,8 +138,8 @@ def _red_runs(values: Values) -> float:
 
 
 def answered(yard: Yard, values: Values, drawn: bool = False) -> Sheet:
-    """Return the sheet of `run` for a yard: quantiles of the key dates, what they depend on, and the causes of waiting;
-    for a single run also its schedule, with a Gantt chart if `drawn`."""
+    """Return the tables of `run` for a yard: quantiles of the key dates, their sensitivities, and the causes of
+    waiting; for a single run also its schedule, with a Gantt chart if `drawn`."""
     runs, late, kept = len(delivery(values)), missed(yard, values), chances(yard, values)
     rows = list[tuple[Cell, ...]]()
     for key, ends in finishes(yard, values).items():
@@ -167,7 +168,7 @@ def answered(yard: Yard, values: Values, drawn: bool = False) -> Sheet:
 
 
 def waits(yard: Yard, values: Values) -> list[tuple[str, float]]:
-    """Return the mean waiting time of all activities [h] by cause."""
+    """Return the waiting time of all activities together [h], as a mean over the runs, by cause."""
     causes = (NOT_READY, NO_SHIFT, WEATHER, *yard.capacities)
     means = [fmean(values[f"dispatcher.waits[{n}]"]) / 3600 for n in range(len(causes))]
     stopped = sum(fmean(x) for key, x in values.items() if key.endswith(".stopped")) / 3600
@@ -175,7 +176,7 @@ def waits(yard: Yard, values: Values) -> list[tuple[str, float]]:
 
 
 def _use(yard: Yard, values: Values) -> Table:
-    """Units of each resource, and how many are in use."""
+    """Return the table of resources: number of units, and mean and largest number in use."""
     rows = [
         (name, units, fmean(values[f"resource-{name}.used"]), max(values[f"resource-{name}.most"]))
         for name, units in yard.capacities.items()
@@ -184,7 +185,7 @@ def _use(yard: Yard, values: Values) -> Table:
 
 
 def _criticality(yard: Yard, values: Values, runs: int) -> Table:
-    """Share of the runs in which an activity was on the critical sequence."""
+    """Return the table of the share of runs in which each activity was on the critical sequence."""
     shares = [100 * sum(values[f"dispatcher.critical[{n}]"]) / runs for n in range(len(yard.activities))]
     order = sorted(range(len(shares)), key=lambda n: (-shares[n], n))
     rows = [(yard.activities[n].block, yard.activities[n].step, shares[n]) for n in order[:MOST] if shares[n]]
@@ -192,14 +193,14 @@ def _criticality(yard: Yard, values: Values, runs: int) -> Table:
 
 
 def spans(yard: Yard, values: Values) -> list[tuple[float, float, bool]]:
-    """Return start and end [s] of each activity in a single run, and whether it is critical."""
+    """Return, for each activity in a single run, its start and end [s] and whether it is critical."""
     keys = ("starts", "ends", "critical")
     rows = [[values[f"dispatcher.{key}[{n}]"][0] for key in keys] for n in range(len(yard.activities))]
     return [(start, end, bool(critical)) for start, end, critical in rows]
 
 
 def _schedule(yard: Yard, values: Values) -> Table:
-    """Start and end of each activity."""
+    """Return the table with the start and end of each activity."""
     rows = [
         (one.block, one.step, at_end(yard, start), at_end(yard, end), "yes" if critical else "")
         for one, (start, end, critical) in zip(yard.activities, spans(yard, values), strict=True)
@@ -213,5 +214,5 @@ def at_end(yard: Yard, t: float) -> str:
 
 
 def _limit(yard: Yard, key: str) -> float:
-    """The end [s] of the day of a contract date."""
+    """Return the end [s] of the day of a contract date."""
     return (yard.contract[key] + timedelta(1) - yard.start).days * DAY / 1e9

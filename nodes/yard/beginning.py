@@ -1,4 +1,5 @@
-"""How a yard file begins, and where the bundled yards are; imports nothing, since each start of a run asks it."""
+"""How a yard file is recognised, and where the bundled yards are; imports nothing heavy, since every start of a run
+needs it."""
 
 from pathlib import Path
 
@@ -6,7 +7,7 @@ HEAD = "heavylift yard"
 
 
 def is_yard(path: str | Path) -> bool:
-    """Return whether a file begins like a yard file, or a name is that of a bundled yard."""
+    """Return whether a file begins like a yard file, or the name is that of a bundled yard."""
     try:
         with open(yard_path(path), encoding="utf-8") as file:
             lines = (line.strip() for line in file)

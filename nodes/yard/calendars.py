@@ -1,4 +1,4 @@
-"""Working time [ns since 00:00 of the first day]: shifts, perhaps across midnight, of days that are no holidays."""
+"""Working time in ns since 00:00 of the first day: shifts, possibly across midnight, on days that are not holidays."""
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Sequence
@@ -22,20 +22,19 @@ Windows = tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...]]  # begins, en
 
 @dataclass(frozen=True)
 class Calendar:
-    """Working time, described by a text so that copies stay small; the empty text means that all time is working
-    time."""
+    """Working time, described by a text so that copies stay small; with an empty text all time is working time."""
 
     key: str = ""
 
     def open(self, t: int) -> int:
-        """Return the first working instant at time t or after."""
+        """Return the first time at or after t that is working time."""
         if not self.key:
             return t
         begins, ends, _ = windows(self.key)
         return max(t, begins[_within(bisect_right(ends, t), begins)])
 
     def add(self, t: int, work: int) -> int:
-        """Return the time at which work that begins at t is done."""
+        """Return the time at which work is done that begins at t and takes `work` [ns] of working time."""
         if not self.key or not work:
             return t + work
         begins, ends, worked = windows(self.key)
@@ -45,7 +44,7 @@ class Calendar:
         return begins[n] + total - worked[n]
 
     def back(self, t: int, work: int) -> int:
-        """Return the latest begin of work that is to be done at t."""
+        """Return the latest time at which work must begin to be done at t."""
         if not self.key or not work:
             return t - work
         begins, _, worked = windows(self.key)
@@ -58,7 +57,7 @@ class Calendar:
         return self._until(b) - self._until(a) if self.key else b - a
 
     def _until(self, t: int) -> int:
-        """Time worked until t."""
+        """Return the working time from the first day until t."""
         begins, ends, worked = windows(self.key)
         n = bisect_right(begins, t) - 1
         return worked[n] + min(t, ends[n]) - begins[n] if n >= 0 else 0
@@ -71,8 +70,8 @@ def _within(n: int, begins: Sequence[int]) -> int:
 
 
 def working(start: date, days: Sequence[int], shifts: Sequence[Shift], off: Iterable[date]) -> Calendar:
-    """Return the calendar of shifts on weekdays (0: Monday) without the days `off`; a shift belongs to the day on which
-    it begins. Raises SceneError if no working time is left."""
+    """Return the calendar of shifts on these weekdays (0 is Monday), except on the days `off`; a shift belongs to the
+    day on which it begins. Raises SceneError if no working time is left."""
     parts = [str(start)], map(str, days), (f"{a}-{b}" for a, b in shifts), map(str, sorted(off))
     key = "/".join(" ".join(part) for part in parts)
     if not windows(key)[0]:
@@ -97,7 +96,7 @@ def windows(key: str) -> Windows:
 
 
 def merged(windows: Iterable[Shift]) -> list[Shift]:
-    """Return working intervals [ns] without overlaps, sorted."""
+    """Return working intervals [ns] sorted, with overlapping ones merged."""
     found = list[Shift]()
     for a, b in windows:
         if found and a <= found[-1][1]:
@@ -109,7 +108,7 @@ def merged(windows: Iterable[Shift]) -> list[Shift]:
 
 @lru_cache
 def public_holidays(country: str, start: date) -> frozenset[date]:
-    """Return the public holidays of a country or region, such as `DE-HH`; raises ValueError for an unknown one."""
+    """Return the public holidays of a country or region such as `DE-HH`; raises ValueError if it is unknown."""
     try:
         from holidays import country_holidays
     except ImportError:

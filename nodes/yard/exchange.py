@@ -1,34 +1,36 @@
-"""Schedules for other programs, and from them: CSV, Microsoft Project XML (MSPDI), iCalendar (RFC 5545), figures.
+"""Export of schedules: CSV, Microsoft Project XML (MSPDI), iCalendar (RFC 5545), Gantt charts.
 
-In XML a block is a summary task, its steps are the tasks below it; predecessors are links of type 1, finish to start.
+In XML a block is a summary task, and its steps are the tasks in it; predecessors are links of type 1, finish to start.
 """
 
 import csv
 import io
 from collections.abc import Callable, Sequence
-from datetime import datetime
+from datetime import datetime, timedelta
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree as Xml
 
 from heavylift.kernel.errors import SceneError, extra
-from heavylift.nodes.scene.text.table_files import TableCell
+from heavylift.recordings.sheets.sheet import COLOURS, INK, LIMIT, PAPER, QUIET, in_page, styled
 from heavylift.recordings.write.outputs import output_path
 from heavylift.recordings.write.partfile import written
 
 from .fields import at
-from .gantt import figure
 from .network import Yard
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 SPACE = "http://schemas.microsoft.com/project"
 FORMATS = (".csv", ".xml", ".ics", ".svg", ".png")
 HEADS = ("block", "step", "start", "end", "critical")
 Spans = Sequence[tuple[float, float, bool]]  # start and end [s], critical
-Planned = dict[tuple[str, str], tuple[datetime, datetime]]  # start and end by block and step
-MOST_BYTES = 1 << 26
+LABELLED = 60  # blocks whose names are legible in a chart
 
 
 def exported(yard: Yard, spans: Spans, out: str | Path, force: bool = False) -> Path:
-    """Write a schedule in the format given by the suffix of `out`; raises RecordingError."""
+    """Write a schedule in the format that the suffix of `out` names; raises RecordingError if that is impossible."""
     path = output_path(out, "a schedule", FORMATS)
     forms: dict[str, Callable[[Yard, Spans], str | bytes]] = {".csv": table_of, ".xml": project_of, ".ics": calendar_of}
     make = forms.get(path.suffix.lower())
@@ -37,14 +39,14 @@ def exported(yard: Yard, spans: Spans, out: str | Path, force: bool = False) -> 
 
 
 def drawn(yard: Yard, spans: Spans, form: str) -> bytes:
-    """Return the Gantt chart as a figure."""
+    """Return the Gantt chart as a figure in the format `form`."""
     file = io.BytesIO()
     figure(yard, spans).savefig(file, format=form, dpi=110, metadata={"Date": None} if form == "svg" else None)
     return file.getvalue()
 
 
 def table_of(yard: Yard, spans: Spans) -> str:
-    """Return the schedule as a table with a row for each activity."""
+    """Return the schedule as CSV text with a row for each activity."""
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow(HEADS)
@@ -55,7 +57,7 @@ def table_of(yard: Yard, spans: Spans) -> str:
 
 
 def project_of(yard: Yard, spans: Spans) -> bytes:
-    """Return the schedule as an MSPDI project: tasks with links and resources."""
+    """Return the schedule as an MSPDI project: tasks with their links and resources."""
     root = Xml.Element("Project", xmlns=SPACE)
     _fill(root, Name=yard.name, StartDate=_iso(yard, 0.0), ScheduleFromStart="1")
     tasks, number, identity = Xml.SubElement(root, "Tasks"), dict[int, int](), 0
@@ -66,11 +68,12 @@ def project_of(yard: Yard, spans: Spans) -> bytes:
             identity += 1
             number[n] = identity
             start, end = ends if n < 0 else spans[n][:2]
+            minutes = round((end - start) / 60)
             _fill(
                 Xml.SubElement(tasks, "Task"), UID=str(identity), ID=str(identity),
                 Name=block if n < 0 else yard.activities[n].step, Manual="1", OutlineLevel="1" if n < 0 else "2",
                 Start=_iso(yard, start), Finish=_iso(yard, end), Summary="1" if n < 0 else "0",
-                Duration=f"PT{(end - start) / 3600:.0f}H0M0S",
+                Duration=f"PT{minutes // 60}H{minutes % 60}M0S",
             )  # fmt: skip
     found = {task.findtext("UID"): task for task in tasks}
     for n, one in enumerate(yard.activities):
@@ -90,7 +93,7 @@ def project_of(yard: Yard, spans: Spans) -> bytes:
 
 
 def calendar_of(yard: Yard, spans: Spans) -> bytes:
-    """Return the schedule as an iCalendar with an event for each activity, in local time."""
+    """Return the schedule as an iCalendar file with an event for each activity, in local time."""
     extra("icalendar", SceneError("a calendar needs icalendar: pip install 'heavylift[yard]'"))
     from icalendar import Calendar, Event
 
@@ -109,49 +112,6 @@ def calendar_of(yard: Yard, spans: Spans) -> bytes:
     return bytes(made.to_ical())
 
 
-def planned_in_project(path: Path, name: str) -> Planned:
-    """Read start and end of all leaf tasks in an MSPDI file; raises SceneError."""
-    try:
-        data = path.read_bytes()
-        if len(data) > MOST_BYTES or b"<!DOCTYPE" in data or b"<!ENTITY" in data:
-            raise SceneError(f"{name}: is too large, or defines entities, which no project needs")
-        tasks = Xml.fromstring(data).findall(f"{{{SPACE}}}Tasks/{{{SPACE}}}Task")
-    except OSError as error:
-        raise SceneError(f"the schedule '{name}' cannot be read: {error.strerror}") from None
-    except Xml.ParseError as error:
-        raise SceneError(f"{name}:{error.position[0]}:{error.position[1] + 1}: this is no XML: {error}") from None
-    found, above = Planned(), dict[int, str]()
-    for task in tasks:
-        texts = {part.tag.rpartition("}")[2]: (part.text or "").strip() for part in task}
-        level = int(texts.get("OutlineLevel") or 1) if (texts.get("OutlineLevel") or "1").isdigit() else 1
-        above[level] = texts.get("Name", "")
-        if level > 1 and texts.get("Summary") != "1":
-            where = f"{name}: task {texts.get('UID', '')} '{above[level]}'"
-            ends = _moment(texts.get("Start", ""), where), _moment(texts.get("Finish", ""), where)
-            found[above.get(level - 1, ""), above[level]] = ends
-    if not found:
-        raise SceneError(f"{name}: has no tasks below a summary task; let each block be one, with its steps below it")
-    return found
-
-
-def planned_in_table(cells: dict[str, TableCell]) -> tuple[datetime, datetime]:
-    """Read start and end in a row of a schedule; raises ValueError."""
-    try:
-        start, end = (datetime.fromisoformat(cells[key].text).replace(tzinfo=None) for key in ("start", "end"))
-    except ValueError as error:
-        raise ValueError(f"{error}: write times as 2027-01-31 13:00") from None
-    if end < start:
-        raise ValueError("this ends before it starts")
-    return start, end
-
-
-def _moment(text: str, where: str) -> datetime:
-    try:
-        return datetime.fromisoformat(text).replace(tzinfo=None)
-    except ValueError:
-        raise SceneError(f"{where}: '{text}' is no time; export the schedule with start and finish") from None
-
-
 def _iso(yard: Yard, t: float) -> str:
     return f"{at(yard.start, t):%Y-%m-%dT%H:%M:%S}"
 
@@ -159,3 +119,51 @@ def _iso(yard: Yard, t: float) -> str:
 def _fill(element: Xml.Element, **texts: str) -> None:
     for key, text in texts.items():
         Xml.SubElement(element, key).text = text
+
+
+def figure(yard: Yard, spans: Spans) -> "Figure":
+    """Return a Gantt chart of the start and end [s] of all activities, with the critical ones outlined."""
+    from matplotlib import dates
+    from matplotlib.figure import Figure
+
+    drawing: Any = dates  # without types
+
+    first = dict[str, float]()
+    for one, (start, _, _) in zip(yard.activities, spans, strict=True):
+        first[one.block] = min(start, first.get(one.block, start))
+    blocks = sorted(first, key=lambda block: first[block])
+    place, steps = {block: n for n, block in enumerate(blocks)}, [*dict.fromkeys(x.step for x in yard.activities)]
+    with styled("none"):
+        made = Figure(figsize=(11.0, min(2.0 + 0.16 * len(blocks), 12.0)), facecolor=PAPER, layout="constrained")
+        axes = made.subplots()
+        for k, step in enumerate(steps):
+            own = [n for n, one in enumerate(yard.activities) if one.step == step]
+            days = [[float(drawing.date2num(at(yard.start, t))) for t in spans[n][:2]] for n in own]
+            axes.barh(
+                [place[yard.activities[n].block] for n in own], [max(b - a, 1 / 48) for a, b in days],
+                left=[a for a, _ in days], height=0.8, color=COLOURS[k % len(COLOURS)], label=step,
+                edgecolor=[LIMIT if spans[n][2] else "none" for n in own], linewidth=0.8,
+            )  # fmt: skip
+        for key, day in yard.contract.items():
+            when = drawing.date2num(day + timedelta(1))
+            axes.axvline(when, color=LIMIT, lw=0.8, ls="--")
+            axes.text(
+                when, 0.02, key, transform=axes.get_xaxis_transform(), color=LIMIT, fontsize=8, rotation=90, ha="right"
+            )
+        axes.set_ylim(len(blocks) - 0.5, -0.5)
+        few = len(blocks) <= LABELLED
+        axes.set_yticks(range(len(blocks)) if few else [], blocks if few else [])
+        locator = drawing.AutoDateLocator()
+        axes.xaxis.set_major_locator(locator)
+        axes.xaxis.set_major_formatter(drawing.ConciseDateFormatter(locator))
+        axes.grid(axis="x", color=QUIET, lw=0.4, alpha=0.3)
+        axes.set_axisbelow(True)
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.yaxis.label.set_color(INK)
+        axes.legend(loc="upper right", fontsize=8, frameon=False)
+    return made
+
+
+def gantt(yard: Yard, spans: Spans) -> str:
+    """Return the Gantt chart as an <svg> element for a page."""
+    return in_page(figure(yard, spans))

@@ -1,4 +1,5 @@
-"""Dates, shifts, predecessors, durations and units as a yard file writes them; ValueError where one is none."""
+"""Readers of dates, shifts, predecessors, durations and units in a yard file; each raises ValueError for invalid
+text."""
 
 import re
 from collections.abc import Iterator
@@ -21,7 +22,6 @@ from heavylift.nodes.scene.text.spelling import NUMBER
 from heavylift.nodes.scene.text.units import TIME
 
 from .calendars import DAY, MINUTE, WEEK, Shift
-from .network import RULES
 
 QUANTITY = re.compile(rf"{NUMBER}\s*[A-Za-z]+")
 CLOCK = re.compile(r"([01]?\d|2[0-4]):([0-5]\d)-([01]?\d|2[0-4]):([0-5]\d)")
@@ -78,7 +78,7 @@ def duration(text: str) -> Distribution:
 
 
 def variance(takes: Distribution) -> float:
-    """Return the variance of a duration [s2]; for PERT by its original formula ((b - a) / 6)^2 (Malcolm et al.
+    """Return the variance of a duration [s2]; for PERT from its original formula ((b - a) / 6)^2 (Malcolm et al.
     1959)."""
     match takes:
         case Uniform():
@@ -100,12 +100,12 @@ def variance(takes: Distribution) -> float:
 
 
 def square(x: float) -> float:
-    """x times x."""
+    """Return x times x."""
     return x * x
 
 
 def day(text: object) -> date:
-    """Read a date, `2027-05-01`."""
+    """Read a date such as `2027-05-01`."""
     try:
         found = date.fromisoformat(str(text).removesuffix(" 00:00:00"))
         if not 1900 <= found.year < 2200:
@@ -116,7 +116,7 @@ def day(text: object) -> date:
 
 
 def days_off(text: object) -> Iterator[date]:
-    """Read a date, or all dates of a range with both ends, `2027-02-06..2027-02-10`."""
+    """Read a date, or all dates of a range including both ends, such as `2027-02-06..2027-02-10`."""
     first, _, last = (part.strip() for part in str(text).partition(".."))
     begin, end = day(first), day(last or first)
     if end < begin:
@@ -125,7 +125,7 @@ def days_off(text: object) -> Iterator[date]:
 
 
 def weekdays(text: object) -> tuple[int, ...]:
-    """Read weekdays, `mon-fri` or `mon wed sat`; 0 is Monday."""
+    """Read weekdays such as `mon-fri` or `mon wed sat`; 0 is Monday."""
     found = list[int]()
     for part in str(text).lower().replace(",", " ").split():
         first, _, last = part.partition("-")
@@ -138,8 +138,8 @@ def weekdays(text: object) -> tuple[int, ...]:
 
 
 def shift(text: object) -> tuple[Shift, ...]:
-    """Read the working intervals of a shift, `08:00-12:00 13:00-17:00`; one that ends before it begins ends on the next
-    day."""
+    """Read the working intervals of a shift, such as `08:00-12:00 13:00-17:00`; an interval that ends before it begins
+    ends on the next day."""
     found = list[Shift]()
     for part in str(text).replace(",", " ").split():
         clock = CLOCK.fullmatch(part)
@@ -151,7 +151,7 @@ def shift(text: object) -> tuple[Shift, ...]:
 
 
 def before(text: str) -> list[tuple[str, int]]:
-    """Read predecessors with their lags [ns], `B1, B2 + 2 days`."""
+    """Read predecessors with their lags [ns], such as `B1, B2 + 2 days`."""
     found, at = list[tuple[str, int]](), 0
     while at < len(text):
         one = BEFORE.match(text, at)
@@ -163,30 +163,22 @@ def before(text: str) -> list[tuple[str, int]]:
 
 
 def instant(start: date, when: date) -> int:
-    """Return the time [ns] at which a day begins."""
+    """Return the time [ns] since the start of the yard at which a day begins."""
     return (when - start).days * DAY
 
 
 def at(start: date, t: float) -> datetime:
-    """Return a time [s] as date and time of day, to the minute."""
+    """Return the date and time of day, to the minute, at t [s] after the start of the yard."""
     return datetime(start.year, start.month, start.day) + timedelta(minutes=round(t * 1e9 / MINUTE))
 
 
 def words(data: object) -> list[str]:
-    """Read one word or a list of words."""
+    """Read one word, or a list of words."""
     return [] if data is None else [str(x) for x in (data if isinstance(data, list) else [data])]
 
 
 def units(value: object) -> int:
-    """Read a number of units of a resource."""
+    """Read the number of units of a resource."""
     if isinstance(value, bool) or not re.fullmatch(r"\d+", str(value)):
         raise ValueError(f"'{value}' is no number of units: write a whole number, such as 1")
     return int(str(value))
-
-
-def rule(value: object) -> str:
-    """Read a priority rule, by its name or its abbreviation."""
-    text, short = str(value), {letters: name for name, letters in RULES.items()}
-    if text not in RULES and text not in short:
-        raise ValueError(f"there is no rule '{text}': {closest(text, RULES)}")
-    return short.get(text, text)

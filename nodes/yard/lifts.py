@@ -1,7 +1,7 @@
-"""Lifts of a yard: the scene that a step names, with the settings of a block, and what heavylift finds of it.
+"""Lifts of a yard: the scene that a step names, with the settings of a block, and the results of the lift.
 
-At rest a lift is followed along its equilibrium path.  The wind in which it may begin is the least that its scene, its
-machines and its factors state; an interlock on the wind stops it, and lets it go on.
+By default a lift is followed along its equilibrium path, without dynamics. It may begin in winds up to the smallest
+limit given by its scene, its machines and its factors; an interlock on the wind stops it and lets it continue.
 """
 
 from collections.abc import Callable, Sequence
@@ -30,9 +30,9 @@ WAYS: dict[Way, str] = {
 
 @dataclass(frozen=True)
 class LiftOrder:
-    """Description of a lift: scene with settings, and how its duration is found; `over`: axes of the table as name and
-    texts of their values; `at`: place of the block on them; `windy`: the highest wind [m/s] for which limits are
-    searched, 0: none."""
+    """Description of a lift: scene with settings, and `way`, the method by which its duration is found. `over`: axes of
+    a table of results, as names and texts of their values; `at`: position of the block on these axes; `windy`: highest
+    wind [m/s] up to which wind limits are searched, 0 for no search."""
 
     scene: str
     settings: tuple[str, ...]
@@ -45,9 +45,9 @@ class LiftOrder:
 
 @dataclass(frozen=True)
 class Lift:
-    """Properties of a lift: durations of its stages [s]; winds [m/s] up to which it may begin, above which it stops,
-    and below which it continues; state and reason of its verdict ("wrong": its settings do not fit the scene); relative
-    errors of duration and wind."""
+    """Results of a lift: durations of its stages [s]; wind up to which it may begin, above which it stops, and below
+    which it continues [m/s]; state of its verdict ("wrong" if its settings do not fit the scene) and the reason;
+    relative errors of duration and wind."""
 
     stages: tuple[tuple[str, float], ...]
     wind: float = inf
@@ -60,7 +60,7 @@ class Lift:
 
     @property
     def seconds(self) -> float:
-        """Duration of all stages."""
+        """Total duration of all stages [s]."""
         return sum(seconds for _, seconds in self.stages)
 
 
@@ -68,12 +68,12 @@ Lifter = Callable[[Sequence[LiftOrder]], list[Lift]]
 
 
 def of_scene(order: LiftOrder) -> LoadedScene:
-    """Return the scene of a lift; raises SceneError."""
+    """Return the loaded scene of a lift; raises SceneError if it is invalid."""
     return load(order.scene, order.settings)
 
 
 def cranes(scene: str) -> dict[str, str]:
-    """Return the cranes of a scene by name, with their types; raises SceneError."""
+    """Return the types of the cranes in a scene, by crane name; raises SceneError if the scene cannot be read."""
     loaded = load(scene)
     found = read(loaded.merged or loaded.text, loaded.path.name).data
     machines = cast("dict[str, dict[str, object]]", found.get("cranes") or {})
@@ -81,7 +81,7 @@ def cranes(scene: str) -> dict[str, str]:
 
 
 def winds(plan: Plan, factor: float | None) -> tuple[float, float, float]:
-    """Return three winds [m/s]: up to which a lift may begin, above which it stops, and below which it continues."""
+    """Return the winds [m/s] up to which a lift may begin, above which it stops, and below which it continues."""
     stated = [x.value for x in plan.limits if x.quantity == "wind" and x.value is not None]
     trips = [x for x in plan.interlocks if x.rising and any(guard.quantity == "wind" for guard in x.guards)]
     allowed = min([*stated, *(x.value for x in trips), *([factor] if factor else [])], default=inf)
@@ -90,7 +90,8 @@ def winds(plan: Plan, factor: float | None) -> tuple[float, float, float]:
 
 
 def at_rest(order: LiftOrder) -> Lift:
-    """Return a lift followed along its equilibrium path; one that cannot be carried out is red."""
+    """Return the results of a lift followed along its equilibrium path; a lift that cannot be carried out has the state
+    red."""
     try:
         scene = of_scene(order)
     except HeavyliftError as error:
@@ -108,13 +109,14 @@ def at_rest(order: LiftOrder) -> Lift:
 
 
 def first_line(error: Exception) -> str:
-    """Return the first line of an error without its place."""
+    """Return the first line of an error message, without its place in the file."""
     text = str(error).splitlines()[0]
     return text.partition("error: ")[2] or text
 
 
 def kept(orders: Sequence[LiftOrder], code: bytes, find: Callable[[], list[Lift]]) -> list[Lift]:
-    """Return what `find` returns for the lifts, cached under the lifts, the code and all files that they read."""
+    """Return the result of `find` for the lifts, cached with the lifts, the code and all files that they read as the
+    key."""
     scenes = dict.fromkeys(order.scene for order in orders)
     files = [(path, state(path)) for name in scenes for path in files_of(name, orders[0].settings)]
     answer = msgspec.msgpack.encode([list(orders), files])
@@ -127,7 +129,7 @@ def kept(orders: Sequence[LiftOrder], code: bytes, find: Callable[[], list[Lift]
 
 
 def files_of(scene: str, settings: tuple[str, ...]) -> tuple[str, ...]:
-    """The files that a scene is built of."""
+    """Return the paths of the files from which a scene is built."""
     path = scene_file(scene).resolve()
     return (str(path), *_named(str(path), scene_text(path, scene), settings))
 
@@ -141,16 +143,16 @@ def _named(path: str, text: str, settings: tuple[str, ...]) -> tuple[str, ...]:
 
 @cache
 def programs() -> bytes:
-    """Hash of all code and types that lifts are found with."""
+    """Return a hash of all code and machine types on which the results of lifts depend."""
     return sources() + contents(FilePath(__file__).parent.parent, ".py", ".yaml")
 
 
 def all_at_rest(orders: Sequence[LiftOrder]) -> list[Lift]:
-    """Return all lifts at rest; equal ones are computed once."""
+    """Return the results of all lifts along their equilibrium paths; equal lifts are computed once."""
     found = {order: at_rest(order) for order in dict.fromkeys(orders)}
     return [found[order] for order in orders]
 
 
 def rested(orders: Sequence[LiftOrder]) -> list[Lift]:
-    """Return all lifts at rest, from the cache if possible."""
+    """Return the results of all lifts along their equilibrium paths, from the cache if possible."""
     return kept(orders, b"", lambda: all_at_rest(orders))

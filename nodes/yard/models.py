@@ -1,64 +1,34 @@
-"""A yard as Parallel DEVS: a dispatcher, the steps that it sends work to, and the resources that tell of their use.
+"""A yard as Parallel DEVS: a dispatcher, the steps that it sends work to, and the resources that report their use.
 
-The dispatcher is the parallel schedule generation scheme: whenever something ends, gets ready, or a shift begins, it
-starts all that may start, in the order of the rule.  A break interrupts work, and what the work has it keeps.
+A break interrupts work, which keeps its resources meanwhile.
 """
 
-from bisect import insort
 from collections.abc import Callable
+from dataclasses import replace
 from heapq import heapify, heappop, heappush
 from math import inf
 
-from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import NEVER, Atomic, Bag, Coupled, In, Message, Out, Simulator, TimeWeighted, seconds, stream
+from heavylift.nodes.queueing.distributions import Fixed
 
+from .dispatching import ActivityEnd, ActivityStart, Dispatcher, UnitsInUse, YardSchedule
 from .lifts import Lift, LiftOrder
 from .network import Activity, Yard, ranks, successors
-from .weather import Weather, WindChange, YardDone
+from .weather import Weather, WindChange
 
-NOT_READY, NO_SHIFT, WEATHER = "block not ready", "no shift", "weather"
 CarryOut = Callable[[LiftOrder, float], Lift]  # simulates a lift in a wind [m/s]
 
 
-class ActivityStart(Message):
-    """Order to begin an activity."""
-
-    activity: int
-
-
-class ActivityEnd(Message):
-    """An activity has ended."""
-
-    activity: int
-
-
-class UnitsInUse(Message):
-    """Number of units of a resource in use."""
-
-    used: int
-
-
-class YardSchedule(Message):
-    """Result of a yard: time of delivery, start and end of each activity [s], whether it is on the critical sequence
-    (0, 1), and the time activities waited for each cause [s]: the block, the shift, then the resources."""
-
-    delivery: float
-    starts: tuple[float, ...]
-    ends: tuple[float, ...]
-    critical: tuple[int, ...]
-    waits: tuple[float, ...]
-
-
 class ResourceUse(Message):
-    """Use of a resource: mean and maximum number of units."""
+    """Use of a resource: mean and maximum number of units in use."""
 
     used: float
     most: int
 
 
 class StepWork(Message):
-    """Statistics of a step: time for which the wind stopped it [s], number of stops, numbers of simulated and of red
-    lifts."""
+    """Statistics of a step: time for which wind stopped its lifts [s], number of stops, number of simulated lifts and
+    of those with a red verdict."""
 
     stopped: float
     stops: int
@@ -66,183 +36,23 @@ class StepWork(Message):
     red: int
 
 
-class Dispatcher(Atomic):
-    """Starts activities in the order of their ranks as soon as predecessors, block, shift and resources allow (parallel
-    schedule generation)."""
-
-    done, wind, over = In(ActivityEnd), In(WindChange), Out(YardDone)
-
-    def __init__(self, name: str, activities: tuple[Activity, ...], capacities: dict[str, int], rank: list[int],
-                 after: list[list[tuple[int, int]]], limits: tuple[float, ...] = (),
-                 forecast: int = 0) -> None:  # fmt: skip
-        super().__init__(name)
-        self.forecast = forecast
-        place = {limit: k for k, limit in enumerate(limits)}
-        self.limited = [place.get(one.lift.wind, -1) if one.lift else -1 for one in activities]
-        self.activities, self.capacities, self.rank, self.successors = activities, capacities, rank, after
-        self.ending: list[list[tuple[str, int]]] = [[] for _ in activities]  # what is free after each
-        for one in activities:
-            for need in one.needs:
-                self.ending[need.until].append((need.resource, need.units))
-        for step in dict.fromkeys(one.step for one in activities):
-            self.add_out(f"to-{step}", ActivityStart)
-        for resource in capacities:
-            self.add_out(f"use-{resource}", UnitsInUse)
-
-    def start(self) -> None:
-        """Start with no activity begun."""
-        count = len(self.activities)
-        self.begin, self.end = [-1] * count, [-1] * count
-        self.ready = [one.ready for one in self.activities]
-        self.open = [len(one.after) for one in self.activities]  # predecessors that are not done
-        self.used, self.running, self.decided = dict.fromkeys(self.capacities, 0), 0, 0
-        self.freed = dict[str, None]()
-        self.pending = sorted((self.rank[n], n) for n in range(count) if not self.open[n])
-        self.causes = [""] * count  # why each waits
-        self.lacked = [""] * count  # the resource that each lacked last
-        self.waits = dict.fromkeys((NOT_READY, NO_SHIFT, WEATHER, *self.capacities), 0)
-        self.calm, self.calms = list[int](), True  # until when the wind stays within each limit; will it change?
-        self.left, self.telling = count, False
-        self.decide()
-
-    def output(self) -> None:
-        """Send the activities that begin, and the changed numbers of units in use."""
-        for n in self.begun:
-            self.ports[f"to-{self.activities[n].step}"].send(ActivityStart(n))  # type: ignore[attr-defined]
-        for resource in self.changed:
-            self.ports[f"use-{resource}"].send(UnitsInUse(self.used[resource]))  # type: ignore[attr-defined]
-        if self.telling:
-            self.over.send(YardDone())
-
-    def external(self, e: int, x: Bag) -> None:
-        """Record the ended activities, then decide which begin."""
-        unsent = self.begun, self.changed
-        self.note(x)
-        self.decide(*unsent)
-
-    def internal(self) -> None:
-        """What began was sent; decide once more."""
-        self.telling = False
-        self.decide()
-
-    def confluent(self, x: Bag) -> None:
-        """Decide once, after all that happens now."""
-        self.telling = False
-        self.note(x)
-        self.decide()
-
-    def note(self, x: Bag) -> None:
-        """Free the resources of ended activities, and queue their successors."""
-        now = self._present.now[0]
-        for change in x[self.wind]:
-            self.calm, self.calms = list(change.calm), not change.last
-        for message in x[self.done]:
-            n = message.activity
-            self.end[n], self.running, self.left = now, self.running - 1, self.left - 1
-            self.telling = not self.left
-            for resource, units in self.ending[n]:
-                self.used[resource] -= units
-                self.freed[resource] = None
-            for m, lag in self.successors[n]:
-                self.open[m] -= 1
-                self.ready[m] = max(self.ready[m], now + lag)
-                if not self.open[m]:
-                    insort(self.pending, (self.rank[m], m))
-
-    def decide(self, begun: tuple[int, ...] = (), changed: tuple[str, ...] = ()) -> None:
-        """Start all activities that may start now, and wait for the next block or shift."""
-        now, wake, kept = self._present.now[0], NEVER, list[tuple[int, int]]()
-        freed, self.freed = self.freed, {}
-        started = list(begun)
-        for rank, n in self.pending:
-            one = self.activities[n]
-            if cause := self.causes[n]:
-                self.waits[cause] += now - self.decided
-            cause, at = "", one.works.open(max(now, self.ready[n]))
-            if at > now:
-                cause, wake = NOT_READY if self.ready[n] > now else NO_SHIFT, min(wake, at)
-            else:
-                for need in one.needs:
-                    if self.used[need.resource] + need.units > self.capacities[need.resource]:
-                        cause = self.lacked[n] = need.resource
-                        break
-                else:
-                    if self.limited[n] >= 0 and not self.calm_for(n, now):
-                        cause = WEATHER
-            self.causes[n] = cause
-            if cause:
-                kept.append((rank, n))
-                continue
-            self.begin[n], self.running = now, self.running + 1
-            started.append(n)
-            for need in one.needs:
-                self.used[need.resource] += need.units
-                freed[need.resource] = None
-        self.pending, self.decided = kept, now
-        self.begun, self.changed = tuple(started), tuple(sorted({**freed, **dict.fromkeys(changed)}))
-        if kept and wake == NEVER and not self.running and not (self.calms and WEATHER in self.causes):
-            waits = self.activities[kept[0][1]]
-            raise ModelError(
-                f"{waits.name} waits for ever for {self.causes[kept[0][1]]}, as blocks that keep it wait for others; "
-                "let an earlier step give it back, or have more of it"
-            )
-        self.hold_in(0 if self.begun or self.changed or self.telling else wake if wake == NEVER else wake - now)
-
-    def calm_for(self, n: int, now: int) -> bool:
-        """Return whether the wind allows a lift to begin, now and (as far as it is forecast) until its expected end."""
-        end = self.calm[self.limited[n]] if self.calm else -1
-        one = self.activities[n]
-        return end > now and end >= min(now + self.forecast, one.works.add(now, one.expected))
-
-    def result(self) -> YardSchedule:
-        """Return the schedule, and the waiting times by cause."""
-        critical = set(self.critical())
-        return YardSchedule(
-            max(self.end) / 1e9, tuple(t / 1e9 for t in self.begin), tuple(t / 1e9 for t in self.end),
-            tuple(int(n in critical) for n in range(len(self.end))), tuple(t / 1e9 for t in self.waits.values()),
-        )  # fmt: skip
-
-    def critical(self) -> list[int]:
-        """Return the critical sequence: from the last end back through the activities that released each start."""
-        last = max(range(len(self.end)), key=lambda n: (self.end[n], -n))
-        found = [last]
-        while (n := self.releaser(found[-1])) >= 0:
-            found.append(n)
-        return found[::-1]
-
-    def releaser(self, n: int) -> int:
-        """Return the activity whose end allowed another one to start; -1 if there is none, or the block itself came
-        last."""
-        one, lacked = self.activities[n], self.lacked[n]
-        before = [(self.end[m] + lag, True, -m) for m, lag in one.after]
-        if lacked:
-            for m, freed in enumerate(self.ending):
-                if m != n and 0 <= self.end[m] <= self.begin[n] and any(name == lacked for name, _ in freed):
-                    before.append((self.end[m], False, -m))
-        time, _, number = max(before, default=(-1, False, 1))
-        return -number if time >= one.ready and number <= 0 else -1
-
-
 class YardStep(Atomic):
-    """Carries out one step for all blocks; each takes its own drawn working time, or the expected one for seed 0. Wind
-    stops lifts and lets them continue; `carry_out` simulates lifts whose properties depend on the wind at their
-    begin."""
+    """Carries out one step for all blocks, each in its own expected time; a lift follows this time, in which its block
+    is rigged. Wind delays lifts, stops them and lets them continue; `carry_out` simulates lifts whose results depend on
+    the wind when they begin."""
 
     work, wind, done = In(ActivityStart), In(WindChange), Out(ActivityEnd)
 
-    def __init__(self, name: str, activities: dict[int, Activity], seed: int, carry_out: CarryOut | None) -> None:
+    def __init__(self, name: str, activities: dict[int, Activity], carry_out: CarryOut | None) -> None:
         super().__init__(name)
-        self.activities, self.seed, self.carry_out = activities, seed, carry_out
+        self.activities, self.carry_out = activities, carry_out
+        self.times = {n: seconds(one.takes.mean) for n, one in activities.items()}
 
     def start(self) -> None:
-        """Draw the durations of all blocks in advance, independent of the order in which they come."""
-        self.due = list[tuple[int, int]]()
-        self.times = {
-            n: seconds(one.takes.draw(stream(self.seed, one.name)) if self.seed else one.takes.mean)
-            for n, one in self.activities.items()
-        }
-        self.speed, self.held = 0.0, dict[int, tuple[int, int]]()  # [m/s]; work left and since when of what stands
-        self.stopped, self.stops, self.simulated, self.red = 0, 0, 0, 0
+        """Start with no activity under way."""
+        self.due, self.rigging = list[tuple[int, int]](), dict[int, None]()  # ends of work; lifts that follow it
+        self.held = dict[int, tuple[int, int, float]]()  # work left [ns], since when, wind that lets it go on [m/s]
+        self.speed, self.stopped, self.stops, self.simulated, self.red = 0.0, 0, 0, 0, 0
 
     def external(self, e: int, x: Bag) -> None:
         """Begin the ordered activities; stop lifts, or continue them, by the wind."""
@@ -252,48 +62,64 @@ class YardStep(Atomic):
             self.stop(now)
         for message in x[self.work]:
             n = message.activity
-            heappush(self.due, (self.activities[n].works.add(now, self.times[n] + self.lifting(n)), n))
+            heappush(self.due, (self.activities[n].works.add(now, self.times[n]), n))
+            if self.activities[n].lift:
+                self.rigging[n] = None
         self.hold_in(self.due[0][0] - now if self.due else NEVER)
 
-    def lifting(self, n: int) -> int:
-        """Return the duration of the lift of a block [ns]."""
+    def lift(self, n: int, now: int) -> None:
+        """Begin the lift of a rigged block, or let it wait for less wind."""
         one = self.activities[n]
+        assert one.lift
+        left = seconds(one.lift.seconds)
         if one.order and one.order.way == "run" and self.carry_out:
             found = self.carry_out(one.order, self.speed)
             self.simulated, self.red = self.simulated + 1, self.red + (found.state == "red")
-            return seconds(found.seconds)
-        return seconds(one.lift.seconds) if one.lift else 0
+            left = seconds(found.seconds)
+        if self.speed > one.lift.wind:
+            self.held[n] = left, now, one.lift.wind
+        else:
+            heappush(self.due, (one.works.add(now, left), n))
 
     def stop(self, now: int) -> None:
         """Stop lifts in too much wind, and continue those that are allowed again."""
         for end, n in [*self.due]:
             one = self.activities[n]
-            if one.lift and self.speed > one.lift.stop and end > now:
+            if one.lift and n not in self.rigging and self.speed > one.lift.stop and end > now:
                 self.due.remove((end, n))
-                self.held[n], self.stops = (one.works.between(now, end), now), self.stops + 1
-        for n, (left, since) in [*self.held.items()]:
-            one = self.activities[n]
-            if one.lift and self.speed <= one.lift.resume:
+                self.held[n], self.stops = (one.works.between(now, end), now, one.lift.resume), self.stops + 1
+        for n, (left, since, limit) in [*self.held.items()]:
+            if self.speed <= limit:
                 del self.held[n]
                 self.stopped += now - since
-                self.due.append((one.works.add(now, left), n))
+                self.due.append((self.activities[n].works.add(now, left), n))
         heapify(self.due)
 
     def output(self) -> None:
         """Report the activities that end now."""
         for t, n in sorted(self.due):
-            if t == self.due[0][0]:
+            if t == self.due[0][0] and n not in self.rigging:
                 self.done.send(ActivityEnd(n))
 
     def internal(self) -> None:
-        """Remove the ended activities, and wait for the next end."""
-        now = self.due[0][0]
+        """Remove the ended activities, begin the lifts of rigged blocks, and wait for the next end."""
+        now, rigged = self.due[0][0], list[int]()
         while self.due and self.due[0][0] == now:
-            heappop(self.due)
+            n = heappop(self.due)[1]
+            if n in self.rigging:
+                del self.rigging[n]
+                rigged.append(n)
+        for n in rigged:
+            self.lift(n, now)
         self.hold_in(self.due[0][0] - now if self.due else NEVER)
 
+    def confluent(self, x: Bag) -> None:
+        """Let the new wind decide of lifts that begin now."""
+        self.speed = x[self.wind][-1].speed if x[self.wind] else self.speed
+        super().confluent(x)
+
     def result(self) -> StepWork:
-        """Return how the wind stopped this step."""
+        """Return how often and how long wind stopped the lifts of this step."""
         return StepWork(self.stopped / 1e9, self.stops, self.simulated, self.red)
 
 
@@ -303,7 +129,7 @@ class YardResource(Atomic):
     level = In(UnitsInUse)
 
     def start(self) -> None:
-        """Start with no unit in use."""
+        """Start with no units in use."""
         self.used = TimeWeighted()
 
     def external(self, e: int, x: Bag) -> None:
@@ -316,8 +142,8 @@ class YardResource(Atomic):
 
 
 def coupled(yard: Yard, seed: int = 0, rule: str = "", carry_out: CarryOut | None = None) -> Coupled:
-    """Return the DEVS model of a yard with its own rule or another one; for seed 0 with expected durations, in drawn
-    weather."""
+    """Return the DEVS model of a yard with its own priority rule or another one; seed 0 means expected durations, in
+    random weather."""
     root, limits = Coupled("yard"), thresholds(yard) if yard.wind else ()
     dispatcher = root.add(
         Dispatcher(
@@ -329,8 +155,8 @@ def coupled(yard: Yard, seed: int = 0, rule: str = "", carry_out: CarryOut | Non
         root.connect(weather.wind, dispatcher.wind)
         root.connect(dispatcher.over, weather.over)
     for name in dict.fromkeys(one.step for one in yard.activities):
-        own = {n: one for n, one in enumerate(yard.activities) if one.step == name}
-        step = root.add(YardStep(f"step-{name}", own, seed, carry_out))
+        own = {n: settled(one, seed) for n, one in enumerate(yard.activities) if one.step == name}
+        step = root.add(YardStep(f"step-{name}", own, carry_out))
         root.connect(dispatcher.ports[f"to-{name}"], step.work)
         root.connect(step.done, dispatcher.done)
         if weather and any(one.lift for one in own.values()):
@@ -340,8 +166,13 @@ def coupled(yard: Yard, seed: int = 0, rule: str = "", carry_out: CarryOut | Non
     return root
 
 
+def settled(one: Activity, seed: int) -> Activity:
+    """Return an activity with the working time that is drawn for it, for seed 0 with the expected one."""
+    return replace(one, takes=Fixed(one.takes.draw(stream(seed, one.name)) if seed else one.takes.mean))
+
+
 def expected(yard: Yard, rule: str = "") -> YardSchedule:
-    """Return the schedule of a run with expected durations."""
+    """Return the schedule of one run with expected durations."""
     model = coupled(yard, 0, rule)
     simulator = Simulator(model)
     simulator.start()
@@ -352,8 +183,8 @@ def expected(yard: Yard, rule: str = "") -> YardSchedule:
 
 
 def thresholds(yard: Yard) -> tuple[float, ...]:
-    """Return the winds [m/s] at which something begins or stops; every whole number if lifts are simulated in their
-    wind."""
+    """Return the wind speeds [m/s] at which a lift may begin or must stop; every whole number up to 40 m/s if lifts are
+    simulated in their wind."""
     lifts = [one.lift for one in yard.activities if one.lift]
     found = {limit for lift in lifts for limit in (lift.wind, lift.stop, lift.resume) if limit < inf}
     if any(one.order and one.order.way == "run" for one in yard.activities):

@@ -1,7 +1,10 @@
-"""Activities of a yard, their forward and backward pass, and the priority rules.
+"""Activities of a yard, forward and backward pass, priority rules, serial schedule generation, and PERT.
 
-Critical path method after Kelley and Walker (1959); rules as in Kolisch (1996), European Journal of Operational
-Research 90: each orders activities by a number, the lowest first, ties by the number of the activity.
+The critical path method follows Kelley and Walker (1959). The priority rules are those of Kolisch (1996), European
+Journal of Operational Research 90: each rule sorts activities by a number, the lowest first; ties are resolved by the
+number of the activity. The serial scheme takes one activity after the other and starts each as early as its
+predecessors and resources allow; the dispatcher is the parallel scheme, which never lets an activity wait that could
+start.
 """
 
 from collections.abc import Sequence
@@ -9,10 +12,12 @@ from dataclasses import dataclass
 from datetime import date
 from graphlib import TopologicalSorter
 
+from heavylift.kernel.errors import closest
 from heavylift.nodes.devs import seconds
 from heavylift.nodes.queueing.distributions import Distribution
 
 from .calendars import Calendar
+from .fields import variance
 from .lifts import Lift, LiftOrder
 from .weather import HourlyWind
 
@@ -21,10 +26,13 @@ RULES = {
     "most successors": "MTS",
 }  # fmt: skip
 
+Span = tuple[int, int]  # [ns] start and finish
+
 
 @dataclass(frozen=True)
 class Need:
-    """Units of a resource that an activity takes when it begins, until activity number `until` is done."""
+    """Units of a resource that an activity occupies from its beginning until the activity with number `until` is
+    done."""
 
     resource: str
     units: int
@@ -33,8 +41,8 @@ class Need:
 
 @dataclass(frozen=True)
 class Activity:
-    """A step of a block: duration [s] besides its lift, needed resources, predecessors with their lags [ns], time from
-    which its block is ready [ns], working time, and its lift."""
+    """A step of a block: its duration [s] apart from its lift, needed resources, predecessors with lags [ns], time at
+    which the block is ready [ns], calendar of working time, and its lift."""
 
     block: str
     step: str
@@ -48,7 +56,7 @@ class Activity:
 
     @property
     def name(self) -> str:
-        """Name of the block, then of the step."""
+        """Name of the block followed by that of the step."""
         return f"{self.block} {self.step}"
 
     @property
@@ -59,8 +67,8 @@ class Activity:
 
 @dataclass(frozen=True)
 class Yard:
-    """A yard: activities by number from 0, units of each resource, priority rule or order of blocks, contract dates of
-    blocks or of the `delivery` and the probability with which they are to be met."""
+    """A yard: activities, numbered from 0; number of units of each resource; priority rule, or order of blocks;
+    contract dates for blocks or for the `delivery`, and the probability with which they must be met."""
 
     name: str
     start: date
@@ -77,13 +85,13 @@ class Yard:
 
     @property
     def holding(self) -> bool:
-        """Whether an activity keeps a resource beyond its own end."""
+        """Whether any activity keeps a resource beyond its own end."""
         return any(need.until != n for n, one in enumerate(self.activities) for need in one.needs)
 
 
 @dataclass(frozen=True)
 class Dates:
-    """Early and late start and finish [ns] of each activity, as if all resources were free."""
+    """Early and late start and finish [ns] of each activity if resources were unlimited."""
 
     early_start: list[int]
     early_finish: list[int]
@@ -91,12 +99,12 @@ class Dates:
     late_finish: list[int]
 
     def critical(self, n: int) -> bool:
-        """Return whether an activity has no slack."""
+        """Return whether activity n has no slack."""
         return self.late_start[n] <= self.early_start[n]
 
 
 def successors(yard: Yard) -> list[list[tuple[int, int]]]:
-    """Return the successors of each activity with their lags [ns]."""
+    """Return the successors of each activity, with their lags [ns]."""
     found: list[list[tuple[int, int]]] = [[] for _ in yard.activities]
     for n, one in enumerate(yard.activities):
         for m, lag in one.after:
@@ -105,8 +113,8 @@ def successors(yard: Yard) -> list[list[tuple[int, int]]]:
 
 
 def dates(yard: Yard) -> Dates:
-    """Return early and late dates by forward and backward pass (CPM) in working time, with expected durations, as if
-    all resources were free."""
+    """Return early and late dates from the forward and backward pass of the critical path method, in working time, with
+    expected durations and unlimited resources."""
     all_ = yard.activities
     order = sequence(yard)
     early, finish = [0] * len(all_), [0] * len(all_)
@@ -123,12 +131,13 @@ def dates(yard: Yard) -> Dates:
 
 
 def sequence(yard: Yard) -> list[int]:
-    """Return the activities in topological order: each after its predecessors."""
+    """Return the activities in topological order: each of them after its predecessors."""
     return [*TopologicalSorter({n: [m for m, _ in one.after] for n, one in enumerate(yard.activities)}).static_order()]
 
 
 def ranks(yard: Yard, rule: str = "") -> list[int]:
-    """Return the place of each activity in the order of a priority rule; default: the yard's own rule or order."""
+    """Return the position of each activity in the order of a priority rule; by default of the yard's own rule or
+    order."""
     numbers = range(len(yard.activities))
     known, values = dates(yard), list[int]()
     if not rule and yard.plan:
@@ -155,9 +164,73 @@ def ranks(yard: Yard, rule: str = "") -> list[int]:
 
 
 def _followers(yard: Yard) -> Sequence[int]:
-    """How many activities must wait for each, directly or not."""
+    """Return, for each activity, the number of activities that depend on it directly or indirectly."""
     after, sets = successors(yard), [0] * len(yard.activities)  # bits of a whole number
     for n in reversed(sequence(yard)):
         for m, _ in after[n]:
             sets[n] |= sets[m] | 1 << m
     return [x.bit_count() for x in sets]
+
+
+def rule_named(value: object) -> str:
+    """Read a priority rule given by its name or its abbreviation."""
+    text, short = str(value), {letters: name for name, letters in RULES.items()}
+    if text not in RULES and text not in short:
+        raise ValueError(f"there is no rule '{text}': {closest(text, RULES)}")
+    return short.get(text, text)
+
+
+def serial(yard: Yard, rule: str = "") -> list[Span]:
+    """Return the start and finish [ns] of each activity by the serial generation scheme, with expected durations; only
+    for yards in which no activity keeps a resource beyond its own end."""
+    rank, done = ranks(yard, rule), dict[int, Span]()
+    used: dict[str, list[tuple[int, int, int]]] = {name: [] for name in yard.capacities}
+    todo = sorted(range(len(yard.activities)), key=rank.__getitem__)
+    while todo:
+        n = next(n for n in todo if all(m in done for m, _ in yard.activities[n].after))
+        todo.remove(n)
+        one = yard.activities[n]
+        earliest = max([one.ready, *(done[m][1] + lag for m, lag in one.after)])
+        done[n] = _first(one, earliest, yard.capacities, used)
+        for need in one.needs:
+            used[need.resource].append((*done[n], need.units))
+    return [done[n] for n in range(len(yard.activities))]
+
+
+def _first(
+    one: Activity, earliest: int, capacities: dict[str, int], used: dict[str, list[tuple[int, int, int]]]
+) -> Span:
+    """Return the first start and finish at which all units that an activity needs are free."""
+    ends = {end for need in one.needs for _, end, _ in used[need.resource] if end > earliest}
+    for t in [earliest, *sorted(ends)]:
+        start = one.works.open(t)
+        finish = one.works.add(start, one.expected)
+        if all(
+            _peak(used[need.resource], start, finish) + need.units <= capacities[need.resource] for need in one.needs
+        ):
+            return start, finish
+    raise AssertionError("after the last end everything is free")
+
+
+def _peak(spans: list[tuple[int, int, int]], start: int, finish: int) -> int:
+    """Return the largest number of units that are in use at the same time between two times."""
+    overlapping = [(a, b, units) for a, b, units in spans if a < finish and b > start]
+    times = [start, *(a for a, _, _ in overlapping if a > start)]
+    return max(sum(units for a, b, units in overlapping if a <= t < b) for t in times)
+
+
+def chain(yard: Yard) -> tuple[list[int], float, float]:
+    """Return a critical path, its expected length [s] in working time, and the variance of this length [s2]."""
+    known = dates(yard)
+    end = max(known.early_finish)
+    path = [next(n for n, t in enumerate(known.early_finish) if t == end and known.critical(n))]
+    while True:
+        one = yard.activities[path[0]]
+        before = [
+            m for m, lag in one.after if known.critical(m) and known.late_finish[m] + lag == known.late_start[path[0]]
+        ]
+        if not before or one.ready >= known.early_start[path[0]] > 0:
+            break
+        path.insert(0, before[0])
+    on_it = [yard.activities[n].takes for n in path]
+    return path, sum(x.mean for x in on_it), sum(variance(x) for x in on_it)

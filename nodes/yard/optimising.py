@@ -1,8 +1,10 @@
-"""A schedule by CP-SAT (Perron and Furnon, OR-Tools), with expected durations, and a bound that no schedule beats.
+"""An optimised schedule by CP-SAT (Perron and Furnon, OR-Tools), with expected durations, and a bound that no schedule
+can beat.
 
-The solver works in time in which any step works: work of a step takes as long there or longer, so that its bound holds
-for the calendars, too.  With calendars both schemes of schedule generation make a schedule of the solver's order, and
-the earliest end is taken; without, the solver's own starts are one.
+The solver counts only the time in which some step can work. On this time scale the work of each single step takes as
+long or longer, so the bound is also valid with calendars. With calendars, both schedule generation schemes turn the
+solver's order of activities into a schedule, and the one that ends earliest is used; without calendars, the solver's
+own schedule is one of them.
 """
 
 from bisect import bisect_right
@@ -14,17 +16,16 @@ from typing import Any
 from heavylift.kernel.errors import SceneError, extra
 
 from .calendars import MINUTE, merged, windows
-from .generation import Span, serial
 from .models import expected
-from .network import RULES, Yard, sequence
+from .network import RULES, Span, Yard, sequence, serial
 
 SEED = 1
 
 
 @dataclass(frozen=True)
 class Optimised:
-    """An optimised schedule: start and end of each activity [ns], delivery, lower bound of all schedules, and how it
-    was found."""
+    """An optimised schedule: start and end of each activity [ns], delivery [ns], lower bound for all schedules [ns],
+    and how the schedule was found."""
 
     spans: tuple[Span, ...]
     end: int
@@ -38,7 +39,7 @@ class Optimised:
 
 
 class AnyWork:
-    """Union of several calendars: time [ns] at which any of them works."""
+    """Time scale of working time in any of several calendars [ns]."""
 
     def __init__(self, keys: Sequence[str]) -> None:
         always = not all(keys)
@@ -47,18 +48,18 @@ class AnyWork:
         self.worked = [0, *accumulate(b - a for a, b in found)]
 
     def until(self, t: int) -> int:
-        """Return the working time until t."""
+        """Return the working time from the first day until t."""
         n = bisect_right(self.begins, t) - 1
         if not self.begins:
             return t
         return self.worked[n] + min(t, self.ends[n]) - self.begins[n] if n >= 0 else 0
 
     def least(self, lag: int) -> int:
-        """Return the least working time within any interval of this length."""
+        """Return the smallest working time within any interval of this length."""
         return min((self.until(end + lag) - self.until(end) for end in self.ends[:400]), default=lag) if lag else 0
 
     def instant(self, worked: int) -> int:
-        """Return the time at which so much has been worked."""
+        """Return the time at which the working time reaches `worked`."""
         if not self.begins:
             return worked
         n = min(max(bisect_right(self.worked, worked - 1) - 1, 0), len(self.begins) - 1)
@@ -66,8 +67,8 @@ class AnyWork:
 
 
 def optimised(yard: Yard, effort: float = 60.0) -> Optimised:
-    """Return the earliest schedule found with an effort in the solver's deterministic time, equal on every machine;
-    raises SceneError without OR-Tools."""
+    """Return the earliest schedule found within an effort in the solver's deterministic time, the same on every
+    machine; raises SceneError if OR-Tools is not installed."""
     cp = extra("ortools.sat.python.cp_model", SceneError("plan needs OR-Tools: pip install 'heavylift[schedule]'"))
     bare = replace(yard, wind=None)
     schedules = {rule: _spans(bare, rule) for rule in RULES}
@@ -89,7 +90,7 @@ def optimised(yard: Yard, effort: float = 60.0) -> Optimised:
 def _solved(
     cp: Any, yard: Yard, time: AnyWork, most: int, hint: Sequence[Span], effort: float
 ) -> tuple[list[int], int]:
-    """Starts [ns] in the order of the solver's schedule, and a bound of its end in time worked [ns]."""
+    """Return the starts [ns] in the solver's best schedule, and a lower bound for its end in working time [ns]."""
     model, starts, ends = cp.CpModel(), list[Any](), list[Any]()
     spans = list[Any]()
     for n, one in enumerate(yard.activities):
@@ -126,7 +127,7 @@ def _solved(
 
 
 def _spans(yard: Yard, rule: str) -> tuple[Span, ...]:
-    """The schedule that a run carries out."""
+    """Return the schedule of a run with a priority rule, as start and end [ns] of each activity."""
     schedule = expected(yard, rule)
     return tuple((round(a * 1e9), round(b * 1e9)) for a, b in zip(schedule.starts, schedule.ends, strict=True))
 

@@ -1,4 +1,5 @@
-"""Lifts as a yard file orders them: scene, settings of each block, how they are carried out, the cranes they take."""
+"""Lifts as a yard file describes them: scene, settings of each block, method by which the results are found, and the
+cranes used."""
 
 from dataclasses import dataclass
 from typing import get_args
@@ -17,8 +18,8 @@ MOST = 1000  # runs of a table
 
 @dataclass(frozen=True)
 class LiftStep:
-    """Lift of a step as written: scene, settings as path and text or =column, how its duration is found, axes of its
-    table."""
+    """A lift as written for a step: scene, settings as path and text or =column, method by which its duration is found,
+    and the axes of its table."""
 
     step: str
     scene: str
@@ -29,12 +30,12 @@ class LiftStep:
 
     @property
     def columns(self) -> set[str]:
-        """The columns of the table of blocks to which its settings refer."""
+        """The columns of the table of blocks that its settings use."""
         return {text[1:] for _, text in self.sets if text[:1] == "="}
 
 
 def lift_steps(given: Taking, steps: list[str]) -> dict[str, LiftStep]:
-    """Return the steps that are lifts."""
+    """Return the steps that are lifts, by name."""
     found = dict[str, LiftStep]()
     for step in steps:
         at = ("steps", step)
@@ -54,7 +55,8 @@ def lift_steps(given: Taking, steps: list[str]) -> dict[str, LiftStep]:
             for axis in (axes if isinstance(axes, dict) else ())
         )
         windy = given.take((*at, "wind"), lambda x: SPEED.read(str(x)), 0.0)
-        one = found[step] = LiftStep(step, str(scene), pairs, way, over, windy)  # type: ignore[arg-type]
+        path = given.take((*at, "lift"), lambda x: found_scene(given, str(x)), "")
+        one = found[step] = LiftStep(step, path, pairs, way, over, windy)  # type: ignore[arg-type]
         for axis, _ in over:
             given.known((*at, "over", axis), axis, one.columns, "column that 'set' names,")
         if (way == "table") != bool(over):
@@ -65,7 +67,7 @@ def lift_steps(given: Taking, steps: list[str]) -> dict[str, LiftStep]:
 
 
 def values(text: str) -> tuple[str, ...]:
-    """Return the values of an axis such as `100..500 t by 200 t`, each with its unit."""
+    """Return the values on an axis such as `100..500 t by 200 t`, each with its unit."""
     found = range_of(text)
     low, high, by = (float(found.low), float(found.high), float(found.step or 0)) if found else (0.0, 0.0, 0.0)
     if not found or not low < high or not 0 < by <= high - low or (high - low) / by > MOST:
@@ -75,7 +77,7 @@ def values(text: str) -> tuple[str, ...]:
 
 
 def runs(over: tuple[tuple[str, tuple[str, ...]], ...]) -> int:
-    """Return the number of runs that a table takes."""
+    """Return the number of runs that a table with these axes needs."""
     count = 1
     for _, texts in over:
         count *= len(texts)
@@ -85,8 +87,9 @@ def runs(over: tuple[tuple[str, tuple[str, ...]], ...]) -> int:
 def order_of(
     given: Taking, one: LiftStep, row: TableCell, cells: dict[str, TableCell], units: dict[str, str]
 ) -> LiftOrder:
-    """Return the lift of a block; faults are reported at its row."""
-    at, texts = ("blocks", row.text), dict[str, str]()
+    """Return the lift of a block; errors are reported at the block's row. A block with a scene of its own does not use
+    the table of its step: its lift is followed at rest."""
+    at, texts, own = ("blocks", row.text), dict[str, str](), cells.get("scene")
     for column in sorted(one.columns):
         if column in cells:
             texts[column] = with_unit(cells[column].text, units[column])
@@ -95,7 +98,7 @@ def order_of(
             given.source.fault(at, text, mark=row.mark)
             texts[column] = "0"
     place = list[float]()
-    for axis, marks in one.over:
+    for axis, marks in () if own else one.over:
         number, unit = number_and_unit(texts.get(axis, "0"))
         if not number or unit != number_and_unit(marks[0])[1]:
             text = f"write the {axis} in the unit of the step's table, such as {marks[0]}"
@@ -112,14 +115,14 @@ def order_of(
         f"{path}=\0{column}\0" if column in axes else f"{path}={texts[column] if column else text}"
         for path, column, text in sets
     )
-    own = cells.get("scene")
-    scene, mark = (own.text, own.mark) if own else (one.scene, None)
-    path = given.take(("steps", one.step, "lift"), lambda x: found_scene(given, x), scene, mark, scene)
-    return LiftOrder(path, settings, one.way, one.over, tuple(place), grid if one.over else (), one.windy)
+    if own:
+        path = given.take(("steps", one.step, "lift"), lambda x: found_scene(given, x), own.text, own.mark, own.text)
+        return LiftOrder(path, settings, "rest" if one.over else one.way, windy=one.windy)
+    return LiftOrder(one.scene, settings, one.way, one.over, tuple(place), grid if one.over else (), one.windy)
 
 
 def found_scene(given: Taking, name: str) -> str:
-    """Return a scene next to the yard file, or a bundled one; raises SceneError."""
+    """Return a scene in the folder of the yard file, or a bundled one; raises SceneError if there is none."""
     beside = given.source.root / name
     scene = str(beside) if beside.is_file() else name
     scene_file(scene)
@@ -129,8 +132,8 @@ def found_scene(given: Taking, name: str) -> str:
 def taken(
     given: Taking, order: LiftOrder, step: str, types: dict[str, str], capacities: dict[str, int]
 ) -> dict[str, int]:
-    """Return the units of each crane that a lift takes: of the resource with the crane's name and type, or of one of
-    its type."""
+    """Return how many units of each resource the cranes of a lift occupy: each crane uses the resource with its name
+    and type, or else one of its type."""
     found = dict[str, int]()
     try:
         machines = cranes(order.scene)

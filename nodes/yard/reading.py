@@ -1,12 +1,12 @@
-"""A yard file and its table of blocks, with every error at its file, row and column.
+"""Reading of a yard file and its table of blocks, with every error at its file, row and column.
 
-The activities of a block follow each other by the steps' `after`; a block comes after another one where its step
-`begins` comes after that of the other one which `ends` the erection.
+The order of the activities of a block is given by `after` of the steps. A block comes after another block when its step
+that begins the erection comes after the other block's step that ends the erection.
 """
 
 from collections.abc import Sequence
 from dataclasses import replace
-from datetime import date, datetime
+from datetime import date
 from functools import partial
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path as FilePath
@@ -15,19 +15,19 @@ from typing import Any
 from heavylift.kernel.errors import closest, path_text
 from heavylift.nodes.queueing.distributions import Fixed
 from heavylift.nodes.scene.text.faults import raise_faults
-from heavylift.nodes.scene.text.files import scene_text, within
+from heavylift.nodes.scene.text.files import scene_text
 from heavylift.nodes.scene.text.overlay import override
-from heavylift.nodes.scene.text.source import Mark, Path, Source, read
+from heavylift.nodes.scene.text.source import Mark, Path, SourceText, read
 from heavylift.nodes.scene.text.table_files import TableCell, with_unit
 from heavylift.nodes.scene.text.units import RATIO
 
 from . import fields
 from .beginning import HEAD, yard_path
 from .calendars import Calendar, Shift, public_holidays, working
-from .exchange import Planned, planned_in_project, planned_in_table
 from .lifts import Lifter, LiftOrder, rested
-from .network import RULES, Activity, Need, Yard
+from .network import RULES, Activity, Need, Yard, rule_named
 from .orders import lift_steps, order_of, taken
+from .plans import planned
 from .taking import Taking
 from .weather import wind_of
 
@@ -44,7 +44,7 @@ DELIVERY = "delivery"
 
 
 def load(path: str | FilePath, settings: Sequence[str] = (), lifter: Lifter = rested) -> Yard:
-    """Read a yard file with settings; `lifter` finds its lifts. Raises SceneError with all its faults."""
+    """Read a yard file with settings; `lifter` finds the results of its lifts. Raises SceneError with all errors."""
     source = source_of(path, settings)
     yard = _Reading(source, lifter).yard()
     raise_faults(source, source.faults)
@@ -52,8 +52,8 @@ def load(path: str | FilePath, settings: Sequence[str] = (), lifter: Lifter = re
     return yard
 
 
-def source_of(path: str | FilePath, settings: Sequence[str] = ()) -> Source:
-    """Return the source of a yard file with settings applied; raises SceneError."""
+def source_of(path: str | FilePath, settings: Sequence[str] = ()) -> SourceText:
+    """Return the data of a yard file with settings applied; raises SceneError if the file is invalid."""
     path, name = yard_path(path), path_text(path)
     source = read(scene_text(path, name), name, path.parent)
     raise_faults(source, source.faults)
@@ -64,14 +64,14 @@ def source_of(path: str | FilePath, settings: Sequence[str] = ()) -> Source:
 
 
 class _Reading(Taking):
-    """What is read of a yard."""
+    """Reader of a yard from the data of its file."""
 
-    def __init__(self, source: Source, lifter: Lifter) -> None:
+    def __init__(self, source: SourceText, lifter: Lifter) -> None:
         super().__init__(source)
         self.start, self.lifter = date.min, lifter
 
     def yard(self) -> Yard | None:
-        """Return the yard; None if there were faults."""
+        """Return the yard; None if there were errors."""
         given = self.mapping((), KEYS)
         for key in (HEAD, "start", "resources", "blocks", "steps"):
             if given.get(key) is None:
@@ -87,7 +87,7 @@ class _Reading(Taking):
                 self.types[key] = str(self.mapping(("resources", key), {"type", "units"}).get("type") or "")
             capacities[key] = self.take(at, fields.units, 1)
         steps = self.steps(capacities, calendars)
-        rule = self.take(("rule",), fields.rule, next(iter(RULES)))
+        rule = self.take(("rule",), rule_named, next(iter(RULES)))
         quantile = self.take(("quantile",), RATIO.read, 0.9)
         if not 0 < quantile < 1:
             self.source.fault(("quantile",), "a quantile is between 0 % and 100 %, such as '90 %'")
@@ -95,7 +95,7 @@ class _Reading(Taking):
             return None
         wind, forecast = wind_of(self, self.start)
         activities, blocks = self.activities(steps, capacities, calendars)
-        plan = self.planned(activities)
+        plan = planned(self, self.start, activities)
         if self.source.faults:
             return None
         if plan:
@@ -108,15 +108,15 @@ class _Reading(Taking):
         )  # fmt: skip
 
     def calendars(self) -> dict[str, tuple[Shift, ...]]:
-        """Return the working intervals of each shift; under "" those of all shifts, or the whole day if there are
-        none."""
+        """Return the working intervals of each shift; under "" those of all shifts or, if there are none, the whole
+        day."""
         self.mapping(("calendar",), OF_CALENDAR)
-        shifts = {key: self.take(("calendar", "shifts", key), fields.shift, ()) for key in
-                  self.mapping(("calendar", "shifts"))}  # fmt: skip
+        of_day = self.mapping(("calendar", "shifts"))
+        shifts = {key: self.take(("calendar", "shifts", key), fields.shift, ()) for key in of_day}
         return shifts | {"": tuple(w for windows in shifts.values() for w in windows) or ((0, 1440),)}
 
     def calendar(self, path: Path, words: list[str], shifts: dict[str, tuple[Shift, ...]]) -> Calendar:
-        """Return the calendar of some of the shifts."""
+        """Return the calendar of the named shifts."""
         if self.source.at(("calendar",)) is None:
             return Calendar()
         listed = self.source.at(("calendar", "holidays"))
@@ -131,7 +131,7 @@ class _Reading(Taking):
         return self.take(path, lambda _: working(self.start, days, windows, frozenset(off)), Calendar(), value=1)
 
     def steps(self, capacities: dict[str, int], shifts: dict[str, Any]) -> list[str]:
-        """Return the steps of a block in an order in which each follows its predecessors."""
+        """Return the steps of a block, sorted so that each follows its predecessors."""
         given = self.mapping(("steps",))
         for step in given:
             at = ("steps", step)
@@ -164,7 +164,7 @@ class _Reading(Taking):
         return order
 
     def needed(self, path: Path, resource: str, capacities: dict[str, int], cell: TableCell | None = None) -> int:
-        """Return the units of each resource that a step needs."""
+        """Return the number of units of a resource that a step needs; add an error if there are not as many."""
         mark, most = cell.mark if cell else None, capacities.get(resource, 0)
         units = self.take(path, fields.units, 0, mark, cell.text if cell else None)
         if resource in capacities and units > most:
@@ -174,27 +174,26 @@ class _Reading(Taking):
     def activities(
         self, steps: list[str], capacities: dict[str, int], shifts: dict[str, Any]
     ) -> tuple[tuple[Activity, ...], list[str]]:
-        """Return all activities, block by block, and the blocks."""
+        """Return all activities, block by block, and the names of the blocks."""
         self.mapping(("blocks",), {"from"})
         head, rows = self.table(("blocks", "from"))
+        lifts, orders, machines = lift_steps(self, steps), dict[int, LiftOrder](), dict[str, dict[str, int]]()
         if self.source.faults:
             return (), []
-        lifts, orders = lift_steps(self, steps), dict[int, LiftOrder]()
         if not rows or not steps:
             self.source.fault(("blocks", "from"), "a yard has at least one block and one step")
         names = [f"{c.key} {c.axis}".strip() if c.key not in REMARKS else c.key for c in head]
         columns = {"after", "ready", *steps, *(f"{s} {r}" for s in steps for r in capacities), *REMARKS}
-        columns = columns.union(*(lift.columns for lift in lifts.values()))
+        columns |= {column for lift in lifts.values() for column in lift.columns}
         for column, name in zip(head[1:], names[1:], strict=True):
             if name not in columns:
                 self.source.fault(
                     ("blocks",), f"there is no column '{name}'", closest(name, sorted(columns)), mark=column.mark
                 )
-        blocks = list[str]()
-        for row in rows:
-            if row[0].text in blocks:
+        blocks = [row[0].text for row in rows]
+        for n, row in enumerate(rows):
+            if row[0].text in blocks[:n]:
                 self.source.fault(("blocks",), f"the block '{row[0].text}' is given twice", mark=row[0].mark)
-            blocks.append(row[0].text)
         if self.source.faults:
             return (), blocks
         calendars = {
@@ -232,7 +231,9 @@ class _Reading(Taking):
                 more = dict[str, int]()
                 if step in lifts:
                     order = orders[len(made)] = order_of(self, lifts[step], row[0], cells, units)
-                    more = taken(self, order, step, self.types, capacities)
+                    if order.scene not in machines:
+                        machines[order.scene] = taken(self, order, step, self.types, capacities)
+                    more = machines[order.scene]
                 needs = self.needs(step, block, cells, capacities, number, more)
                 made.append(Activity(block, step, takes, needs, tuple(after), max(0, ready), calendars[step]))
         try:
@@ -246,7 +247,7 @@ class _Reading(Taking):
         return tuple(made) if self.source.faults else self.lifted(made, orders, marks), blocks
 
     def lifted(self, made: list[Activity], orders: dict[int, LiftOrder], marks: list[Mark]) -> tuple[Activity, ...]:
-        """Return the activities with the properties of their lifts."""
+        """Return the activities with the results of their lifts."""
         steps = len(made) // len(marks)
         for (n, order), lift in zip(orders.items(), self.lifter([*orders.values()]) if orders else (), strict=True):
             made[n] = replace(made[n], lift=lift, order=order)
@@ -257,7 +258,7 @@ class _Reading(Taking):
         return tuple(made)
 
     def erection(self, steps: list[str]) -> tuple[list[str], list[str]]:
-        """Return the steps that begin the erection of a block, and those that end it."""
+        """Return the steps that begin the erection of a block, and the steps that end it."""
         given = fields.words(self.source.at(("erection",)))
         if given and len(given) != 2:
             self.source.fault(("erection",), "name the step that begins the erection and the one that ends it")
@@ -269,7 +270,7 @@ class _Reading(Taking):
         self, step: str, block: str, cells: dict[str, TableCell], capacities: dict[str, int],
         number: dict[tuple[str, str], int], more: dict[str, int],
     ) -> tuple[Need, ...]:  # fmt: skip
-        """Return what a step of a block needs, in the order of the resources."""
+        """Return the resources that a step of a block needs, in the order of the resources."""
         found = list[Need]()
         for resource in capacities:
             path = ("steps", step, "needs", resource)
@@ -280,48 +281,15 @@ class _Reading(Taking):
                 found.append(Need(resource, units, number[block, str(until)]))
         return tuple(found)
 
-    def planned(self, activities: tuple[Activity, ...]) -> tuple[int, ...]:
-        """Return the starts [ns] of an existing schedule."""
-        file = self.source.at(("plan",))
-        if file is None or not activities:
-            return ()
-        found, marks, own = Planned(), dict[tuple[str, str], Mark](), self.source.root
-        root = own if (own / str(file)).exists() else FilePath.cwd()  # of a bundled yard
-        if str(file).lower().endswith(".xml"):
-            find = partial(planned_in_project, name=str(file))
-            found = self.take(("plan",), lambda x: find(within(root, root / str(x))), found)
-        else:
-            head, rows = self.table(("plan",), root)
-            for row in rows:
-                cells = dict(zip((column.key for column in head), row, strict=True))
-                if lacking := [key for key in ("block", "step", "start", "end") if key not in cells]:
-                    self.source.fault(("plan",), f"a schedule has no column '{lacking[0]}'", mark=head[0].mark)
-                    return ()
-                key = cells["block"].text, cells["step"].text
-                marks[key] = row[0].mark
-                if ends := self.take(("plan",), lambda _: planned_in_table(cells), None, row[0].mark):  # noqa: B023
-                    found[key] = ends
-        number = {(one.block, one.step): n for n, one in enumerate(activities)}
-        starts, zero = [-1] * len(activities), datetime(self.start.year, self.start.month, self.start.day)
-        for key, (start, _) in found.items():
-            if key not in number:
-                text = f"the schedule has a step '{key[1]}' of block '{key[0]}', which the yard has not"
-                self.source.fault(("plan",), text, mark=marks.get(key))
-            elif start < zero:
-                self.source.fault(("plan",), f"'{key[0]}' is planned before the yard's start", mark=marks.get(key))
-            else:
-                starts[number[key]] = round((start - zero).total_seconds()) * 10**9
-        return tuple(starts)
-
     def order(self, blocks: list[str]) -> tuple[str, ...]:
-        """Return the blocks in the given order, followed by the others."""
+        """Return the blocks in the order given, followed by all other blocks."""
         given = fields.words(self.source.at(("order",)))
         for block in given:
             self.known(("order",), block, blocks, "block")
         return tuple(dict.fromkeys([*given, *blocks])) if given else ()
 
     def contract(self, blocks: list[str]) -> dict[str, date]:
-        """Return the contract dates by block, or of the delivery."""
+        """Return the contract dates by block, or under `delivery`."""
         given = self.mapping(("contract",))
         for key in given:
             self.known(("contract", key), key, [DELIVERY, *blocks], "block")

@@ -1,4 +1,4 @@
-"""Values of a yard file and cells of its tables, whose errors become faults at their places."""
+"""Reading of typed values from a yard file and of cells from its tables; errors are reported at their places."""
 
 from collections.abc import Callable
 from pathlib import Path as FilePath
@@ -6,7 +6,7 @@ from re import fullmatch
 from typing import Any, TypeVar, cast
 
 from heavylift.kernel.errors import SceneError, closest
-from heavylift.nodes.scene.text.source import Data, Mark, Path, Source
+from heavylift.nodes.scene.text.source import Data, Mark, Path, SourceText
 from heavylift.nodes.scene.text.table_files import TableCell, TableColumn, table
 
 NAME = r"[A-Za-z0-9_-]+"
@@ -14,13 +14,14 @@ T = TypeVar("T")
 
 
 class Taking:
-    """Reader of typed values from a source, which collects faults."""
+    """Reader of typed values from a source, which collects the errors."""
 
-    def __init__(self, source: Source) -> None:
+    def __init__(self, source: SourceText) -> None:
         self.source = source
 
     def take(self, path: Path, of: Callable[[Any], T], usual: Any, mark: Mark | None = None, value: Data = None) -> T:
-        """What `of` makes of the value at a path; `usual` where there is none, or a wrong one."""
+        """Return the result of the function `of` for the value at a path; `usual` if there is no value, or an invalid
+        one."""
         value = self.source.at(path) if value is None else value
         if value is None:
             return cast(T, usual)
@@ -31,12 +32,13 @@ class Taking:
             return cast(T, usual)
 
     def cell(self, cells: dict[str, TableCell], column: str, at: Path, of: Callable[[str], T], usual: Any) -> T:
-        """What `of` makes of a cell."""
+        """Return the result of the function `of` for the cell in a column; `usual` if there is no cell, or an invalid
+        one."""
         found = cells.get(column)
         return self.take((*at, column), of, usual, found.mark, found.text) if found else cast(T, usual)
 
     def mapping(self, path: Path, known: set[str] | None = None) -> dict[str, Data]:
-        """A mapping with keys that are known."""
+        """Return the mapping at a path; add errors for keys that are not in `known`."""
         found = self.source.at(path)
         if found is not None and not isinstance(found, dict):
             self.source.fault(path, "write a mapping of keys here")
@@ -49,13 +51,13 @@ class Taking:
         return given
 
     def known(self, path: Path, word: Data, among: Any, what: str) -> None:
-        """Complain of a name that does not exist."""
+        """Add an error if a word is not one of the known names."""
         if word not in among:
             self.source.fault(path, f"there is no {what} '{word}'", closest(str(word), [x for x in among if x]))
 
     def table(self, path: Path, root: FilePath | None = None) -> tuple[list[TableColumn], list[list[TableCell]]]:
-        """Return head and rows of the table named at a path, in a folder (default: that of the file); nothing after a
-        fault."""
+        """Return the column heads and the rows of the table named at a path, from a folder (default: that of the yard
+        file); empty lists if there was an error."""
         try:
             found = table(root or self.source.root, str(self.source.at(path)))
             return found.head, found.rows

@@ -1,7 +1,7 @@
-"""Wind of a yard: a series that was measured, or one that is drawn, with Weibull marginals by month.
+"""Wind in a yard: a measured series, or a random one with Weibull distributions by month.
 
-The drawn one is a Gaussian process of first order (a Markov chain, ARMA(1, 0)) whose values are mapped to the Weibull
-distribution of their month (translation process; Brown, Katz and Murphy 1984, J. Climate Appl. Meteor. 23).
+The random wind is a first-order Gaussian process (a Markov chain, ARMA(1, 0)) whose values are mapped to the Weibull
+distribution of the month (translation process; Brown, Katz and Murphy 1984, J. Climate Appl. Meteor. 23).
 """
 
 from bisect import bisect_left
@@ -25,8 +25,8 @@ YEAR = 8760  # hours; also how far ahead a calm is looked for
 
 @dataclass(frozen=True)
 class HourlyWind:
-    """Hourly wind [m/s]: a measured `series` from hour `first`, repeated; or drawn from Weibull distributions (scale
-    [m/s] and shape of each month) with a correlation from hour to hour."""
+    """Hourly wind [m/s]: a measured `series`, which starts at hour `first` and is repeated, or a random one from
+    Weibull distributions (scale [m/s] and shape for each month) with a correlation from hour to hour."""
 
     start: date
     series: tuple[float, ...] = ()
@@ -36,7 +36,7 @@ class HourlyWind:
     persistence: float = 0.0
 
     def begin(self, random: Random, drawn: bool) -> float:
-        """Return the state from which the first hour follows; a series of several years begins in a year that is
+        """Return the state that precedes the first hour; a series of several years begins in a random year if
         `drawn`."""
         years = len(self.series) // YEAR
         if self.series:
@@ -44,7 +44,7 @@ class HourlyWind:
         return random.gauss(0.0, 1.0)
 
     def hours(self, day: int, state: float, random: Random) -> tuple[list[float], float]:
-        """Return the wind of all hours of a day, and the state from which the next day follows."""
+        """Return the wind in all hours of a day, and the state from which the next day continues."""
         if self.series:
             n, count = int(state), len(self.series)
             return [self.series[(n + k) % count] for k in range(24)], n + 24
@@ -58,8 +58,8 @@ class HourlyWind:
 
 
 class WindChange(Message):
-    """The wind [m/s] has crossed a limit; times [ns] until which it stays within each limit (-1: it is above it);
-    whether it will never cross one again."""
+    """Message that the wind [m/s] has crossed a limit, with the times [ns] until which it stays within each limit (-1
+    if it is above it now), and whether it is the last change."""
 
     speed: float
     calm: tuple[int, ...]
@@ -67,11 +67,11 @@ class WindChange(Message):
 
 
 class YardDone(Message):
-    """All work is done."""
+    """Message that all work in the yard is done."""
 
 
 class Weather(Atomic):
-    """Reports the wind whenever it crosses one of the `limits` [m/s, increasing], until all work is done."""
+    """Reports the wind whenever it crosses one of the `limits` [m/s, in ascending order], until all work is done."""
 
     over, wind = In(YardDone), Out(WindChange)
 
@@ -88,15 +88,15 @@ class Weather(Atomic):
         self.hold_in(0)
 
     def external(self, e: int, x: Bag) -> None:
-        """Stop reporting: all work is done."""
+        """Stop reporting, since all work is done."""
         self.passivate()
 
     def output(self) -> None:
-        """Send the wind, and how long it stays within each limit."""
+        """Send the wind, and the times until which it stays within each limit."""
         self.wind.send(self.change)
 
     def internal(self) -> None:
-        """Wait for the next crossing of a limit."""
+        """Wait for the next time at which the wind crosses a limit."""
         last, self.hour = self.hour, self.next
         if self.next < 0:
             self.passivate()
@@ -105,7 +105,7 @@ class Weather(Atomic):
             self.hold_in((self.hour - last) * HOUR)
 
     def look(self) -> None:
-        """Find the next report and its time."""
+        """Find the next change to report, and its time."""
         ends = [self.exceeded(k) for k in range(len(self.limits))]
         class_, n = bisect_left(self.limits, self.at(self.hour)), self.hour + 1
         most = n + (len(self.given.series) or YEARS * YEAR)
@@ -116,8 +116,8 @@ class Weather(Atomic):
         self.change = WindChange(self.at(self.hour), calm, self.next < 0)
 
     def exceeded(self, k: int) -> int:
-        """Return the first hour, from the present one on, in which the wind is above a limit; searches one year at
-        most."""
+        """Return the first hour, from the present one on, in which the wind is above limit number k; the search ends
+        after one year."""
         n = max(self.above[k], self.hour)
         while n < self.hour + YEAR and self.at(n) <= self.limits[k]:
             n += 1
@@ -133,7 +133,7 @@ class Weather(Atomic):
 
 
 def wind_of(given: Taking, start: date) -> tuple[HourlyWind | None, int]:
-    """Return the wind of a yard, and for how long it is forecast [ns]."""
+    """Return the wind of a yard, and how long ahead it is forecast [ns]."""
     given.mapping(("weather",), {"wind", "forecast"})
     found = given.mapping(("weather", "wind"), {"series", "monthly", "persistence"})
     forecast = given.take(("weather", "forecast"), lambda x: round(TIME.read(str(x)) * 1e9), 0)

@@ -1,13 +1,13 @@
-"""A controller that moves a load without swing: a PID controller on the swing of the rope, added to a trapezoid of
-speed.
+"""A controller that moves a load without swing: a PID controller on the swing angle of the rope, whose output is added
+to a trapezoidal speed profile.
 
-The load ahead of the trolley by an angle theta obeys L theta'' + g theta = -a. With the speed v = v_ref + P theta + I
-(integral of theta) + D theta' that is
+When the load is ahead of the trolley by the angle theta, it obeys L theta'' + g theta = -a, where a is the acceleration
+of the trolley. With the speed v = v_ref + P theta + I (integral of theta) + D theta' this becomes
 
     (1 + D / L) theta'' + P / L theta' + (g + I) / L theta = -a_ref / L
 
-so P = 2 zeta sqrt(g L) gives the damping ratio zeta; the additional displacement is P times the integral of theta,
-which is zero from rest to rest: the trolley arrives where the trapezoid does.
+so P = 2 zeta sqrt(g L) gives the damping ratio zeta. The additional displacement is P times the integral of theta,
+which is zero from rest to rest: the trolley arrives where the trapezoidal profile does.
 """
 
 from heavylift.kernel.description.profile import trapezoid
@@ -17,10 +17,11 @@ from heavylift.nodes.models import Sample, SetPoint
 
 
 class Damper(Atomic):
-    """Moves by `distance` [m] with `speed` [m/s] and `ramp` [m/s2] from `begin` [s], damping the swing.
+    """Controller that moves a trolley by `distance` [m] with `speed` [m/s] and acceleration `ramp` [m/s2] from the time
+    `begin` [s], and damps the swing.
 
-    `gain` [m/s per rad], `integral` [m/s2 per rad] and `derivative` [m per rad] are P, I and D; `most` [m/s] bounds the
-    speed that it sends, `still` [m/s] is the largest change that it does not send.
+    `gain` [m/s per rad], `integral` [m/s2 per rad] and `derivative` [m per rad] are P, I and D; `most` [m/s] limits the
+    speed set-point; a set-point that changes by at most `still` [m/s] is not sent.
     """
 
     swing = In(Sample)
@@ -46,13 +47,13 @@ class Damper(Atomic):
         self.gains, self.most, self.still = (gain, integral, derivative), most or 2.0 * speed, still
 
     def start(self) -> None:
-        """Start without measurement."""
+        """Start without a measured swing."""
         self.last: tuple[int, float] | None = None  # time [ns] and angle [rad]
         self.sum = self.said = self.asked = 0.0
         self.passivate()
 
     def external(self, e: int, x: Bag) -> None:
-        """Compute the speed for the measured swing."""
+        """Compute the speed set-point from the measured swing."""
         t, angle = self.now.t, x[self.swing][-1].value
         rate = 0.0
         if self.last is not None and t > self.last[0]:
@@ -68,10 +69,10 @@ class Damper(Atomic):
             self.hold_in(0)
 
     def output(self) -> None:
-        """Send the speed if it has changed."""
+        """Send the speed set-point if it has changed."""
         self.speed.send(SetPoint(self.asked))
 
     def internal(self) -> None:
-        """Remember the speed that was sent, and wait for the next sample."""
+        """Remember the sent set-point, and wait for the next sample."""
         self.said = self.asked
         self.passivate()

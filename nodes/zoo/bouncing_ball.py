@@ -1,7 +1,7 @@
-"""A ball that bounces: each bounce reduces its speed, until it rests; a hybrid atomic with one guard.
+"""A bouncing ball: each bounce reduces its speed, until it rests; a hybrid atomic model with one guard function.
 
-Bounce n is at T (1 + 2 (e + e^2 + ... + e^(n-1))) with T = sqrt(2 height / g); the bounces accumulate at T (1 + e) / (1
-- e).
+Bounce n occurs at T (1 + 2 (e + e^2 + ... + e^(n-1))) with T = sqrt(2 height / g), where e is the fraction of the speed
+that a bounce keeps; the bounces accumulate at T (1 + e) / (1 - e).
 """
 
 from heavylift.nodes.devs import Coupled, Message, Out
@@ -11,14 +11,15 @@ G = 9.81  # [m/s2]
 
 
 class Bounce(Message):
-    """A bounce: number, and speed after it [m/s]."""
+    """Message about a bounce: its number, and the speed after it [m/s]."""
 
     number: int
     speed: float
 
 
 class FallingBall(Hybrid):
-    """A ball that falls from a height [m]; a bounce keeps the fraction e of its speed; below 1 mm/s it rests."""
+    """A ball that falls from a height [m]; a bounce keeps the fraction e of its speed; below a speed of 1 mm/s it
+    rests."""
 
     bounce = Out(Bounce)
 
@@ -32,25 +33,25 @@ class FallingBall(Hybrid):
         self.go(self.height, 0.0)
 
     def flow(self, x: State) -> State:
-        """Return the derivative of height and speed."""
+        """Return the derivatives of height and speed."""
         return (0.0, 0.0) if self.rests else (x[1], -G)
 
     def guards(self, x: State) -> State:
-        """Return the height as guard."""
+        """Return the height, whose fall through zero is a bounce."""
         return (x[0],)
 
     def tell(self, which: tuple[int, ...]) -> None:
-        """Send the bounce."""
+        """Send a message about the bounce."""
         self.bounce.send(Bounce(self.bounced + 1, -self.e * self.ahead[1]))
 
     def fell(self, which: tuple[int, ...]) -> None:
-        """Reverse the speed."""
+        """Reverse the speed of the ball and reduce it."""
         speed = -self.e * self.state[1]
         self.bounced, self.rests = self.bounced + 1, speed < 1e-3
         self.go(0.0, 0.0 if self.rests else speed)
 
     def result(self) -> Bounce:
-        """Return number of bounces and present speed."""
+        """Return the number of bounces and the present speed."""
         return Bounce(self.bounced, self.present[1])
 
 

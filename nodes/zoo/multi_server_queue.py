@@ -1,7 +1,7 @@
-"""M/M/c with feedback: a queue before c servers, to which served jobs return with a probability.
+"""M/M/c queue with feedback: one queue for c servers, to which a served job returns with a given probability.
 
-The simplest Jackson network (Jackson 1957): its arrival rate is arrivals / (1 - again), and its length that of an M/M/c
-with this rate.
+This is the simplest Jackson network (Jackson 1957): its effective arrival rate is arrivals / (1 - again), and its mean
+length is that of an M/M/c queue with this rate.
 """
 
 from bisect import insort
@@ -11,7 +11,7 @@ from heavylift.nodes.zoo.queue import Job, PoissonGenerator
 
 
 class QueueStatistics(Message):
-    """Number of served jobs, mean time in the station [s], mean number of jobs."""
+    """Number of jobs that left, their mean time in the station [s], and the mean number of jobs in it."""
 
     left: int
     stay: float
@@ -19,7 +19,8 @@ class QueueStatistics(Message):
 
 
 class Station(Atomic):
-    """One queue with c servers of a rate [1/s]; a served job returns with the probability `again`."""
+    """One queue with c servers, each of which serves jobs at a rate [1/s]; a served job returns to the queue with the
+    probability `again`."""
 
     into, left = In(Job), Out(Job)
 
@@ -33,23 +34,23 @@ class Station(Atomic):
         self.queue, self.busy = list[tuple[int, Job]](), list[tuple[int, bool, tuple[int, Job]]]()
 
     def external(self, e: int, x: Bag) -> None:
-        """Queue jobs with their arrival time [ns]."""
+        """Queue the arriving jobs, with their arrival time [ns]."""
         self.serve([(self.now.t, job) for job in x[self.into]])
 
     def output(self) -> None:
-        """Send the first finished job, if it leaves."""
+        """Send the job that is finished first, if it leaves."""
         if self.busy[0][1]:
             self.left.send(self.busy[0][2][1])
 
     def internal(self) -> None:
-        """Free the server, and serve the next job."""
+        """Free the server, and serve the next job in the queue."""
         _, leaves, job = self.busy.pop(0)
         if leaves:
             self.stays.add((self.now.t - job[0]) / 1e9)
         self.serve([] if leaves else [job])
 
     def serve(self, more: list[tuple[int, Job]]) -> None:
-        """Assign jobs to free servers; draw when each is finished and whether it leaves."""
+        """Assign jobs to free servers; draw at random when each is finished and whether it leaves."""
         self.queue += more
         while self.queue and len(self.busy) < self.c:
             ready = self.now.t + seconds(self.random.expovariate(self.rate))
@@ -63,7 +64,7 @@ class Station(Atomic):
 
 
 def mmc(c: int = 3, arrivals: float = 2.0, service: float = 1.2, again: float = 0.25, seed: int = 1) -> Coupled:
-    """Return a network of Poisson arrivals [1/s] and the station."""
+    """Return a network with Poisson arrivals [1/s] and the station."""
     net = Coupled("net")
     source, station = PoissonGenerator("source", arrivals, seed), Station("station", c, service, again, seed)
     net.connect(net.add(source).job, net.add(station).into)

@@ -1,4 +1,4 @@
-"""Generator, processor, transducer: jobs arrive, are processed or lost, and are counted (Zeigler et al. 2000, 4.2).
+"""Generator, processor and transducer: jobs arrive, are processed or lost, and are counted (Zeigler et al. 2000, 4.2).
 
 frame(period, span) sends jobs and counts for `span`; couple its `job` to a processor and that back to `solved`
 """
@@ -12,21 +12,21 @@ class Job(Message):
     number: int
 
 
-class Stop(Message):
-    """The end of the observation, sent to the generator."""
+class ObservationEnd(Message):
+    """Message to the generator that the observation has ended."""
 
 
 class Counted(Message):
-    """Arrived and solved jobs during the observation."""
+    """Number of arrived and of solved jobs during the observation."""
 
     arrivals: int
     solutions: int
 
 
 class Generator(Atomic):
-    """Sends job 0 at once and further ones every `period` [ns], until stopped."""
+    """Sends job 0 at once and a further job every `period` [ns], until it is stopped."""
 
-    stop, job = In(Stop), Out(Job)
+    stop, job = In(ObservationEnd), Out(Job)
 
     def __init__(self, name: str, period: int) -> None:
         super().__init__(name)
@@ -42,7 +42,7 @@ class Generator(Atomic):
         self.job.send(Job(self.number))
 
     def internal(self) -> None:
-        """Count, and wait for one period."""
+        """Count the sent job, and wait for one period."""
         self.number += 1
         self.hold_in(self.period)
 
@@ -52,19 +52,19 @@ class Generator(Atomic):
 
 
 class PoissonGenerator(Generator):
-    """Sends jobs at a rate [1/s], beginning after a random time."""
+    """Sends jobs at random times with a mean rate [1/s]; the first job also comes after a random time."""
 
     def __init__(self, name: str, rate: float, seed: int) -> None:
         super().__init__(name, 0)
         self.rate, self.seed = rate, seed
 
     def start(self) -> None:
-        """Draw from the start, so that equal seeds give equal times."""
+        """Create the random stream again, so that equal seeds give equal times, and draw the first time."""
         self.number, self.random = -1, stream(self.seed, self.path)
         self.internal()
 
     def internal(self) -> None:
-        """Count, and wait for an exponentially distributed time."""
+        """Count the sent job, and wait for an exponentially distributed time."""
         self.number += 1
         self.hold_in(seconds(self.random.expovariate(self.rate)))
 
@@ -83,7 +83,7 @@ class Processor(Atomic):
         self.job: Job | None = None
 
     def external(self, e: int, x: Bag) -> None:
-        """Take the first job if idle."""
+        """Accept the first arriving job if idle."""
         if self.job is None:
             self.job = x[self.into][0]
             self.hold_in(self.duration)
@@ -100,9 +100,9 @@ class Processor(Atomic):
 
 
 class Transducer(Atomic):
-    """Counts arrived and solved jobs for `span` [ns], then sends stop."""
+    """Counts arrived and solved jobs for `span` [ns], then sends a stop message."""
 
-    arrived, solved, stop = In(Job), In(Job), Out(Stop)
+    arrived, solved, stop = In(Job), In(Job), Out(ObservationEnd)
 
     def __init__(self, name: str, span: int) -> None:
         super().__init__(name)
@@ -125,10 +125,10 @@ class Transducer(Atomic):
 
     def output(self) -> None:
         """Send the end of the observation."""
-        self.stop.send(Stop())
+        self.stop.send(ObservationEnd())
 
     def internal(self) -> None:
-        """Only listen from now on."""
+        """Schedule nothing more."""
         self.passivate()
 
 
@@ -144,7 +144,7 @@ def frame(period: int, span: int) -> Coupled:
 
 
 def workshop(period: int, duration: int, span: int) -> Coupled:
-    """Return a processor in its experimental frame; times in ns."""
+    """Return a processor in its experimental frame; `period`, `duration` and `span` are in ns."""
     model = Coupled("workshop")
     around, processor = model.add(frame(period, span)), model.add(Processor("processor", duration))
     model.connect(around.ports["job"], processor.into)

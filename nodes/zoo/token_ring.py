@@ -1,4 +1,4 @@
-"""Stations in a ring that pass on tokens: a cycle of atomics in which each holds a token for some time."""
+"""Stations in a ring that pass on tokens: a cycle of atomic models, each of which holds a token for some time."""
 
 from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out
 
@@ -10,7 +10,7 @@ class Token(Message):
 
 
 class RingStation(Atomic):
-    """Holds tokens for `hold` [ns], then passes them on; `first`: a token at the start."""
+    """Holds tokens for `hold` [ns], then passes them on; `first`: the token that it holds at the start."""
 
     into, out = In(Token), Out(Token)
 
@@ -26,7 +26,7 @@ class RingStation(Atomic):
             self.hold_in(self.hold)
 
     def external(self, e: int, x: Bag) -> None:
-        """Receive tokens; held tokens wait with them."""
+        """Add the received tokens to those that are held, and pass all of them on together."""
         self.tokens = (*self.tokens, *x[self.into])
         self.hold_in(self.hold)
 
@@ -36,14 +36,14 @@ class RingStation(Atomic):
             self.out.send(token)
 
     def internal(self) -> None:
-        """Hold no token."""
+        """Forget the tokens that were passed on."""
         self.passed += len(self.tokens)
         self.tokens = ()
         self.passivate()
 
 
 def ring(stations: int, tokens: int, hold: int) -> Coupled:
-    """Return a ring of stations, the first `tokens` of which start with a token; `hold` in ns."""
+    """Return a ring of stations, of which the first `tokens` stations hold a token at the start; `hold` is in ns."""
     model = Coupled("ring")
     members = [model.add(RingStation(f"s{i}", hold, Token(i) if i < tokens else None)) for i in range(stations)]
     for i, member in enumerate(members):

@@ -1,7 +1,8 @@
-"""A traffic light with an operator: red, green, yellow in turn; "manual" blinks until "auto" starts it at red again.
+"""A traffic light with an operator: it shows red, green and yellow in turn; after "manual" it blinks, until "auto"
+starts it again at red.
 
-One atomic whose phase determines how long it waits and what comes next; the elapsed time is not needed, since taking
-over the light ends the phase.
+It is a single atomic model whose phase determines how long it waits and what comes next. The elapsed time is not
+needed, since an operator's command ends the phase.
 """
 
 from enum import StrEnum
@@ -19,20 +20,20 @@ class Colour(StrEnum):
 
 
 class LightMode(StrEnum):
-    """How the light is run: automatically or by the operator."""
+    """Mode of the traffic light: automatic, or operated manually."""
 
     AUTO = "auto"
     MANUAL = "manual"
 
 
 class Take(Message):
-    """A command of the operator."""
+    """A command of the operator to change the mode."""
 
     mode: LightMode
 
 
 class Show(Message):
-    """The light has changed."""
+    """Message that the light has changed to this colour."""
 
     colour: Colour
 
@@ -44,7 +45,7 @@ BLINKS = seconds(0.5)
 
 
 class Light(Atomic):
-    """Sends each colour when it begins."""
+    """The traffic light; it sends each colour when the colour begins."""
 
     take, show = In(Take), Out(Show)
 

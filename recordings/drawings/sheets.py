@@ -52,9 +52,19 @@ def _items(view: View, height: float) -> Iterable[str]:
     def at(x: float, y: float) -> tuple[float, float]:
         return x0 + x, height - y0 - y
 
-    for item in view.items:
-        for part in parts(item):
-            yield _path(part, at) if isinstance(part, Path) else _text(part, *at(*part.at))
+    every = [(item, part) for item in view.items for part in parts(item)]
+    yield from (_path(part, at) for _, part in every if isinstance(part, Path))
+    for item, part in every:
+        if isinstance(part, Text):
+            yield _ground(part, at) if isinstance(item, DimensionLine) else ""
+            yield _text(part, *at(*part.at))
+
+
+def _ground(item: Text, at: Callable[[float, float], tuple[float, float]]) -> str:
+    """Return the white ground of a number, which lines of other dimensions may cross."""
+    box = points_of(item)
+    (x, y), (right, top) = at(*box.min(axis=0)), at(*box.max(axis=0))
+    return f'<rect x="{x:.2f}" y="{top:.2f}" width="{right - x:.2f}" height="{y - top:.2f}" fill="#fff"/>'
 
 
 def _path(item: Path, at: Callable[[float, float], tuple[float, float]]) -> str:

@@ -24,6 +24,7 @@ SAME = 0.05  # [m] dimensions that differ by less are one
 LINE = 3.4  # [mm] between labels
 SHORTER = 1e-9  # [mm] of two leader lines, that is no rounding
 SHOWN = 0.3  # of a clearance: what is shorter in a view is not drawn there
+PIECE = "~"  # in names of the pieces of a rope with mass; the last one, at the hook, has the name of the rope
 LEVEL = 0.02  # [m] below which a height is no dimension
 
 
@@ -74,7 +75,12 @@ def _named_axis(way: Floats) -> str:
     for name, axis in (("x", way[0]), ("y", way[1])):
         if abs(abs(axis) - 1.0) < LEVEL:
             return f"{'+' if axis > 0 else '-'}{name}"
-    return f"{degrees(atan2(way[1], way[0])) % 360.0:.1f} deg from x"
+    return _bearing(way)
+
+
+def _bearing(way: Floats) -> str:
+    """Return a horizontal direction as an angle of 0.0 to 359.9 degrees."""
+    return f"{round(degrees(atan2(way[1], way[0])), 1) % 360.0:.1f} deg from x"
 
 
 def _drawn(x: DrawnInstant, view: View, right: Floats, up: Floats, last: Sequence[str] = LAST) -> tuple[Floats, Floats]:
@@ -147,8 +153,7 @@ def _plan(x: DrawnInstant, view: View, h: Floats, v: Floats) -> View:
             radius = float(np.hypot(*(eye - axis)))
             arc = axis + radius * np.column_stack([np.cos(angles), np.sin(angles)])
             view.items.append(Path(clipped_line(arc, low - 3.0, high + 3.0), "axis"))
-            bearing = degrees(atan2(h[1], h[0])) % 360.0
-            view.items.append(Text((axis[0], high[1] + 2.0), f"jib at {bearing:.1f} deg from x", "middle"))
+            view.items.append(Text((axis[0], high[1] + 2.0), f"jib at {_bearing(h)}", "middle"))
             view.across(axis, eye, next(out), "R ")
     places = (high[0] + ROW + ROW * k for k in count())
     for one, other in pairwise(_spread([view.paper(np.array([k.eye @ h, k.eye @ v])) for k in x.hooks], 1)):
@@ -245,12 +250,13 @@ def rigging(x: DrawnInstant, room: tuple[float, float]) -> View:
     block = view.paper(x.of("block") @ axes)
     if len(block):
         one, other = block.min(axis=0), block.max(axis=0)
-        view.across(one, np.array([other[0], one[1]]), low[1] - ROW)
         view.upright(one, np.array([one[0], other[1]]), low[0] - ROW)
         highest = max(x.hooks, key=lambda hook: float(hook.eye[2]))
         view.upright(np.array([one[0], other[1]]), view.paper(highest.eye @ axes), low[0] - ROW)
-        if x.com is not None and len(x.hooks) == 1 and abs(float((highest.eye - x.com) @ h)) > SAME:
-            view.across(view.paper(x.com @ axes), view.paper(highest.eye @ axes), low[1] - 2 * ROW)
+        beside = x.com is not None and len(x.hooks) == 1 and abs(float((highest.eye - x.com) @ h)) > SAME
+        if x.com is not None and beside:  # above the longer dimension, whose text its lines would cross
+            view.across(view.paper(x.com @ axes), view.paper(highest.eye @ axes), low[1] - ROW)
+        view.across(one, np.array([other[0], one[1]]), low[1] - (2 if beside else 1) * ROW)
     return view
 
 
@@ -267,7 +273,7 @@ def _named(x: DrawnInstant) -> list[tuple[Floats, str]]:
     """Return the labels of a rigging sketch with places (3,): ropes with lug, tension and angle, centre of gravity."""
     found: dict[str, tuple[Floats, str]] = {}
     for line in x.lines:
-        if line.rope not in found and (ends := _close(x, line)) is not None:
+        if line.rope not in found and PIECE not in line.rope and (ends := _close(x, line)) is not None:
             distance = line.a - line.b
             lean = degrees(np.arccos(min(1.0, abs(distance[2]) / max(float(np.linalg.norm(distance)), 1e-9))))
             lug = next((f" ({name})" for name, p in x.lugs.items() if np.linalg.norm(p - line.b) < SAME), "")

@@ -48,3 +48,18 @@ def old_type(data: dict[str, Any]) -> bool:
     data["extends"] = BASE
     data.pop("drives", None)
     return True
+
+
+def driven(actuator: str) -> str:
+    """Return what an actuator moves in words for planners, such as a crane or a trolley; else the name of the
+    actuator."""
+    crane, called = called_of(actuator)
+    return f"the {called} of {crane}" if called else crane
+
+
+def called_of(actuator: str) -> tuple[str, str]:
+    """Return the machine of an actuator and the name of the moved part for planners; if the part has no such name, the
+    actuator's own name and ""."""
+    name = actuator.removesuffix(".drive")
+    crane, _, axis = name.rpartition(".")
+    return (crane, CALLED[axis]) if name != actuator and axis in CALLED else (actuator, "")

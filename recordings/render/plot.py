@@ -90,7 +90,9 @@ def _curves(rec: Recording, ropes: Mapping[str, str] | None, rest: Mapping[str, 
         peaks = np.maximum(values, rec.signal("rope/peak").values)
     chosen = {column: column for column in columns}
     if name == "rope/tension":
-        chosen = dict(ropes) if ropes else {x: x for x in _most_used(columns, peaks, limits)}
+        chosen = (
+            dict(ropes) if ropes else {x: x for x in _most_used(columns, peaks, limits) if "~" not in x}
+        )  # no pieces
     chosen = dict(list(chosen.items())[: len(COLOURS)])
     missing = [column for column in chosen.values() if column not in columns]
     if missing:
@@ -123,9 +125,9 @@ def _over(t: Floats, tension: Floats, peak: Floats, rest: Rest) -> tuple[Floats,
 
 
 def _most_used(names: Sequence[str], peaks: Floats, rated: Mapping[str, float]) -> list[str]:
-    """Sort ropes by utilisation; those without rating follow, by tension."""
-    most = dict(zip(names, peaks.max(axis=0, initial=0.0), strict=True))
-    return sorted(names, key=lambda x: (x not in rated, -most[x] / rated.get(x, 1.0)))
+    """Sort ropes by utilisation, without pieces of ropes; those without rating follow, by tension."""
+    most = {x: y for x, y in zip(names, peaks.max(axis=0, initial=0.0), strict=True) if "~" not in x}
+    return sorted(most, key=lambda x: (x not in rated, -most[x] / rated.get(x, 1.0)))
 
 
 def _has(rec: Recording, name: str) -> bool:

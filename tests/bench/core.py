@@ -13,7 +13,7 @@ import time
 from pathlib import Path
 from random import Random
 
-from heavylift.coordinator.protocol import Coordinator, Done, Grant, Hello, Node
+from heavylift.coordinator.protocol import Coordinator, Grant, GrantDone, Hello, Node
 from heavylift.nodes.devs import FOREVER, Atomic, Bag, Event, In, Message, Out, Simulator, Tag
 from shared.rows import SHORT, options, row
 
@@ -64,9 +64,9 @@ def decision(shape: str, kind: str, n: int) -> float:
     return spent / ROUNDS / 1e3
 
 
-def answer(name: str, grant: Grant, t: int, speaks: bool) -> Done:
+def answer(name: str, grant: Grant, t: int, speaks: bool) -> GrantDone:
     next_, offer, quiet = future(name, t, speaks)
-    return Done(grant.gseq, min(grant.until, next_), [], next_, offer, quiet, b"")
+    return GrantDone(grant.gseq, min(grant.until, next_), [], next_, offer, quiet, b"")
 
 
 class Number(Message):

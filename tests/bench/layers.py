@@ -17,7 +17,7 @@ from collections.abc import Callable
 import msgspec
 import sync
 import zenoh
-from heavylift.coordinator.protocol import Done, Grant, Node, decode, encode
+from heavylift.coordinator.protocol import Grant, GrantDone, Node, decode, encode
 from heavylift.coordinator.transport import (
     Hub,
     NodeLink,
@@ -39,7 +39,7 @@ HALF_ns = 500
 LAYERS = ("raw", "session", "frames", "codec", "node", "run")
 BLOCK = zenoh.CongestionControl.BLOCK
 ASK = Grant(1, Tag(1_000_000), (0, 7), False, [])
-ANSWER = Done(1, ASK.until, [], ASK.until, [], ASK.until, bytes(16))
+ANSWER = GrantDone(1, ASK.until, [], ASK.until, [], ASK.until, bytes(16))
 
 
 def timed(exchange: Callable[[int], None]) -> float:

@@ -36,7 +36,7 @@ from typing import ClassVar
 
 from heavylift import run_models
 from heavylift.coordinator.live import running
-from heavylift.coordinator.protocol import Done, OpenCoordinator
+from heavylift.coordinator.protocol import GrantDone, OpenCoordinator
 from heavylift.coordinator.run import conversation
 from heavylift.coordinator.transport import LocalHub
 from heavylift.kernel import Stopped
@@ -65,7 +65,7 @@ class Stamped(OpenCoordinator):
     said: ClassVar[list[int]] = []
     events: ClassVar[int] = 0
 
-    def done(self, name: str, done: Done) -> None:
+    def done(self, name: str, done: GrantDone) -> None:
         super().done(name, done)
         self.at.append(time.perf_counter())
         self.said.append(Stamped.events)
@@ -80,7 +80,7 @@ class Watched(Stamped):
 
     since: ClassVar[float] = float("inf")
 
-    def done(self, name: str, done: Done) -> None:
+    def done(self, name: str, done: GrantDone) -> None:
         super().done(name, done)
         if len(self.at) == self.since + WATCHED:
             raise KeyboardInterrupt

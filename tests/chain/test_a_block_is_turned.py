@@ -73,7 +73,7 @@ def angles(recording: Recording) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("pose", [pose for pose in FORM["expected"] if pose.startswith("half")])
-def test_the_share_of_each_crane_follows_the_angle_of_the_block(tmp_path: Path, pose: str) -> None:
+def test_the_load_share_of_each_crane_follows_from_the_angle_of_the_block(tmp_path: Path, pose: str) -> None:
     given, want = FORM["given"], FORM["expected"][pose]
     a, b = given["A"], given["B_after_rerig" if pose.startswith("half2") else "B"]
     theta = radians(float(pose.split("_")[1].removesuffix("deg")))

@@ -122,7 +122,7 @@ def degrees_at(radius: float) -> float:
         ("block: turn 1 deg/s to 30 deg", "'block' cannot turn"),
     ],
 )
-def test_orders_that_a_machine_cannot_carry_out_are_refused(order: str, told: str) -> None:
+def test_orders_beyond_the_capability_of_a_machine_are_refused(order: str, told: str) -> None:
     assert told in refused(order)
 
 

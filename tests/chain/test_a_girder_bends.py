@@ -38,7 +38,7 @@ WAIT = "  - wait: 1 s"
 DRIVE = "  - drive: drive 60 m/min to 30 m"
 
 
-def test_a_loaded_girder_swings_about_its_sag_at_its_own_frequency(tmp_path: Path) -> None:
+def test_a_loaded_girder_oscillates_about_its_static_sag_at_its_natural_frequency(tmp_path: Path) -> None:
     form = CLOSED_FORMS["C18"]
     given, want = form["given"], form["expected"]
 

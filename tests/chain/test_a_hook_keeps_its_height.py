@@ -117,7 +117,7 @@ def test_each_instance_of_a_crane_type_holds_its_own_hook_height(tmp_path: Path)
         ("{jib: luff 1 deg/s by 3 deg, jib main: hold high}", "'hold' stands alone, without 'high'"),
     ],
 )
-def test_an_order_to_hold_a_height_that_makes_no_sense_is_reported(order: str, told: str) -> None:
+def test_an_invalid_order_to_hold_a_hook_height_is_reported(order: str, told: str) -> None:
     assert_refused("jib", order, told)
 
 

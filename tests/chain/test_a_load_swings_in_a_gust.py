@@ -36,7 +36,7 @@ def law(tmp_path: Path, code_allowed: None) -> str:
     return str(tmp_path / "mine.py")
 
 
-def test_a_load_hangs_where_the_wind_holds_it(tmp_path: Path, law: str) -> None:
+def test_a_load_in_steady_wind_hangs_at_its_equilibrium_angle(tmp_path: Path, law: str) -> None:
     theta = FORM["expected"]["theta_deg"]
     recording = play(tmp_path, SCENE.format(end=10, start=-theta, gusts="[[0 s, 15 m/s]]", law=law))
 

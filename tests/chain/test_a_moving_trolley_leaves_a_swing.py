@@ -74,7 +74,7 @@ def test_a_move_of_forty_metres_by_a_trapezoid_leaves_a_swing_of_one_degree(tmp_
     assert near(want, expected["theta_res_rad"], LINEAR)
 
 
-def test_an_acceleration_over_one_swing_period_leaves_no_swing(tmp_path: Path) -> None:
+def test_accelerating_for_exactly_one_swing_period_leaves_no_swing(tmp_path: Path) -> None:
     given = CLOSED_FORMS["C05b"]["given"]
     distance = given["v"] * (given["ta"] + given["tc"])
 

@@ -49,7 +49,7 @@ def pick_up(folder: Path, rope: Rope, speed: float) -> tuple[Events, Events]:
     return sorted(got), rope.hoisted(lifted, speed, end)
 
 
-def test_a_load_lifted_too_fast_bounces_off_the_ground_once(tmp_path: Path) -> None:
+def test_a_load_lifted_too_fast_touches_the_ground_once_more(tmp_path: Path) -> None:
     got, want = pick_up(tmp_path, Rope(), FORM["given"]["v_pick"])
 
     assert [what for _, what in got] == [what for _, what in want]

@@ -101,7 +101,7 @@ def test_the_energy_balance_closes_over_impact_rope_snatch_and_joint_lock(story:
 
 
 @pytest.mark.large
-def test_results_do_not_depend_on_how_grants_cut_the_run(story: Simulation) -> None:
+def test_results_do_not_depend_on_where_grants_divide_the_run(story: Simulation) -> None:
     cuts = tuple(int(t) for t in np.random.default_rng(3).integers(0, 60 * MS, 40))
     again = told(tuple(sorted(cuts)))
     assert again.log == story.log
@@ -123,7 +123,7 @@ def test_interpreted_floats_give_the_same_results_as_native_code() -> None:
 
 
 @pytest.mark.large
-def test_distributed_runs_and_runs_in_one_process_record_the_same(tmp_path: Path) -> None:
+def test_distributed_runs_and_runs_in_one_process_write_equal_recordings(tmp_path: Path) -> None:
     one, many = (play(tmp_path, SCENE, in_process=here) for here in (True, False))
     assert one.result["digest"] == many.result["digest"]
     assert float(one.result["energy_error"]) < CLOSES

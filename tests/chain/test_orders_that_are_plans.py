@@ -48,7 +48,7 @@ def test_cranes_that_travel_together_stop_together(tmp_path: Path, first: str, t
 # above
 
 
-def test_a_trolley_goes_to_the_middle_above_the_lugs() -> None:
+def test_a_trolley_travels_to_the_point_above_the_middle_of_the_lugs() -> None:
     away, back = (f"crane lower trolley: traverse 20 m/min {to}" for to in ("by 3 m", "to above [R1, R2]"))
     made = scene("lift", "crane H3: unhook", away, back, more="end: 200 s\n")
     ends = {s.action: s.poses["crane.lower"][0][1] for s in made.statics.states}
@@ -168,7 +168,7 @@ actions:
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_levelling_counts_the_tilt_of_any_block(seed: int) -> None:
+def test_levelling_measures_the_tilt_of_any_block(seed: int) -> None:
     """However the block is turned and slews, the places differ in height by the sine of its tilt."""
     rng = np.random.default_rng(seed)
     u, v, turned, slews, tilt = (*rng.uniform(2.0, 9.0, 2), *rng.uniform(-pi, pi, 2), rng.uniform(-0.3, 0.3))
@@ -198,7 +198,7 @@ def test_levelling_counts_the_tilt_of_any_block(seed: int) -> None:
         ("crane: travel 10 m/min to above P1", "after 'above' '[' must follow"),
     ],
 )
-def test_a_levelling_order_that_makes_no_sense_is_reported(order: str, told: str) -> None:
+def test_an_invalid_levelling_order_is_reported(order: str, told: str) -> None:
     assert_refused("lift", order, told)
 
 

@@ -64,7 +64,7 @@ def test_a_move_takes_the_time_of_its_trapezoidal_speed_profile(
     assert done.value["position"] == pytest.approx(stands, abs=PLACE)
 
 
-def test_all_stages_take_the_times_of_their_closed_forms_and_the_run_ends_with_the_last_move(
+def test_all_stage_times_agree_with_closed_forms_and_the_run_ends_with_the_last_move(
     recording: Recording,
 ) -> None:
     assert {form for form, *_ in MOVES} == set(FORM)

@@ -21,12 +21,12 @@ def test_the_disturbance_tests_cover_all_pairs_of_disturbances() -> None:
 
 
 @pytest.mark.large
-def test_a_random_model_has_one_digest_under_all_disturbances() -> None:
+def test_disturbances_do_not_change_the_digest_of_a_random_model() -> None:
     assert len(set(digests(pairwise(MODEL)).values())) == 1
 
 
 @pytest.mark.parametrize("what", ["scene lift end=25s", "scene damper end=6s models.damper.delay=70ms"])
-def test_a_scene_has_one_digest_under_all_disturbances(what: str) -> None:
+def test_disturbances_do_not_change_the_digest_of_a_scene(what: str) -> None:
     cases = [
         Case(what),
         Case(what, start=3, delay=3, cut=2),

@@ -66,7 +66,7 @@ TURNS = [(KINDS[(i + turn) % len(KINDS)], name) for turn in range(len(KINDS)) fo
 
 @pytest.mark.parametrize(("kind", "name"), TURNS)
 @pytest.mark.large(beyond=len(NAMES))
-def test_every_spelling_of_a_scene_gives_the_same_plan(name: str, kind: str, seeds: range) -> None:
+def test_equivalent_ways_to_write_a_scene_give_the_same_plan(name: str, kind: str, seeds: range) -> None:
     want = placeless(load(name).plan)
     for seed in seeds:
         found = placeless(parse(REWRITTEN[kind](text(name), Random(seed)), f"text-{seed}.yaml").plan)
@@ -88,7 +88,7 @@ def test_stored_scenes_have_their_stored_digests(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", [pytest.param(x, marks=[] if x in SHORT else [pytest.mark.large]) for x in NAMES])
-def test_another_spelling_of_a_scene_gives_the_same_digest(name: str) -> None:
+def test_an_equivalent_way_to_write_a_scene_gives_the_same_digest(name: str) -> None:
     assert digest(everything(name)) == own(name)
 
 
@@ -116,5 +116,5 @@ def test_the_digests_of_all_bundled_scenes_are_stored() -> None:
     assert sorted(stored()) == sorted(bundled())
 
 
-def test_a_scene_with_another_meaning_has_another_digest() -> None:
+def test_changing_the_meaning_of_a_scene_changes_its_digest() -> None:
     assert digest(load("pendulum", ["gravity=9.8 m/s2"])) != own("pendulum")

@@ -19,7 +19,7 @@ def rattling_scene(mass: float = LIGHT) -> System:
 
 
 @pytest.mark.parametrize("method", [{}, {"method": "dop853"}])
-def test_a_rope_that_rattles_goes_on_without_events_and_reports_so(method):
+def test_a_rattling_rope_continues_without_events_and_the_run_reports_it(method):
     s = started(rattling_scene(), sample_ns=SECOND // 100, **method)
     hand_over(s, SECOND // 10)
     chatter = [e for _, e in s.log if e.what == "chatter"]
@@ -30,7 +30,7 @@ def test_a_rope_that_rattles_goes_on_without_events_and_reports_so(method):
     assert float(s.row().tension[0]) == pytest.approx(LIGHT * G, rel=1e-2), "at rest in the end"
 
 
-def test_a_run_with_a_rattling_rope_repeats_its_bits():
+def test_repeating_a_run_with_a_rattling_rope_gives_bit_identical_results():
     one, two = (started(rattling_scene(), sample_ns=SECOND // 100) for _ in range(2))
     for s in (one, two):
         hand_over(s, SECOND // 20)

@@ -25,7 +25,7 @@ METHODS = {
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("stiffer", [1.0, 30.0])
 @pytest.mark.large(beyond=9)
-def test_a_load_released_on_a_straight_rope_doubles_its_weight_in_the_rope(method, stiffer):
+def test_releasing_a_load_on_a_straight_unloaded_rope_gives_a_peak_tension_of_twice_its_weight(method, stiffer):
     """With dop853 a step is up to two radians long, and its ends may miss a tenth of the swing."""
     scene = hung(LENGTH)
     scene = replace(scene, ropes=(replace(scene.ropes[0], EA=EA * stiffer),))
@@ -118,7 +118,7 @@ def highest(started_at: tuple[float, ...], springs: tuple[float, ...], end: floa
     ("started_at", "springs", "end"),
     [((0.9, 0.0), (0.003,), 277), ((0.5, 0.4, 0.0), (0.004, 0.003), 120), ((-0.3, 0.5, 0.1), (0.02, 0.0005), 150)],
 )
-def test_the_highest_swings_of_beating_loads_come_late(method, tolerance, started_at, springs, end):
+def test_the_late_maximum_of_a_beating_oscillation_is_among_the_peaks(method, tolerance, started_at, springs, end):
     """Each of hundreds of hills is a little higher than all before, of one rope, of two, and in no simple order."""
     want, late = highest(started_at, springs, end)
     assert np.sort(late)[1 - len(late) :].min() > 20.0, "after more than 26 swings, in all ropes but one"

@@ -162,7 +162,7 @@ def frames(folder: Path) -> Any:
         model,
         m.encode(m.Welcome(1, parts.encode(parts.ScenePart(encode(plan))))),
         m.encode(m.Fail(Tag(1), "a.b", "cannot", "Traceback")),
-        m.encode(m.Stop(Tag(9))),
+        m.encode(m.StopRun(Tag(9))),
         m.encode(m.Checkpoint(3, b"\x95\x01\x02", "")),
         msgspec.msgpack.encode(RunOrder("pause")),
         msgspec.msgpack.encode(Reply(True, "paused")),
@@ -260,5 +260,5 @@ def _coordinated(data: bytes, where: int) -> None:
         return text
 
     nodes[0].hello = instead(nodes[0].hello, m.Hello, m.Fail)  # type: ignore[method-assign]
-    nodes[0].handle = instead(nodes[0].handle, m.Done, m.Fail)  # type: ignore[method-assign]
+    nodes[0].handle = instead(nodes[0].handle, m.GrantDone, m.Fail)  # type: ignore[method-assign]
     run_in_memory(core, nodes)

@@ -11,7 +11,7 @@ from nested_flat_cut import three_ways
 
 
 @pytest.mark.parametrize("block", range(10))
-def test_a_thousand_coupled_models_give_the_log_of_the_flat_run(block: int) -> None:
+def test_a_thousand_coupled_models_give_the_same_log_as_the_flat_simulator(block: int) -> None:
     for seed in range(1000 + 100 * block, 1100 + 100 * block):
         by_the_book, flattened, cut = three_ways(seed)
         assert flattened == by_the_book, seed

@@ -19,7 +19,9 @@ def truth(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 @pytest.mark.parametrize("count", [1, 3, 8])
-def test_any_placement_of_a_network_of_models_changes_no_byte(truth: str, tmp_path: Path, count: int) -> None:
+def test_the_placement_of_models_on_processes_changes_no_byte_of_the_recording(
+    truth: str, tmp_path: Path, count: int
+) -> None:
     scene = load("yard")
     placement = Placement.spread([*build(scene.plan), KERNEL], count)
     found = run(scene, tmp_path / "yard.mcap", processes=Processes(), placement=placement)

@@ -17,7 +17,7 @@ ORDERS = 4
 
 
 @pytest.mark.parametrize("block", range(14))
-def test_thousands_of_random_models_give_the_log_of_the_flat_run(block: int) -> None:
+def test_thousands_of_distributed_random_models_give_the_same_log_as_the_flat_simulator(block: int) -> None:
     waves = 0
     for seed in range(1000 + 100 * block, 1100 + 100 * block):
         truth = flat(seed)
@@ -31,7 +31,7 @@ def test_thousands_of_random_models_give_the_log_of_the_flat_run(block: int) -> 
 
 
 @pytest.mark.parametrize("block", range(50))
-def test_thousands_of_random_models_in_random_placements_give_the_log_of_the_flat_run(block: int) -> None:
+def test_thousands_of_random_models_on_random_processes_give_the_same_log_as_the_flat_simulator(block: int) -> None:
     for seed in range(5000 + 100 * block, 5100 + 100 * block):
         made = (build, build_deep, build_ring)[seed % 3]
         truth = flat(seed, build=made)

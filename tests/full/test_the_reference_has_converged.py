@@ -9,6 +9,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "nodes/fidelity"))
 
 from heavylift.coordinator.ladder import Ladder, play
 from heavylift.nodes.scene import parse
+from rail_lifts import lift_of
 from random_lifts import random_lift
 from richest_lift import richest
 
@@ -25,7 +26,7 @@ def test_independent_code_agrees_on_peaks_and_ends_of_stages():
         true = richest(plan, rtol=RTOL)
         peaks = [
             abs(run.peaks[rope.name].tension / peak - 1.0)
-            for rope, peak in zip(plan.rig.hook_ropes, true.peaks, strict=True)
+            for rope, peak in zip(lift_of(plan).rig.hook_ropes, true.peaks, strict=True)
         ]
         ends = [t for t, _, _ in run.conduct.stages[1:]] + [run.end_ns * 1e-9]
         found[seed] = max(*peaks, *(abs(a / b - 1.0) for a, b in zip(ends, true.ended, strict=True)))

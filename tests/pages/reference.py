@@ -38,6 +38,7 @@ MODULES = (  # and perhaps which names of each
     "heavylift.kernel.description.units",
     "heavylift.kernel.description.laws",
     "heavylift.kernel.description.forces",
+    "heavylift.kernel.description.contacts",
     "heavylift.kernel.simulation.simulation",
     "heavylift.kernel.analysis",
     "heavylift.kernel.forces.mathematics",

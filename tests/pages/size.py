@@ -53,7 +53,7 @@ def figures() -> Iterator[tuple[str, int, int | None]]:
     yield "lines of the product", sum(text.count("\n") for text in texts), None
     yield "of them code", sum(map(code_lines, texts, trees)), None
     yield "modules", len(product), None
-    yield "class names borne twice", sum(count > 1 for count in classes.values()), None
+    yield "class names borne twice", sum(count > 1 for count in classes.values()), 0
     yield "deep imports of tests", sum((node.module or "").count(".") > 2 for node in froms), None
     yield "words of README.md", words([ROOT / "README.md"]), README_WORDS
     yield "words of all pages", words(files(".md")), PAGES_WORDS

@@ -21,6 +21,7 @@ PHRASES = {  # in docstrings, comments, messages and pages
     r"\bis used to \d": "utilisation",
     r"\bno bar\b": "no error estimate",
     r"\brungs? of\b": "level of fidelity",
+    r"; [A-Z]\w*Error\.?(?=\"\"\"|$)": "raises ... if ...",
 }
 WORDS = {  # in the names of modules, classes, functions, arguments and variables of the product
     "told": "message, reported", "tell": "report", "rung": "level, candidate", "foreseen": "required",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from itertools import combinations
+from itertools import combinations, pairwise
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +24,7 @@ from heavylift.recordings.drawings import (
     instants_of,
     parts,
     points_of,
+    svg_of,
     within,
     write_dxf,
 )
@@ -32,6 +33,7 @@ from hypothesis import given, strategies as st
 from hypothesis.extra.numpy import arrays
 
 CRANES = ("lift", "crawler", "hall", "jib", "floating", "spreader", "tandem")
+SVG = "{http://www.w3.org/2000/svg}"
 PROJECT = {"number": "4711", "name": "A block with quite a long name", "author": "A. Planner", "date": "2026-11-28"}
 
 
@@ -84,6 +86,27 @@ def test_texts_in_drawings_do_not_overlap_or_leave_the_sheet(made: list[tuple[Dr
         for (a, low, high), (b, least, most) in combinations(boxes, 2):
             apart = (low > most - 0.05).any() or (least > high - 0.05).any()
             assert apart, f"{drawing.title}: '{a}' lies over '{b}'"
+
+
+def test_numbers_of_dimensions_are_drawn_above_all_lines_on_white(made: list[tuple[DrawnInstant, Drawing]]) -> None:
+    """Lines of one dimension may cross the number of another, which is still legible."""
+    for _, drawing in made:
+        for view, group in zip(
+            drawing.views, ET.fromstring(svg_of(drawing.views, SIZE, "")).iter(f"{SVG}g"), strict=True
+        ):
+            marks = [mark.tag.removeprefix(SVG) for mark in group]
+            assert not {"polyline", "polygon"} & {*marks[marks.index("text") :]}
+            numbers = sum(isinstance(item, DimensionLine) for item in view.items)
+            assert sum(pair == ("rect", "text") for pair in pairwise(marks)) == marks.count("rect") == numbers
+
+
+def test_a_rope_has_one_label_however_it_is_modelled(made: list[tuple[DrawnInstant, Drawing]]) -> None:
+    """A rope with mass consists of pieces, of which the last one holds the hook."""
+    for x, drawing in made:
+        words = [item.words for item in drawing.views[2].items if isinstance(item, Text)]
+        for rope in {line.rope.partition("~")[0] for line in x.lines if not line.sling}:
+            assert sum(word.startswith(f"{rope} ") for word in words) == 1, rope
+        assert not [word for word in words if "~" in word]
 
 
 def test_svg_and_dxf_drawings_have_the_same_content(lift: Recording, tmp_path: Path) -> None:

@@ -82,7 +82,7 @@ class Command(Spared, TyperCommand):
 
 
 class CommandList(Spared, TyperGroup):
-    """The list of all commands under their headings."""
+    """The list of all commands, grouped under headings."""
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Print commands by heading, each with the whole first sentence of its docstring."""
@@ -110,7 +110,7 @@ says what is wrong."""
 
 
 class App(typer.Typer):
-    """The command-line application: every command has the same form of help."""
+    """The command-line application, in which the help of every command has the same form."""
 
     def __call__(self, *args: Any, **settings: Any) -> Any:
         """Run the command line; a named command is registered alone, so that no other one is imported."""
@@ -123,7 +123,8 @@ class App(typer.Typer):
             self.registered_commands = known
 
     def command(self, name: str | None = None, **settings: Any) -> Callable[..., Any]:
-        """Return a decorator that registers a command, with --allow-code if it may load foreign code."""
+        """Return a decorator that registers a command; the command gets the option --allow-code if it may load code
+        that a scene or recording names."""
         register = super().command(name, cls=Command, **settings)
         return lambda function: register(_with_allow_code(function))
 

@@ -25,7 +25,8 @@ AUTO = 1 << 30  # more processes than anybody has: as many as pay
 
 
 def process_count(text: str | int) -> int:
-    """Read the number of processes from an option's text; `auto` becomes AUTO: measure which number is fastest."""
+    """Read the number of processes from the text of an option; `auto` becomes AUTO, which means that the fastest number
+    is measured."""
     if text == "auto":
         return AUTO
     try:
@@ -38,7 +39,7 @@ def paying_processes(
     asked: int, models: int, run: "Callable[[int, RunObserver], object]", elsewhere: Collection[str] | None = None
 ) -> int:
     """Return the number of processes `asked` for; for AUTO, measure with which number `run(count, watch)` is fastest,
-    and print it."""
+    and print the result."""
     if asked != AUTO:
         return asked
     if elsewhere:
@@ -51,26 +52,26 @@ def paying_processes(
 
 
 def one_process(in_process: bool, processes: int, places: Sequence[str] | None) -> bool:
-    """Return `in_process`; raises BadParameter for options that contradict it."""
+    """Return `in_process`; raises BadParameter if another option contradicts it."""
     if in_process and (processes or places):
         raise typer.BadParameter("--in-process: all models run in this process, leave out --processes and --place")
     return in_process
 
 
 def scene_names(incomplete: str) -> list[str]:
-    """Bundled scenes by name, scene files by path."""
+    """Return, for shell completion, the names of bundled scenes and the paths of scene files."""
     from heavylift.nodes.scenes import bundled
 
     return [name for name in bundled() if name.startswith(incomplete)] + _files(incomplete, (".yaml", ".yml"))
 
 
 def recording_files(incomplete: str) -> list[str]:
-    """Recordings, complete or cut off."""
+    """Return, for shell completion, the paths of recordings, including cut-off ones."""
     return _files(incomplete, (".mcap", ".mcap.part"))
 
 
 def run_names(incomplete: str) -> list[str]:
-    """Recordings of this user's runs in progress, relative to the current folder."""
+    """Return, for shell completion, the recordings of this user's runs in progress, relative to the current folder."""
     from heavylift.coordinator.live import running
 
     here = Path.cwd()
@@ -141,20 +142,20 @@ Sets = Annotated[list[str] | None, typer.Option("--set", help="override a key: -
 
 
 def written_to(help: str) -> Any:
-    """Return the option -o for the file or folder that a command writes."""
+    """Return the option -o, which names the file or folder that a command writes."""
     return typer.Option("-o", "--output", help=help)
 
 
 def scene_of(scene: str, sets: list[str] | None) -> "LoadedScene":
-    """Load a scene with the settings of `--set`."""
+    """Load a scene and apply the settings given by `--set`."""
     from heavylift.nodes.scene import load
 
     return load(scene, sets or [])
 
 
 def yard_file(context: typer.Context, scene: str, allowed: Collection[str], only: Collection[str] = ()) -> bool:
-    """Return whether a file is a yard file; raises SceneError for options of the other kind (`only`: those for
-    scenes)."""
+    """Return whether a file is a yard file; raises SceneError for an option that does not apply to files of its kind
+    (`only`: options that apply to scenes only)."""
     from heavylift.nodes.yard.beginning import is_yard
 
     found = is_yard(scene)
@@ -181,7 +182,7 @@ def tell(sheet: "Sheet", as_json: bool) -> None:
 def study_of(
     file: str, sets: list[str] | None, count: int, seed: int = 1, workers: int = 0, executor: Any = None
 ) -> "YardStudy":
-    """Return the study that replicates a yard file; it prints a line for each variant."""
+    """Return a study that replicates a yard file and prints a line for each variant."""
     from heavylift.coordinator.yards.studies import YardStudy
 
     def say(text: str) -> None:
@@ -200,7 +201,7 @@ def tell_study(sheet: "Sheet", output: Path | None, force: bool, as_json: bool) 
 
 
 def browse(url: str) -> None:
-    """Print the address of a page, and open a browser where there is a display."""
+    """Print the address of a page, and open a browser if there is a display."""
     typer.echo(f"watch it at {url}", err=True)
     display = sys.platform != "linux" or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     if sys.stderr.isatty() and display:
@@ -244,6 +245,6 @@ def deadline_s(text: str) -> float:
 
 
 def fails(state: str, strict: bool, fail_on: str) -> bool:
-    """Return whether a verdict `state` gives exit code 1, with --strict or --fail-on `fail_on`."""
+    """Return whether a verdict with this `state` makes the exit code 1, given --strict or --fail-on `fail_on`."""
     worst = {"red": 1, "undecided": 2, "amber": 3}
     return worst.get(state, 4) <= max(2 * strict, worst.get(fail_on, 0))

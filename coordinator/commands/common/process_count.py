@@ -45,8 +45,8 @@ class _TimedStretch(RunObserver):
 
 
 def paying(run: Callable[[int, RunObserver], object], models: int, most: int | None = None) -> tuple[int, str]:
-    """Measure with how many processes `run(count, watch)` is fastest, at most one per core. Returns the number and a
-    sentence with the measured times. A trial that fails is ignored: the recorded run will report the error."""
+    """Measure with how many processes, at most one per core, `run(count, watch)` is fastest; return the number and a
+    sentence with the measured times. A trial that fails is ignored, since the recorded run will report the error."""
     most = min(models, cores() if most is None else most)
     until, best, found, notes = NEVER, 1, TRIED_s, list[str]()
     for count in sorted({*(2**i for i in range(most.bit_length())), most}):

@@ -30,7 +30,7 @@ from typing import Any
 import numpy as np
 from heavylift.kernel.algebra.spatial import cross
 from heavylift.kernel.compiler.symbol import Array, Scalar, maximum, minimum, select, sqrt
-from heavylift.kernel.description.forces import Ball, Contact, Plane, Shape
+from heavylift.kernel.description.contacts import Ball, Contact, Plane, Shape
 
 from .frames import Side
 
@@ -46,7 +46,7 @@ TINY = 1e-300  # keeps the length of a vanishing cross product from being zero
 
 
 class OrientedBox:
-    """Centre, axes (rows) and half edges in world axes."""
+    """A box in world axes: centre, axes (rows) and half edges."""
 
     def __init__(self, p: Array, body: Array) -> None:
         self.side = Side(body)
@@ -57,13 +57,15 @@ class OrientedBox:
         return [self.c + sum(s * h * e for s, h, e in zip(v, self.h, self.axes, strict=True)) for v in VERTICES]
 
     def outside(self, x: Array, body: Side) -> tuple[Array, Array]:
-        """Return the distance (3,) of a point x of `body` beyond the nearer face along each axis, and its rate."""
+        """Return the distance (3,) of a point x of `body` beyond the nearer face along each axis of the box, and its
+        rate."""
         d = self.axes @ (x - self.c)
         v = self.axes @ (body.velocity(x) - self.side.velocity(x))
         return abs(d) - self.h, np.array([select(e > 0.0, u, -u) for e, u in zip(d, v, strict=True)], dtype=object)
 
     def depth(self, x: Array, body: Side) -> Witness:
-        """Return the signed distance of a point of `body` from the surface, the largest over the axes, and its rate."""
+        """Return the signed distance of a point of `body` from the surface of the box, the largest over the axes, and
+        its rate."""
         s, v = self.outside(x, body)
         # the largest over three axes: negative inside; the maximum is the nearer face's distance
         first = s[0] > s[1]
@@ -71,8 +73,8 @@ class OrientedBox:
         return select(gap > s[2], gap, s[2]), select(gap > s[2], rate, v[2])
 
     def height(self, x: Array, body: Side, faces: list[Scalar]) -> Witness:
-        """Return the height of a point of `body` above the marked one of three `faces`, if the point lies over this
-        face; else its depth."""
+        """Return the height of a point of `body` above that one of the box's faces which `faces` (3) marks, if the
+        point lies over this face; otherwise the result of `depth`."""
         s, v = self.outside(x, body)
         gap, rate = self.depth(x, body)
         for k, face in enumerate(faces):
@@ -83,14 +85,14 @@ class OrientedBox:
 
 
 def ball_plane(ball: Array, plane: Array, A: Array, B: Array) -> list[Witness]:
-    """Return the witness of a ball of A and a plane (point, normal) of B."""
+    """Return the witness (gap function) of a ball of A and a plane (point, normal) of B."""
     a, b = Side(A), Side(B)
     c, n = a.place(ball[:3]), b.R @ plane[3:6]
     return [(n @ (c - b.place(plane[:3])) - ball[3], n @ (a.velocity(c) - b.velocity(c)))]
 
 
 def ball_ball(first: Array, second: Array, A: Array, B: Array) -> list[Witness]:
-    """Return the witness of two balls."""
+    """Return the witness (gap function) of two balls."""
     a, b = Side(A), Side(B)
     p, q = a.place(first[:3]), b.place(second[:3])
     d = p - q
@@ -99,7 +101,7 @@ def ball_ball(first: Array, second: Array, A: Array, B: Array) -> list[Witness]:
 
 
 def ball_box(ball: Array, box: Array, A: Array, B: Array) -> list[Witness]:
-    """Return the witness of a ball of A and the nearest face, edge or corner of a box of B."""
+    """Return the witness (gap function) of a ball of A and the nearest face, edge or corner of a box of B."""
     a, b = Side(A), OrientedBox(box, B)
     c = a.place(ball[:3])
     d = b.axes @ (c - b.c)
@@ -114,7 +116,7 @@ def ball_box(ball: Array, box: Array, A: Array, B: Array) -> list[Witness]:
 
 
 def box_plane(box: Array, plane: Array, A: Array, B: Array) -> list[Witness]:
-    """Return the witnesses of the vertices of a box of A above a plane of B."""
+    """Return the witnesses (gap functions) of the vertices of a box of A above a plane of B."""
     return [w for x in OrientedBox(box, A).vertices() for w in _above(x, plane, Side(A), Side(B))]
 
 
@@ -124,7 +126,8 @@ def _above(x: Array, plane: Array, a: Side, b: Side) -> list[Witness]:
 
 
 def box_box(first: Array, second: Array, A: Array, B: Array) -> list[Witness]:
-    """Return the witnesses of vertices of A in B, of B in A, then of pairs of edges (a_i, b_j, edge of A, of B)."""
+    """Return the witnesses (gap functions) of two boxes: vertices of A in B, vertices of B in A, then pairs of edges
+    (a_i, b_j) of A and B."""
     a, b = OrientedBox(first, A), OrientedBox(second, B)
     C = a.axes @ b.axes.T
     d = a.c - b.c
@@ -149,7 +152,8 @@ def _faces(apart: list[Scalar]) -> list[Scalar]:
 
 @dataclass(frozen=True)
 class Direction:
-    """The direction n = a_i x b_j across an edge of each box, from B to A; `separation` of the boxes along it [m]."""
+    """The direction n = a_i x b_j perpendicular to an edge of each box, pointing from B to A; `separation` of the boxes
+    along it [m]."""
 
     i: int
     j: int
@@ -159,7 +163,7 @@ class Direction:
 
 
 def crossings(a: OrientedBox, b: OrientedBox) -> list[Direction]:
-    """Return the nine directions across an edge of each box."""
+    """Return the nine directions that are perpendicular to an edge of each box."""
     return [_crossing(a, b, i, j) for i in range(3) for j in range(3)]
 
 
@@ -175,7 +179,8 @@ def _crossing(a: OrientedBox, b: OrientedBox, i: int, j: int) -> Direction:
 
 
 def edge(box: OrientedBox, i: int, signs: tuple[float, float]) -> Any:
-    """Return the midpoint of an edge along axis i, in world axes; `signs`: its sides along the other axes."""
+    """Return the midpoint, in world axes, of the edge of a box along its axis i; `signs`: on which side of the box the
+    edge lies along the other two axes."""
     k, l = (i + 1) % 3, (i + 2) % 3
     return box.c + signs[0] * box.h[k] * box.axes[k] + signs[1] * box.h[l] * box.axes[l]
 
@@ -211,12 +216,13 @@ THIN = 1e-4  # [m] what is thinner counts as that thick, so that two points do n
 
 
 def passes(c: Contact) -> bool:
-    """Return whether the shapes of a contact could pass through each other (not so with a plane)."""
+    """Return whether the shapes of a contact could pass through each other in a long step; with a plane they cannot."""
     return not isinstance(c.b, Plane)
 
 
 def reach(c: Contact, first: Array, second: Array, A: Array, B: Array) -> Any:
-    """Return the longest step [s] in which the shapes cannot pass through each other, for present poses and speeds."""
+    """Return the longest step [s] in which the shapes cannot pass through each other, from their present poses and
+    speeds."""
     (R_a, half_a), (R_b, half_b) = _extent(c.a, first), _extent(c.b, second)
     both_boxes = not isinstance(c.a, Ball) and not isinstance(c.b, Ball)
     # two boxes can pass once the smaller half extent has been crossed

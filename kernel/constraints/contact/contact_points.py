@@ -15,7 +15,7 @@ import numpy as np
 from heavylift.kernel.compiler.function import Function, Outputs
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, maximum, minimum, select, sqrt
 from heavylift.kernel.constraints.row_structure import ConstraintRow, Numbers
-from heavylift.kernel.description.forces import Contact
+from heavylift.kernel.description.contacts import Contact
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.forces.force_law import BODY
 from heavylift.kernel.forces.joint_laws import SLIP_BLEND
@@ -34,10 +34,12 @@ LEAVE = 1e-9  # [m] beyond the edge of a face where a place is left
 
 
 class SlotAt:
-    """Indices of a slot's state after the numbers of its frame; CANDIDATE is -1 in a free slot.
+    """Indices of the numbers of a contact slot's state, which follow those of its frame; CANDIDATE is -1 in a free
+    slot.
 
-    BACK: speed against U [m/s] at which a slip ends; larger for a slip that has just begun, so that it does not end at
-    once. SLIPS: whether the contact slides away; a contact at its friction limit may also be held by others.
+    BACK: backward speed along the slip direction U [m/s] at which a slip ends; larger for a slip that has just begun,
+    which must not end at once. SLIPS: whether the contact slides away; a contact at its friction limit may also be held
+    by others.
     """
 
     ON, STICK = range(HELD, HELD + 2)
@@ -48,8 +50,8 @@ class SlotAt:
 
 @dataclass(frozen=True)
 class Site:
-    """A contact with its functions: shape pair, size of its first shape's numbers, bodies, rows per slot; `reach`:
-    bound of a step, if the shapes could pass through each other."""
+    """A contact with its functions: shape pair, count of the first shape's numbers, bodies, rows per slot; `reach`:
+    function that limits a step if the shapes could pass through each other."""
 
     contact: Contact
     pair: ContactPair
@@ -67,7 +69,8 @@ class Site:
 
 
 def contact_numbers(c: Contact, weight: float) -> dict[tuple[str, str], list[float]]:
-    """Return the numbers in P: friction and the force that counts as zero [N]; shapes; candidates held; slots."""
+    """Return the numbers of a contact in P: friction and the force below which a contact counts as unloaded [N];
+    shapes; candidates in contact; slots."""
     pair = pair_of(c)
     empty = [*[0.0] * HELD, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, -1.0, DEPTH, 0.0, 0.0, 0.0, 0.0]
     out = {
@@ -94,7 +97,7 @@ class ContactPointRows:
         self.structure = [(s.slot.name, s.bodies, s.per_slot) for s in self.sites]
 
     def slots(self, numbers: Numbers, ends: Mapping[int, Array]) -> list[SimpleNamespace]:
-        """Return the state of all slots in order."""
+        """Return the state of all slots in their order."""
         out = []
         for s in self.sites:
             a, b = (ends[i] for i in s.bodies)
@@ -119,7 +122,7 @@ class ContactPointRows:
         return out
 
     def watched(self, numbers: Numbers, ends: Mapping[int, Array]) -> list[Scalar]:
-        """Return the guards of all candidates."""
+        """Return the guards of all contact candidates."""
         out: list[Scalar] = []
         for s in self.sites:
             a, b = (ends[i] for i in s.bodies)
@@ -129,7 +132,7 @@ class ContactPointRows:
 
     @property
     def bounded(self) -> bool:
-        """Return whether shapes could pass through each other in a long step."""
+        """Whether shapes could pass through each other in a long step."""
         return any(s.reach for s in self.sites)
 
     def reach(self, numbers: Numbers, ends: Mapping[int, Array]) -> Scalar:

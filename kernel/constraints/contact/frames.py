@@ -36,7 +36,8 @@ class ContactFrame:
 
 
 class Side:
-    """A body in world axes; body: (21,) R_WB row-major, the tree's point o, r from o to the body's origin, twist V."""
+    """A body that takes part in a contact, in world axes; body: (21,) R_WB row-major, the tree's point o, r from o to
+    the body's origin, twist V."""
 
     def __init__(self, body: Array) -> None:
         self.R, self.o, self.r = np.reshape(body[:9], (3, 3)), body[9:12], body[12:15]
@@ -50,7 +51,7 @@ class Side:
 
 
 def face(p: Array, A: Array, B: Array) -> ContactFrame:
-    """Return the frame of a ball of A on a plane fixed in B."""
+    """Return the contact frame of a ball of A on a plane fixed in B."""
     a, b = Side(A), Side(B)
     c, r, q = a.place(p[:3]), p[3], b.place(p[4:7])
     F = np.array([b.R @ e for e in np.reshape(p[7:16], (3, 3))])
@@ -61,7 +62,8 @@ def face(p: Array, A: Array, B: Array) -> ContactFrame:
 
 
 def balls(p: Array, A: Array, B: Array) -> ContactFrame:
-    """Return the frame of two balls; the first tangent is normal to a fixed direction of B, the second to both."""
+    """Return the contact frame of two balls; the first tangent is perpendicular to the normal and to a fixed direction
+    of B, the second to the normal and the first."""
     a, b = Side(A), Side(B)
     c_a, c_b, e = a.place(p[:3]), b.place(p[4:7]), b.R @ p[8:11]
     n, dn, distance = _unit(c_a - c_b, a.velocity(c_a) - b.velocity(c_b))
@@ -73,7 +75,7 @@ def balls(p: Array, A: Array, B: Array) -> ContactFrame:
 
 
 def edges(p: Array, A: Array, B: Array) -> ContactFrame:
-    """Return the frame of two edges that cross; the first tangent runs along that of A."""
+    """Return the contact frame of two crossing edges; its first tangent is along the edge of A."""
     a, b = Side(A), Side(B)
     p_a, p_b, d, e = a.place(p[:3]), b.place(p[6:9]), a.R @ p[3:6], b.R @ p[9:12]
     dd, de = cross(a.w, d), cross(b.w, e)
@@ -92,7 +94,8 @@ def edges(p: Array, A: Array, B: Array) -> ContactFrame:
 
 
 def edge(p: Array, A: Array, B: Array) -> ContactFrame:
-    """Return the frame of a ball of A on an edge of B; `along`: position on the edge, 1 at an adjacent face."""
+    """Return the contact frame of a ball of A on an edge of B; `along`: position on the edge, 1 where an adjacent face
+    begins."""
     a, b = Side(A), Side(B)
     c, q, e, across = a.place(p[:3]), b.place(p[4:7]), b.R @ p[7:10], b.R @ p[10:13]
     d, dd, de = c - q, a.velocity(c) - b.velocity(q), cross(b.w, e)
@@ -105,7 +108,8 @@ def edge(p: Array, A: Array, B: Array) -> ContactFrame:
 
 
 def corner(p: Array, A: Array, B: Array) -> ContactFrame:
-    """Return the frame of a ball of A on a corner of B; `along`: above 1 where the ball reaches an edge."""
+    """Return the contact frame of a ball of A on a corner of B; `along`: greater than 1 where the ball reaches an
+    edge."""
     axes = np.reshape(p[7:16], (3, 3))
     f = balls(np.concatenate([p[:7], [0.0], p[7:10]]), A, B)
     outward = [f.F[0] @ (Side(B).R @ e) for e in axes]
@@ -123,8 +127,8 @@ def _unit(m: Array, dm: Array) -> tuple[Array, Array, Scalar]:
 
 
 def rows(f: ContactFrame, A: Array, B: Array) -> Outputs:
-    """Return the rows of a frame: rate and bias (3,), wrenches wa and wb (3, 6) on A and B about their trees' points,
-    with rate = wa V_A - wb V_B."""
+    """Return the constraint rows of a contact frame: rate and bias (3,), and wrenches wa and wb (3, 6) on A and B about
+    the points of their trees, with rate = wa V_A - wb V_B."""
     a, b = Side(A), Side(B)
     v = a.velocity(f.x) - b.velocity(f.x)
     return {

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.compiler.symbol import Array, Scalar, select
-from heavylift.kernel.description.forces import Ball, Box, Contact, Plane, Shape
+from heavylift.kernel.description.contacts import Ball, Box, Contact, Plane, Shape
 from heavylift.kernel.errors import KernelError
 
 from . import candidates, frames
@@ -174,7 +174,7 @@ PAIRS: dict[tuple[type, type], ContactPair] = {
 
 
 def pair_of(c: Contact) -> ContactPair:
-    """The table entry of a contact's shapes; raises KernelError if there is none."""
+    """Return the table entry for the two shapes of a contact; raises KernelError if there is none."""
     pair = PAIRS.get((type(c.a), type(c.b)))
     if pair is None:
         a, b = type(c.a).__name__.lower(), type(c.b).__name__.lower()
@@ -203,8 +203,8 @@ def check_contact(c: Contact) -> None:
 
 
 def gap(c: Contact, a: Pose, b: Pose) -> float:
-    """Gap of a contact's shapes along the best separating axis [m], for bodies at given poses: negative depth if they
-    overlap, else a lower bound of the distance."""
+    """Return the gap of a contact's shapes along the best separating axis [m], for bodies at given poses: the negative
+    depth if they overlap, otherwise a lower bound of their distance."""
     (p, E, r), (q, F, s) = _solid(c.a, a), _solid(c.b, b)
     d = p - q
     if isinstance(c.b, Plane):

@@ -30,7 +30,8 @@ FREE = 2.0  # mode of a sheave of a slack rope
 
 
 class Groups:
-    """Strains with rates, unstretched lengths of parts, flows over sheaves, for the present modes of the sheaves."""
+    """Strains with their rates, unstretched lengths of the parts, and flows over the sheaves of a rope, for the present
+    modes (stick or slip) of the sheaves."""
 
     def __init__(
         self,
@@ -100,12 +101,12 @@ class Groups:
         return [named(f"sum{self._sums}_{i + 1}", x) for i, x in enumerate(sums)]
 
     def mean_rates(self) -> list[Scalar]:
-        """Return, for each part, the mean of N s' over its group."""
+        """Return, for each part of the rope, the mean over its group of N s', unstretched length times strain rate."""
         together = self._total(_times(self.unstretched, self.rates))
         return [a / b for a, b in zip(together, self._group, strict=True)]
 
     def grips(self) -> list[Scalar]:
-        """Return the guards of the sheaves with friction: how far each is from slipping."""
+        """Return the guards of the sheaves with friction: the margin of each against slipping."""
         s = self.strains
         out = []
         for i, (ratio, _) in enumerate(self._ratios):
@@ -125,7 +126,8 @@ def _times(*columns: Sequence[Scalar]) -> list[Scalar]:
 
 
 def slip_ratio(s: Sheave, q: Array, wrap: tuple[Scalar, Scalar] | None) -> tuple[Scalar, Scalar]:
-    """Return the tension ratio of a slipping sheave and its rate; `wrap`: wrap angle [rad] with rate."""
+    """Return the tension ratio of a slipping sheave and the rate of this ratio; `wrap`: wrap angle [rad] with its
+    rate."""
     ratio, rate = (q[11], 0.0) if s.efficiency < 1.0 else (1.0, 0.0)
     if wrap and s.friction > 0.0:
         angle, turning = wrap
@@ -141,7 +143,7 @@ ALONG = 1e-9  # sine between the direction of edges and an axis that turns a bod
 
 
 def check_parallel(f: Reeving, graph: Graph, poses: Poses) -> None:
-    """Raise KernelError for a rope with edges on bodies that can rotate out of parallel."""
+    """Raise KernelError for a rope over edges of several bodies that can rotate out of parallel."""
     bodies = list(dict.fromkeys(s.at.body for s in f.edges))
     if len(bodies) < 2:
         return

@@ -43,8 +43,8 @@ class ReevingAt:
 
 
 class ReevingLaw(ForceLaw[Reeving]):
-    """Law of a rope over sheaves. P holds: EA, c, taut; per sheave its mode (-1, 0, +1: flow against, none, along;
-    FREE); N of each part but the first; limp parts; sheaves in contact; nodes."""
+    """Law of a rope over sheaves. P holds: EA, c, taut; for each sheave its mode (flow of rope backward -1, none 0,
+    forward +1; FREE); N of each part but the first; limp parts; sheaves in contact; nodes."""
 
     works = True
 
@@ -82,11 +82,11 @@ class ReevingLaw(ForceLaw[Reeving]):
         return [*head, *[FREE] * n, *lengths, *limp, *on, *(x for q in given for x in q)]
 
     def start_length(self, f: Reeving, poses: Poses) -> float:
-        """Return the initial length [m]; raises KernelError if the rope cannot run over its sheaves."""
+        """Return the initial unstretched length [m]; raises KernelError if the rope cannot run over its sheaves."""
         return float(sum(laid(f, poses, partial(self.demand, f)).lengths))
 
     def off_its_sheaves(self, f: Reeving, poses: Poses, shown: np.ndarray) -> str:
-        """Describe where a rope has left its sheave or runs the wrong way; "" if it runs."""
+        """Describe where a rope has left its sheave or runs around it the wrong way; "" if neither is the case."""
         first = 3 * len(f.sheaves) + 3
         return lost(f, poses, list(shown[first : first + len(leavable(f))]))
 
@@ -225,7 +225,7 @@ class ReevingLaw(ForceLaw[Reeving]):
         lies[leavable(f)] = 0.0
 
     def put_on(self, f: Reeving, p: np.ndarray, L0: float, poses: Poses) -> float:
-        """Hang the rope, slack, from a to b; returns by how much its unstretched length L0 is too short [m]."""
+        """Hang the rope, slack, from a to b; return the length [m] by which its unstretched length L0 is too short."""
         p[ReevingAt.HEAD :] = self.numbers(structs.replace(f, hooked=True), poses)[ReevingAt.HEAD :]
         p[ReevingAt.TAUT] = 0.0
         return self.start_length(f, poses) - L0

@@ -28,7 +28,7 @@ Demand = Callable[[str, bool, str], None]  # field, whether it is good, what is 
 
 
 def all_nodes(f: Reeving) -> list[Sheave]:
-    """Return the ends and sheaves of a rope as sheaves."""
+    """Return all nodes of a rope as sheaves: its first end, its sheaves, its second end."""
     return [Sheave(f.a), *f.sheaves, Sheave(f.b)]
 
 
@@ -38,12 +38,12 @@ def leavable(f: Reeving) -> list[int]:
 
 
 def turning(f: Reeving) -> list[bool]:
-    """Return for each node whether its wrap is needed."""
+    """Return, for each node, whether its wrap angle is needed."""
     return [False, *(s.friction > 0.0 or s.radius > 0.0 for s in f.sheaves), False]
 
 
 def node_of(s: Sheave, q: Array, body: Array, label: str = "a") -> SheavePoint:
-    """Return the node of a sheave or rope end from its numbers q (NODE,)."""
+    """Return the node of a sheave or rope end from its numbers q, of which there are NODE."""
     x, c, v = attachment(body, q[:3], label)
     R = np.reshape(body[:9], (3, 3))
     needed = s.radius > 0.0 or s.friction > 0.0
@@ -69,7 +69,8 @@ def _there(f: Reeving, poses: Poses) -> tuple[list[list[float]], list[Array], li
 
 
 def placed(f: Reeving, poses: Poses, demand: Demand) -> tuple[list[list[float]], list[bool | None]]:
-    """Return the nodes' numbers, with arcs halved, and whether the rope touches each node (None: always)."""
+    """Return the numbers of the nodes, with arcs divided in halves, and whether the rope touches each node (None:
+    always)."""
     given, bodies, nodes = _there(f, poses)
     _check_places(f, nodes, demand)
     lies: list[bool | None] = [None, *(True if s.radius > 0.0 else None for s in f.sheaves), None]
@@ -89,7 +90,7 @@ def placed(f: Reeving, poses: Poses, demand: Demand) -> tuple[list[list[float]],
 
 
 def laid(f: Reeving, poses: Poses, demand: Demand) -> RopePath | Unrolled:
-    """Return the path of the rope in a pose."""
+    """Return the path of the rope in a given pose of the bodies."""
     given, lies = placed(f, poses, demand)
     bodies = [_body(*poses(p.body)) for p in f.points]
     nodes = [node_of(x, exact(q), body) for x, q, body in zip(all_nodes(f), given, bodies, strict=True)]
@@ -97,8 +98,8 @@ def laid(f: Reeving, poses: Poses, demand: Demand) -> RopePath | Unrolled:
 
 
 def lost(f: Reeving, poses: Poses, wraps: Sequence[float]) -> str:
-    """Describe where a rope has left its sheave or runs the wrong way; "" if it runs; `wraps`: wrap [rad] of each
-    sheave that it can leave."""
+    """Describe where a rope has left its sheave or runs around it the wrong way; "" if neither is the case. `wraps`:
+    wrap angle [rad] of each sheave that the rope can leave."""
     _, _, nodes = _there(f, poses)
     left = {i + 1 for i, wrap in zip(leavable(f), wraps, strict=True) if wrap == 0.0}
     met = [i for i in range(len(nodes)) if i not in left]

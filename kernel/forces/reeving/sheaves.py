@@ -41,7 +41,7 @@ NEAR = 1e-9  # rad, and part of a radius: what lies between leaving a sheave and
 
 @dataclass(frozen=True)
 class SheavePoint:
-    """A point or sheave of a rope: centre from its tree's point, position, velocity, angular velocity, axis and
+    """A sheave or point of a rope: centre relative to the tree's point, position, velocity, angular velocity, axis and
     dividing direction in world axes; radius None for a point."""
 
     x: Array
@@ -55,8 +55,8 @@ class SheavePoint:
 
 @dataclass(frozen=True)
 class RopeSegment:
-    """A straight part of a rope: length [m], its rate (including adjacent arcs), direction u, arms from the trees'
-    points at both ends, begin."""
+    """A straight part of a rope: length [m], its rate (including adjacent arcs), direction u, levers from the trees'
+    points to both ends, and the point where the part begins."""
 
     straight: Scalar
     rate: Scalar
@@ -145,7 +145,8 @@ class RopePath:
         return out
 
     def watches(self) -> list[tuple[Scalar, Scalar]]:
-        """Return the guards of each sheave: the rope leaves it or touches it again, and it touches its other side."""
+        """Return two guards for each sheave: for the rope leaving or touching it, and for the rope touching its other
+        side."""
         out = []
         for i, here in enumerate(self._on):
             if here is not None:
@@ -206,7 +207,7 @@ def turn(x: SheavePoint, plane: Array) -> Any:
 
 
 class Unrolled:
-    """The path of a rope from end to end over edges; arguments and attributes are those of `RopePath`."""
+    """The path of a rope over edges from end to end; arguments and attributes as in `RopePath`."""
 
     def __init__(
         self,
@@ -264,11 +265,11 @@ class Unrolled:
             self.parts.append(replace(part, straight=longer * part.straight, u=u, arms=arms))
 
     def watches(self) -> list[tuple[Scalar, Scalar]]:
-        """Return the guards of each edge, as `RopePath.watches`."""
+        """Return two guards for each edge, as `RopePath.watches` does."""
         return self._plane.watches()
 
     def within(self, ends: Sequence[Array]) -> list[Scalar]:
-        """Return the guard of each edge: the rope lies between its ends (lower, upper) [m]."""
+        """Return, for each edge, the guard that the rope stays between the edge's ends (lower, upper) [m]."""
         out = []
         for here, (comes, goes), (lower, upper) in zip(self._on[1:-1], self.spans, ends, strict=True):
             inside = minimum(minimum(comes, goes) - lower, upper - maximum(comes, goes))

@@ -35,8 +35,8 @@ State = tuple[float, list[float], list[float]]  # local time [s], y, P
 
 @dataclass(frozen=True)
 class RowGroup:
-    """A group of coupled rows: their numbers, free columns (tree, dof), scaled matrix. `rows_by`, `columns_by`: scales
-    by which a residual and a velocity component are divided [m, or 1]."""
+    """A group of coupled constraint rows: their numbers, free columns (tree, degree of freedom), scaled matrix.
+    `rows_by`, `columns_by`: scales by which a residual and a velocity component are divided [m, or 1]."""
 
     rows: list[int]
     columns: list[tuple[int, int]]
@@ -60,13 +60,13 @@ class RowGroup:
 
     @property
     def motions(self) -> list[list[float]]:
-        """Orthonormal scaled velocities that the rows allow at this pose."""
+        """Orthonormal scaled velocities that satisfy all rows at this pose."""
         found, rest = self._parts
         return [v for size, v in found if not size > self._least] + rest
 
     @property
     def repeated(self) -> list[int]:
-        """The redundant rows: removing any one of them leaves the rank unchanged."""
+        """The redundant rows: removing any single one of them leaves the rank unchanged."""
         left = [1.0] * len(self.rows)
         for size, v in self._parts[0]:
             if size > self._least:
@@ -75,7 +75,8 @@ class RowGroup:
 
     @property
     def redundancies(self) -> list[dict[int, float]]:
-        """Scaled multipliers, by row, without effect on free columns: undetermined by statics, as local as possible."""
+        """Scaled multipliers, by row, that have no effect on the free columns and that statics therefore leaves
+        undetermined; each involves as few rows as possible."""
         return [{self.rows[n]: x for n, x in distance.items()} for distance in combinations(self.G, RANK)]
 
     def towards(self, residuals: Sequence[float]) -> list[float]:
@@ -91,8 +92,9 @@ class RowGroup:
 
 
 class Pose:
-    """The poses of a scene's bodies, with the rows at them. `running`: the state of a run, whose parameters state which
-    ropes are taut and which contacts push; otherwise ropes without slack are taut, and contacts do not count."""
+    """The poses of the bodies of a scene, with the constraint rows evaluated there. `running`: the state of a run,
+    whose parameters state which ropes are taut and which contacts push; otherwise ropes without slack are taut, and
+    contacts do not count."""
 
     def __init__(self, program: Program, state: State, running: bool = False) -> None:
         self.program, (self.t, self.y, self.P), self.running = program, state, running
@@ -107,11 +109,11 @@ class Pose:
         self._K: dict[int, Kinematics] = {}
 
     def tree(self, i: int) -> Tree:
-        """Return the i-th tree with its numbers."""
+        """Return the i-th tree with its numerical values."""
         return self.program.instances[i][0]
 
     def kinematics(self, i: int) -> Kinematics:
-        """Kinematics of the i-th tree."""
+        """Return the kinematics of the i-th tree."""
         if i not in self._K:
             tree = self.tree(i)
             q, v = (np.array(x, dtype=object) for x in (self.q[tree.q], self.v[tree.v]))
@@ -119,7 +121,8 @@ class Pose:
         return self._K[i]
 
     def holds(self, r: int) -> bool:
-        """Return whether a row is active: of a rope while it is hooked and taut, of a contact while it pushes."""
+        """Return whether a row is active: a rope's row while the rope is hooked and taut, a contact's row while the
+        contact pushes."""
         c = self.program.constraints
         first = len(c.of)
         if r < first:
@@ -132,11 +135,11 @@ class Pose:
         return bool(hooked) and bool(float(self.rows[r].gap) < TAUT)
 
     def pushes(self, r: int) -> list[tuple[int, Array]]:
-        """Return the bodies and the wrenches on them by a unit multiplier of row r."""
+        """Return the bodies on which row r acts, with the wrenches of a unit multiplier."""
         return self.rows[r].push or self.rows[r].wrenches
 
     def normal(self, r: int) -> bool:
-        """Return whether a contact row is that of a normal force."""
+        """Return whether row r is the normal row of a contact."""
         c = self.program.constraints.contacts
         first = len(self.rows) - len(c.held)
         sizes = [s.per_slot for s in c.sites for _ in range(s.pair.slots)]
@@ -147,7 +150,7 @@ class Pose:
 
     @property
     def groups(self) -> list[RowGroup]:
-        """Active rows, grouped by coupling."""
+        """The active rows, grouped by coupling."""
         out = []
         for rows, trees in self.program.constraints.groups:
             there = [r for r in rows if r < len(self.rows) and self.holds(r)]
@@ -176,7 +179,7 @@ class Pose:
         return RowGroup(rows, columns, G, rows_by, columns_by, L)
 
     def row(self, r: int) -> dict[tuple[int, int], float]:
-        """Return the effect on row r of a unit velocity of each degree of freedom, free or not."""
+        """Return, for each degree of freedom (free or not), the rate of the residual of row r at unit velocity."""
         found: dict[tuple[int, int], float] = {}
         sizes: dict[tuple[int, int], float] = {}
         for body, w in self.pushes(r):
@@ -215,7 +218,7 @@ class Pose:
         return [float(row.gap) if self.holds(r) else 0.0 for r, row in enumerate(self.rows)]
 
     def moved(self, steps: Sequence[tuple[RowGroup, Sequence[float]]]) -> Pose:
-        """Return the pose after scaled steps of row groups."""
+        """Return the pose reached after scaled steps of row groups."""
         p = self.program
         change: dict[tuple[int, int], float] = {}
         for group, step in steps:
@@ -242,7 +245,7 @@ class Pose:
 
 
 def pose_of(program: Program, y: Array | None = None, P: Array | None = None, t: float = 0.0) -> Pose:
-    """Return the pose of a state, or the start pose by default; `P` given: the state of a run."""
+    """Return the pose of a state y, or the start pose by default; with `P`, the pose belongs to a run in progress."""
     running = P is not None
     y = program.initial_state() if y is None else y
     P = program.parameters.initial if P is None else P

@@ -35,14 +35,14 @@ Key = tuple[str, str, int]  # "joint" with its component, "rope" or "contact"; t
 
 @dataclass(frozen=True)
 class Indeterminacy:
-    """Undetermined forces of a group of coupled constraints. `patterns`: for each component, its force [N] or moment [N
-    m] in each pattern that loads the group against itself."""
+    """Statically undetermined forces of a group of coupled constraints. `patterns`: for each component, its force [N]
+    or moment [N m] in each pattern of forces that is in equilibrium with itself."""
 
     patterns: dict[Key, list[float]]
     lever: float  # [m] a moment counts as a force on it
 
     def least(self, given: Mapping[Key, float]) -> dict[Key, float]:
-        """Return the undetermined components in the solution of least norm; `given`: any solution."""
+        """Return the undetermined components of the solution of least norm; `given`: any solution."""
         keys = list(self.patterns)
         scales = [1.0 if kind == "joint" and i >= 3 else self.lever for kind, _, i in keys]
         distances = [
@@ -136,7 +136,7 @@ def _put(found: dict[Key, float], name: str, R_WJ: np.ndarray, p: np.ndarray, F:
 
 
 class Running(Protocol):
-    """Interface of a simulation or its native state; `[name]` reads its state vector X."""
+    """Interface of a simulation or of its native state; `[name]` reads a part of its state block X."""
 
     @property
     def program(self) -> Program: ...
@@ -150,10 +150,10 @@ class Running(Protocol):
 
 @dataclass(frozen=True)
 class Reaction:
-    """Action of a joint on its child: `force` (3,) [N] and `moment` (3,) [N m] about the joint's place on the child.
+    """Action of a joint on its child: `force` (3,) [N] and `moment` (3,) [N m] about the joint's point on the child.
 
-    Both in the axes of the joint's frame on the parent, R_WJ; along free axes they are the forces of the joint's laws.
-    `indeterminate`: components, such as "force z", that rigid bodies do not determine (see `Reactions`).
+    Both are in the axes of the joint's frame on the parent, R_WJ; along free axes they are the forces of the joint's
+    laws. `indeterminate`: components, such as "force z", that rigid bodies do not determine (see `Reactions`).
     """
 
     force: np.ndarray
@@ -166,7 +166,7 @@ class Reactions(dict[str, Reaction]):
     """Reactions by joint; `tensions` [N] of rigid ropes, and `contacts` with undetermined loads.
 
     Undetermined components have the smallest sum of squares of forces, and of moments divided by `lever` [m]. If a rope
-    would have to push for that, they are those of the solver of the motion, and `least` is false.
+    would have to push in that solution, they are the values from the solver of the motion, and `least` is false.
     """
 
     tensions: dict[str, float] = field(default_factory=dict)

@@ -30,7 +30,8 @@ DIRECTIONS = 3  # poses near by that are tried besides those along each motion
 
 @dataclass(frozen=True)
 class Redundant:
-    """Joints and rigid ropes with redundant conditions, and the number of these."""
+    """Joints and rigid ropes that share redundant conditions, the number of their conditions, and how many of these are
+    redundant."""
 
     names: tuple[str, ...]
     conditions: int
@@ -78,7 +79,7 @@ class Mobility:
 
     @property
     def lines(self) -> list[str]:
-        """Return the numbers in words, with notes."""
+        """The numbers as sentences, with notes."""
         out = []
         if bodies := [f"{n} {what}" for n, what in self._kinds if n]:
             out.append(f"bodies: {', '.join(bodies)}")

@@ -34,8 +34,8 @@ ALONG = np.array([1.0, 0.0, 0.0])  # e: beams lie along x
 
 @dataclass(frozen=True)
 class Place:
-    """A station: position X (3,) on the undeformed body [m], displacements and rotations of modes (6, m), and g (m, m)
-    of equation (9)."""
+    """A station on a flexible body: position X (3,) on the undeformed body [m], displacements and rotations of the
+    modes (6, m), and g (m, m) of equation (9)."""
 
     X: np.ndarray
     shape: np.ndarray
@@ -44,8 +44,8 @@ class Place:
 
 @dataclass(frozen=True)
 class Track:
-    """Modes along a beam: Chebyshev coefficients (n, 6, m) over 0 to L, and (n', m, m) for geometric terms. `slope` is
-    2/L [1/m]; `X`: offset of a slider from its station, always zero here."""
+    """The modes along a beam: Chebyshev coefficients (n, 6, m) over 0 to L, and (n', m, m) for the geometric terms.
+    `slope` is 2/L [1/m]; `X`: offset of a slider from its station, always zero here."""
 
     X: np.ndarray
     slope: Scalar
@@ -53,7 +53,8 @@ class Track:
     shortening: np.ndarray
 
     def shapes(self, s: Scalar) -> tuple[Array, Array, Array, Array]:
-        """Return the shapes (6, m) at s [m], their two derivatives in s, and g, by the polynomials' recurrences."""
+        """Return the shapes (6, m) at s [m], their first two derivatives with respect to s, and g, by the recurrences
+        of Chebyshev polynomials."""
         # Chebyshev polynomials are defined on -1..1
         x = self.slope * s - 1.0
         # three-term recurrences of T_n and their derivatives
@@ -74,7 +75,7 @@ class Track:
 
 @dataclass(frozen=True)
 class Carried:
-    """The frame at a place, in world axes: rotation R, r from the tree's point, twist V, bias acceleration A, a
+    """The frame at a station, in world axes: rotation R, r from the tree's point, twist V, bias acceleration A, one
     velocity column per mode; `along`: the column of the slider's coordinate."""
 
     R: Array
@@ -86,7 +87,8 @@ class Carried:
 
 
 def carry(place: Place, eta: Array, rates: Array, R: Array, r: Array, V: Array, A: Array) -> Carried:
-    """Return the frame at a station of a body whose floating frame has pose R, r and motion V, A in world axes."""
+    """Return the frame at a station of a body whose floating frame has the pose R, r and the motion V, A in world
+    axes."""
     # g eta serves the position, eta^T g eta / 2, and its rate, eta'^T g eta
     pull = place.shortening @ eta
     U, T = place.shape[:3] - np.outer(ALONG, pull), place.shape[3:]
@@ -98,7 +100,7 @@ def carry(place: Place, eta: Array, rates: Array, R: Array, r: Array, V: Array, 
 def carry_along(
     track: Track, s: Scalar, speed: Scalar, eta: Array, rates: Array, R: Array, r: Array, V: Array, A: Array
 ) -> Carried:
-    """Return the frame at s [m] along a beam, sliding with a speed [m/s]."""
+    """Return the frame of a slider at s [m] along a beam that slides with a speed [m/s]."""
     shape, first, second, g = track.shapes(s)
     pull = g @ eta
     U, T = shape[:3] - np.outer(ALONG, pull), shape[3:]

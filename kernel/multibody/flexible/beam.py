@@ -45,7 +45,7 @@ def beam_matrices(beam: Beam) -> tuple[np.ndarray, np.ndarray]:
 
 
 def rigid_directions(beam: Beam) -> list[int]:
-    """Return the degrees of freedom of a node that stay undeformed, since their stiffness is not given."""
+    """Return the degrees of freedom of a node that cannot deform because no stiffness is given for them."""
     given = ((beam.EA, (0,)), (beam.EI_z, (1, 5)), (beam.EI_y, (2, 4)), (beam.GJ, (3,)))
     return sorted(d for stiffness, at in given if stiffness == 0.0 for d in at)
 
@@ -75,7 +75,8 @@ DIGITS = 12  # to which constants are rounded: beyond them they are noise
 
 
 def rounded(x: np.ndarray) -> np.ndarray:
-    """Return x rounded to DIGITS significant digits of its largest element, so that zeros are exact."""
+    """Return x rounded to DIGITS significant digits of its largest element; entries that are only round-off become
+    exact zeros."""
     largest = float(np.abs(x).max(initial=0.0))
     if largest == 0.0:
         return x
@@ -85,7 +86,7 @@ def rounded(x: np.ndarray) -> np.ndarray:
 
 
 def rounded_each(x: np.ndarray) -> np.ndarray:
-    """Each element rounded to DIGITS significant digits."""
+    """Return x with each element rounded to DIGITS significant digits."""
     return np.array([float(f"{e:.{DIGITS - 1}e}") for e in x])
 
 

@@ -88,8 +88,8 @@ class FlexibleModes:
         return smallness(self)
 
     def hardly_compressed(self, forces: np.ndarray, a: np.ndarray, w: np.ndarray) -> np.ndarray:
-        """Return whether axial loads are certainly small, by a cheap test; arguments as of `FlexibleColumn.part`, for n
-        instants."""
+        """Return, for n instants and by a cheap test, whether axial loads are certainly small; arguments as in
+        `FlexibleColumn.part`."""
         beam = self.flexible.beam
         if beam is None:
             return np.full(len(a), self.flexible.modal is not None)
@@ -106,7 +106,7 @@ class FlexibleModes:
 
     @cached_property
     def column(self) -> FlexibleColumn:
-        """The body under axial loads."""
+        """The body as a column under axial loads."""
         return FlexibleColumn(self, *_model(self.flexible)[2:])
 
     @cached_property
@@ -143,8 +143,9 @@ def _key(flexible: Flexible) -> str:
 
 
 def modes_of(name: str, flexible: Flexible) -> FlexibleModes:
-    """Return eigenmodes (lowest first) and attachment modes, or the given modes; cached for recent bodies. Raises
-    KernelError if there are too few, or if something can move without mass or stiffness."""
+    """Return the eigenmodes (lowest first) and attachment modes of a body, or its given modes; cached for recent
+    bodies. Raises KernelError if the model has too few modes, or if something can move without mass or without
+    stiffness."""
     key = name, repr(flexible)
     found = _last.pop(key, None) or _modes_of(name, flexible)
     _last[key] = found

@@ -27,8 +27,8 @@ TIES = 1e-6  # part of the largest displacement by which nodes may differ that m
 
 @dataclass(frozen=True)
 class Smallness:
-    """Rows of (13), linear in the mode coordinates: `rows` (n, m), `groups`: number of rows per place and kind.
-    `turns`: whether a group is a rotation."""
+    """The limits of a body's deflection: rows of (13), linear in the mode coordinates. `rows` (n, m); `groups`: number
+    of rows for each place and kind; `turns`: whether a group is a rotation."""
 
     rows: np.ndarray
     groups: tuple[int, ...]
@@ -36,12 +36,12 @@ class Smallness:
 
     @property
     def numbers(self) -> list[float]:
-        """The numbers in P: the squared limit that applies now, whether compression has been noted, the times since
-        which it is near buckling and beyond it, and the rows."""
+        """The numbers in P: the square of the limit that applies now, whether a note about compression was added, the
+        times since which the body has been near buckling and beyond it, and the rows."""
         return [1.0, 0.0, NEVER, NEVER, *self.rows.ravel().tolist()]
 
     def use(self, eta: Array, rows: Array) -> list[Scalar]:
-        """Return the squared relative deflections of (13), per group, for mode coordinates eta (m,)."""
+        """Return the squared relative deflections of (13), one per group, for mode coordinates eta (m,)."""
         out, first = [], 0
         for n in self.groups:
             parts = [row @ eta for row in rows[first : first + n]]
@@ -50,7 +50,7 @@ class Smallness:
         return out
 
     def guard(self, p: Array, eta: Array) -> Any:
-        """Return the guard: the squared limit that applies now minus the largest square of (13)."""
+        """Return the guard: the square of the limit that applies now, minus the largest square of (13)."""
         largest: Scalar = 0.0
         for x in self.use(eta, np.reshape(p[BEFORE:], self.rows.shape)):
             largest = maximum(largest, x)
@@ -64,7 +64,8 @@ class Smallness:
 
 
 class ModeShapes(Protocol):
-    """Part of `modes.FlexibleModes`: shapes (6n, m) and masses (m,) of m modes at n nodes (n, 3) [m]; M (6n, 6n)."""
+    """Interface of `modes.FlexibleModes` that this module needs: shapes (6n, m) and masses (m,) of m modes at n nodes
+    (n, 3) [m]; M (6n, 6n)."""
 
     @property
     def flexible(self) -> Flexible: ...
@@ -80,7 +81,8 @@ class ModeShapes(Protocol):
 
 
 def smallness(modes: ModeShapes) -> Smallness:
-    """Return the rows (13) of a body: equidistant along a beam, else at the nodes with the largest motion of a mode."""
+    """Return the rows (13) of a body: at equal distances along a beam, otherwise at the nodes where the displacement of
+    a mode is largest."""
     found: list[tuple[np.ndarray | None, np.ndarray | None]] = []
     if beam := modes.flexible.beam:
         length = beam.length

@@ -201,7 +201,7 @@ def embedding(
 
 
 def velocity_transformation(tree: Tree, K: Kinematics) -> list[Array]:
-    """Return R: for each body the columns (6, n_v) of joints and modes on its path; others are zero."""
+    """Return R: for each body the columns (6, n_v) of the joints and modes on its path; all other columns are zero."""
     R: list[Array] = []
     # a body moves with all joints on its path: copy the parent's columns, then add its own
     k = 0
@@ -240,7 +240,8 @@ def inwards(
     tree: Tree, K: Kinematics, tau: Array, I: list[Array], p: list[Array]
 ) -> tuple[Eliminated, tuple[Array, Array]]:
     """Eliminate the free degrees of freedom from the tips to the roots: (7.44) to (7.48). I (6, 6) and p (6,) of the
-    bodies become the articulated ones; also returns those of the last root for the body or ground that carries it."""
+    bodies become the articulated ones; those of the last root are also returned, for the body or ground that carries
+    it."""
     given = set(tree.prescribed_dofs)
     U: Eliminated = {}
     inertia, force = np.zeros((6, 6)), np.zeros(6)
@@ -264,7 +265,8 @@ def inwards(
 def outwards(
     tree: Tree, K: Kinematics, U: Eliminated, base: Array, given: dict[int, Scalar]
 ) -> tuple[dict[int, Scalar], list[Array]]:
-    """Return accelerations of degrees of freedom, and of bodies beyond the bias; `base` (6,): of the ground."""
+    """Return the accelerations of the degrees of freedom, and those of the bodies beyond their bias; `base`:
+    acceleration (6,) of the ground."""
     X: list[Array] = []
     dv = dict(given)
     for i, b in enumerate(tree.bodies):

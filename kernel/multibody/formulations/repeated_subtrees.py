@@ -25,7 +25,7 @@ _UPPER = [(i, j) for i in range(6) for j in range(i, 6)]
 
 @dataclass(frozen=True)
 class Limb:
-    """The bodies of a branch, root first, and the trunk body `on` that carries it."""
+    """A branch of a tree: its bodies, root first, and the trunk body `on` that carries it."""
 
     bodies: tuple[int, ...]
     on: int
@@ -33,7 +33,7 @@ class Limb:
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of equal limbs as a tree with separate parameters, and its traced functions.
+    """A set of equal limbs as one tree with separate parameters, and its traced functions.
 
     place(q, v, P, base): bodies at the `ends`; bend(q, v, tau, P, base, w...): articulated inertia and force on the
     trunk, dq, and intermediate results m; swing(x, m): dv for the acceleration x of the carrying body.
@@ -56,7 +56,8 @@ class Limbs:
         self._trunk = [i for i in range(len(tree.bodies)) if i not in gone]
 
     def place(self, tree: Tree, q: Array, v: Array, ends: Sequence[int], a_ref: Scalars) -> dict[int, Array]:
-        """Return rotation, tree's point, position, twist (21,) of bodies on which laws act; `tree` with its numbers."""
+        """Return rotation, tree's point, position and twist (21,) of the bodies on which laws act; `tree` has the
+        numerical values."""
         trunk = _part(tree, self._trunk)
         K = kinematics(trunk, _of(tree, "q", self._trunk, q), _of(tree, "v", self._trunk, v), 0.0, a_ref)
         at = {i: n for n, i in enumerate(self._trunk)}
@@ -72,7 +73,7 @@ class Limbs:
     def dynamics(
         self, tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars
     ) -> tuple[Array, Array, Array]:
-        """Return dq/dt, dv/dt and forces of prescribed joints, as `dynamics.dynamics`."""
+        """Return dq/dt, dv/dt and the forces in the prescribed joints, as `dynamics.dynamics` does."""
         trunk = _part(tree, self._trunk)
         at = {i: n for n, i in enumerate(self._trunk)}
         K = kinematics(trunk, _of(tree, "q", self._trunk, q), _of(tree, "v", self._trunk, v), g, a_ref)
@@ -161,7 +162,8 @@ def _part(tree: Tree, bodies: Sequence[int]) -> Tree:
 
 
 def limbs_of(name: str, tree: Tree, ends: Sequence[int]) -> Limbs | None:
-    """Return trunk and limbs of a rigid tree with equal branches, else None; `name`: prefix of their functions."""
+    """Return trunk and limbs of a rigid tree that has equal branches, otherwise None; `name`: prefix of the names of
+    their functions."""
     if any(b.elastic is not None or b.place is not None for b in tree.bodies):
         return None
     below = [[i] for i in range(len(tree.bodies))]

@@ -30,7 +30,8 @@ Step = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarr
 
 
 def assemble(program: Program, y: np.ndarray, P: np.ndarray, step: Step) -> tuple[np.ndarray, list[str]]:
-    """Return the initial state (ny,) with closed loops and consistent speeds, and its changes; KernelError."""
+    """Return the initial state (ny,) with closed loops and consistent speeds, and sentences on what was changed; raises
+    KernelError if the loops cannot be closed."""
     _, gap, slip, pivot = step(y)
     asked = y
     message: list[str] = []
@@ -104,8 +105,8 @@ def _check_mobility(program: Program, independent: Sequence[bool] | np.ndarray) 
 
 
 def lost(program: Program, gap: np.ndarray, t: float, moving: Sequence[str] = ()) -> KernelError | None:
-    """Return the error for a gap of a closed loop that opened within a step, None if there is none; `moving`:
-    prescribed drives in motion."""
+    """Return the error for a closed loop whose gap opened within a step; None if there is none. `moving`: prescribed
+    drives in motion."""
     if _widest(gap) <= LOST:
         return None
     name, size = _gap(program, gap)
@@ -116,7 +117,8 @@ def lost(program: Program, gap: np.ndarray, t: float, moving: Sequence[str] = ()
 def locked(
     program: Program, at_start: np.ndarray, pivot: np.ndarray, t: float, moving: Sequence[str] = ()
 ) -> KernelError | None:
-    """Return the error for steps that became too small because a row has become dependent, None if none has."""
+    """Return the error for steps that became too small because a constraint row has become dependent; None if no row
+    has. `moving`: prescribed drives in motion."""
     pivot, at_start = (x[: len(program.constraints.of)] for x in (pivot, at_start))
     if not len(pivot):
         return None
@@ -148,7 +150,8 @@ def _cause(program: Program, row: int, moving: Sequence[str]) -> str:
 
 
 def torn(program: Program, rope: str, movable: bool, moving: Sequence[str]) -> str:
-    """Describe, as part of a sentence, why the states of a rigid rope switch endlessly; "" if no drive is the cause."""
+    """Return, as part of a sentence, why a rigid rope switches endlessly between taut and slack; "" if no drive is the
+    cause."""
     if not moving:
         return ""
     names = " and ".join(f"'{name}'" for name in moving)

@@ -41,7 +41,7 @@ Columns = Sequence[float]
 
 def keeping(program: Program, y: np.ndarray, P: np.ndarray, closed: Callable[[], np.ndarray]) -> np.ndarray:
     """Return the state (ny,) with loops closed near the given values. Raises KernelError if that is impossible.
-    `closed`: returns a pose that closes the loops, however far away; it raises KernelError if there is none."""
+    `closed`: returns a pose with closed loops, however far away, or raises KernelError if there is none."""
     pose = pose_of(program, y, P)
     asked = _asked(program, [bool(k.joint.q0) for k in program.graph.links])
     free = [[not asked[c] for c in g.columns] for g in pose.groups]
@@ -138,7 +138,8 @@ def _newton(pose: Pose, weights: Sequence[Columns]) -> Pose | None:
 
 
 def fitting_speeds(program: Program, y: np.ndarray, P: np.ndarray) -> np.ndarray:
-    """Return the state (ny,) with dependent speeds computed from the given ones; a remainder is a contradiction."""
+    """Return the state (ny,) with dependent speeds computed from the given ones; raises KernelError if the given speeds
+    contradict each other."""
     pose = pose_of(program, y, P)
     asked = _asked(program, [bool(k.joint.v0) for k in program.graph.links])
     out = y.copy()
@@ -154,8 +155,8 @@ def fitting_speeds(program: Program, y: np.ndarray, P: np.ndarray) -> np.ndarray
 
 
 def changes_message(program: Program, before: np.ndarray, after: np.ndarray, P: np.ndarray) -> list[str]:
-    """Return one sentence for each given coordinate or speed that was changed beyond the rounding of its digits. Those
-    of a joint that closes a loop follow from all others."""
+    """Return one sentence for each given coordinate or speed that was changed by more than the rounding of its digits.
+    The coordinates of a joint that closes a loop are not reported, since they follow from all others."""
     links, nq = program.graph.links, program.nq
     names = ", ".join(dict.fromkeys(n for n, _ in zip(program.constraints.names, program.constraints.of, strict=False)))
     moved, sped = [], []

@@ -35,9 +35,9 @@ Survey = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 @dataclass(frozen=True)
 class Act:
-    """Operations that the impact solver applies to a simulation. `survey`: returns matrix, speeds and free
-    accelerations of the rows; `slack`: of rigid ropes [m]; `kick`: applies impulses; `close`: projects positions and
-    speeds onto the rows."""
+    """The operations that the impact solver needs of a simulation. `survey`: returns matrix, speeds and free
+    accelerations of the rows; `slack`: slack of rigid ropes [m]; `kick`: applies impulses; `close`: projects positions
+    and speeds onto the rows."""
 
     survey: Callable[[], Survey]
     slack: Callable[[], np.ndarray]
@@ -55,7 +55,7 @@ class ImpactResult:
 
 
 class ContactSets:
-    """Determines which contacts push, stick and slide, and which rigid ropes are taut, in P."""
+    """Determines which contacts push, stick and slide, and which rigid ropes are taut; the result is stored in P."""
 
     def __init__(self, program: "Program", P: np.ndarray) -> None:
         self._program, self._P, self._at = program, P, program.parameters.at
@@ -76,7 +76,8 @@ class ContactSets:
         check_start(self._program.contacts.sites, self._numbers, ends)
 
     def resolve(self, fallen: list[int], t: float, local: float, y: np.ndarray, act: Act) -> ImpactResult:
-        """Return impulses and new states at time t [s], after guards `fallen`; raises KernelError without solution."""
+        """Return impulses and new states at time t [s], after the guards `fallen` became negative; raises KernelError
+        if there is no solution."""
         closed, slid, taut = self._closed(), self._sliding(), [r.on for r in self._ropes]
         scene = evaluate(self._program, local, y, self._P, forces=False)
         fell = {i - self._touches for i in fallen if self._program.guards[i][0] == "touch"}

@@ -11,13 +11,13 @@ SOFT = 1e-10  # regularisation of joints that close loops, relative
 
 
 def part(values: np.ndarray, rows: list[int]) -> np.ndarray:
-    """Return the values of the rows; 0 for row -1, a missing tangent."""
+    """Return the values of the given rows; 0 for row -1, which stands for a missing tangent."""
     wide: np.ndarray = np.append(values, 0.0)[rows] if rows else np.zeros(0)
     return wide
 
 
 class Condensed:
-    """Rows of contacts with the joints that close loops eliminated."""
+    """Constraint rows of contacts, with those of loop joints eliminated."""
 
     def __init__(self, A: np.ndarray, b: np.ndarray, rows: list[int], loops: list[int]) -> None:
         self._rows, self._loops = rows, loops
@@ -41,7 +41,7 @@ class Condensed:
         return w
 
     def impulses(self, x: np.ndarray, n: int) -> np.ndarray:
-        """Return the impulses of all n rows."""
+        """Return the impulses of all n rows, given those of the contact rows."""
         out = np.zeros(n + 1)
         out[self._rows] = x
         if self._loops:

@@ -35,8 +35,9 @@ CREEP = 1e-6  # relative size of an acceleration against a slip that begins
 
 @dataclass(frozen=True)
 class ContactProblem:
-    """m contacts: A (3m, 3m) Delassus matrix and b (3m,) free velocity or acceleration of the rows (normal, tangent,
-    tangent); mu (m,); moving (m, 2): direction of contacts that slide already, else zero."""
+    """Impact or force problem of m contacts: A (3m, 3m) Delassus matrix and b (3m,) free velocity or acceleration of
+    the rows (normal, tangent, tangent); mu (m,); moving (m, 2): direction of contacts that slide already, otherwise
+    zero."""
 
     A: np.ndarray
     b: np.ndarray
@@ -48,8 +49,9 @@ class ContactProblem:
 
 @dataclass(frozen=True)
 class FrictionSolution:
-    """x (3m,) impulses or forces, w (3m,); push (m,), stick (m,) booleans; u (m, 2) directions of sliding; share (m,
-    2): friction shares if not unique; prior (3m,): reference for forces that are not unique.
+    """Solution of a contact problem: x (3m,) impulses or forces, w (3m,) velocities or accelerations; push (m,), stick
+    (m,) booleans; u (m, 2) directions of sliding; share (m, 2): friction shares if not unique; prior (3m,): reference
+    for forces that are not unique.
 
     `found` is False if no set fulfils all conditions.
     """

@@ -33,8 +33,8 @@ Numbers = Callable[[str, str], np.ndarray]
 
 @dataclass(frozen=True)
 class Unilateral(ABC):
-    """A unilateral constraint; `numbers`: its parts of P; `rows`: row numbers, normal first; `guard`: number of the
-    guard of its force."""
+    """A unilateral constraint, a contact slot or a rigid rope; `numbers`: its parts of P; `rows`: row numbers, normal
+    first; `guard`: number of the guard of its force."""
 
     name: str
     numbers: Numbers
@@ -45,12 +45,12 @@ class Unilateral(ABC):
 
     @property
     def mu(self) -> float:
-        """Coulomb's coefficient."""
+        """Coulomb's coefficient of friction."""
         return 0.0
 
     @property
     def restitution(self) -> float:
-        """Newton's coefficient."""
+        """Newton's coefficient of restitution."""
         return 0.0
 
     @property
@@ -64,13 +64,13 @@ class Unilateral(ABC):
 
     @abstractmethod
     def keep(self, stick: bool, moves: bool, slips: bool, share: np.ndarray, u: np.ndarray, prior: np.ndarray) -> None:
-        """Keep the constraint active: sticking, or at the friction limit along u (2,), sliding or not; `share` of
-        friction (2,); `prior` force (3,)."""
+        """Keep the constraint active: sticking, or at the friction limit along u (2,), sliding or not; `share`: shares
+        of friction (2,); `prior`: reference force (3,)."""
 
 
 @dataclass(frozen=True)
 class Slot(Unilateral):
-    """A place where two bodies touch; `name`: that of the contact, `key`: that of the slot."""
+    """A place where two bodies touch; `name`: name of the contact, `key`: name of the slot."""
 
     site: Site
     key: str
@@ -99,18 +99,18 @@ class Slot(Unilateral):
         return bool(self.state[SlotAt.SLIPS] > 0.0)
 
     def take(self, candidate: int, held: list[float]) -> None:
-        """Assign a candidate with its frame numbers."""
+        """Assign a contact candidate to the slot, with the numbers of its frame."""
         self.state[:HELD] = held
         self.state[SlotAt.ON], self.state[SlotAt.CANDIDATE] = 1.0, candidate
         self.numbers("held", self.name)[candidate] = 1.0
 
     def grip(self) -> None:
-        """Set the slot sticking until the solver decides."""
+        """Mark the slot as sticking until the solver decides."""
         self.state[SlotAt.STICK], self.state[SlotAt.SOFT], self.state[SlotAt.U] = 1.0, 1.0, 0.0
         self.state[SlotAt.PRIOR] = 0.0
 
     def slide(self) -> None:
-        """Set the slot sliding along its velocity until the solver decides."""
+        """Mark the slot as sliding along its velocity until the solver decides."""
         self.state[SlotAt.STICK] = 0.0
 
     def let_go(self) -> None:
@@ -142,7 +142,7 @@ class UnilateralRope(Unilateral):
         return bool(self._state[RigidAt.TAUT] > 0.0)
 
     def take(self, slack: float) -> None:
-        """Set the rope taut if it is hooked and `slack` [m] is exhausted."""
+        """Mark the rope as taut if it is hooked and no `slack` [m] is left."""
         if self._state[RigidAt.HOOKED] > 0.0 and slack < TOUCHING:
             self._state[RigidAt.TAUT] = 1.0
 
@@ -150,11 +150,11 @@ class UnilateralRope(Unilateral):
         self._state[RigidAt.TAUT] = 0.0
 
     def keep(self, stick: bool, moves: bool, slips: bool, share: np.ndarray, u: np.ndarray, prior: np.ndarray) -> None:
-        """Do nothing: the rope is taut."""
+        """Do nothing, since a rope that is taut has no friction state."""
 
 
 def ropes_of(program: "Program", numbers: Numbers) -> list[UnilateralRope]:
-    """Return all rigid ropes in order."""
+    """Return all rigid ropes as unilateral constraints, in their order."""
     row = len(program.constraints.of)
     guard = first_guard(program, "rigid")
     return [
@@ -163,7 +163,7 @@ def ropes_of(program: "Program", numbers: Numbers) -> list[UnilateralRope]:
 
 
 def slots_of(program: "Program", numbers: Numbers) -> list[Slot]:
-    """Return all contact slots in order."""
+    """Return all contact slots in their order."""
     out: list[Slot] = []
     row, press = len(program.constraints) - len(program.contacts.held), first_guard(program, "press")
     for s in program.contacts.sites:
@@ -198,10 +198,11 @@ def check_start(sites: list[Site], numbers: Numbers, ends: Ends) -> None:
 
 
 def touch(sites: list[Site], slots: list[Slot], numbers: Numbers, ends: Ends, fell: set[int]) -> None:
-    """Free slots that left their face; assign free slots to touching candidates, fastest first. All stick.
+    """Free the slots that left their face, and assign free slots to touching candidates, the fastest first; all of them
+    stick at first.
 
     `fell`: candidates, counted through all sites, whose guards report a touch. At the end of an edge, round-off may
-    make this another candidate than that found here.
+    select another candidate here than the guard did.
     """
     first = 0
     for s in sites:

@@ -16,7 +16,7 @@ FLAG = ("tg", "dip")  # start of the step before the last one; whether a dip is 
 
 
 def begin(s: StepState, ahead: Evaluated) -> None:
-    """Begin with an extrapolated point before the start, on the tangent to the evaluation `ahead`."""
+    """Begin with an extrapolated point before the start, on the tangent that the evaluation `ahead` gives."""
     s.tg, s.t0, s.Gb, s.Ga, s.dip = s.t - NEAR, s.t, s.G, 2.0 * s.G - ahead.G, 0.0
 
 
@@ -27,7 +27,7 @@ def remember(s: StepState) -> None:
 
 
 def watch(s: StepState, taken: Value) -> None:
-    """Determine, after an accepted step without an event, whether a guard may have dipped below zero in between."""
+    """Determine, after an accepted step without an event, whether a guard may have been below zero within the step."""
     end = select(taken, s.t, s.t0 + 1.0)
     h, over, twice, whole = end - s.t0, 1.0 / (end - s.t0), 1.0 / (s.t0 - s.tg), SEEN / (end - s.tg)
     low = []
@@ -47,7 +47,7 @@ def _shallow(s: StepState, b: Value, c: Value) -> Value:
 
 
 def dive(s: StepState, rate: Rate, method: Method) -> None:
-    """Locate an event at the minimum of a guard in the last step, if it is below zero there."""
+    """Locate an event at the minimum of a guard in the last step, if the guard is negative there."""
     among = s.t0 + 0.5 * s.h0
     parts = [(u - NODES[0]) / (NODES[-1] - NODES[0]) for u in NODES]
     inner = [rate(s.t0 + x * s.h0, among, method.interpolate(s, x)).G for x in parts[1:-1]]

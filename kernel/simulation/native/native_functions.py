@@ -28,7 +28,7 @@ RARE = "sample", "look", "refresh", "slope", "climb", "dive"  # between steps
 
 
 class Stepping:
-    """Native functions of a program: `advance` (the loop), step, commit, sample, bisect, refresh, look."""
+    """Native functions of a program: `advance` (the loop over steps), step, commit, sample, bisect, refresh, look."""
 
     def __init__(self, program: Program, method: Method, control: Control) -> None:
         p = self.program = program
@@ -198,7 +198,7 @@ class Stepping:
 
 
 class Oracle:
-    """Interpreter on floats in place of the compiled `emit.Library`, as a reference for tests."""
+    """Interpreter of the same functions on floats, in place of the compiled `emit.Library`; the reference in tests."""
 
     def __init__(self, method: Stepping) -> None:
         self._functions: dict[str, Function | EmittedParts] = {**method.functions, "advance": method.advance}

@@ -62,8 +62,8 @@ _loaded: dict[tuple[str, int], tuple[Stepping, Library]] = {}  # by structure an
 
 
 class NativeState:
-    """The blocks X, P, the matrices M of a method and the table, with the machine code for them. `epoch`: where local
-    time begins [ns]; `calm`: ropes without events; `notes`: warnings of the run so far."""
+    """The state block X, the parameters P, the matrices M of a method and the table of samples, with the machine code
+    for them. `epoch`: start of local time [ns]; `calm`: ropes without events; `notes`: warnings of the run so far."""
 
     program: Program
     method: Stepping
@@ -96,7 +96,7 @@ class NativeState:
     # ---- code ---------------------------------------------------------------------------------------------
 
     def use(self, locked: frozenset[str] | None) -> None:
-        """Switch to the code of the scene with these locks engaged (None: those of the start)."""
+        """Switch to the code of the scene with these locks engaged; None stands for the locks engaged at the start."""
         if locked is None or (locked, self.calm) not in self._variants:
             variant = self._variant(locked)
             locked = variant[0].locked
@@ -131,7 +131,7 @@ class NativeState:
 
     @property
     def structure(self) -> str:
-        """Return the key that is equal for simulations that share machine code."""
+        """Key that is equal for simulations which share machine code."""
         return self._structure(self.program, self.method.method)
 
     def call(self, name: str) -> None:
@@ -148,7 +148,7 @@ class NativeState:
         self._calls[name]()
 
     def bound(self, name: str, *blocks: np.ndarray) -> Callable[[], None]:
-        """Return a native function on these blocks, ready for repeated calls; the caller keeps the blocks alive."""
+        """Return a native function bound to these blocks for repeated calls; the caller must keep the blocks alive."""
         code = self.code
         return code.bound(name, *blocks) if isinstance(code, Library) else partial(code.call, name, *blocks)
 
@@ -163,28 +163,28 @@ class NativeState:
             self.X[self.at[name]] = v
 
     def part(self, name: str) -> np.ndarray:
-        """Return a vector of X, in place."""
+        """Return a vector of X as a view."""
         x: np.ndarray = self.X[self.at[name]]
         return x
 
     @property
     def state(self) -> np.ndarray:
-        """Coordinates, velocities and accounts (ny,), committed or tentative, in place."""
+        """Coordinates, velocities and energy accounts (ny,), committed or tentative, as a view."""
         return self.part("y")
 
     @property
     def velocities(self) -> np.ndarray:
-        """Velocities (nv,), in place."""
+        """Velocities (nv,), as a view."""
         return self.state[self.program.nq : self.program.nq + self.program.nv]
 
     @property
     def angles(self) -> np.ndarray:
-        """Integrals of the angles, in place (see `continuous_angles`)."""
+        """Integrals of the angles, as a view (see `continuous_angles`)."""
         p = self.program
         return self.state[p.nq + p.nv + len(p.accounts) :]
 
     def account(self, what: str, name: str) -> int:
-        """Return the place of a law's heat or work in the state."""
+        """Return the index of a law's heat or work in the state."""
         return self.program.nq + self.program.nv + self.program.accounts.index((what, name))
 
     @property
@@ -194,7 +194,8 @@ class NativeState:
 
     @property
     def evaluations(self) -> int:
-        """Number of evaluations of the right-hand side in steps and Jacobians; without samples, events and peaks."""
+        """Number of evaluations of the right-hand side in steps and Jacobians, without those for samples, events and
+        peaks."""
         method = self.method.method
         return round(method.evaluations * self.attempts + sum(n * self[name] for name, n in method.counted.items()))
 
@@ -208,14 +209,14 @@ class NativeState:
         return (t_ns - self.epoch) * 1e-9 if t_ns < FOREVER_NS else NEVER
 
     def reached_ns(self, t: float) -> int:
-        """Return the first time [ns] that is not before local time t [s], with the comparison that ends steps."""
+        """Return the first time [ns] that is not before local time t [s], by the same comparison that ends steps."""
         n = self.epoch + max(0, ceil(t * 1e9) - 1)
         while self.local(n) < t:
             n += 1
         return n
 
     def among(self) -> float:
-        """Return a local time within the present piece of the profiles, as steps do."""
+        """Return a local time within the present piece of the profiles, as steps use it."""
         return self["t"] + 0.5 * min(1.0, self["t_stop"] - self["t"])
 
     # ---- evaluations --------------------------------------------------------------------------------------
@@ -225,14 +226,14 @@ class NativeState:
         return self.method.row_layout.unpack(self.raw().copy(), SimpleNamespace)
 
     def raw(self) -> np.ndarray:
-        """Return the present row in the native table; valid until the next call."""
+        """Return the present sample row as a view of the native table; valid until the next call."""
         self.call("look")
         row: np.ndarray = self.table[int(self["row"])]
         return row
 
     def shown(self, t_ns: int, before: np.ndarray | None, still: bool) -> np.ndarray:
-        """Return the row at a time within the tentative step (dense output), or at rest, without changing the state.
-        `before`: X before an event within that step was located."""
+        """Return the sample row at a time within the tentative step (dense output), or at rest, without changing the
+        state. `before`: X before an event within that step was located."""
         now = self.X.copy()
         if before is not None:
             self.X[:] = before
@@ -254,29 +255,32 @@ class NativeState:
         return evaluate(self.program, self["t"], self.state.copy(), self.P, self.among())
 
     def close(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Do one Newton step of y onto the constraints; return y, gaps and slips before it, and pivots of the rows."""
+        """Take one Newton step from y onto the constraints; return the new y, the gaps and slips before the step, and
+        the pivots of the rows."""
         self.X[self.at["y"]] = y
         self.call("close")
         place, gap, slip, pivot = (self.part(name).copy() for name in ("y", "gap", "slip", "pivot"))
         return place, gap, slip, pivot
 
     def survey(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return matrix (n, n), speeds and free accelerations (n,) of all rows at the present state."""
+        """Return the Delassus matrix (n, n), the speeds and the free accelerations (n,) of all rows at the present
+        state."""
         self.call("survey")
         matrix, speed, free = (self.part(name).copy() for name in ("delassus", "speed", "free"))
         return matrix.reshape(len(speed), len(speed)), speed, free
 
     def kick(self, impulses: np.ndarray) -> None:
-        """Change the velocities by impulses (n,) of the rows [N s]."""
+        """Change the velocities by impulses (n,) on the rows [N s]."""
         self.X[self.at["impulse"]] = impulses
         self.call("kick")
 
     def rate(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return derivative and tensions at state y at the present time."""
+        """Return the derivative and the tensions at state y and the present time."""
         return self.rate_at(self["t"], self.among(), y)
 
     def rate_at(self, t: float, among: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return derivative and tensions at local time t and state y; `among`: a time in the same profile piece."""
+        """Return the derivative and the tensions at local time t and state y; `among`: a time in the same profile
+        piece."""
         if "rate" not in self._calls:
             self._given = np.zeros(2), np.zeros(len(y))
             self._rates = {name: np.zeros(n) for name, n in self.method.rate_sizes.items()}

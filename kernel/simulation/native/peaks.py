@@ -23,7 +23,7 @@ ROUNDS = 4  # of Newton, from the highest node
 
 
 def begin(s: StepState, ahead: Evaluated) -> None:
-    """Begin with an extrapolated point before the start, on the tangent to the evaluation `ahead`."""
+    """Begin with an extrapolated point before the start, on the tangent that the evaluation `ahead` gives."""
     # a point on the tangent before the start: two earlier ends are needed to bound a bend
     s.ta, s.t0, s.Tb, s.Ta = s.t - NEAR, s.t, s.T, 2.0 * s.T - ahead.T
     s.steep = s.hilly = 0.0
@@ -63,7 +63,7 @@ def _bounds(s: StepState, end: Value) -> tuple[list[Value], list[Value]]:
 
 
 def slope(s: StepState, rate: Rate) -> None:
-    """Determine whether a tension that rose falls at the end of the step."""
+    """Determine whether a tension that rose during the step is falling at its end."""
     # backward difference over a microsecond, with the profile piece of the step
     behind = rate(s.t - NEAR, s.t0 + 0.5 * s.h0, s.y - NEAR * s.f).T
     _, rises = _bounds(s, s.t)
@@ -72,7 +72,7 @@ def slope(s: StepState, rate: Rate) -> None:
 
 
 def climb(s: StepState, rate: Rate, method: Method) -> None:
-    """Raise the peaks of ropes to their maxima within the last step."""
+    """Raise the recorded peaks of ropes to the maxima of their tensions within the last step."""
     among = s.t0 + 0.5 * s.h0
     parts = [(u - NODES[0]) / (NODES[-1] - NODES[0]) for u in NODES]
     inner = [rate(s.t0 + x * s.h0, among, method.interpolate(s, x)).T for x in parts[1:-1]]

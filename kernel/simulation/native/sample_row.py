@@ -28,19 +28,19 @@ Label = tuple[str, str, int]  # group of columns, whose, which of its own
 
 
 class SampleInstant:
-    """An evaluation, with values shared by several column groups."""
+    """An evaluation together with values that several column groups share."""
 
     def __init__(self, x: Evaluation) -> None:
         self.x, self.program = x, x.program
 
     @cached_property
     def energies(self) -> tuple[list[Value], Value, Value]:
-        """Poses, kinetic and potential energy."""
+        """Poses, kinetic energy and potential energy."""
         return self.x.poses_and_energies()
 
     @cached_property
     def loads(self) -> list[list[Value]]:
-        """Loads of loop joints; tensions, slacks and lengths of rigid ropes."""
+        """Loads of loop joints, and tension, slack and length of each rigid rope."""
         values, ropes = self.x.loads(), len(self.program.system.rigid_ropes)
         first = len(values) - 3 * ropes
         return [values[:first], *(values[first + i * ropes : first + (i + 1) * ropes] for i in range(3))]
@@ -48,8 +48,8 @@ class SampleInstant:
 
 @dataclass(frozen=True)
 class ColumnGroup:
-    """A group of columns: unit, frame, names of its owners, function that reads it. Without `read` it is the part
-    `kept` of X, which the steps maintain."""
+    """A group of columns of a sample row: unit, frame, names of its owners, and the function that reads it. Without
+    `read`, the group is the part `kept` of X, which the steps maintain."""
 
     name: str
     unit: str
@@ -129,7 +129,7 @@ ROW = (
 
 
 def row_layout(program: Program) -> Layout:
-    """Return the layout of the columns in a row."""
+    """Return the layout of the columns in a sample row."""
     return Layout({c.name: None if c.single else len(c.owners(program)) for c in ROW})
 
 
@@ -140,7 +140,7 @@ def columns(x: Evaluation) -> list[Value]:
 
 
 def kept(s: StepState) -> list[Value]:
-    """Return the values of the columns that the steps keep up to date in the state block X."""
+    """Return the values of those columns that the steps maintain in the state block X."""
     return flatten([getattr(s, c.kept) for c in ROW if not c.read])
 
 
@@ -156,7 +156,8 @@ def labels(program: Program) -> list[Label]:
 
 
 def projection(program: Program) -> Function:
-    """Create t, y, P -> place: y on the constraints; gap, slip (n,) before; pivot (n,) (`ConstraintRows.pivots`)."""
+    """Return the function t, y, P -> place (y projected onto the constraints), gap and slip (n,) before the projection,
+    pivot (n,) (see `ConstraintRows.pivots`)."""
 
     def body(t: Value, y: Value, P: Value) -> dict[str, Value]:
         e = evaluate(program, t[0], y, P, forces=False)
@@ -182,7 +183,8 @@ def projection(program: Program) -> Function:
 
 
 def surveying(program: Program) -> Function:
-    """Create the function t, y, P -> delassus (n * n,), velocities `speed`, free accelerations `free` (n,) by row."""
+    """Return the function t, y, P -> delassus (n * n,), velocities `speed` and free accelerations `free` (n,) of the
+    rows."""
 
     def body(t: Value, y: Value, P: Value) -> dict[str, Value]:
         rows = evaluate(program, t[0], y, P, t[1]).constraint_rows()
@@ -196,7 +198,7 @@ def surveying(program: Program) -> Function:
 
 
 def kicking(program: Program) -> Function:
-    """Create the function t, y, P, x -> after: y after impulses x (n,) of the rows [N s]."""
+    """Return the function t, y, P, x -> after: the state after impulses x (n,) on the rows [N s]."""
 
     def body(t: Value, y: Value, P: Value, x: Value) -> dict[str, Value]:
         rows = evaluate(program, t[0], y, P, forces=False).constraint_rows()
@@ -212,18 +214,19 @@ def kicking(program: Program) -> Function:
 
 
 def survey(s: StepState, P: Value, f: Function, inside: Value) -> None:
-    """Evaluate the function of `surveying` at (t, y) into the work block."""
+    """Evaluate the function of `surveying` at (t, y) and write the result into the work block."""
     x = f(t=[s.t, inside], y=s.y, P=P)
     s.delassus, s.speed, s.free = x.delassus, x.speed, x.free
 
 
 def kick(s: StepState, P: Value, f: Function) -> None:
-    """Apply the block's impulses to its state."""
+    """Apply the impulses in the work block to its state."""
     s.y = f(t=[s.t], y=s.y, P=P, x=s.impulse).after
 
 
 def halted(x: Evaluation) -> Value:
-    """Return the state (ny,) with all locked joints at rest; heat and work of the impulses are in the accounts."""
+    """Return the state (ny,) with all locked joints at rest; heat and work of the impulses are added to the energy
+    accounts."""
     p = x.program
     v, accounts = list(x.v), dict(zip(p.accounts, x.accounts, strict=True))
     locks = {lock.joint: lock.name for lock in p.system.locks}

@@ -31,7 +31,7 @@ UNITS = {c.name: c.unit for c in ROW}
 
 @dataclass(frozen=True)
 class SampleSlice:
-    """Columns start to stop of a sample under one topic."""
+    """Columns `start` to `stop` of a sample, which share one topic and unit."""
 
     topic: str
     names: tuple[str, ...]
@@ -41,7 +41,7 @@ class SampleSlice:
 
 
 class RawRows:
-    """Raw rows (n, columns), by group of columns."""
+    """Raw sample rows (n, columns), accessible by group of columns."""
 
     def __init__(self, method: Stepping, rows: np.ndarray) -> None:
         self._rows, self._at = rows, method.row_layout.at
@@ -51,17 +51,18 @@ class RawRows:
         return self._rows[:, i if isinstance(i, slice) else slice(i, i + 1)]
 
     def sum(self, group: str, which: Sequence[int] | slice = slice(None)) -> np.ndarray:
-        """Return the sums (n, 1) over columns of a group, one after the other: equal in any batch."""
+        """Return the sums (n, 1) over columns of a group, added one after the other, so that results do not depend on
+        how rows are batched."""
         found = self[group][:, which]
         return found.cumsum(axis=1)[:, -1:] + 0.0 if found.shape[1] else np.zeros((len(found), 1))
 
     def loops(self, which: int) -> np.ndarray:
-        """Return (n, 3 loops) of loop joints: forces (which = 0) or moments (1)."""
+        """Return forces (which = 0) or moments (1) of the loop joints as (n, 3 loops)."""
         return self["loop"].reshape(len(self._rows), -1, 2, 3)[:, :, which].reshape(len(self._rows), -1)
 
     @cached_property
     def poses(self) -> np.ndarray:
-        """The poses (n, 7 bodies)."""
+        """The poses (n, 7 bodies): position and quaternion of every body."""
         n = len(self._rows)
         frames = self["poses"].reshape(n, -1, 12)
         turns = quaternions(frames[:, :, 3:].reshape(-1, 3, 3))
@@ -144,7 +145,7 @@ def _pose(first: int) -> Read:
 
 
 def shown(p: Program) -> dict[tuple[str, str], list[tuple[str, int]]]:
-    """Return, for each topic and unit of sampled force quantities, their names with the columns in `row.shown`."""
+    """Return, for each topic and unit of sampled force quantities, their names and their columns in `row.shown`."""
     groups: dict[tuple[str, str], list[tuple[str, int]]] = {}
     for i, (_, _, x) in enumerate(p.columns["shown"]):
         groups.setdefault((x.topic, x.unit), []).append((x.name, i))
@@ -187,8 +188,8 @@ class _Derivatives(RawRows):
 
 
 def differentiated(method: Stepping, row: np.ndarray, change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return samples (columns,) that contain the given values (m,) and NaN elsewhere, and their derivatives (k,
-    columns) by those of `row` (m, k)."""
+    """Return samples (columns,) that contain the values for `row` (m,), and their derivatives (k, columns) for the
+    changes `change` (m, k) of `row`; NaN where they are not known."""
     beyond = method.columns - len(row)
     at = RawRows(method, np.pad(row, (0, beyond), constant_values=np.nan)[None])
     moved = _Derivatives(method, np.pad(change.T, ((0, 0), (0, beyond))), at)
@@ -200,7 +201,7 @@ Reader: TypeAlias = Callable[[Sequence[float]], float]  # of a raw row (columns,
 
 
 def reader(program: Program, signal: ScalarSignal) -> Reader:
-    """Return the function that reads a signal from a row; raises KernelError if the scene has no such signal."""
+    """Return the function that reads a signal from a sample row; raises KernelError if the scene has no such signal."""
     system = program.system
     check_signal(signal, system, f"signal '{signal.quantity}'")
     places = [_placed(program, point) for point in points(signal, system)]

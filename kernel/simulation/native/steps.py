@@ -27,7 +27,7 @@ Row = Callable[[Value, Value], list[Value]]  # (t, y) -> columns of a sample
 
 def step(s: StepState, rate: Rate, method: Method, control: Control) -> None:
     """Attempt a step from (t, y) with derivative f; a `forced` step is always accepted. Guards are evaluated in every
-    stage, so that one that falls and recovers within the step is not missed."""
+    stage, so a guard that falls and recovers within the step is not missed."""
     h, last = length(s)
     if hasattr(s, "top"):
         remember(s)
@@ -72,7 +72,7 @@ def step(s: StepState, rate: Rate, method: Method, control: Control) -> None:
 
 
 def fallen_status(s: StepState, fallen: Value) -> Value:
-    """Return the status of the loop, depending on whether a guard is negative."""
+    """Return the status of the stepping loop, which depends on whether a guard is negative."""
     # an event takes precedence over the end of a profile piece, but not over a failure or a rest
     return select(fallen, select(s.calm > BREAK, s.calm, EVENT), s.calm)
 
@@ -84,19 +84,22 @@ def dive(s: StepState, rate: Rate, method: Method) -> None:
 
 
 def bounded(h: Value, r: Evaluated) -> Value:
-    """Return the length of the next step, bounded so that shapes cannot pass through each other between guards."""
+    """Return the length of the next step, limited so that shapes cannot pass through each other between two evaluations
+    of their guards."""
     return minimum(h, r.reach[0]) if hasattr(r, "reach") else h
 
 
 def passing(s: StepState, r: Evaluated) -> Value:
-    """Return local time + 1 s from which a fixed step could let shapes pass unseen; 0: none, negative: noted."""
+    """Return the local time plus 1 s from which a fixed step could let shapes pass through each other unnoticed; 0 if
+    there is no such time, negative if a note about it was already added."""
     # a fixed step is not shortened: it is only noted when shapes could have passed unseen
     blind = select(s.h_max > r.window[0], s.t + 1.0, 0.0)
     return select(abs(s.passing) > 0.0, s.passing, blind)
 
 
 def go_on(s: StepState, status: Value) -> None:
-    """Set the status, and whether the loop continues: no event, and budget, sample space and time left."""
+    """Set the status, and whether the loop continues: it does while there is no event and budget, sample space and time
+    are left."""
     s.status = status
     s.run = select(status > RUNNING, 0.0, s.more)
 
@@ -109,7 +112,7 @@ def complete(s: StepState, rate: Rate, method: Method) -> None:
 
 def bisect(s: StepState, rate: Rate, method: Method) -> None:
     """Halve the bracket [lo, hi] around the first zero of a guard in the last step; G holds the guards at hi. A zero
-    seen by a stage only is in doubt: it is discarded if the dense output does not show it at that time."""
+    that only a stage has shown is discarded if the dense output does not confirm it at that time."""
     # a zero seen by a stage is checked at that stage first: stages are less accurate than the dense output
     x = select(s.doubt > 0.0, s.hi, 0.5 * (s.lo + s.hi))
     t = s.t0 + x * s.h0
@@ -127,7 +130,7 @@ def bisect(s: StepState, rate: Rate, method: Method) -> None:
 def commit(s: StepState, quaternions: list[int], velocities: slice, project: Project | None) -> None:
     """Commit the tentative step: peaks of the tensions, due samples, unit quaternions.
 
-    `project` projects it onto the constraints, of which the widest gaps so far are kept. `still` is set when all
+    `project` projects the state onto the constraints and keeps their widest gaps so far. `still` is set when all
     velocities and accelerations vanish after the last command has ended.
     """
     higher = [(s.tentative > 0.0) & (p < T) for T, p in zip(s.T, s.peak, strict=True)]
@@ -178,18 +181,18 @@ def refresh(s: StepState, rate: Rate, method: Method) -> None:
 
 
 def close(s: StepState, project: Project) -> None:
-    """Do a Newton step onto the constraints; the block gets the gaps before it and the pivots of the rows."""
+    """Take a Newton step onto the constraints; the block receives the gaps before it and the pivots of the rows."""
     x = project(s.t, s.y)
     s.y, s.gap, s.slip, s.pivot = x.place, x.gap, x.slip, x.pivot
 
 
 def look(s: StepState, row: Row) -> tuple[Value, list[Value]]:
-    """Write the present state into the next free row, which stays free."""
+    """Write the present state into the next free sample row without occupying it."""
     return s.row, [*row(s.t, s.y), *kept(s)]
 
 
 def sample(s: StepState, rate: Rate, row: Row, method: Method) -> tuple[Value, list[Value]]:
-    """Write a row from the dense output of the committed step; steps are not shortened for samples."""
+    """Write a sample row from the dense output of the committed step; steps are not shortened for samples."""
     values = [*row(s.t_out, method.interpolate(s, (s.t_out - s.t0) * (1.0 / s.h0))), *kept(s)]
     number = s.row
     s.row, s.count = number + 1.0, s.count + 1.0

@@ -23,15 +23,15 @@ Rate = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 class Rattling:
-    """Detects rattling: counts rapidly repeated events of each rope; `counts`: name -> number, time of the first and of
-    the last."""
+    """Detects rattling ropes: counts rapidly repeated events of each rope; `counts`: name -> number of events, time of
+    the first and of the last."""
 
     def __init__(self, resolved: float) -> None:
         self._resolved_ns = round(resolved * 1e9)
         self.counts: dict[str, tuple[int, int, int]] = {}  # how many, when the first and the last came [ns]
 
     def hear(self, name: str, t_ns: int) -> float:
-        """Register an event; return the frequency of a rattle [Hz], or 0."""
+        """Register an event; return the frequency of the rattle [Hz], or 0 if the rope does not rattle."""
         n, first, last = self.counts.get(name, (0, t_ns, t_ns))
         # a pause longer than the resolution begins a new rattle
         n, first = (n + 1, first) if t_ns - last <= self._resolved_ns else (0, t_ns)
@@ -43,13 +43,13 @@ class Rattling:
 
 
 def critical(EA: float, L0: float, mass: float) -> float:
-    """Return the critical damping [N s/m] of a mass on a rope; zero if no finite mass is moved."""
+    """Return the critical damping [N s/m] of a mass on a rope; zero if the rope moves no finite mass."""
     return 2.0 * sqrt(EA / L0 * mass) if mass < np.inf else 0.0
 
 
 def moved_mass(p: np.ndarray, i: int, velocities: slice, y: np.ndarray, rate: Rate) -> float:
-    """Return the effective mass [kg] along rope i, 1/(J H^-1 J^T); infinite if it moves none. p: the rope's numbers,
-    restored at the end; `rate(y)`: derivative and tensions with these numbers."""
+    """Return the effective mass [kg] that moves along rope i, 1/(J H^-1 J^T); infinite if the rope moves nothing. p:
+    the rope's numbers, restored at the end; `rate(y)`: derivative and tensions with these numbers."""
     before, c = p.copy(), float(p[RopeAt.EA])
     # the weight of a heavy rope, last in its numbers, would accelerate its ends without any tension
     if (len(p) - ROPE_HEAD) % ROPE_LINE:
@@ -79,7 +79,7 @@ SPELL_NS = 10_000_000  # of the scene
 
 
 class StepBudget:
-    """Limits of the steps per simulated second and of the events per time.
+    """Limits on the number of steps per simulated second and of events per time.
 
     `since`: attempts and time [s] at the beginning of the present second; `crowd`: consecutive events, time of the
     last; `spell`: number of events, beginning [ns].
@@ -92,7 +92,7 @@ class StepBudget:
         self.spell = 0, 0
 
     def ends(self, attempts: float, t: float) -> bool:
-        """Return whether a simulated second has taken too many steps; t: simulation time [s]."""
+        """Return whether the present simulated second has taken too many steps; t: simulation time [s]."""
         before, start = self.since
         # counted per simulated second, not by a clock: every run of the scene ends at the same step
         if t - start >= 1.0:
@@ -101,7 +101,7 @@ class StepBudget:
         return attempts - before >= STEPS
 
     def crowded(self, t_ns: int) -> bool:
-        """Register an event at t_ns; return whether there are too many."""
+        """Register an event at t_ns; return whether events are too numerous."""
         count, since = self.spell
         self.spell = (count + 1, since) if t_ns - since <= SPELL_NS else (1, t_ns)
         n, last = self.crowd

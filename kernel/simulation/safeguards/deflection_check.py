@@ -30,7 +30,8 @@ LAST = (REFUSED / WARNED) ** 2  # the second limit, as part of the first one, sq
 
 
 def pass_limit(native: NativeState, name: str, t_ns: int) -> StateChange:
-    """Move a flexible body at its limit to the next; the event's value is its deflection; KernelError at the second."""
+    """Move a flexible body that has reached a deflection limit on to the next limit; return an event whose value is the
+    deflection. Raises KernelError at the second limit."""
     link = native.program.graph.links[native.program.graph.number(name)]
     limit = native.P[native.program.parameters.at["bending", name]]
     if limit[0] >= LAST:
@@ -40,7 +41,7 @@ def pass_limit(native: NativeState, name: str, t_ns: int) -> StateChange:
 
 
 def bent(native: NativeState, name: str, t_ns: int) -> Note:
-    """Return the note about a body at the first limit."""
+    """Return the note about a body at its first deflection limit."""
     return Note(
         t_ns, _message(native, native.program.graph.links[native.program.graph.number(name)], t_ns, refused=False)
     )
@@ -78,7 +79,7 @@ def _loaded(native: NativeState, rows: np.ndarray) -> Iterator[tuple[Link, list[
 
 
 def relieve(native: NativeState) -> None:
-    """Reset the times of compression, as no flexible body is near buckling."""
+    """Reset the times of compression when no flexible body is near buckling."""
     for link, *_ in native.program.compressible:
         native.P[native.program.parameters.at["bending", link.body.name]][2:4] = NEVER
 

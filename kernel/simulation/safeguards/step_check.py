@@ -37,7 +37,7 @@ class Fastest:
 
     @property
     def message(self) -> str:
-        """The mode as part of a sentence."""
+        """The fastest mode, as part of a sentence."""
         held = f" on '{self.law}'" if self.law else ""
         kind = "decays" if self.damping >= 1.0 else "swings"
         return f"'{self.body}'{held} {kind} at {self.frequency:.3g} Hz"
@@ -50,7 +50,8 @@ def fastest_mode_text(native: NativeState, J: np.ndarray | None = None) -> str:
 
 
 def fastest(native: NativeState, J: np.ndarray) -> Fastest | None:
-    """Return the fastest mode of J (n, n), derivative of coordinates' and velocities' rates; None if not stiff."""
+    """Return the fastest mode of the Jacobian J (n, n) of the rates of coordinates and velocities; None if it is not
+    stiff."""
     p, y = native.program, native.state.copy()
     if not (np.isfinite(J).all() and np.isfinite(y).all()):
         return None
@@ -91,7 +92,8 @@ SHORTER = 0.8  # of its length: a rope that much shorter is a quarter stiffer
 
 
 class StepCheck:
-    """Check of a fixed `step` [s]; `lengths`: of ropes at the last check [m]; `missed`: a distorted mode was noted."""
+    """Check of a fixed `step` [s]; `lengths`: rope lengths at the last check [m]; `missed`: whether a note about a
+    distorted mode was added."""
 
     def __init__(self, native: NativeState, step: float) -> None:
         self._native, self._step = native, step
@@ -99,7 +101,7 @@ class StepCheck:
         self.missed = False
 
     def see(self, t_ns: int, row: np.ndarray) -> None:
-        """Check the step at a row of the native table if a rope has become much shorter."""
+        """Check the step at a row of the native table, if a rope has become much shorter since the last check."""
         if (row[self._native.method.row_layout.at["length"]] < SHORTER * self.lengths).any():
             self.check(t_ns, row)
 
@@ -198,7 +200,8 @@ class EnergyCheck:
         self._softness = np.array([0.5 / r.EA for r in p.system.ropes])  # of a metre: energy of a tension squared
 
     def energies(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the kinetic energies of rows (n, columns), and potential, stored, heats, and negative works [J]."""
+        """Return, for rows (n, columns), the kinetic energies, and the potential, stored, heat and negative work
+        energies [J]."""
         return rows[:, self._kinetic], rows.take(self._parts, axis=1) * self._signs
 
     def begin(self, row: np.ndarray) -> None:
@@ -221,7 +224,7 @@ class EnergyCheck:
             self._native.notes.append(Note(round(t * 1e9), message))
 
     def fine(self, rows: np.ndarray) -> bool:
-        """Return whether `check` would report nothing for rows (n, columns); if so, they count as read."""
+        """Return whether `check` would accept all rows (n, columns); if so, they are added as readings."""
         if self.balance.strict:
             self.see(rows)
             return True

@@ -1,10 +1,10 @@
 """The abstract simulator of Parallel DEVS.
 
-simulator              one heap of distinct tags; internal, external or confluent
-flatten, bags          coupled models dissolved into atomics with routes; messages into bags; who is due when
-transitions            what is reported of each transition; what out ports promise, checked; what atomics say at a tag
-rules                  outputs that change a state; rules that a model can break while it runs
-canonical              states as bytes, without code in them; the state of a simulator
+simulator              the simulation loop over logical times: outputs, delivery, transitions
+flatten, bags          coupled models replaced by atomic models with routes; delivery of messages; the schedule
+transitions            records of transitions; checks of promised lookaheads; calls of output functions
+rules                  checks of the rules that a model can break while it runs
+canonical              conversion of states to bytes that contain no code, and back
 """
 
 from heavylift.kernel.on_demand import face

@@ -1,11 +1,13 @@
-"""Delivery of messages into the bags of their receivers, in the order of places of `flatten`, and the schedule.
+"""Delivery of messages to the input bags of their receivers, in the order that `flatten` determines, and the schedule
+of transitions.
 
-Until its receiver takes it, the first message is held in the atomic itself, since most bags hold one: containers that
-live through a whole instant would keep the garbage collector busy.
+The first message for an atomic model is held in the model itself, since most bags contain a single message, and
+containers that live for a whole instant would keep the garbage collector busy.
 
-Schedule: one heap of distinct times, a slot of atomics for each, and the atomics due at the next microstep. Only waits
-of zero lead to a microstep above 0, and always to the next one, so those need no heap. A rescheduled atomic stays in
-its old slot, where its own time shows that the entry is stale; when most entries are stale, all slots are rebuilt.
+The schedule has a heap of distinct times, a list (slot) of atomic models for each time, and the list of models due at
+the next microstep. Only waits of zero lead to a microstep above 0, and always to the next one, so they need no heap. A
+rescheduled model stays in its old slot, where its stored time shows that the entry is stale; when most entries are
+stale, all slots are rebuilt.
 """
 
 from collections.abc import Collection, Sequence
@@ -26,7 +28,8 @@ model_port_and_place = itemgetter(0, 1, 2)
 
 
 def deliver(sources: Sequence[Port[Message]], values: Sequence[Message], t: int) -> list[int]:
-    """Put messages into their receivers' bags; return the indices of receivers not imminent at `t` [ns]."""
+    """Put messages into the bags of their receivers; return the indices of those receivers that have no internal
+    transition at `t` [ns]."""
     reached = []
     n = 0
     for source in sources:
@@ -46,7 +49,8 @@ def deliver(sources: Sequence[Port[Message]], values: Sequence[Message], t: int)
 
 
 def sorted_bag(m: Atomic) -> dict[InPort[Message], list[Message]]:
-    """Return and clear a bag of several messages, sorted by port name and order."""
+    """Empty an atomic model's bag of several messages and return them by input port, ordered by port name and then by
+    source."""
     assert m._port is not None
     assert m._more is not None
     bag = Arrived()
@@ -59,7 +63,8 @@ def sorted_bag(m: Atomic) -> dict[InPort[Message], list[Message]]:
 def spoken(
     tag: Instant, sources: Sequence[Port[Message]], values: Sequence[Message], inner: bool = False
 ) -> list[Event]:
-    """Return the events sent at a tag through out ports of root models, or their `inner` ones, in order."""
+    """Return, in total order, the events sent at a logical time to other nodes, or with `inner` those sent to receivers
+    in the same node."""
     left = [
         # the total order of events: source, port, then place in the port's bag
         (target.owner.name, target.name, number, value)
@@ -78,14 +83,14 @@ def spoken(
 
 
 def fitting(port: Port[Message], value: Message) -> Message:
-    """Return the message, after checking that the port carries its type."""
+    """Return the message; raises ModelError if its type is not that of the port."""
     if not isinstance(value, port.type):
         raise ModelError(f"{port!r} carries {port.type.__name__}, not {type(value).__name__}")
     return value
 
 
 def entry(model: Model, name: str) -> InPort[Message]:
-    """Return an in port of a model by name; raises ModelError if there is none."""
+    """Return the input port of a model with this name; raises ModelError if there is none."""
     port = model.ports.get(name)
     if not isinstance(port, InPort):
         ins = ", ".join(key for key, port in model.ports.items() if isinstance(port, InPort)) or "none"
@@ -94,7 +99,8 @@ def entry(model: Model, name: str) -> InPort[Message]:
 
 
 def received(entries: Entries, event: Event) -> tuple[Port[Message], Message]:
-    """Return the entry of a message from another node, with its decoded value, which all receivers here share."""
+    """Return the port at which an event from another node enters, and its decoded message, which all receivers in this
+    node share. Raises ModelError if no port here is coupled to the event's source."""
     if (event.source, event.port) not in entries:
         raise ModelError(f"{event.source}.{event.port} at {event.tag}: no port here is coupled to it")
     start, targets = entries[event.source, event.port]
@@ -113,12 +119,14 @@ STALE = 4  # stale entries for each atomic at which the slots are made anew
 
 
 class Schedule:
-    """The schedule of the atomics. `imminent`: indices of atomics due at the tag of `next`, in path order."""
+    """The times at which the atomic models are due. `imminent`: indices of the models due at the logical time that
+    `next` returned, in the order of their paths."""
 
     def __init__(
         self, atomics: list[Atomic], last: Instant, present: Present, known: Collection[Atomic] = frozenset()
     ) -> None:
-        """Schedule the atomics after the tag `last`; those not in `known` are started."""
+        """Schedule the atomic models after the logical time `last`; models that are not in `known` are started
+        first."""
         self.atomics = atomics
         self.times: list[int] = []  # heap of the times [ns] with a slot
         self.slots: dict[int, list[int]] = {}
@@ -132,7 +140,7 @@ class Schedule:
                 self._begin(m, last, present)
 
     def next(self, last: Instant) -> Instant:
-        """Return the earliest tag after `last` at which an atomic is due, and set `imminent`."""
+        """Return the earliest logical time after `last` at which a model is due, and set `imminent`."""
         if self.soon:
             self.imminent, self.soon = self.soon, []
             self.imminent.sort()
@@ -155,12 +163,13 @@ class Schedule:
         return FOREVER
 
     def wait(self) -> None:
-        """Put the imminent atomics back into the schedule, since an input arrives earlier."""
+        """Put the imminent models back into the schedule, because an input arrives before they are due."""
         if self.imminent:
             self.slots[self.times[0]] = self.imminent
 
     def move(self, m: Atomic, t: int, now: int) -> None:
-        """Reschedule an atomic to t [ns]; if that is `now`, the caller adds it to those due `soon`."""
+        """Reschedule an atomic model to t [ns]; if t is `now`, the caller must append it to `soon` for the next
+        microstep."""
         before, slots, times = m._t, self.slots, self.times
         if t == before:
             return
@@ -185,7 +194,8 @@ class Schedule:
                 self._renew(now)
 
     def _enter(self, m: Atomic, now: int) -> None:
-        """Enter an atomic at its own time; one due at `now` [ns] is due at the next microstep."""
+        """Add an atomic model to the schedule at its own time; if that is `now` [ns], it is due at the next
+        microstep."""
         if m._t <= now:
             self.soon.append(m._index)
         else:
@@ -193,7 +203,7 @@ class Schedule:
             self.move(m, t, now)
 
     def _begin(self, m: Atomic, last: Instant, present: Present) -> None:
-        """Start an atomic that was added after the tag `last`."""
+        """Start an atomic model that was added after the logical time `last`, and schedule it."""
         m._t, m._last, m._wait, m._port, m._more = NEVER, max(last[0], 0), None, None, None
         m._set = last[0] if last[0] >= 0 else -NEVER
         present.busy = True

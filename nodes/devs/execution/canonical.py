@@ -1,4 +1,4 @@
-"""Plain data, messages and objects of any class as bytes that contain no code, and back.
+"""Conversion of plain data, messages and objects of any class to bytes that contain no code, and back.
 
     scalar          None, bool, int of 64 bits, float, str, bytes: unchanged
     [kind, ...]     everything else, numbered from 0 in the order of first occurrence
@@ -37,17 +37,19 @@ _OPEN = object()  # in place of what is being made of its parts
 
 
 def frozen(value: object, around: Sequence[object] = ()) -> bytes:
-    """Serialise a value; objects `around` it are referred to, not stored. TypeError if it cannot be saved."""
+    """Serialise a value. Objects in `around` are stored as references, not as copies. Raises TypeError if the value
+    cannot be saved."""
     return msgspec.msgpack.encode(Freezer(around).fold(value))
 
 
 def thawed(data: bytes, around: Sequence[object] = ()) -> Any:
-    """Deserialise a value frozen by `frozen`; raises TypeError or LookupError for other bytes."""
+    """Deserialise a value that `frozen` serialised with the same `around`; raises TypeError or LookupError for other
+    bytes."""
     return _Thawer(around).unfold(msgspec.msgpack.decode(data))
 
 
 class Freezer:
-    """Serialiser of values; objects met before, and the objects `around`, are referred to by number."""
+    """Serialiser that stores repeated objects, and the objects in `around`, as numbered references."""
 
     def __init__(self, around: Sequence[object] = ()) -> None:
         self._met: list[object] = [*around]  # kept, so that no id is given twice
@@ -60,7 +62,7 @@ class Freezer:
             del self._numbers[id(self._met.pop())]
 
     def fold(self, x: Any) -> object:
-        """Return a value as plain data; raises TypeError if part of it cannot be saved."""
+        """Return a value as plain data that can be encoded; raises TypeError if part of it cannot be saved."""
         kind = type(x)
         if kind in _SCALARS:
             return x
@@ -213,7 +215,8 @@ class _Thawer:
 
 @functools.cache
 def _defaults(cls: type[msgspec.Struct]) -> tuple[object, ...]:
-    """Return the default of each field; encoders omit only values that are identical to it, not merely equal."""
+    """Return the default value of each field; encoders omit a field only if its value is this very object, not merely
+    equal to it."""
     defaults = cls.__struct_defaults__
     return (msgspec.NODEFAULT,) * (len(cls.__struct_fields__) - len(defaults)) + defaults
 
@@ -226,14 +229,15 @@ def _plain(cls: type) -> bool:
 
 @functools.cache
 def _of_models(module: str) -> bool:
-    """Return whether a module may contain models: it is part of heavylift's nodes or kernel, or the user's."""
+    """Return whether a module may define models: it is part of heavylift's nodes or kernel, or written by the user."""
     if module.startswith("heavylift."):
         return module.startswith(("heavylift.nodes.", "heavylift.kernel."))
     return module == "__main__" or written_by_user(module)
 
 
 def _value(module: str, name: str) -> tuple[str, str]:
-    """Return module and name; raises TypeError unless a model may hold this object in its state and call it."""
+    """Return module and name of a function or other named object; raises TypeError unless a model may hold it in its
+    state and call it."""
     found = _named(module, name)
     own = _of_models(module) and getattr(found, "__module__", "") == module
     types = module in ("builtins", "numpy") and isinstance(found, type)
@@ -254,7 +258,7 @@ def _method(owner: object, name: str) -> object:
 
 
 def _restoring(cls: Any) -> None:
-    """Raise TypeError for a class that restores its state by a method of its own, unless it is a model's."""
+    """Raise TypeError if a class has its own method for restoring its state, unless it is a class of a model."""
     if not _of_models(getattr(cls.__setstate__, "__module__", None) or ""):
         raise TypeError(f"a {cls.__name__} cannot be saved")
 

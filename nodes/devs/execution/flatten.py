@@ -1,13 +1,14 @@
-"""Flattening (closure under coupling): dissolve a model tree into atomics with direct routes.
+"""Flattening (closure under coupling): replace a tree of coupled models by its atomic models with direct routes.
 
-Every path from an atomic's out port through couplings to an atomic's in port (a route) or to an out port of a root (an
-exit) gets a place number. Places order the bag of the target as nested simulators would: its ports by name; in each of
-them the union over all couplings into it by (source model, its port), messages from outside first; and inside each of
-those the order of that port's own bag, recursively. So a bag does not depend on how deep models are nested or how a
-tree is divided into nodes.
+Each path through couplings from an output port of an atomic model, either to an input port of an atomic model (a route)
+or to an output port of a root model (an exit), gets a place number. Place numbers order the messages in a receiver's
+bag as nested simulators would: by input port name; in each port by source model and its port, over all couplings into
+the port, with messages from outside first; and for each source in the order of that port's own bag, recursively. So the
+order in a bag does not depend on how deeply models are nested or how a tree is divided into nodes.
 
-Several roots are siblings that share a node. They are coupled to each other, and to models elsewhere: each out port
-there is an entry here, with routes and places like any port; its messages keep the order in which they arrive.
+Several roots are siblings that share a node. They are coupled to each other and to models in other nodes. Each output
+port of another node is an entry here, with routes and places like any port; its messages keep the order in which they
+arrive.
 """
 
 from collections.abc import Iterable, Sequence
@@ -25,10 +26,12 @@ Entries = dict[tuple[str, str], tuple[Port[Message], list[Port[Message]]]]  # by
 
 
 def flatten(roots: Sequence[Model], wires: Iterable[Wire] | None = None) -> tuple[list[Atomic], Entries]:
-    """Return the atomics of trees in path order, with routes of their out ports, and the entries of outside messages.
+    """Return the atomic models of the trees, sorted by path, with the routes from their output ports, and the ports
+    where messages from outside enter.
 
-    Without `wires`, the in ports of a root take messages, and each of its out ports is an exit. With `wires` (couplings
-    of the node's models), out ports coupled to a model elsewhere are exits; the others are `inner`.
+    Without `wires`, each input port of a root takes messages, and each of its output ports is an exit. With `wires`
+    (the couplings of the node's models), output ports coupled to a model in another node are exits; the others are
+    `inner`.
     """
     tops = {root.name: root for root in sorted(roots, key=lambda root: root.name)}
     models: list[Model] = []
@@ -90,7 +93,8 @@ def tree(model: Model) -> list[Model]:
 
 
 def _wired(tops: dict[str, Model], wires: Iterable[Wire], ahead: Ahead) -> tuple[Entries, set[Port[Message]]]:
-    """Apply the couplings between roots; return the entries and the ports that lead out."""
+    """Apply the couplings between roots; return the ports where messages from outside enter, and the ports that lead to
+    other nodes."""
     entries: Entries = {}
     leaving = set[Port[Message]]()
     for source, port, target, into in wires:
@@ -109,7 +113,7 @@ def _wired(tops: dict[str, Model], wires: Iterable[Wire], ahead: Ahead) -> tuple
 
 
 def _follow(start: Port[Message], ahead: Ahead, tops: dict[str, Model], into: dict[Port[Message], list[_Way]]) -> None:
-    """Follow all routes from a port to their ends."""
+    """Find all routes that start at a port, and add each to the port where it ends."""
     going = [(start, "")]
     while going:
         port, hops = going.pop()

@@ -1,12 +1,13 @@
-"""Rules that a model can break while it runs, and the sentences that it ends with; the state of a simulator as bytes.
+"""Rules that a model can break while it runs, the error messages for them, and the state of a simulator as bytes.
 
-An `output` that changes the state of its model is seen: lambda is a function of the state, called whenever asked for.
-Looked at are the first outputs, the first of every class, and then all of one tag in about EVERY, at distances that no
-cycle of models can meet always or never, the same in every run, and fewer the larger the states. Attributes are
-compared by identity, and by their bytes where they can change in place.
+An `output` function must not change the state of its model, since it is called whenever its messages are asked for.
+This is checked for the first outputs, for the first output of every class, and then for all outputs at one logical time
+in about EVERY. The intervals are pseudo-random, the same in every run, so that no cycle of models can always avoid the
+check; they are longer for larger states. Attributes are compared by identity, and by their bytes if they can change in
+place.
 
-The bytes hold models with their states, schedule and structure, but neither routes (`canonical`) nor what the models
-are a part of: a snapshot is restored in the same place.
+The bytes hold models with their states, schedule and structure, but neither routes (`canonical`) nor the models that
+contain them: a snapshot must be restored in the same place.
 """
 
 import io
@@ -34,7 +35,8 @@ TAIL = 32  # microsteps before the limit whose models are named as the loop
 
 
 class MicrostepLimit:
-    """Ends zero-time loops: from microstep `start` on it records the atomics that move, and names them at the limit."""
+    """Detector of zero-time loops: from microstep `start` on it records the atomic models that have transitions, and at
+    the limit it raises an error that names them."""
 
     def __init__(self, microsteps: int) -> None:
         """Set the limit; raises ModelError unless `microsteps` is an int between 1 and 2**31 - 1."""
@@ -47,7 +49,7 @@ class MicrostepLimit:
         self._t = -1
 
     def watch(self, tag: Instant, paths: Iterable[str]) -> None:
-        """Record the atomics that move at a late microstep; raises ModelError at the limit."""
+        """Record the atomic models with a transition at a late microstep; raises ModelError at the limit."""
         t, k = tag
         if t != self._t:
             self._t, self._seen = t, set()
@@ -60,7 +62,8 @@ class MicrostepLimit:
 
 
 def fail(m: Atomic, tag: Instant, what: str, error: BaseException) -> NoReturn:
-    """Raise a one-line error for an exception in a model's function; exceptions that end the program pass."""
+    """Raise a ModelError of one line for an exception in a function of a model; exceptions that end the program are
+    raised again."""
     ends = not isinstance(error, Exception) and type(error).__module__.startswith("heavylift.")
     if ends or isinstance(error, KeyboardInterrupt):
         raise error
@@ -80,7 +83,8 @@ State = tuple[Atomic, list[object] | None, dict[str, object], dict[str, bytes]]
 
 
 class Witness:
-    """Compares states of atomics before and after their outputs, when `left` is negative or they are `new`."""
+    """Checks that output functions leave the states of atomic models unchanged: for the models in `new`, and for all
+    models when the countdown `left` is negative."""
 
     def __init__(self, candidates: bool = True) -> None:
         self.looks = candidates
@@ -89,7 +93,7 @@ class Witness:
         self._first, self._met, self._random = FIRST, set[type[Atomic]](), Random(EVERY)
 
     def meet(self, atomics: list[Atomic]) -> None:
-        """Register the present atomics."""
+        """Register the atomic models that the simulator has now."""
         if not self.looks:
             return
         self._atomics = atomics
@@ -98,7 +102,7 @@ class Witness:
         self.new = {m._index for m in atomics if type(m) in unknown} if unknown else set()
 
     def before(self, imminent: list[int]) -> list[State]:
-        """Return the states of the imminent atomics that will be compared."""
+        """Return the states, before their outputs, of those imminent models that will be checked."""
         atomics, unmet = self._atomics, self.new.intersection(imminent)
         examined: Iterable[int] = {type(atomics[i]): i for i in sorted(unmet)}.values()  # one of each new class
         if self.left < 0 and self._first > 0:
@@ -139,7 +143,8 @@ class Witness:
 
 
 def _state(m: Atomic) -> State:
-    """Return an atomic's attributes, if possible without `vars(m)`, which slows down CPython 3.11's reads."""
+    """Return the attributes of an atomic model, if possible without calling `vars(m)`, after which CPython 3.11 reads
+    attributes more slowly."""
     known = get_referents(m)
     if all(_is_still(x) or x is m.ports or x is m._present for x in known):
         return m, known, {}, {}
@@ -147,7 +152,7 @@ def _state(m: Atomic) -> State:
 
 
 def _named(now: dict[str, object], known: list[object], found: list[object]) -> set[str]:
-    """Return the names of attributes that refer to a different object."""
+    """Return the names of the attributes that now refer to a different object."""
     if len(known) > len(found):
         return {"an attribute, which it deleted"}
     if len(known) < len(found):
@@ -174,12 +179,13 @@ def _is_still(x: object) -> bool:
 
 
 def _changeable(state: dict[str, object]) -> dict[str, bytes]:
-    """Return the bytes of attributes that can change in place."""
+    """Return, by name, the bytes of those attributes that can be changed in place."""
     return {key: image(x) for key, x in state.items() if not _is_still(x)}
 
 
 def image(x: object) -> bytes:
-    """Serialise a value within this process, b"" if that fails; models and ports are stored as references."""
+    """Serialise a value for comparison within this process; b"" if that fails. Models and ports are stored as
+    references."""
     file = io.BytesIO()
     try:
         _Pickler(file, 5).dump(x)
@@ -199,7 +205,7 @@ Staged = list[tuple[InPort[Message], Message]]  # messages on their way in
 
 
 def frozen(models: Sequence[Model], last: Instant, staged: Staged) -> bytes:
-    """Serialise model trees with their last tag and pending inputs."""
+    """Serialise model trees with the logical time of their last transition and their undelivered inputs."""
     parts = []
     for model in models:
         rest = last, [(port, value) for port, value in staged if port.owner is model]
@@ -213,7 +219,8 @@ def frozen(models: Sequence[Model], last: Instant, staged: Staged) -> bytes:
 
 
 def thawed(snapshot: bytes, former: Sequence[Model]) -> tuple[list[Model], Instant, Staged]:
-    """Deserialise model trees in place of former ones; return them with last tag and pending inputs."""
+    """Deserialise model trees to replace `former` ones; return them with the logical time of the last transition and
+    the undelivered inputs."""
     try:
         parts = msgspec.msgpack.decode(snapshot, type=list[bytes])
         found: list[Any] = [canonical.thawed(part, _around(m)) for part, m in zip(parts, former, strict=True)]

@@ -1,4 +1,4 @@
-"""The abstract simulator of Parallel DEVS, flat: one heap of distinct tags, direct routes.
+"""The abstract simulator of Parallel DEVS for a flattened model: one heap of distinct logical times, and direct routes.
 
 One call of `advance(tag, bag)`, for tag = next_time or an earlier tag with inputs, does:
   1. lambda of all imminent atomics (those with next == tag), in path order;
@@ -31,7 +31,7 @@ SILENT = 256  # tags, and messages between its models, that a node works ahead o
 
 
 class Simulator:
-    """Simulates one model alone, or one or several models as the `Steppable` of a node."""
+    """Simulates one model by itself, or one or several models as the `Steppable` of a node."""
 
     def __init__(
         self,
@@ -44,9 +44,9 @@ class Simulator:
     ) -> None:
         """Create a simulator of one or several models.
 
-        `log` receives every transition, `trace` stores them; a zero-time loop of `microsteps` tags is an error, and so
-        is an output function that changes the state, if `watched`; `wires`: couplings (source, port, target, port) of
-        the node's models.
+        `log` is called with every transition, `trace` stores them. `microsteps` is the number of microsteps at one time
+        that raises ModelError for a zero-time loop. If `watched`, an output function that changes the state raises
+        ModelError. `wires`: couplings (source, port, target, port) of the node's models.
         """
         self.models = [models] if isinstance(models, Model) else list(models)
         self._wires = None if wires is None else list(wires)
@@ -80,14 +80,15 @@ class Simulator:
         self._begin(())
 
     def _begin(self, known: Collection[Atomic]) -> None:
-        """Continue from the last tag with the present atomics; those not in `known` are started."""
+        """Continue from the last logical time with the present atomic models; models that are not in `known` are
+        started."""
         self._witness.meet(self.atomics)
         self._due, self._spoken = None, False  # whether lambda has run for it
         self._schedule = Schedule(self.atomics, self._last, self._present, known)
 
     @property
     def next_time(self) -> Tag:
-        """The tag of the next internal transition; FOREVER when all atomics are passive."""
+        """The logical time of the next internal transition; FOREVER if all atomic models are passive."""
         if self._present.busy:
             at = f"{self.model.path} at {Tag(*self._present.now)}"
             raise ModelError(f"{at}: a transition of this tag failed, or runs the simulator itself; start again")
@@ -102,35 +103,36 @@ class Simulator:
 
     @property
     def passed(self) -> int:
-        """Return a counter that grows as the run progresses; thread-safe."""
+        """A counter that grows as the run progresses; another thread may read it."""
         return sum(self._present.now)
 
     @property
     def quiet(self) -> Tag:
-        """The earliest tag at which an event can leave the root if no input arrives."""
+        """The earliest logical time at which an event can leave the root model if no input arrives."""
         tag = self.next_time
         if tag == FOREVER or leaving(self._lambda(tag).sources):
             return tag
         return self._border.quiet(tag)
 
     def outputs(self) -> list[Event]:
-        """Return the events that leave at next_time, in total order, without changing the state."""
+        """Return the events that leave the root model at next_time, in total order, without changing the state."""
         tag = self.next_time
         text = self._lambda(tag)
         return spoken(tag, text.sources, text.values) if leaving(text.sources) else []
 
     def among(self) -> list[Event]:
-        """Return the events between the models or without receiver since the last call, in total order."""
+        """Return the events since the last call that were sent between the models or have no receiver, in total
+        order."""
         return [event for at in self._observed.among() for event in spoken(*at, inner=True)]
 
     def inject(self, port: str, value: Message) -> None:
-        """Put a message into an in port of the root; it arrives with the next `advance`."""
+        """Put a message into an input port of the root model; the next `advance` delivers it."""
         into = entry(self.model, port)
         self._staged.append((into, travelling(fitting(into, value), repr(into))))
 
     def advance(self, tag: Tag, bag: Sequence[Event] = (), until: Tag = BEGIN) -> None:
-        """Execute the transitions at `tag`: deliver `bag` (sorted) and injected messages. Then do the same at later
-        tags below `until`, as long as no event leaves."""
+        """Execute the transitions at `tag` with the sorted input events `bag` and the injected messages. Then continue
+        at later logical times before `until`, as long as no event leaves the root model."""
         due = self.next_time
         if tag == due:
             # lambda may have run already in `outputs`: it runs once per tag
@@ -153,7 +155,8 @@ class Simulator:
         self._work(tag, imminent, sources, values, until, SILENT)
 
     def run(self, until: int = NEVER, stop: Callable[[], bool] | None = None) -> None:
-        """Advance through all tags at t < `until` [ns], or until `stop()` is true after one; may be called again."""
+        """Execute all transitions at t < `until` [ns], or stop after one at which `stop()` returns true; may be called
+        again to continue."""
         due, until = self.next_time, min(until, NEVER)
         while due.t < until:
             if self._staged:
@@ -175,8 +178,9 @@ class Simulator:
         until: Instant,
         silent: int = 0,
     ) -> None:
-        """Do steps 2 to 4 at a tag, and all steps at later tags below `until` while the structure stays the same. With
-        `silent` > 0: at most so many tags, only while no event leaves and time does not stand still for long."""
+        """Execute steps 2 to 4 (see the module) at `tag`, and all steps at later logical times before `until`, while
+        the model structure stays the same. If `silent` > 0, execute at most this many logical times, and only while no
+        event leaves and the time does not stand still for long."""
         present, schedule, atomics, trace = self._present, self._schedule, self.atomics, self.trace
         border, witness, move, patience = self._border, self._witness, schedule.move, self._patience.start
         promises, noted, heard = border.promises, border.noted, border.spoken
@@ -253,7 +257,7 @@ class Simulator:
             tag, imminent, sources, values = due, schedule.imminent, present.sources, present.values
 
     def _restructure(self) -> None:
-        """Apply the changes of structure requested since the last tag, after all its transitions."""
+        """Apply the changes of the model structure that were requested during the last transitions."""
         changes, before, border = self._present.changes, set(self.atomics), self._border
         self._present.changes, self._present.live = [], False
         # models must not call into a structure that is being changed
@@ -269,12 +273,12 @@ class Simulator:
         self._begin(before)
 
     def snapshot(self) -> bytes:
-        """Return all state on which the future depends, between tags; raises ModelError if it cannot be saved."""
+        """Return the complete state after a transition as bytes; raises ModelError if it cannot be saved."""
         _ = self.next_time  # what was asked of the structure has happened then
         return frozen(self.models, self._last, self._staged)
 
     def restore(self, snapshot: bytes) -> None:
-        """Continue from a snapshot; `models` and `atomics` are replaced by new objects."""
+        """Continue from a snapshot; the objects in `models` and `atomics` are replaced by new ones."""
         self.models, self._last, self._staged = thawed(snapshot, self.models)
         self._present.now, self._present.busy = self._last, False
         self._adopt()
@@ -282,7 +286,8 @@ class Simulator:
         self._begin(set(self.atomics))
 
     def _lambda(self, tag: Instant) -> Present:
-        """Return the outputs of the imminent atomics at `tag` = next_time, in path order; computed once."""
+        """Return the outputs of the imminent models at `tag` = next_time, in the order of their paths; they are
+        computed only once."""
         if not self._spoken:
             speak(tag, self._schedule.imminent, self.atomics, self._present, self._witness, self._border.promises)
             self._spoken = True
@@ -290,16 +295,17 @@ class Simulator:
 
     @property
     def last(self) -> Tag:
-        """The tag of the last transition; (-1, 0) before the first one."""
+        """The logical time of the last transition; (-1, 0) before the first one."""
         return Tag(*self._last)
 
     def results(self, end: Tag | int = 0) -> dict[str, Message]:
-        """Return the results of atomics that have one, by path, at `end` (tag or ns; default: the last transition)."""
+        """Return the results of the atomic models that have one, by path, at `end` (logical time, or ns; default: the
+        last transition)."""
         _ = self.next_time  # what was asked of the structure has happened then
         at = Tag(end) if isinstance(end, int) else end
         return results_of(self.atomics, self._present, max(self.last, at, Tag(0)))
 
     @property
     def slack(self) -> list[Slack]:
-        """The lookaheads observed at ports that send to the outside, since start or restore."""
+        """The observed lookaheads of output ports that send to other nodes, since start or restore."""
         return self._observed.table()

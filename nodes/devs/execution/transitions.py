@@ -1,11 +1,12 @@
-"""What a simulator did: a trace that is whole and yet costs little, and a log that is reported at once.
+"""Records of what a simulator did: a trace of all transitions, which is cheap to store, and a log, which is reported at
+once.
 
-A run is determined by who was due at each tag and which messages were sent: these few lists are kept, and the
-transitions are made from them by the routes when somebody reads.
+A run is determined by the models due at each logical time and the messages sent. The trace stores only these short
+lists; the transitions are reconstructed from them and the routes when somebody reads the trace.
 
-Lookahead L of a port [ns]: after a transition at t, no output that was not already scheduled leaves by it before
-t + L. The conservative bounds of Chandy and Misra live on it, so a broken promise ends a run by name; the longest
-promise that would have held (`Slack`) is what a user tunes it with.
+Lookahead L of a port [ns]: after a transition at t, the port sends no output before t + L that was not already
+scheduled. The conservative bounds of Chandy and Misra depend on this promise, so an output that breaks it ends the run
+with an error that names the port; `Slack` reports the longest lookahead that would have held, for users who tune it.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -21,7 +22,8 @@ from .rules import Witness, fail
 
 
 class Transition(NamedTuple):
-    """A transition of an atomic at a tag, with received and sent messages as (port, message)."""
+    """A transition of an atomic model at a logical time, with the messages that it received and sent as pairs (port,
+    message)."""
 
     tag: Tag
     path: str
@@ -31,7 +33,7 @@ class Transition(NamedTuple):
 
 
 class Trace:
-    """Stores all transitions of `Simulator(model, trace=Trace())`; iterate over it in order."""
+    """All transitions of `Simulator(model, trace=Trace())`; iterate over the trace to get them in order."""
 
     def __init__(self) -> None:
         self._lines: list[Transition] = []
@@ -50,7 +52,7 @@ class Trace:
         sources: Sequence[Port[Message]],
         values: Sequence[Message],
     ) -> None:
-        """Record a tag: imminent atomics and delivered messages."""
+        """Record one logical time: the imminent models and the delivered messages."""
         self._atomics = atomics
         self._sizes += (*tag, len(imminent), len(values))
         self._due += imminent
@@ -58,7 +60,7 @@ class Trace:
         self._values += values
 
     def settle(self) -> None:
-        """Build the stored transitions; called before routes change."""
+        """Reconstruct the transitions stored so far; must be called before the routes change."""
         sizes, due, text = iter(self._sizes), 0, 0
         for t, k, n_due, n_said in zip(sizes, sizes, sizes, sizes, strict=True):
             imminent, now = self._due[due : due + n_due], slice(text, text + n_said)
@@ -76,14 +78,14 @@ class Trace:
 
 
 class TransitionLog(Trace):
-    """Calls a function with each transition at the end of its tag."""
+    """A trace that passes each transition to a function as soon as its logical time has been executed."""
 
     def __init__(self, tell: Callable[[Transition], None]) -> None:
         super().__init__()
         self._tell = tell
 
     def note(self, *instant: Any) -> None:
-        """Record a tag and pass it on."""
+        """Pass the transitions of one logical time to the function."""
         for line in _transitions(*instant):
             self._tell(line)
 
@@ -95,7 +97,7 @@ def _transitions(
     sources: Sequence[Port[Message]],
     values: Sequence[Message],
 ) -> list[Transition]:
-    """Return the transitions of one tag in path order."""
+    """Return the transitions of one logical time in the order of the models' paths."""
     text: dict[Owner, list[tuple[str, Message]]] = {}
     heard: dict[int, list[tuple[int, str, Message]]] = {}
     for source, value in zip(sources, values, strict=True):
@@ -120,7 +122,7 @@ def outs(m: Model) -> list[OutPort[Never]]:
 
 
 def leaving(sources: Iterable[Port[Message]]) -> bool:
-    """Return whether an event on one of these ports leaves the node."""
+    """Return whether an event from any of these ports goes to another node."""
     for port in sources:  # noqa: SIM110 (`any` with a generator takes three times as long)
         if isinstance(port, OutPort) and port.exits:
             return True
@@ -128,13 +130,14 @@ def leaving(sources: Iterable[Port[Message]]) -> bool:
 
 
 def speakers(atomics: Iterable[Atomic]) -> list[tuple[Atomic, int]]:
-    """Return the atomics whose events leave the node, each with the least lookahead of its ports [ns]."""
+    """Return the atomic models that send events to other nodes, each with the smallest lookahead of its ports [ns]."""
     found = ((m, [port.lookahead for port in outs(m) if port.exits]) for m in atomics)
     return [(m, min(aheads)) for m, aheads in found if aheads]
 
 
 class Border:
-    """Out ports of root models and the atomics that feed them, for an unchanged model structure."""
+    """The output ports of root models and the atomic models that feed them, valid while the model structure is
+    unchanged."""
 
     def __init__(self, roots: Iterable[Model], atomics: Iterable[Atomic]) -> None:
         ports = [port for m in atomics for port in outs(m)]
@@ -155,7 +158,8 @@ class Border:
         """Of each out port "model.port" the smallest of the atomics' ports that lead there; NEVER without one [ns]."""
 
     def quiet(self, tag: Tag) -> Tag:
-        """Return the earliest tag at which an event can leave after `tag`, at which none does."""
+        """Return the earliest logical time after `tag` at which an event can leave the node, if none leaves at
+        `tag`."""
         # nothing leaves at `tag`: by lookahead, or the next tag at which an atomic with outgoing ports is due
         soonest, t = after(tag, self._least), tag.t
         if soonest.t == t:
@@ -163,7 +167,7 @@ class Border:
         return min(soonest, Tag(min((m._t for m, _ in self._speakers if m._t > t), default=NEVER)))
 
     def still_promises(self, at: Tag, before: "Border") -> None:
-        """Raise ModelError for a change of structure that reduces a promised lookahead."""
+        """Raise ModelError if a change of the model structure has reduced the lookahead of a port."""
         for port, ahead in before._promised.items():
             now = self._promised[port]
             if now < ahead:
@@ -175,8 +179,8 @@ class Border:
 
 
 def keep_promises(tag: Instant, sources: Sequence[Port[Message]]) -> None:
-    """Raise ModelError for an output sent earlier than its port's lookahead allows, counted from the transition that
-    scheduled it."""
+    """Raise ModelError if an output is sent earlier than its port's lookahead allows, counted from the transition that
+    scheduled the output."""
     for port in sources:
         if isinstance(port, OutPort) and port.lookahead and isinstance(m := port.owner, Atomic):
             # counted from the transition that scheduled the output: what had been scheduled before bounds nothing
@@ -192,21 +196,22 @@ Said = tuple[Instant, Sequence[Port[Message]], Sequence[Message]]  # when, by wh
 
 
 class Observed:
-    """Observed lookaheads of all ports with events to other nodes."""
+    """The observed lookaheads of all ports that send events to other nodes."""
 
     def __init__(self) -> None:
         self._ports: dict[OutPort[Never], list[int]] = {}  # least wait [ns], and how often it has spoken
         self._among: list[Said] = []
 
     def among(self) -> list[Said]:
-        """Return the outputs since the last call that may have no receiver in another node."""
+        """Return the recorded outputs since the last call; some of them have no receiver in another node."""
         noted, self._among = self._among, []
         return noted
 
     def note(
         self, tag: Instant, sources: Sequence[Port[Message]], values: Sequence[Message], noted: bool = False
     ) -> None:
-        """Record the outputs at a tag; those scheduled before the start do not count as observed lookahead."""
+        """Record the outputs at a logical time; outputs scheduled before the start do not count as observed
+        lookahead."""
         t = tag[0]
         if noted:
             self._among.append((tag, sources, values))
@@ -221,7 +226,7 @@ class Observed:
                     known[0], known[1] = min(waited, known[0]), known[1] + 1
 
     def table(self) -> list[Slack]:
-        """Return the observed lookaheads in the order of paths and ports."""
+        """Return the observed lookaheads, sorted by model path and port."""
         ports = sorted(self._ports, key=lambda port: (port.owner.path, port.name))
         return [Slack(f"{port!r}", port.lookahead, *self._ports[port]) for port in ports]
 
@@ -229,8 +234,8 @@ class Observed:
 def speak(
     tag: Instant, imminent: list[int], atomics: Sequence[Atomic], present: Present, witness: Witness, promises: bool
 ) -> None:
-    """Call the output functions of imminent atomics and store the messages in `present`. Raises ModelError for an
-    atomic that changes its state or violates its lookahead."""
+    """Call the output functions of the imminent models and store their messages in `present`. Raises ModelError if an
+    output function changes the state or violates a lookahead."""
     present.now, present.sources, present.values = tag, [], []
     witness.left -= 1
     # now and then at random intervals, and always for new atomics: comparing states costs more than the transitions
@@ -256,7 +261,8 @@ def speak(
 
 
 def results_of(atomics: Iterable[Atomic], present: Present, tag: Tag) -> dict[str, Message]:
-    """Return results by model path, omitting models without one; meanwhile `now` of the models is `tag`."""
+    """Return the results by model path, without models that have none; while results are computed, `now` of the models
+    is `tag`."""
     before, present.now = present.now, tag
     found: dict[str, Message] = {}
     for m in atomics:

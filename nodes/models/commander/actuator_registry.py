@@ -1,6 +1,6 @@
-"""Registry of actuators: which machine owns which actuator, sling and brake, and the state at the start.
+"""Registry of actuators: the machine that owns each actuator, sling and brake, and their states at the start.
 
-The commander addresses orders with it and starts from its state; both follow from the plan alone.
+The commander uses it to address its orders and to know the first state; both follow from the plan alone.
 """
 
 from collections.abc import Sequence
@@ -26,18 +26,19 @@ def turns(plan: Plan) -> bool:
 
 
 def turn_of(plan: Plan) -> str:
-    """Return the name of the master of a plan's turns, which includes that of its lift if there are several."""
+    """Return the name of the virtual master that a plan's turns follow; if there are several lifts, it contains the
+    name of the lift."""
     return f"{plan.lists[0].name}-{TURN}" if plan.lists else TURN
 
 
 def hooked_later(plan: Plan) -> list[str]:
-    """Return the ropes that the action list hooks."""
+    """Return the slings that orders in the action list hook, sorted by name."""
     orders = [order for action in plan.actions for order in action.orders]
     return sorted({order.sling for order in orders if isinstance(order, Hookup)})
 
 
 def owners(machines: Sequence[Mechanism], interlocks: Sequence[Interlock] = ()) -> dict[str, str]:
-    """Return the machine of each actuator, rope, brake and interlock that orders can name."""
+    """Return the name of the machine that owns each actuator, rope, brake and interlock that orders can name."""
     found = dict[str, str]()
     for machine in machines:
         system = machine.system
@@ -47,7 +48,7 @@ def owners(machines: Sequence[Mechanism], interlocks: Sequence[Interlock] = ()) 
 
 
 def first_state(machines: Sequence[Mechanism]) -> ObservedState:
-    """Return the state known at the start."""
+    """Return the state of ropes, supports and brakes that the commander knows at the start."""
     observed = ObservedState()
     for machine in machines:
         for rope in machine.system.all_ropes:
@@ -67,5 +68,5 @@ def first_state(machines: Sequence[Mechanism]) -> ObservedState:
 
 
 def first_lugs(machines: Sequence[Mechanism]) -> dict[str, str]:
-    """Return the lug of each sling that is hooked at the start."""
+    """Return the lug of each sling that is hooked at the start, by sling."""
     return {tie.rope: tie.lug for machine in machines for tie in machine.ties if tie.lug}

@@ -1,9 +1,10 @@
-"""The commander: an atomic model with an action list, connected to every actor (section 4.1 of the paper).
+"""The commander: an atomic model that carries out the action list and is connected to every actor (section 4.1 of the
+paper).
 
-It begins an action when its condition holds, sends each order to its actor once and in order, receives the reports,
-halts moves whose `until` holds, and sends `stage` and at the end `finished`. A move is closed by its Done report. An
-action that contradicts the state ends the run with an error; `waiting_for` describes what a stalled run waits for.
-Messages between models number actions and orders; error messages name their lines in the scene.
+It begins an action when the action's condition holds, sends each order to its actor exactly once, processes the
+reports, halts moves whose `until` holds, and sends `stage` when a stage begins and `finished` at the end. A Done report
+ends a move. An action that contradicts the state ends the run with an error; `waiting_for` describes what a stalled run
+waits for. Messages between models refer to actions and orders by number; error messages name the lines in the scene.
 """
 
 import msgspec
@@ -30,7 +31,7 @@ class Commander(Orders):
         self._settle()
 
     def external(self, e: int, x: Bag) -> None:
-        """Process reports and commands, then begin what they allow."""
+        """Process reports and commands, then begin the actions and orders that have become possible."""
         for report in x.get(self.report, ()):
             self._hear(report)
         for command in x.get(self.command, ()):
@@ -46,12 +47,12 @@ class Commander(Orders):
             port.send(message)
 
     def internal(self) -> None:
-        """Clear the sent orders, and give those that are possible now."""
+        """Remove the sent orders, and give the orders that are possible now."""
         self.outbox = []
         self._settle()
 
     def waiting_for(self) -> str:
-        """Describe what the action list still waits for, as a sentence; "" when it is done."""
+        """Describe in a sentence what the action list is waiting for; return "" if the list is done."""
         moment = EvaluationContext(self.now.t, self.since, still_open(self.jobs, self.index - 1))
         if self.index == self.end:
             if all(job.ends_ns is not None for job in self.jobs):
@@ -67,7 +68,7 @@ class Commander(Orders):
         return f"still waiting for {lacks} since {since}{stuck}, {where or 'end'}" if lacks else ""
 
     def _settle(self) -> None:
-        """Do all that can be done now, then wait for the next report or time."""
+        """Begin and end all that is possible now, then wait for the next report or time."""
         while not self.over and (self._end_moves() or self._next_action()):
             pass
         times = [job.ends_ns for job in self.jobs if job.ends_ns is not None]
@@ -102,7 +103,8 @@ class Commander(Orders):
         return closed
 
     def _next_action(self) -> bool:
-        """Begin the next action if its condition holds, or report the list's end; return whether one began."""
+        """Begin the next action if its condition holds, or report that the list is done; return whether an action
+        began."""
         plan = self.plan
         if self.index == self.end:
             if not still_open(self.jobs, self.index - 1) and not still_open(self.jobs, ASIDE):
@@ -138,7 +140,8 @@ class Commander(Orders):
         return True
 
     def _execute(self, command: m.OperatorCommand) -> None:
-        """Carry out an operator's command: all its orders or, if one is refused, none; without orders, end the run."""
+        """Carry out an operator's command: all of its orders or, if one of them is refused, none. A command without
+        orders ends the run."""
         if not command.action:
             self.outbox += [] if self.over else [(self.finished, m.Finished())]
             self.over = True
@@ -163,6 +166,6 @@ class Commander(Orders):
         self.outbox.append((self.answer, answer))
 
     def _expect(self) -> None:
-        """Order the thresholds of the next action's condition to be watched."""
+        """Order the actors to watch the thresholds on which the condition of the next action depends."""
         if self.index < self.end:
             self._watch(self.plan.action(self.index).when, (self.index, WHEN))

@@ -1,13 +1,11 @@
-"""Conditions of the action list: their evaluation, when they can become true, and their description.
+"""Conditions of the action list: their evaluation, the times at which they can become true, and their description.
 
-A condition is evaluated only when a report or a time arrives, on the observed state, so one that holds already takes
-effect at once. Reals are compared by thresholds of the kernel, never here.
+A condition is evaluated only when a report or a time arrives, on the observed state, so a condition that holds already
+takes effect at once. Real numbers are compared by thresholds of the kernel, never here.
 
-The state of the lift as the commander knows it from reports.
-
-The refusal of an order or a condition, without lines of the scene.
-
-For an operator's command the sentence goes into a message; for the action list it is prefixed with its line.
+The module also holds the state of the lift as the commander knows it from reports, and the exception for orders and
+conditions that are refused. Its text does not name lines of the scene: for an operator's command it is the answer, and
+for the action list the line is put before it.
 """
 
 from collections.abc import Iterator
@@ -25,7 +23,8 @@ OFF = "unhooked"
 
 @dataclass
 class ObservedState:
-    """Observed ropes (taut, slack, unhooked), supported bodies, and thresholds."""
+    """State of the lift as known from reports: ropes (taut, slack, unhooked), bodies with their closed supports, and
+    thresholds."""
 
     ropes: dict[str, str] = field(default_factory=dict)
     bodies: dict[str, tuple[str, ...]] = field(default_factory=dict)  # bodies with supports, by model
@@ -38,11 +37,11 @@ class ObservedState:
     ended: set[str] = field(default_factory=set)  # lifts whose lists are done
 
     def on_ground(self, model: str) -> bool:
-        """Whether a support touches a body of this model."""
+        """Return whether a support touches any body of this model."""
         return any(body in self.grounded for body in self.bodies.get(model, ()))
 
     def note(self, report: m.Report) -> None:
-        """Update the state by a report."""
+        """Update the state with a report."""
         actor = report.actor
         match report:
             case m.RopeState():
@@ -70,7 +69,8 @@ class ObservedState:
 
 
 class OrderRejected(ModelError):
-    """An order that cannot be carried out; `by`: numbers (action, order) of the order that conflicts, if any."""
+    """Raised for an order that cannot be carried out; `by`: numbers (action, order) of the order that conflicts with
+    it, if any."""
 
     def __init__(self, sentence: str, by: tuple[int, ...] = ()) -> None:
         super().__init__(sentence)
@@ -79,7 +79,8 @@ class OrderRejected(ModelError):
 
 @dataclass(frozen=True)
 class EvaluationContext:
-    """Context of a condition: present time, time from which it counts, open orders for `moves done`."""
+    """What the evaluation of a condition needs besides the state: present time, time from which durations count, and
+    the orders still open, for `moves done`."""
 
     now_ns: int
     since_ns: int
@@ -87,7 +88,7 @@ class EvaluationContext:
 
 
 def terms(condition: scene.Condition | None) -> Iterator[scene.Condition]:
-    """Yield the terms of a condition joined by `and`."""
+    """Yield the terms that a condition joins by `and`."""
     if isinstance(condition, scene.And):
         for part in condition.all:
             yield from terms(part)
@@ -96,18 +97,18 @@ def terms(condition: scene.Condition | None) -> Iterator[scene.Condition]:
 
 
 def crossings(condition: scene.Condition | None) -> list[tuple[int, scene.CrossingCondition]]:
-    """Return the thresholds of a condition with the indices of their terms."""
+    """Return the thresholds in a condition, each with the index of its term."""
     return [(i, term) for i, term in enumerate(terms(condition)) if isinstance(term, scene.CrossingCondition)]
 
 
 def crossed(action: scene.Action) -> Iterator[scene.CrossingCondition]:
-    """Return the thresholds that an action and its orders wait for."""
+    """Return the thresholds that the condition of an action and the `until` of its orders wait for."""
     untils = [order.until for order in action.orders if isinstance(order, (scene.Move, scene.Turn))]
     return (crossing for condition in (action.when, *untils) for _, crossing in crossings(condition))
 
 
 def watched(plan: Plan) -> dict[str, tuple[Threshold, ...]]:
-    """Return the thresholds that each model watches for the action list."""
+    """Return, for each model, the thresholds that it must watch for the action list."""
     found: dict[str, dict[str, Threshold]] = {}
     for crossing in (crossing for action in plan.actions for crossing in crossed(action)):
         found.setdefault(crossing.model, {})[crossing.threshold.name] = crossing.threshold
@@ -115,7 +116,7 @@ def watched(plan: Plan) -> dict[str, tuple[Threshold, ...]]:
 
 
 def concerned(plan: Plan) -> set[str]:
-    """Return the models, ropes and lifts in the conditions of the actions."""
+    """Return the names of the models, ropes and lifts that the conditions of the actions mention."""
     found = set[str]()
     for term in (term for action in plan.actions for term in terms(action.when)):
         match term:
@@ -134,7 +135,7 @@ def holds(condition: scene.Condition, state: ObservedState, moment: EvaluationCo
 
 
 def next_time(condition: scene.Condition | None, moment: EvaluationContext) -> list[int]:
-    """Return the future times [ns] at which the condition can become true by itself."""
+    """Return the future times [ns] at which the condition can become true without a report."""
     times = [
         moment.since_ns + seconds(term.seconds) for term in terms(condition) if isinstance(term, scene.AfterCondition)
     ]
@@ -142,7 +143,7 @@ def next_time(condition: scene.Condition | None, moment: EvaluationContext) -> l
 
 
 def words(condition: scene.Condition, state: ObservedState, moment: EvaluationContext) -> str:
-    """Describe what a condition still lacks: "all slings taut (legs.sling-2 is slack)"."""
+    """Describe why a condition does not hold yet, as in "all slings taut (legs.sling-2 is slack)"."""
     missing = [term for term in terms(condition) if not _true(term, state, moment)]
     return " and ".join(_words(term, state, moment) for term in missing)
 

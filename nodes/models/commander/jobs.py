@@ -12,7 +12,7 @@ from .conditions import OrderRejected
 
 @dataclass
 class CommanderJob:
-    """An order in execution, until its Done or, for a wait, its time."""
+    """An order that is being carried out, until its Done report or, for a wait, until its time."""
 
     id: int
     at: tuple[int, int]
@@ -28,12 +28,12 @@ class CommanderJob:
 
     @property
     def action(self) -> int:
-        """Number of the action of this order."""
+        """Number of the action to which this order belongs."""
         return self.at[0]
 
 
 def addressed(order: scene.Order) -> str | None:
-    """Return the actor of an order; None for a turn, which has several, "" for none."""
+    """Return the actor to which an order goes; None for a turn, which has several actors, and "" if there is none."""
     match order:
         case scene.Move():
             return order.actuator
@@ -47,19 +47,20 @@ def addressed(order: scene.Order) -> str | None:
 
 
 def still_open(jobs: list[CommanderJob], action: int) -> tuple[tuple[str, str, bool], ...]:
-    """Return the open orders of an action as (verb, actor or end of a wait, whether it was stopped)."""
+    """Return the open orders of an action as (verb, actor or end time of a wait, whether a limit stopped it)."""
     of = [(job, job.actor if job.ends_ns is None else clock(job.ends_ns)) for job in jobs if job.action == action]
     return tuple((job.verb, actor, bool(job.limit)) for job, actor in of)
 
 
 def partners(jobs: list[CommanderJob], actor: str) -> list[CommanderJob]:
-    """Return the orders coupled with one of this actor by `together`."""
+    """Return the open orders that `together` couples with the order of this actor."""
     names = {name for job in jobs if job.actor == actor and job.move for name in job.move.together}
     return [job for job in jobs if job.actor in names - {actor} and job.move and not job.halting and not job.limit]
 
 
 def barred(jobs: list[CommanderJob], stops: Iterable[BarredActuator]) -> list[tuple[str, float | None]]:
-    """Return the actors stopped by an interlock, with their decelerations."""
+    """Return the actuators that an interlock stops during a move, each with its deceleration (None: that of the
+    move)."""
     distances = {job.actor: job.move.by or 0.0 for job in jobs if job.move and not job.halting}
     return [
         (x.actuator, x.emergency) for x in stops if x.actuator in distances and x.way * distances[x.actuator] >= 0.0
@@ -67,7 +68,8 @@ def barred(jobs: list[CommanderJob], stops: Iterable[BarredActuator]) -> list[tu
 
 
 def make_way(jobs: list[CommanderJob], actor: str) -> None:
-    """Raise OrderRejected for an order to a busy actor; an actor that ramps down or has stopped at a limit is free."""
+    """Raise OrderRejected if an actor that gets an order is busy; an actor that ramps down or has stopped at a limit is
+    free."""
     for job in list(jobs):
         if job.actor == actor and job.limit:
             jobs.remove(job)
@@ -83,5 +85,5 @@ def make_way(jobs: list[CommanderJob], actor: str) -> None:
 
 
 def clock(t_ns: int) -> str:
-    """Return a time with at most milliseconds: "812.4 s"."""
+    """Return a time as text in seconds with at most three decimals, such as "812.4 s"."""
     return f"{t_ns / 1e9:.3f}".rstrip("0").rstrip(".") + " s"

@@ -1,7 +1,8 @@
-"""Orders that cannot be carried out: unknown actor, locked joint, sling already hooked, grounded block dragged along.
+"""Checks for orders that cannot be carried out: unknown actor, locked joint, sling already hooked, crane that would
+drag a block standing on the ground.
 
-Each is refused with a message. If it is one of the action list, the run ends, and the message begins with its line of
-the scene, path and time; for an operator's order the message is the answer.
+Each such order is refused with a message. If the order is in the action list, the run ends, and the message begins with
+the line in the scene, the path and the time; for an operator's order the message is the answer.
 """
 
 from collections.abc import Container, Mapping, Sequence
@@ -19,7 +20,7 @@ from .turn_law import followers
 
 
 class Machines:
-    """Machines of a plan indexed for orders: owners and rigging."""
+    """The machines of a plan, indexed for checking orders: owners of actuators, and rigging."""
 
     def __init__(self, plan: Plan) -> None:
         self.plan, self.parts = plan, plan.machines
@@ -30,7 +31,8 @@ class Machines:
         self.joints = {drive.name: joints[drive.joint] for drive in drives}
 
     def check(self, order: Order, state: ObservedState, lugs: Mapping[str, str]) -> None:
-        """Raise OrderRejected for an order that contradicts plan or observed state; `lugs`: of each hooked sling."""
+        """Raise OrderRejected for an order that contradicts the plan or the observed state. `lugs`: the lug of each
+        hooked sling."""
         plan = self.plan
         for joint in self.moved(order, lugs):
             if joint.name in plan.fidelity.locked:
@@ -48,7 +50,7 @@ class Machines:
                     raise OrderRejected(f"{order.model} has no brake {order.brake}")
 
     def check_led(self, order: Order, lugs: Mapping[str, str]) -> None:
-        """Raise OrderRejected for an order to an actuator that a user model leads."""
+        """Raise OrderRejected for an order to an actuator that a user model controls."""
         match order:
             case Move():
                 asked = [order.actuator]
@@ -61,11 +63,12 @@ class Machines:
                 raise OrderRejected(f"{actuator} is led by the model {who} and takes no other orders")
 
     def followers(self, order: Turn, lugs: Mapping[str, str], master: str = TURN) -> list[Follow]:
-        """Return the followers of a turn; raises OrderRejected if a hook cannot follow it."""
+        """Return the actuators that must follow a turn, with their laws; raises OrderRejected if a hook cannot follow
+        it."""
         return followers(self.parts, lugs, order.block, master)
 
     def moved(self, order: Order, lugs: Mapping[str, str]) -> list[Joint]:
-        """Return the joints driven by an order; raises OrderRejected for a turn that no hook can follow."""
+        """Return the joints that an order moves; raises OrderRejected for a turn that no hook can follow."""
         match order:
             case Move() if VERBS[order.verb].along:
                 asked = [order.actuator]
@@ -76,7 +79,8 @@ class Machines:
         return [self.joints[actuator] for actuator in asked if actuator in self.joints]
 
     def lets_fall(self, orders: Sequence[Order], state: ObservedState, lugs: Mapping[str, str]) -> str:
-        """Describe what would fall if these orders unhook all taut slings of a suspended load; "" if nothing."""
+        """Describe which body would fall because these orders unhook all taut slings of a suspended load; "" if none
+        would."""
         off = {order.sling for order in orders if isinstance(order, UnhookSling) and not order.parted}
         held: dict[str, set[str]] = {}
         for tie in (tie for machine in self.parts for tie in machine.ties if off and state.ropes[tie.rope] == "taut"):
@@ -88,7 +92,7 @@ class Machines:
         return f"{fall} hangs in what is unhooked and would fall: land it or slacken the slings first" if fall else ""
 
     def _check_ground(self, order: Move, state: ObservedState, lugs: Mapping[str, str]) -> None:
-        """Raise OrderRejected for travel of a crane whose load stands on supports."""
+        """Raise OrderRejected if a crane is to travel while its load stands on supports."""
         hooks = [hook for machine in self.parts if machine.name == order.model for hook in machine.hooks]
         for tie in (tie for hook in hooks for tie in ties_on(self.parts, hook)):
             held = tie.lower or self.lugs.get(lugs.get(tie.rope, ""))
@@ -99,7 +103,8 @@ class Machines:
                 )
 
     def _check_sling(self, order: Hookup | UnhookSling, observed: ObservedState, lugs: Mapping[str, str]) -> None:
-        """Raise OrderRejected for an unknown sling or lug, and for hooking or unhooking a sling in the wrong state."""
+        """Raise OrderRejected for an unknown sling or lug, and for a sling that is already, or not yet, hooked as the
+        order requires."""
         if isinstance(order, Hookup) and order.sling not in observed.ropes:
             raise OrderRejected(f"there is no sling {order.sling}")
         hooked = {name for name, state in observed.ropes.items() if state != OFF}
@@ -110,7 +115,8 @@ class Machines:
 
 
 def sling_fault(order: Order, hooked: Container[str], lugs: Mapping[str, str], parted: Container[str]) -> str:
-    """Return why a sling cannot be hooked (already hooked or parted) or unhooked (not hooked); "" if it can."""
+    """Return the reason why a sling cannot be hooked (already hooked or broken) or unhooked (not hooked), or "" if it
+    can."""
     match order:
         case Hookup() if order.sling in parted:
             return f"{order.sling} has parted and cannot be hooked again"

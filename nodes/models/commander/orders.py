@@ -1,4 +1,4 @@
-"""Orders of a commander: orders to actors, their reports, and orders in progress.
+"""Translation of the scene's orders into orders to actors, with their reports and the orders in progress.
 
 An order of the scene becomes one order to each actor that it concerns; a job represents it until its Done report.
 """
@@ -33,7 +33,7 @@ class Orders(Atomic):
     answer = Out(m.OperatorAnswer)
 
     def __init__(self, name: str, plan: Plan) -> None:
-        """Create the orders of a plan: that of the whole scene, or the part of one action list."""
+        """Create the model for the orders of a plan: the plan of the whole scene, or the part with one action list."""
         super().__init__(name)
         self.plan, self.known, self.end = plan, Machines(plan), plan.first + len(plan.actions)
         self.owners = self.known.owners
@@ -51,7 +51,7 @@ class Orders(Atomic):
         self.to: dict[str, OutPort[m.Order]] = {name: self.add_out(f"order_{name}", m.Order) for name in targets}
 
     def _clear(self) -> None:
-        """Set the initial state, without orders."""
+        """Set the initial state, without open orders."""
         machines = self.known.parts
         self.picture, self.lugs, self.theta = first_state(machines), first_lugs(machines), self.plan.start
         self.jobs: list[CommanderJob] = []
@@ -61,7 +61,7 @@ class Orders(Atomic):
         self.outbox: list[tuple[OutPort[Any], Message]] = []
 
     def _aim(self, led: Led, speed: float) -> None:
-        """Order the speed that a user model demands of an actuator, unless it has this speed already."""
+        """Order an actuator to take the speed that a user model demands, unless it has this speed already."""
         move, who = led.move, self.plan.leader(led.move.actuator)
         if not isfinite(speed):
             raise ModelError(f"{who}: {led.port} sends {speed}, which is not a speed; send a finite number")
@@ -81,7 +81,8 @@ class Orders(Atomic):
             self._tell(move.actuator, self.ids, (LED,), scene.for_actor(move, speed=speed))
 
     def _give(self, order: scene.Order, at: tuple[int, int]) -> None:
-        """Translate an order of the scene into orders to actors; `at`: numbers of its action and of itself."""
+        """Translate an order of the scene into orders to actors; `at`: number of the action and number of the order in
+        it."""
         self.known.check(order, self.picture, self.lugs)
         self.known.check_led(order, self.lugs)
         match order:
@@ -125,7 +126,8 @@ class Orders(Atomic):
                 self._tell(order.brake, job.id, at, scene.for_actor(order))
 
     def _stop(self, order: scene.StopOrder, at: tuple[int, int]) -> None:
-        """Stop an actuator, those that move together with it, and a turn that it follows; their orders end."""
+        """Stop an actuator, the actuators that move together with it, and any turn that it follows; their orders
+        end."""
         actor = order.actuator
         for job in (job for job in self.jobs if actor in (f.actuator for f in job.followers)):
             if not job.halting:
@@ -157,7 +159,7 @@ class Orders(Atomic):
         ends_ns: int | None = None,
         followers: tuple[scene.Follow, ...] = (),
     ) -> CommanderJob:
-        """Open a job and have the thresholds of its `until` watched."""
+        """Open a job for an order, and order that the thresholds of its `until` are watched."""
         if actor:
             make_way(self.jobs, actor)
         self.ids += 1
@@ -167,7 +169,7 @@ class Orders(Atomic):
         return job
 
     def _hear(self, report: m.Report) -> None:
-        """Update the observed state and the open jobs by a report."""
+        """Update the observed state and the open jobs with a report."""
         if isinstance(report, m.Done | m.Limit) and report.actor in self.places:
             self.places[report.actor] = report.position
         match report:
@@ -193,7 +195,8 @@ class Orders(Atomic):
         self.picture.note(report)
 
     def _part(self, actor: str, accel: float | None) -> None:
-        """Stop the actors that move together with one that was stopped, with its deceleration."""
+        """Stop the actuators that move together with `actor`, which was stopped with the deceleration `accel` (None:
+        that of each move)."""
         others = partners(self.jobs, actor)
         for job in (job for job in self.jobs if job.actor == actor and others):
             job.halting = True
@@ -202,7 +205,7 @@ class Orders(Atomic):
             self._stop(self._stopping(job.actor, accel or job.move.accel), job.at)
 
     def _close(self, job: CommanderJob, position: float) -> None:
-        """Close a finished order; after a turn the followers hold their positions."""
+        """Close a finished order; if it was a turn, order its followers to hold their positions."""
         self.jobs.remove(job)
         if job.until is not None:
             self._forget(job.until, job.at)
@@ -211,7 +214,7 @@ class Orders(Atomic):
         self._release(job, position)
 
     def _release(self, job: CommanderJob, position: float) -> None:
-        """Order the followers of an order to hold their positions."""
+        """Order the actuators that follow the motion of this order to hold their positions."""
         for f in job.followers:
             self._tell(f.actuator, job.id, job.at, scene.EndOrder(s=position))
         job.followers = ()
@@ -234,7 +237,7 @@ class Orders(Atomic):
         what: scene.ActorCommand,
         port: OutPort[m.Order] | None = None,
     ) -> None:
-        """Send an order to an actor, by the port of its machine unless another port is given."""
+        """Send an order to an actor through the port of its machine, or through `port` if given."""
         to = port or self.to[self.turn if actor == self.turn else self.owners[actor]]
         self.outbox.append((to, m.Order(actor, number, at, what)))
 

@@ -1,9 +1,10 @@
-"""The turn-over law: references of trolleys and winches that keep the block's centre of gravity in place.
+"""The turn-over law: references for trolleys and winches that keep the block's centre of gravity in place.
 
-A lug at (v, w) from the centre of gravity is at y = v cos(theta) + w sin(theta), z = w cos(theta) - v sin(theta) from
-it (theta turns +w towards +y). A trolley stays above the mean of the lugs on its hook, and its winch pays out as much
-rope as this point sinks: ref(theta) = const + kc cos(theta) + ks sin(theta) with (kc, ks) = (v, w) for the trolley and
-(-w, v) for the rope. Sent once per turn; elasticity shifts the true angle by a few tenths of a degree.
+A lug at (v, w) from the centre of gravity is, at the turn angle theta, displaced from it by y = v cos(theta) + w
+sin(theta) and z = w cos(theta) - v sin(theta) (theta turns +w towards +y). A trolley stays above the mean of the lugs
+on its hook, and its winch pays out as much rope as this mean point sinks: ref(theta) = const + kc cos(theta) + ks
+sin(theta) with (kc, ks) = (v, w) for the trolley and (-w, v) for the rope. The law is sent once for each turn;
+elasticity shifts the true angle by a few tenths of a degree.
 """
 
 from collections.abc import Mapping, Sequence
@@ -21,8 +22,8 @@ ACROSS = (0.0, 1.0, 0.0)  # the way of what follows a turn
 def followers(
     machines: Sequence[Mechanism], lugs: Mapping[str, str], block: str = "block", master: str = TURN
 ) -> list[Follow]:
-    """Return the references of each trolley and winch with slings on a block. `lugs`: lug of each hooked sling. Raises
-    OrderRejected if no hook can follow."""
+    """Return the reference law of each trolley and winch that holds the block by slings. `lugs`: lug of each hooked
+    sling. Raises OrderRejected if no hook can follow the turn."""
     found: dict[str, Follow] = {}
     cargo = next((c for machine in machines for c in machine.cargo if c.body == block), None)
     for machine, hook in ((m, h) for m in machines for h in m.hooks):
@@ -48,7 +49,7 @@ def followers(
 
 
 def traversing(machine: Mechanism, hook: Hoist) -> str:
-    """Return the drive that moves a hook's suspension across the girder, "" if there is none."""
+    """Return the drive that moves a hook's suspension across the girder, or "" if there is none."""
     drives = {drive.joint: drive.name for drive in machine.system.drives}
     slides = (x.name for x in beneath(machine, hook.on) if x.kind == "prismatic" and x.axis == ACROSS)
     return next((drives[joint] for joint in slides if joint in drives), "")

@@ -1,13 +1,15 @@
-"""How much of a machine is modelled: passes over its description, each from a machine to a machine.
+"""Levels of fidelity of a machine's model: passes over its description, each of which turns a machine into a simpler
+machine.
 
-joints    what is locked is fixed where it starts; motion in a plane; drives that yield
-beams     bodies that bend, with what hangs on them or slides on them
-ropes     hook ropes rigid, with mass at their ends or in lumps (`lumps`); rigid slings
-supports  only those that bear at the start
-guards    when what a pass fixes would not move anyway: nothing orders it, or the lift is its own mirror image
-listing   how a machine of a plan is modelled, and what its fidelity leaves out
-A pass reads what the plan tells of hooks, ties and optional parts and has no knowledge of machines; where a fidelity
-asks nothing of it, it returns the machine itself.
+joints    locked joints, motion in a plane, compliant drives
+beams     flexible bodies, with the parts that hang on them or slide on them
+ropes     hook ropes that are rigid, with mass at their ends or as chains of lumps; rigid slings
+supports  only the supports that carry a load at the start
+guards    reasons why a pass cannot change the motion: no order moves what it fixes, or the lift is mirror-symmetric
+listing   the model level of a machine of a plan, and a list of what it leaves out
+
+A pass reads hooks, ties and optional parts from the plan and knows nothing of particular machines; if a fidelity does
+not require the pass, it returns the machine itself.
 """
 
 from collections.abc import Callable
@@ -29,7 +31,7 @@ __all__ = ["PASSES", "modelled"]
 
 
 def standing(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """Return the machine without supports that carry nothing at the start."""
+    """Return the machine without the supports that carry nothing at the start."""
     if fidelity.pads == "all" or not machine.cargo:
         return machine
     supports = tuple(s for s in machine.system.supports if s.name in machine.closed)
@@ -37,8 +39,8 @@ def standing(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
 
 
 class Pass(NamedTuple):
-    """A step of the model reduction, applied to one machine; its guard returns why it changes nothing in a whole plan,
-    or ""."""
+    """A step of the model reduction, applied to one machine; its guard returns the reason why it changes no motion in a
+    whole plan, or "" if it may."""
 
     name: str
     apply: Callable[[Mechanism, Fidelity], Mechanism]
@@ -57,7 +59,7 @@ PASSES = (
 
 
 def modelled(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """Return a machine at the model level of a fidelity."""
+    """Return a machine reduced to the model level that a fidelity requires."""
     for level in PASSES:
         machine = level.apply(machine, fidelity)
     return machine

@@ -4,11 +4,11 @@ They start deflected by their own weight and their load, and are cambered: at th
 it would be on a rigid body, so that nothing swings before something moves; ropes are longer by the shortening of the
 bent beam.
 
-A girder as a beam between its feet, of which the first vertical mode is modelled.
+A girder is a beam between its legs, of which only the first vertical mode is modelled.
 
-A uniform beam of stiffness k at midspan has EI = k L^3 / 48; its first mode is sin(pi y / L). It starts deflected by
-its own weight and its load, so that nothing swings before something moves, and is cambered: at the start, trolleys on
-it are level and where they would be on a rigid girder, although a bent girder is shorter, by half its slopes squared.
+A uniform beam of span L and stiffness k at midspan has EI = k L^3 / 48; its first mode is sin(pi y / L). The girder,
+too, starts deflected and is cambered: at the start, trolleys on it are level and where they would be on a rigid girder,
+although a bent girder is shorter, by half the integral of its slope squared.
 """
 
 from collections.abc import Callable
@@ -29,7 +29,7 @@ Modes = Any  # of the kernel, which needs NumPy, as a process that only declares
 
 
 def beams(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """Return the machine with its bending bodies as beams."""
+    """Return the machine with its flexible bodies modelled as beams."""
     if fidelity.girder == "rigid" or not machine.bends:
         return machine
     heavy = fidelity.ropes == "massive" or fidelity.rope_mass == "lumped"
@@ -61,7 +61,8 @@ def _scaled(load: BeamLoad, by: float) -> BeamLoad:
 
 
 def _bending(body: Body, row: Bend, start: tuple[float, ...]) -> Body:
-    """Return a body with a part of its mass as a bending beam along its x."""
+    """Return a body of which a part of the mass is modelled as a flexible beam along its x axis; `start`: modal
+    coordinates at the start."""
     beam, left = row.flexible.beam, body.mass - row.mass
     assert beam is not None
     middle = (beam.start + beam.length / 2.0, 0.0, 0.0)
@@ -75,7 +76,8 @@ def _bending(body: Body, row: Bend, start: tuple[float, ...]) -> Body:
 
 
 def _rest(row: Bend, modes: Modes, loads: list[BeamLoad]) -> tuple[float, ...]:
-    """Return the modal coordinates of a beam under loads and weight, including the effect of compression."""
+    """Return the modal coordinates at which a beam is at rest under its loads and weight, including the effect of axial
+    forces."""
     n, beam = len(modes.mass), row.flexible.beam
     assert beam is not None
     pieces = beam.elements
@@ -96,8 +98,8 @@ def _rest(row: Bend, modes: Modes, loads: list[BeamLoad]) -> tuple[float, ...]:
 
 
 def _cambered(modes: Modes, start: tuple[float, ...], p: Vector) -> tuple[Vector, Matrix, Vector]:
-    """Return the position on the straight beam of a point given on the bent one, its rotation, and the remaining offset
-    from shortening."""
+    """Return, for a point given on the bent beam, its position on the straight beam, the rotation (3, 3) there, and the
+    offset left by the shortening."""
     station, X = modes.station(p)
     moved = product(modes.at(station).tolist(), start)
     turned = moved[3:]
@@ -115,7 +117,7 @@ def _cambered(modes: Modes, start: tuple[float, ...], p: Vector) -> tuple[Vector
 
 
 def _moved(x: Any, body: str, at: Callable[[Vector], tuple[Vector, Matrix, Vector]]) -> Any:
-    """Return a description with the points and joints on a body moved by `at`."""
+    """Return a description in which the function `at` has moved all points and joints on a body."""
     if isinstance(x, Point):
         return replace(x, p=at(x.p)[0]) if x.body == body else x
     if isinstance(x, Joint):
@@ -136,7 +138,7 @@ X: Vector = (1.0, 0.0, 0.0)
 
 
 def _spanned(machine: Mechanism, *, heavy: bool) -> System:
-    """Return the system with girders as beams between their legs."""
+    """Return the mechanical system of a machine with its girders as beams between their legs."""
     system = machine.system
     bodies, joints = {b.name: b for b in system.bodies}, {j.name: j for j in system.joints}
     for girder in machine.girders:
@@ -150,19 +152,20 @@ def _spanned(machine: Mechanism, *, heavy: bool) -> System:
 
 
 def beam_of(girder: Bend) -> str:
-    """Return the name of the body that bends."""
+    """Return the name of the flexible body that represents a girder."""
     return f"{girder.body.rpartition('.')[0]}.girder"
 
 
 def _stiff_part(body: Body, girder: Bend) -> Body:
-    """Return the part of a body that does not bend."""
+    """Return the part of a girder's body that stays rigid."""
     left = (body.mass - girder.mass) / body.mass
     x, y, z = ((a * left, b * left, c * left) for a, b, c in body.inertia)
     return replace(body, mass=body.mass * left, inertia=(x, y, z))
 
 
 def _on_girder(girder: Bend, joint: Joint, down: float) -> Joint:
-    """Return the joint of a trolley that starts at y on the bending girder: a slider, or fixed there."""
+    """Return the joint of a trolley on the flexible girder: a slider, or a fixed joint if the trolley is fixed; `down`:
+    static deflection at midspan [m]."""
     fixed = joint.kind == "fixed"
     y = joint.p_PJ[1] if fixed else joint.q0[0]
     phase = pi * y / girder.span
@@ -178,8 +181,8 @@ def _on_girder(girder: Bend, joint: Joint, down: float) -> Joint:
 
 
 def sag(machine: Mechanism, girder: Bend, *, heavy: bool) -> float:
-    """Return the static deflection at midspan [m]: F / (pi^4 EI / 2 L^3) with F = sum of P sin(pi y / L) + 2 m g / pi;
-    `heavy`: hook ropes have a mass."""
+    """Return the static deflection at midspan [m]: F / (pi^4 EI / 2 L^3) with F = sum of P sin(pi y / L) + 2 m g / pi,
+    for the loads P at y; `heavy`: hook ropes have mass."""
     g, system = machine.system.gravity, machine.system
     bodies, joints = {b.name: b for b in system.bodies}, {j.name: j for j in system.joints}
     lengths = {rope.name: rope.L0 for rope in system.all_ropes}

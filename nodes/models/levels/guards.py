@@ -1,8 +1,9 @@
-"""When what a level fixes would not move anyway: nothing orders it, or the lift is its own mirror image.
+"""Cases in which a simplification does not change the motion: no order moves what it fixes, or the lift is
+mirror-symmetric.
 
-Each guard reads a whole plan and returns the reason why its pass changes no motion, or "" where it knows none.  A lift
-is its own mirror image about a plane if each body is, and each rope, sling and support has a partner: then nothing
-leaves the plane, and a motion in it is exact.
+Each guard reads a whole plan and returns the reason why its pass changes no motion, or "" if it knows none. A lift is
+mirror-symmetric about a vertical plane if each body is its own mirror image, and each rope, sling and support has a
+partner: then nothing leaves the plane, and a model of the motion in this plane is exact.
 """
 
 from collections.abc import Callable, Sequence
@@ -23,8 +24,8 @@ SIMPLE = ("free", "fixed", "prismatic", "revolute")
 
 
 def guard_locked(plan: Plan) -> str:
-    """Return why locking joints changes no motion: no order moves the drives that hold them, or by symmetry; "" if it
-    may."""
+    """Return the reason why locking joints cannot change the motion (no order moves the drives that hold them, or
+    symmetry), or "" if it might."""
     drives = {drive.joint: drive for machine in plan.machines for drive in machine.system.drives}
     moved, names = ordered(plan), {*plan.fidelity.locked}
     joints = [joint for machine in plan.machines for joint in machine.system.joints if joint.name in names]
@@ -37,22 +38,25 @@ def guard_locked(plan: Plan) -> str:
 
 
 def unless(models: Callable[[Mechanism], bool]) -> Callable[[Plan], str]:
-    """Return a guard for a pass that has nothing to change, as no machine has what it `models`."""
+    """Return a guard for a pass that has nothing to change because no machine has the parts for which `models` returns
+    true."""
     return lambda plan: "" if any(map(models, plan.machines)) else NONE
 
 
 def guard_supports(plan: Plan) -> str:
-    """Return why leaving out supports changes no motion: no block is turned to another face; "" if it may."""
+    """Return the reason why leaving out supports cannot change the motion (no block is turned to another face), or ""
+    if it might."""
     return "" if any(isinstance(order, Turn) for action in plan.actions for order in action.orders) else UNTURNED
 
 
 def guard_motion(plan: Plan) -> str:
-    """Return why restricting motion to a plane changes nothing: the lift is its own mirror image; "" if it may."""
+    """Return the reason why restricting the motion to a plane cannot change it (the lift is mirror-symmetric), or "" if
+    it might."""
     return MIRRORED if plan.fidelity.motion != "spatial" and _Mirror(plan).holds() else ""
 
 
 def ordered(plan: Plan) -> set[str]:
-    """Return the actuators that the action list, user models or logs move; if a block turns, all drives."""
+    """Return the actuators that the action list, user models or logs move; if a block is turned, all drives."""
     orders = [order for action in plan.actions for order in action.orders]
     moves = [order for order in orders if isinstance(order, Move)]
     found = {move.actuator for move in moves} | {kept.actuator for move in moves for kept in move.keeps}
@@ -63,7 +67,8 @@ def ordered(plan: Plan) -> set[str]:
 
 
 class _Mirror:
-    """A plan and the vertical plane of its motion, through the first free body."""
+    """Test of a plan for mirror symmetry about the vertical plane of its motion, which goes through the first free
+    body."""
 
     def __init__(self, plan: Plan) -> None:
         self.plan, self.motion, self.ordered = plan, plan.fidelity.motion, ordered(plan)
@@ -73,7 +78,7 @@ class _Mirror:
 
     @cached_property
     def frames(self) -> dict[str, tuple[list[list[float]], list[float]]]:
-        """Axes and origin of each body at the start."""
+        """Rotation matrix and origin of each body at the start, by name."""
         from heavylift.kernel.model.program import Program  # slow to import
 
         program = Program(self.whole)
@@ -95,7 +100,7 @@ class _Mirror:
         return [a + b for a, b in zip(origin, product(R, p), strict=True)]
 
     def holds(self) -> bool:
-        """Return whether the lift and its orders are their own mirror image."""
+        """Return whether the lift and its orders are mirror-symmetric."""
         system = self.whole
         simple = not (system.contacts or system.reevings or self.plan.models or self.plan.lists)
         rigid = not (any(m.bends for m in self.plan.machines) and self.plan.fidelity.girder == "elastic")
@@ -110,7 +115,7 @@ class _Mirror:
         return x, y, z
 
     def _joint(self, joint: Joint) -> bool:
-        """Whether a joint moves in the plane, or nothing moves it out."""
+        """Return whether a joint moves only in the plane, or nothing moves it out of the plane."""
         if joint.kind not in SIMPLE or (joint.kind == "free" and any(joint.v0)):
             return False
         axis = self._axis(joint)
@@ -126,7 +131,7 @@ class _Mirror:
         return not (any(joint.v0) or pulled or driven or any(abs(end) > ASKEW for end in ends))
 
     def _body(self, body: Body) -> bool:
-        """Whether a body is its own image."""
+        """Return whether a body is its own mirror image."""
         R = self.frames[body.name][0]
         normal = product([list(column) for column in zip(*R, strict=True)], self.normal)
         moved = product(body.inertia, normal)
@@ -135,7 +140,7 @@ class _Mirror:
         return body.flexible is None and placed and apart <= SAME * max(map(abs, moved))
 
     def _forces(self) -> bool:
-        """Whether forces act in the plane."""
+        """Return whether all forces act in the plane."""
         out = {joint.name for joint in self.whole.joints if leaves(joint, self._axis(joint), self.motion)}
         for force in self.whole.forces:
             if isinstance(force, Wind):
@@ -152,7 +157,8 @@ class _Mirror:
         return (point.body, *(f"{round(x, DIGITS) + 0.0:.{DIGITS}f}" for x in p))
 
     def _keys(self, sign: float) -> dict[str, tuple[object, ...]]:
-        """Ropes and supports as what is equal for those with the same effect, or a mirror image of it."""
+        """Return a comparison key for each rope and support, reflected if `sign` is -1: two of them with equal keys
+        have the same effect."""
         found = dict[str, tuple[object, ...]]()
         for rope in self.whole.straight_ropes:
             lines = sorted((self._point(x.a, sign), self._point(x.b, sign), x.share) for x in rope.lines)
@@ -164,12 +170,13 @@ class _Mirror:
 
     @cached_property
     def partners(self) -> dict[str, str]:
-        """The mirror image of each rope and support."""
+        """The rope or support that is the mirror image of each rope or support, by name."""
         images = {repr(key): name for name, key in self._keys(-1.0).items()}
         return {name: images[repr(key)] for name, key in self._keys(1.0).items() if repr(key) in images}
 
     def _orders(self) -> bool:
-        """Whether slings are taken off with their partners, and none is hooked."""
+        """Return whether each sling is unhooked in the same action as its mirror image, and no order hooks a sling or
+        turns the block out of the plane."""
         for action in self.plan.actions:
             off = {order.sling for order in action.orders if isinstance(order, UnhookSling)}
             hooks = any(isinstance(order, Hookup) for order in action.orders)

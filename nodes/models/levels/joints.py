@@ -1,6 +1,7 @@
 """Joints that are locked, or whose motion is restricted to a plane, at some model levels.
 
-A locked joint is fixed at its start, and no law acts on it; a body in planar motion has three degrees of freedom.
+A locked joint is replaced by a rigid connection in its start position, and force laws on it are omitted; a body in
+planar motion has three degrees of freedom.
 """
 
 from dataclasses import replace
@@ -21,7 +22,8 @@ ONE = ("prismatic", "revolute")  # what can be locked
 
 
 def locking(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """Return the machine with locked joints fixed; their drives refuse orders."""
+    """Return the machine with its locked joints replaced by rigid connections; the drives of these joints refuse
+    orders."""
     system = machine.system
     moving = (joint for joint in system.joints if joint.kind != "fixed" and joint.q0)  # what closes a loop follows it
     known = {joint.name: joint for joint in moving if joint.name in fidelity.locked}
@@ -54,7 +56,7 @@ def _fixed(joint: Joint) -> Joint:
 
 
 def yielding(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """Return the machine with drives that are compliant servos, where elastic parts are modelled."""
+    """Return the machine with its drives as compliant servos, if the fidelity models elastic parts."""
     if fidelity.girder == "rigid" or not machine.servos:
         return machine
     rows = {row.drive: row for row in machine.servos}
@@ -66,7 +68,7 @@ def yielding(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
 
 
 def planar(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """Return the machine with free bodies restricted to their plane."""
+    """Return the machine with the motion of its free bodies restricted to a vertical plane."""
     free = [joint for joint in machine.system.joints if joint.kind == "free"]
     if fidelity.motion == "spatial" or not free:
         return machine
@@ -75,7 +77,7 @@ def planar(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
 
 
 def _planar(joint: Joint, motion: str) -> Joint:
-    """Return a planar joint in place of a free one, in its plane at the start."""
+    """Return a planar joint to replace a free joint; it lies in the plane of motion at the start."""
     normal, first = PLANE[motion]
     x, y, z, *q = joint.q0 or JOINTS[joint.kind].rest
     turned = sum(a * b for a, b in zip(normal, q[:3], strict=True))

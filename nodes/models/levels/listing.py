@@ -1,4 +1,4 @@
-"""The model level of the machines of a plan, and a list of what it omits."""
+"""Models of the machines of a plan at its fidelity level, and a list of what this level leaves out."""
 
 from heavylift.nodes.plan.mechanism import Mechanism
 from heavylift.nodes.plan.plan import Plan
@@ -7,18 +7,18 @@ from . import PASSES, modelled
 
 
 def as_modelled(plan: Plan, machine: Mechanism) -> Mechanism:
-    """Return a machine at the model level of its plan or lift."""
+    """Return a machine reduced to the model level of its plan or, if its lift has its own level, of the lift."""
     lift = next((each for each in plan.lists if machine.name in each.machines), plan)
     return modelled(machine, lift.fidelity)
 
 
 def exact(plan: Plan) -> dict[str, str]:
-    """Return the passes that change nothing in a plan at its level, with the reasons."""
+    """Return the passes of a plan's model level that change no motion, each with the reason."""
     return {each.name: why for each in PASSES if (why := each.guard(plan))}
 
 
 def left_out(plan: Plan) -> tuple[str, ...]:
-    """Return the omissions of a plan's model level, in words."""
+    """Return, in words, what the model level of a plan leaves out."""
     at, none = plan.fidelity, exact(plan)
     heavy = "ropes" not in none
     words = [

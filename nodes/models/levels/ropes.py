@@ -1,16 +1,17 @@
 """Rigid hook ropes and slings, and hook ropes with mass: at their ends, or as lumps.
 
-A rigid hook rope has the length with which it hangs at the start; if its mass is lumped at its ends, the unstretched
-length is chosen so that it hangs there at rest. If a part leads on to a drum, the falls have one lump in their middle
-instead, and rigid ropes have no mass.
+A rigid hook rope has the length at which it hangs at the start; if its mass is lumped at its ends, the unstretched
+length is chosen so that it hangs there at rest. If a part of the rope continues to a drum, the falls have one lump in
+their middle instead, and rigid ropes have no mass.
 
-A rope with mass as a chain of lumps.
+A rope with mass can be a chain of lumps.
 
-Two lumps sit at the places of Gauss, so that they already have the mass, the centre of mass and the inertia of the rope
-that is straight and evenly stretched, and so its swing; what is left to more lumps is how it vibrates.  These sit in
-the middles of equal parts: so they come closer to the rope with each more, and what they change by tells by how much
-they are off.  At the places of Gauss they do not, and the last one draws to the hook as 1/n2, which overtakes it when
-it recoils.  Lumps keep the distance of the falls, so that the chain resists yawing as the whole rope does (T b2 / 4 L).
+Two lumps are placed at the Gauss points, so that they already have the mass, the centre of mass and the inertia of a
+straight, evenly stretched rope, and therefore its swing; more lumps only improve the vibrations of the rope. Three or
+more lumps are placed in the middles of equal parts: then each further lump brings the chain closer to the rope, and the
+change shows the remaining error. At Gauss points this would not hold: the last lump would approach the hook as 1/n2 and
+be overtaken by it in a recoil. The lumps keep the distances between the falls, so that the chain resists yawing as the
+whole rope does (T b2 / 4 L).
 """
 
 from collections.abc import Sequence
@@ -41,15 +42,15 @@ GAUSS = 0.28867513459481287  # 1/sqrt(12): the radius of gyration of a straight 
 
 
 def lumped(n: int) -> list[tuple[float, float]]:
-    """Return places from 0 to 1 and weights (sum 1) of the n lumps of a rope."""
+    """Return the positions (0 to 1 along the rope) and the weights (sum 1) of the n lumps of a rope."""
     if n == 2:
         return [(0.5 - GAUSS, 0.5), (0.5 + GAUSS, 0.5)]
     return [((i + 0.5) / n, 1.0 / n) for i in range(n)]
 
 
 def pieces(rope: str, lumps: int) -> dict[str, float]:
-    """Return the names of the pieces of a hook rope with their shares of its length, from the top. The end pieces have
-    the tensions of the rope's ends; the last piece, at the hook, has the name of the rope."""
+    """Return the names of the pieces of a hook rope, from the top, with their shares of its length. The first and last
+    pieces have the tensions of the rope's ends; the last piece, at the hook, has the name of the rope."""
     places = [0.0, *(x for x, _ in lumped(lumps)), 1.0]
     names = [*(f"{rope}~{i}" for i in range(1, lumps + 1)), rope]
     return {name: b - a for name, (a, b) in zip(names, pairwise(places), strict=True)}
@@ -58,8 +59,8 @@ def pieces(rope: str, lumps: int) -> dict[str, float]:
 def chain(row: Heavy, rope: Rope, gravity: float, lumps: int, motion: str) -> System:
     """Return a rope as a chain of pieces and lumps, at rest under its load at the start.
 
-    What of it does not hang, such as the part to the drum, belongs to the first piece and has no mass. Each piece is
-    damped as its share of the whole length is, so that the chain is damped as the rope.
+    The part of the rope that does not hang, such as the part to the drum, belongs to the first piece and has no mass.
+    The damping of each piece is scaled so that the whole chain is damped like the rope.
     """
     (x, y, top), (_, _, eye) = row.ends
     parts, falls = pieces(rope.name, lumps), rope.lines[: len(row.beside)]
@@ -91,8 +92,8 @@ def chain(row: Heavy, rope: Rope, gravity: float, lumps: int, motion: str) -> Sy
 def _lump(
     name: str, mass: float, beside: Sequence[Vector], shares: Sequence[float], at: Vector, motion: str
 ) -> tuple[list[Body], list[Joint]]:
-    """Return the lumps of all falls with their shares of the mass, free in the plane or space of motion; in space they
-    can yaw."""
+    """Return the bodies and joints of one lump, shared by all falls; it moves freely in the plane or space of `motion`,
+    and can yaw in space."""
 
     def product(i: int, j: int) -> float:
         return sum((share * mass * p[i] * p[j] for share, p in zip(shares, beside, strict=True)), 0.0)
@@ -115,7 +116,7 @@ def _lump(
 
 
 def heavy(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """Return the machine with its heavy ropes rigid, with mass, or both."""
+    """Return the machine with its hook ropes rigid, with mass, or both, as the fidelity requires."""
     if fidelity.ropes == "elastic" and fidelity.rope_mass == "none":
         return machine
     system, parts = machine.system, dict[str, dict[str, float]]()
@@ -140,7 +141,7 @@ def heavy(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
 
 
 def _followed(measured: Measured, rope: str, parts: tuple[str, ...]) -> Measured:
-    """Return a measured scalar that the pieces of a rope may follow, if the rope may."""
+    """Return a measured scalar in which the pieces of a rope replace the rope as followers."""
     others = tuple(x for x in measured.followers if x != rope)
     return measured if len(others) == len(measured.followers) else replace(measured, followers=others + parts)
 
@@ -160,7 +161,7 @@ def _made(row: Heavy, rope: Rope, gravity: float, fidelity: Fidelity) -> System:
 
 
 def rigid_slings(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """Return the machine with inextensible slings, except those over edges."""
+    """Return the machine with inextensible slings, except slings that run over edges."""
     ties = {tie.rope: tie.spans for tie in machine.ties}
     if fidelity.slings == "elastic" or not ties:
         return machine

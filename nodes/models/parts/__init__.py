@@ -1,10 +1,10 @@
 """The parts of machines, and the messages between models.
 
 messages                  all messages: orders, reports, samples, records
-kernel_messages           inputs of the kernel, applied to a simulation, and its state events
+kernel_messages           inputs to the kernel, which change a simulation, and state events from it
 parts                     the parts of machines, and how they are coupled
-drive, winch              actors that move; interlocks that stop them
-gauges, rigging           actors: load cells and inclinometers; slings, brakes, supports
+drive, winch              actors that move joints and wind ropes
+gauges, rigging           actors: load cells, inclinometers and interlocks; slings, brakes and supports
 """
 
 from heavylift.kernel.on_demand import face

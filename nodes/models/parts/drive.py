@@ -1,10 +1,11 @@
-"""Actors that move along a trapezoid speed profile: drives of joints, winches, masters.
+"""Actors that move along a trapezoidal speed profile: drives of joints, winches, masters.
 
-A move is sent to the kernel once (SetProfile); its end is an internal event that this actor computes with the same
-arithmetic (`heavylift.kernel.description.profile`), exact to the nanosecond: t = d/v + v/a, or 2 sqrt(d/a). The actor
-knows its reference at all times, so `to` a coordinate and end positions need no measurement. A halted move ramps down
-and is done where it stops. Ramps in pulses, and a log, are speeds at times, with a command for each. While it follows a
-master it accepts no moves; released, it holds its position.
+A move is sent to the kernel once (SetProfile). Its end is an internal event, whose time this actor computes with the
+same arithmetic as the kernel (`heavylift.kernel.description.profile`), exact to the nanosecond: t = d/v + v/a, or 2
+sqrt(d/a). The actor knows its reference position at all times, so a move `to` a coordinate and end positions need no
+measurement. A halted move ramps down and is done where it stops. Ramps in pulses, and moves from a log, consist of
+speeds at given times, with one command for each. While an actuator follows a master it refuses moves; when it is
+released, it holds its position.
 """
 
 from math import copysign, inf, isclose
@@ -25,8 +26,8 @@ TOUCH = 1e-9  # an end position closer than this is reached [m]
 
 
 class DriveActor(LiveActor):
-    """Moves the actuator `element` between its end positions (None: endless). Stops without an order use the
-    deceleration `emergency`, if given. `stops`: how interlocks stop it, by their names."""
+    """Moves the actuator `element` between its end positions (None: no end). Stops that no order asked for use the
+    deceleration `emergency`, if given. `stops`: how each interlock stops the actuator, by the name of the interlock."""
 
     def __init__(
         self,
@@ -48,7 +49,7 @@ class DriveActor(LiveActor):
         self.trip: InPort[m.Trip] | None = None  # from the interlocks of its machine
 
     def begin(self) -> None:
-        """Reset: at rest at the start position, or at the start of its log."""
+        """Reset the actuator to rest at its start position, or at the start of its log."""
         self.job: int | None = None
         self.halting = False
         self.limit = ""  # why the present move will not be done
@@ -62,13 +63,14 @@ class DriveActor(LiveActor):
         self.wake = self.rows[0][0] if self.rows else None
 
     def external(self, e: int, x: Bag) -> None:
-        """Handle trips of interlocks, then orders and events."""
+        """Process trips of interlocks first, then orders and events."""
         for trip in x.get(self.trip, ()) if self.trip else ():
             self.heed(trip)
         super().external(e, x)
 
     def heed(self, trip: m.Trip) -> None:
-        """Apply or release an interlock on a direction, stopping motion in it."""
+        """Block a direction, and stop motion in it, when an interlock trips; free the direction when the interlock is
+        reset."""
         if (stopped := self.stops.get(trip.interlock)) is None:
             return
         why = f"interlock {trip.interlock}"
@@ -78,7 +80,7 @@ class DriveActor(LiveActor):
             self.barred.pop(why, None)
 
     def bar(self, why: str, way: int, emergency: float | None) -> None:
-        """Block a direction (0: both) for the reason `why`."""
+        """Block the direction `way` (+1, -1, or 0 for both) for the reason `why`."""
         self.barred[why] = way
         if self.law is not None:
             self.say(m.Limit(self.element, why, self.reference()[0]))
@@ -86,14 +88,14 @@ class DriveActor(LiveActor):
             self.stop(why, emergency)
 
     def _barred(self, x: float, way: float) -> bool:
-        """Return whether the direction `way` is blocked, and report it."""
+        """Return whether the direction `way` is blocked; if so, report the reason."""
         why = next((why for why, barred in self.barred.items() if way and way * barred >= 0.0), "")
         if why:
             self.say(m.Limit(self.element, why, x))
         return bool(why)
 
     def execute(self, order: m.Order) -> None:
-        """Carry out an order: move, follow, stop, or end one of these."""
+        """Carry out an order: to move, follow, stop, or end one of these."""
         if self.log is not None:
             self.refuse(order, f"{self.element} follows {self.log.source}; take its orders out of the action list")
         match order.what:
@@ -111,7 +113,8 @@ class DriveActor(LiveActor):
                 super().execute(order)
 
     def run(self, order: m.Order, asked: Motion) -> None:
-        """Begin a move; an actuator that ramps down or follows a user model starts with its present speed."""
+        """Begin a move; an actuator that is ramping down or controlled by a user model starts with its present
+        speed."""
         if self.law is not None:
             self.refuse(order, f"{self.element} follows {self.law.master}, wait until that is done")
         if self.job is not None and not self.halting and not order.led:
@@ -140,7 +143,7 @@ class DriveActor(LiveActor):
         self.wake = self.now.t + seconds(duration) if duration < inf else None
 
     def halt(self, order: m.Order) -> None:
-        """Ramp down the move with the order's id, unless it has stopped."""
+        """Ramp down the move that belongs to the order, unless it has already stopped."""
         if self.job != order.id or self.halting:
             return
         x, v = self.reference()
@@ -153,7 +156,7 @@ class DriveActor(LiveActor):
         self._begin_rows(rows)
 
     def stand(self, order: m.Order, accel: float | None) -> None:
-        """Stop any present move; the order is done at standstill."""
+        """Stop any present move; the order is done when the actuator stands still."""
         if self.law is not None:
             self.refuse(order, f"{self.element} follows {self.law.master}, stop the block")
         x, v = self.reference()
@@ -168,7 +171,7 @@ class DriveActor(LiveActor):
             self.stop("", accel or self.emergency)
 
     def stop(self, limit: str, accel: float | None = None) -> None:
-        """Ramp down now, with the acceleration of the move or another one."""
+        """Ramp down now because of a limit, with the deceleration `accel` or, without it, that of the move."""
         x, v = self.reference()
         accel = accel or self.accel
         self.halting, self.limit, self.rows = True, limit, ()
@@ -178,21 +181,21 @@ class DriveActor(LiveActor):
         self.wake = self.now.t + seconds(self.profile.d1)
 
     def follow(self, order: m.Order, law: Follow) -> None:
-        """Follow a master from now on."""
+        """Follow a master by a law from now on."""
         if self.job is not None or self.law is not None:
             self.refuse(order, f"{self.element} is moving already and cannot follow {law.master}")
         self.law = law
         self.say(m.SetFollow(self.element, law.master, law.law))
 
     def release(self, s: float) -> None:
-        """Stop following the master, whose value is `s`."""
+        """Stop following the master, whose present value is `s`."""
         assert self.law is not None
         self._rest(self.x0 + self.law.value(s) - self.law.value(self.law.s))
         self.law = None
         self.say(m.SetFollow(self.element))
 
     def due(self) -> list[m.KernelInput | m.Report]:
-        """Return the report of the end of a move."""
+        """Return the report for the end of a move, if the move ends now."""
         if self.job is None or self._goes_on:
             return []
         if self.limit:
@@ -200,7 +203,7 @@ class DriveActor(LiveActor):
         return [m.Done(self.element, self.job, self.goal)]
 
     def expire(self) -> None:
-        """Stop at the end of the move, or continue to the next speed."""
+        """Stop at the end of the move, or continue with the next speed."""
         if self._goes_on:
             self._next_row()
             return
@@ -208,7 +211,7 @@ class DriveActor(LiveActor):
         self._rest(self.goal)
 
     def reference(self) -> tuple[float, float]:
-        """Return the present reference position and speed, without a followed master."""
+        """Return the present reference position and speed, without the part that follows a master."""
         t = (self.now.t - self.since) / 1e9
         return self.x0 + self.profile.displacement(t), self.profile.speed(t)
 
@@ -241,7 +244,7 @@ class DriveActor(LiveActor):
         self.x0, self.since, self.profile, self.accel = x, self.now.t, profile, accel
 
     def _distance(self, order: Motion, x: float) -> tuple[float | None, str]:
-        """Return the distance to go (None: unlimited), and the limit that shortens it."""
+        """Return the distance to go (None: unlimited), and the name of the limit that shortens it ("": none)."""
         wish = order.by if order.to is None else order.to - x
         up = (order.speed if wish is None else wish) > 0.0
         end = self.ends[up]
@@ -252,7 +255,7 @@ class DriveActor(LiveActor):
 
 
 class HeldActor(LiveActor):
-    """Replaces the drive `element` of a joint that is not modelled: refuses all orders with the reason `why`."""
+    """Replacement for the drive `element` of a joint that is not modelled: refuses all orders with the reason `why`."""
 
     def __init__(self, name: str, element: str, why: str) -> None:
         super().__init__(name, element)

@@ -2,10 +2,9 @@
 
 They arm thresholds of the kernel and receive its events; they exert no force.
 
-An interlock: stops drives and winches of its machine by itself, without the commander.
-
-It trips when a guard of the kernel is reached, blocks the directions that lead further, and frees them when all guards
-are back. Bypassed, it reports but blocks nothing.
+An interlock stops drives and winches of its machine without the commander. It trips when a threshold of the kernel is
+reached, blocks the directions that lead further, and frees them when all its thresholds are reset. A bypassed interlock
+reports but blocks nothing.
 """
 
 from math import floor, radians
@@ -28,7 +27,8 @@ RELIEF = 0.97  # an overload is over below this part of the rated value
 
 
 class LoadCell(LiveActor):
-    """Reports when the total tension of ropes exceeds `rated` [N], and when it has fallen below it again."""
+    """Reports when the total tension of its ropes exceeds `rated` [N], and when the tension has fallen below it
+    again."""
 
     def __init__(self, name: str, element: str, ropes: tuple[str, ...], rated: float) -> None:
         guard = Threshold(element, "tension", ropes=ropes)
@@ -36,7 +36,7 @@ class LoadCell(LiveActor):
         self.rated = rated
 
     def begin(self) -> None:
-        """Arm the rated value."""
+        """Start watching for the rated value."""
         self.over = False
         self.arm()
 
@@ -47,13 +47,13 @@ class LoadCell(LiveActor):
         self.arm()
 
     def arm(self) -> None:
-        """Arm the threshold of the opposite state."""
+        """Watch for the threshold that ends the present state."""
         self.say(Watch(self.element, self.rated * (RELIEF if self.over else 1.0), not self.over))
 
 
 class Inclinometer(LiveActor):
-    """Reports when the angle of the body `element` passes a multiple of 30 degrees. The next mark above is armed, and
-    the last one below, lowered by a degree so that it does not chatter."""
+    """Reports when the angle of the body `element` passes a multiple of 30 degrees. It watches the next multiple above,
+    and the last one below minus one degree, so that it does not report repeatedly at one angle."""
 
     def __init__(self, name: str, element: str, start: float) -> None:
         self.up, self.down = f"{element}.attitude-up", f"{element}.attitude-down"
@@ -62,12 +62,12 @@ class Inclinometer(LiveActor):
         self.first = floor(start / MARK + TOUCH)
 
     def begin(self) -> None:
-        """Reset to the marks around the start angle."""
+        """Reset the marks to the multiples of 30 degrees around the start angle."""
         self.mark = self.first
         self.arm()
 
     def notice(self, event: StateEvent) -> None:
-        """Report the mark, and move on to the next one."""
+        """Report the angle that was passed, and watch the next one."""
         rising = event.name == self.up
         angle = MARK * (self.mark + 1) if rising else MARK * self.mark - FLUTTER
         self.mark += 1 if rising else -1
@@ -75,22 +75,22 @@ class Inclinometer(LiveActor):
         self.arm()
 
     def arm(self) -> None:
-        """Watch the thresholds next above and below the present value."""
+        """Watch the thresholds directly above and below the present angle."""
         self.say(Watch(self.up, MARK * (self.mark + 1), True), Watch(self.down, MARK * self.mark - FLUTTER, False))
 
 
 class ThresholdWatcher(LiveActor):
-    """Watches the thresholds of the commander's conditions, each once per order."""
+    """Watches the thresholds in the commander's conditions, each of them once per order."""
 
     def __init__(self, name: str, thresholds: tuple[Threshold, ...]) -> None:
         super().__init__(name, name, System(thresholds=thresholds), hears=tuple(t.name for t in thresholds))
 
     def answers(self, element: str) -> bool:
-        """Return whether the order is for one of its thresholds."""
+        """Return whether the order concerns a threshold of this watcher."""
         return element in self.hears
 
     def execute(self, order: Order) -> None:
-        """Arm or disarm a threshold."""
+        """Start or stop watching a threshold."""
         match order.what:
             case plan.WatchThreshold(value=value, rising=rising):
                 self.say(Watch(order.actor, value, rising))
@@ -105,7 +105,7 @@ class ThresholdWatcher(LiveActor):
 
 
 class InterlockActor(LiveActor):
-    """An interlock of the plan."""
+    """Stops the drives of its machine while a threshold of the interlock is exceeded."""
 
     trip = Out(m.Trip)
 
@@ -115,14 +115,14 @@ class InterlockActor(LiveActor):
         self.plan = plan
 
     def begin(self) -> None:
-        """Watch all guards."""
+        """Start watching all thresholds of the interlock."""
         self.beyond: frozenset[str] = frozenset()
         self.bypassed = False
         for guard in self.plan.guards:
             self._watch(guard.name)
 
     def execute(self, order: m.Order) -> None:
-        """Bypass the interlock or make it active."""
+        """Bypass the interlock or activate it again."""
         if not isinstance(order.what, BrakeOrder):
             super().execute(order)
         else:
@@ -132,7 +132,7 @@ class InterlockActor(LiveActor):
                 self.say(m.Tripped(self.element, True, self.bypassed))
 
     def notice(self, event: m.StateEvent) -> None:
-        """Register that a guard was reached or is back, and report a trip or reset."""
+        """Register that a threshold was reached or is reset, and report if this trips or resets the interlock."""
         before = bool(self.beyond)
         self.beyond = self.beyond ^ {event.name}
         self._watch(event.name)
@@ -140,7 +140,7 @@ class InterlockActor(LiveActor):
             self.say(m.Tripped(self.element, bool(self.beyond), self.bypassed))
 
     def output(self) -> None:
-        """Send reports and kernel inputs, and a trip to the drives."""
+        """Send reports and kernel inputs, and inform the drives of a trip or reset."""
         super().output()
         if any(isinstance(message, m.Tripped) for message in self.outbox):
             self.trip.send(m.Trip(self.element, bool(self.beyond) and not self.bypassed))
@@ -152,7 +152,7 @@ class InterlockActor(LiveActor):
 
 
 def fit(machine: RealObject, plan: Interlock) -> None:
-    """Build an interlock into a machine, connected to the drives that it stops."""
+    """Add an interlock to a machine and connect it to the drives that it stops."""
     actor = machine.take(InterlockActor(f"interlock-{plan.name.rpartition('.')[2]}", plan))
     for stopped in plan.stops:
         outer: Coupled = machine
@@ -168,7 +168,7 @@ def fit(machine: RealObject, plan: Interlock) -> None:
 
 
 def _path(model: Coupled, element: str) -> list[Model]:
-    """Return the path from a coupled model to the drive of an element; empty if there is none."""
+    """Return the models from below a coupled model down to the drive `element`; empty if there is none."""
     for child in model.children.values():
         if isinstance(child, DriveActor) and child.element == element:
             return [child]

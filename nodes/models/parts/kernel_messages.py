@@ -1,4 +1,5 @@
-"""Messages between models and the kernel: inputs that change a law, a mask or a guard, and state events."""
+"""Messages between models and the kernel: inputs that change a force law, a lock, a hooked rope or a threshold, and
+state events."""
 
 from collections.abc import Mapping
 from typing import Any, ClassVar
@@ -11,7 +12,7 @@ PLACE, SPEED, ACCELERATION = "m or rad", "m/s or rad/s", "m/s2 or rad/s2"  # alo
 
 
 class KernelInput(Message, frozen=True):
-    """An input of the kernel that changes a law, a mask or a guard, by a `command` of a `Simulation`."""
+    """An input that changes the mechanics by calling the method `command` of a `Simulation`."""
 
     command: ClassVar[str]
 
@@ -21,7 +22,8 @@ class KernelInput(Message, frozen=True):
 
 
 class SetProfile(KernelInput, frozen=True):
-    """Ramp to signed `speed`, cruise, and ramp down for a displacement of `distance` (None: continue)."""
+    """Ramp up to the signed `speed`, cruise, and ramp down so that the displacement is `distance` (None: keep
+    going)."""
 
     command: ClassVar[str] = "set_profile"
     units: ClassVar[Mapping[str, str]] = {"speed": SPEED, "accel": ACCELERATION, "distance": PLACE}
@@ -32,14 +34,14 @@ class SetProfile(KernelInput, frozen=True):
     distance: float | None = None
 
     def part(self, piece: str, share: float) -> "SetProfile":
-        """Return the input for a piece of a rope with this share of its length."""
+        """Return the input for one piece of a rope, which has this share of its length."""
         distance = None if self.distance is None else self.distance * share
         return SetProfile(piece, self.start_ns, self.speed * share, self.accel * share, distance)
 
 
 class SetFollow(KernelInput, frozen=True):
-    """Follow a master: ref = present ref + f(s) - f(present s), f(s) = k1 s + kc cos s + ks sin s with the coefficients
-    `law`; master "": hold the position."""
+    """Follow a master: the reference changes by f(s) - f(present s), with f(s) = k1 s + kc cos s + ks sin s, where s is
+    the value of the master and `law` holds (k1, kc, ks). An empty `master` means hold the position."""
 
     command: ClassVar[str] = "set_follow"
     actuator: str
@@ -47,7 +49,7 @@ class SetFollow(KernelInput, frozen=True):
     law: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def part(self, piece: str, share: float) -> "SetFollow":
-        """Return the input for a piece of a rope with this share of its length."""
+        """Return the input for one piece of a rope, which has this share of its length."""
         k1, kc, ks = self.law
         return SetFollow(piece, self.master, (k1 * share, kc * share, ks * share))
 
@@ -61,7 +63,7 @@ class SetBrake(KernelInput, frozen=True):
 
 
 class SetLock(KernelInput, frozen=True):
-    """Lock or release a joint; a moving joint is stopped by an impulse."""
+    """Lock or release a joint; locking a moving joint stops it by an impulse."""
 
     command: ClassVar[str] = "set_lock"
     lock: str
@@ -69,7 +71,8 @@ class SetLock(KernelInput, frozen=True):
 
 
 class Hook(KernelInput, frozen=True):
-    """Hook a sling; None keeps an end point (in its body's frame) or the unstretched length."""
+    """Hook a sling to end points `a` and `b` (in the frames of their bodies) with the unstretched length `L0`; None
+    keeps the present value."""
 
     command: ClassVar[str] = "hook"
     units: ClassVar[Mapping[str, str]] = {"L0": "m"}
@@ -87,7 +90,7 @@ class Unhook(KernelInput, frozen=True):
 
 
 class Watch(KernelInput, frozen=True):
-    """Arm a threshold; if it is exceeded already, it fires at the next microstep."""
+    """Start watching a threshold; if it is exceeded already, its event occurs at the next microstep."""
 
     command: ClassVar[str] = "watch"
     threshold: str
@@ -96,15 +99,15 @@ class Watch(KernelInput, frozen=True):
 
 
 class Unwatch(KernelInput, frozen=True):
-    """Disarm a threshold."""
+    """Stop watching a threshold."""
 
     command: ClassVar[str] = "unwatch"
     threshold: str
 
 
 class StateEvent(Message, frozen=True):
-    """A state event: rope (taut, slack), support or stop (closed, open), brake (stick, slip), threshold (reached), or
-    joint (locked, with the energy lost [J], or freed)."""
+    """A discrete change in the mechanics of a rope (taut, slack), support or stop (closed, open), brake (stick, slip),
+    threshold (reached) or joint (locked, with the energy lost [J], or freed)."""
 
     name: str
     what: str

@@ -1,4 +1,4 @@
-"""The messages between models: orders, reports, inputs of the kernel and its state events.
+"""The messages between models: orders, reports, inputs to the kernel and state events from the kernel.
 
     commander --Order--> model --KernelInput--> kernel --StateEvent--> model --Report--> commander
 An order names one actor by its mechanical element (drive, winch rope, sling, brake, threshold, master),
@@ -34,13 +34,13 @@ from .kernel_messages import (
 
 
 class Sample(Message, frozen=True):
-    """The value of a signal at this time [SI]."""
+    """The value of a signal at the present time, in SI units."""
 
     value: float
 
 
 class SetPoint(Message, frozen=True):
-    """Set-point of an actuator's speed, signed along its coordinate."""
+    """The speed that a user model demands of an actuator, signed along the actuator's coordinate."""
 
     units: ClassVar[Mapping[str, str]] = {"value": SPEED}
     value: float
@@ -50,12 +50,12 @@ class SetPoint(Message, frozen=True):
 
 
 class Order(Message, frozen=True):
-    """An order to an actor; `at`: the numbers of its action and of the order in it, from 0.
+    """An order to an actor; `at`: the number of its action and the number of the order in it, from 0.
 
     For an operator's command the number of the action is -2; for a user model's set-point `at` is (-3,). An order to
-    watch a threshold has (action, order, term): the term of a condition of that order's `until`, or, with order -1, of
-    the action's `when`. The plan has the lines of the scene (`places`). An `EndOrder` has the id of the order that it
-    ends.
+    watch a threshold has (action, order, term), where term is the index of the term in the `until` of that order or, if
+    order is -1, in the `when` of the action. The plan maps these numbers to lines of the scene (`places`). An
+    `EndOrder` has the id of the order that it ends.
     """
 
     units: ClassVar[Mapping[str, str]] = {"speed": SPEED, "accel": ACCELERATION, "by": PLACE, "to": PLACE}
@@ -66,7 +66,7 @@ class Order(Message, frozen=True):
 
     @property
     def led(self) -> bool:
-        """Whether the order comes from a user model's set-point."""
+        """Whether the order results from a user model's set-point."""
         return self.at == (LED,)
 
 
@@ -74,13 +74,13 @@ class Order(Message, frozen=True):
 
 
 class Report(Message, frozen=True):
-    """A report of the actor of a mechanical element."""
+    """Base class of reports from the actor of a mechanical element."""
 
     actor: str
 
 
 class Done(Report, frozen=True):
-    """An order is done; `position` of the actuator (0 if it has none)."""
+    """Report that an order is done, with the `position` of the actuator (0 if it has none)."""
 
     units: ClassVar[Mapping[str, str]] = {"position": PLACE}
     id: int
@@ -88,7 +88,7 @@ class Done(Report, frozen=True):
 
 
 class Limit(Report, frozen=True):
-    """The actuator stopped at an end position or limit switch: "travel limit", "drum empty", ..."""
+    """Report that the actuator stopped at a limit, such as "travel limit" or "drum empty"."""
 
     units: ClassVar[Mapping[str, str]] = {"position": PLACE}
     limit: str
@@ -96,7 +96,7 @@ class Limit(Report, frozen=True):
 
 
 class RopeState(Report, frozen=True):
-    """A rope or sling became taut or slack; tension [N]."""
+    """Report that a rope or sling became taut or slack, with its tension [N]."""
 
     units: ClassVar[Mapping[str, str]] = {"tension": "N"}
     state: str
@@ -104,23 +104,23 @@ class RopeState(Report, frozen=True):
 
 
 class Hooked(Report, frozen=True):
-    """The sling is hooked to this lug."""
+    """Report that the sling is now hooked to the lug `lug`."""
 
     lug: str
 
 
 class Unhooked(Report, frozen=True):
-    """The sling is off."""
+    """Report that the sling is now unhooked."""
 
 
 class BrakeState(Report, frozen=True):
-    """The brake or hinge lock is engaged or released."""
+    """Report that the brake or joint lock is now engaged or released."""
 
     engaged: bool
 
 
 class Overload(Report, frozen=True):
-    """The tension [N] exceeded its rated value (over), or is below it again."""
+    """Report that the tension [N] exceeded its rated value (`over` is true), or is below it again."""
 
     units: ClassVar[Mapping[str, str]] = {"tension": "N", "rated": "N"}
     tension: float
@@ -129,20 +129,20 @@ class Overload(Report, frozen=True):
 
 
 class Tripped(Report, frozen=True):
-    """An interlock tripped (over) or was reset; `bypassed`: it stops nothing."""
+    """Report that an interlock tripped (`over` is true) or was reset; if `bypassed`, it stops nothing."""
 
     over: bool
     bypassed: bool = False
 
 
 class Reached(Report, frozen=True):
-    """The watched threshold was reached, at this value."""
+    """Report that a watched threshold was reached, with the threshold's value."""
 
     value: float
 
 
 class Attitude(Report, frozen=True):
-    """The measured angle of the body [rad] passed this value, upwards (rising) or downwards."""
+    """Report that the measured angle [rad] of the body passed this value, upwards (`rising`) or downwards."""
 
     units: ClassVar[Mapping[str, str]] = {"angle": "rad"}
     angle: float
@@ -150,38 +150,38 @@ class Attitude(Report, frozen=True):
 
 
 class Begun(Report, frozen=True):
-    """The action list of this lift may begin."""
+    """Report that the action list of this lift may begin."""
 
 
 class Ended(Report, frozen=True):
-    """The action list of this lift is done."""
+    """Report that the action list of this lift is done."""
 
 
 class Lifted(Report, frozen=True):
-    """The last support of the body opened."""
+    """Report that the body has left the last of its supports."""
 
 
 class Touched(Report, frozen=True):
-    """The first support of the body closed."""
+    """Report that the body has touched the first of its supports."""
 
     support: str
 
 
 class Landed(Report, frozen=True):
-    """All supports of this face of the body are closed."""
+    """Report that all supports of this face of the body are in contact."""
 
     face: str
 
 
 class Trip(Message, frozen=True):
-    """Inside a machine: an interlock stops, or frees, the drives that it blocks."""
+    """Message inside a machine: an interlock blocks (`bars`), or frees, its drives."""
 
     interlock: str
     bars: bool
 
 
 class Latch(Message, frozen=True):
-    """Inside a lifting beam: a sling was hooked or unhooked."""
+    """Message inside a lifting beam: a sling was hooked or unhooked."""
 
     sling: str
     hooked: bool
@@ -191,14 +191,16 @@ class Latch(Message, frozen=True):
 
 
 class OperatorCommand(Message, frozen=True):
-    """A command of the operator: its text, and an Action of the plan as MessagePack; empty: end the run."""
+    """A command of the operator: its text, and an Action of the plan as MessagePack. If the action is empty, the
+    command ends the run."""
 
     text: str
     action: bytes = b""
 
 
 class OperatorAnswer(Message, frozen=True):
-    """Answer to the command given at `t_ns`: accepted, or why not; `at`: the conflicting order of the list."""
+    """Answer to the command given at `t_ns`: accepted, or the reason for the refusal; `at`: numbers of the order in the
+    list that conflicts with it."""
 
     text: str
     t_ns: int
@@ -210,18 +212,18 @@ class OperatorAnswer(Message, frozen=True):
 
 
 class Stage(Message, frozen=True):
-    """A stage of the action list begins."""
+    """Message that a stage of the action list begins."""
 
     name: str
     action: int
 
 
 class Skipped(Message, frozen=True):
-    """An order was not begun because its `until` held already."""
+    """Message that an order was not begun because its `until` held already."""
 
     action: int
     actor: str
 
 
 class Finished(Message, frozen=True):
-    """The last action is done; the run ends at this tag."""
+    """Message that the last action is done; the run ends at this logical time."""

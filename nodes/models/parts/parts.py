@@ -3,9 +3,10 @@
     joint coupled = joint atomic (type of the joint)       + actors, which generate the forces on the joint
     body coupled  = body atomic (properties of the body)   + actors, which generate the forces on the body
     machine       = joint coupled and body coupled models: one per real object
-Each part declares its piece of the mechanical system. A `LawModel` is an actor whose force law never changes;
-a `LiveActor` receives orders and state events and sends kernel inputs and reports. Groups, machines and live
-actors have the same four ports, so that a message reaches the actor that it names without a dispatcher.
+
+Each part declares a piece of the mechanical system. A `LawModel` is an actor whose force law never changes; a
+`LiveActor` receives orders and state events and sends kernel inputs and reports. Groups, machines and live actors have
+the same four ports, so a message reaches the actor that it names without a dispatcher.
 """
 
 from collections.abc import Iterable, Iterator
@@ -22,7 +23,7 @@ Child = TypeVar("Child", bound=Model)
 
 
 def declared(models: list[Model]) -> System:
-    """Return the mechanics declared by these models and all their descendants, in the order of the tree."""
+    """Return the mechanical system that these models and all their descendants declare, in the order of the tree."""
     return merge(_pieces(models), System().gravity)
 
 
@@ -42,12 +43,12 @@ class Part(Atomic):
         self.laws = laws or System()
 
     def declare(self) -> System:
-        """Return the piece of the mechanical system."""
+        """Return the piece of the mechanical system that this part declares."""
         return self.laws
 
 
 class JointAtomic(Part):
-    """Holds a joint: type, position and start."""
+    """Atomic model that declares a joint: its type, position and start values."""
 
     def __init__(self, joint: Joint) -> None:
         super().__init__("joint")
@@ -59,7 +60,7 @@ class JointAtomic(Part):
 
 
 class BodyAtomic(Part):
-    """Holds a body: mass, centre of mass, inertia."""
+    """Atomic model that declares a body: its mass, centre of mass and inertia."""
 
     def __init__(self, body: Body) -> None:
         super().__init__("body")
@@ -75,12 +76,14 @@ class Actor(Part):
 
 
 class LawModel(Actor):
-    """An actor that takes no orders: weight, damper, end stop, or none on a free joint."""
+    """An actor that takes no orders, such as weight, a damper or an end stop; it may declare no force on a free
+    joint."""
 
 
 class LiveActor(Actor):
     """An actor that executes orders to `element` and processes state events of the elements in `hears`. `say` puts
-    messages into its outbox, which is sent at the next microstep; `due` is sent at the time `wake` [ns]."""
+    messages into its outbox, which is sent at the next microstep; the messages of `due` are sent at the time `wake`
+    [ns]."""
 
     order = In(Order)
     state = In(StateEvent)
@@ -95,13 +98,13 @@ class LiveActor(Actor):
         self.wake: int | None = None
 
     def start(self) -> None:
-        """Set the initial state at (0, 0), and announce it."""
+        """Set the initial state at logical time (0, 0), and schedule the first messages."""
         self.outbox, self.wake = [], None
         self.begin()
         self.schedule()
 
     def external(self, e: int, x: Bag) -> None:
-        """Process orders and events of this actor."""
+        """Process the orders and events that concern this actor."""
         for order in x.get(self.order, []):
             if self.answers(order.actor):
                 self.execute(order)
@@ -119,7 +122,7 @@ class LiveActor(Actor):
                 self.report.send(message)
 
     def internal(self) -> None:
-        """Clear sent messages, or change to the next state."""
+        """Remove the sent messages, or change to the next state."""
         if self.outbox:
             self.outbox = []
         else:
@@ -128,7 +131,7 @@ class LiveActor(Actor):
         self.schedule()
 
     def schedule(self) -> None:
-        """Set the time advance from outbox and wake."""
+        """Schedule the next output: at the next microstep if the outbox has messages, else at the time `wake`."""
         if self.outbox:
             self.hold_in(0)
         elif self.wake is not None:
@@ -141,40 +144,40 @@ class LiveActor(Actor):
         self.outbox = [*self.outbox, *messages]
 
     def refuse(self, order: Order, text: str) -> NoReturn:
-        """End the run with an error about an order; the simulator adds path and time."""
+        """End the run with an error about an order; the simulator adds the model's path and the time."""
         raise ModelError(f"{numbered(order.at)}: {text}")
 
     def answers(self, element: str) -> bool:
-        """Return whether orders to this element are for this actor."""
+        """Return whether this actor executes orders to the element."""
         return element == self.element
 
     def begin(self) -> None:
-        """Set the state at (0, 0)."""
+        """Set the actor's own state at the start."""
 
     def execute(self, order: Order) -> None:
         """Carry out an order."""
         self.refuse(order, f"{self.element} cannot carry out '{order.what.__struct_config__.tag}'")
 
     def notice(self, event: StateEvent) -> None:
-        """Process a state event."""
+        """Process a state event of the kernel."""
 
     def due(self) -> list[KernelInput | Report]:
-        """Return the messages due at `wake`, without changing the state."""
+        """Return the messages to send at `wake`, without changing the state."""
         return []
 
     def expire(self) -> None:
-        """Change to the next state when the time `wake` has come."""
+        """Change to the next state, now that the time `wake` has come."""
 
 
 def share(outer: Coupled, child: Model) -> None:
-    """Connect the ports of a child with the equally named ones of its parent."""
+    """Connect the ports of a child with the ports of the same names on its parent."""
     for name, port in child.ports.items():
         if own := outer.ports.get(name):
             outer.connect(*((own, port) if isinstance(port, InPort) else (port, own)))
 
 
 class Group(Coupled):
-    """A coupled model with the four ports of live actors, coupled with all live parts in it."""
+    """A coupled model with the four ports of live actors, connected to all live actors in it."""
 
     order = In(Order)
     state = In(StateEvent)
@@ -182,18 +185,18 @@ class Group(Coupled):
     report = Out(Report)
 
     def take(self, child: Child) -> Child:
-        """Add a child and couple those of the four ports that it has."""
+        """Add a child and connect those of the four ports that it has."""
         self.add(child)
         share(self, child)
         return child
 
     def declare(self) -> System:
-        """Return the mechanics declared by its parts."""
+        """Return the mechanical system that the group's parts declare."""
         return declared(list(self.children.values()))
 
 
 class JointCoupled(Group):
-    """A joint atomic and its actors."""
+    """The coupled model of a joint: its atomic model and the actors of the forces on it."""
 
     def __init__(self, name: str, joint: Joint, *actors: Actor) -> None:
         super().__init__(name)
@@ -202,7 +205,7 @@ class JointCoupled(Group):
 
 
 class BodyCoupled(Group):
-    """A body atomic and its actors."""
+    """The coupled model of a body: its atomic model and the actors of the forces on it."""
 
     def __init__(self, name: str, body: Body, *actors: Actor) -> None:
         super().__init__(name)
@@ -211,4 +214,4 @@ class BodyCoupled(Group):
 
 
 class RealObject(Group):
-    """A real object: crane, lifting frame, block, mechanism."""
+    """The coupled model of a real object: crane, lifting frame, block or mechanism."""

@@ -1,7 +1,7 @@
-"""Actors of slings, brakes and supports: hooked, locked or touched parts.
+"""Actors of slings, brakes and supports, which can be hooked, engaged or touched.
 
-A sling is hooked and unhooked by orders; taut and slack are state events of the kernel. A latch is a brake that is
-engaged as long as no sling is hooked. The supports report when the block leaves the ground and when it is back.
+A sling is hooked and unhooked by orders; whether it is taut or slack is a state event of the kernel. A latch is a brake
+that is engaged as long as no sling is hooked. The supports report when the block leaves the ground and when it is back.
 """
 
 from collections.abc import Mapping
@@ -15,7 +15,7 @@ from .parts import LiveActor
 
 
 class SlingActor(LiveActor):
-    """Hooks and unhooks the rope `element`, informs its latch, reports taut and slack."""
+    """Hooks and unhooks the sling `element`, informs its latch, and reports when it becomes taut or slack."""
 
     latch = Out(m.Latch)
 
@@ -34,12 +34,12 @@ class SlingActor(LiveActor):
         self.say(m.Done(self.element, order.id))
 
     def notice(self, event: m.StateEvent) -> None:
-        """Report that the sling is taut or slack."""
+        """Report that the sling has become taut or slack."""
         if event.what in ("taut", "slack"):
             self.say(m.RopeState(self.element, event.what, event.value))
 
     def output(self) -> None:
-        """Send reports and kernel inputs, and inform the latch."""
+        """Send reports and kernel inputs, and inform the latch about hooking and unhooking."""
         super().output()
         for message in self.outbox:
             if isinstance(message, (m.Hooked, m.Unhooked)):
@@ -54,7 +54,7 @@ class BrakeActor(LiveActor):
         self.initial = engaged
 
     def begin(self) -> None:
-        """Reset to the declared state."""
+        """Reset the brake to its declared state."""
         self.engaged = self.initial
 
     def execute(self, order: m.Order) -> None:
@@ -66,7 +66,7 @@ class BrakeActor(LiveActor):
             self.say(m.Done(self.element, order.id))
 
     def set(self, engaged: bool) -> None:
-        """Set the state, if it changes."""
+        """Engage or release the brake and report it, unless it is in this state already."""
         if engaged != self.engaged:
             self.engaged = engaged
             if self.laws != System():  # a joint that is not modelled needs no brake
@@ -91,7 +91,7 @@ class JointLockActor(BrakeActor):
 
 
 class LatchActor(BrakeActor):
-    """A brake that is engaged while none of its slings is hooked, or by order."""
+    """A brake that is engaged while none of its slings is hooked, or when an order engages it."""
 
     latch = In(m.Latch)
 
@@ -100,12 +100,12 @@ class LatchActor(BrakeActor):
         self.first = hooked
 
     def begin(self) -> None:
-        """Reset to the declared state and the slings hooked at the start."""
+        """Reset the latch to its declared state and to the slings hooked at the start."""
         super().begin()
         self.hooked = self.first
 
     def external(self, e: int, x: Bag) -> None:
-        """Process the slings, then the orders."""
+        """Process hooked and unhooked slings first, then orders."""
         for latch in x.get(self.latch, []):
             self.hooked = self.hooked | {latch.sling} if latch.hooked else self.hooked - {latch.sling}
         if self.latch in x:
@@ -114,7 +114,7 @@ class LatchActor(BrakeActor):
 
 
 class BlockSupports(LiveActor):
-    """The supports of the body `element`, by face; reports lift-off, touch-down and landing."""
+    """The supports of the body `element`, grouped by face; reports lift-off, first touch and landing."""
 
     def __init__(
         self, name: str, element: str, laws: System, *, faces: Mapping[str, str], closed: frozenset[str]
@@ -123,11 +123,11 @@ class BlockSupports(LiveActor):
         self.first, self.faces = closed, dict(faces)
 
     def begin(self) -> None:
-        """Reset to the declared state."""
+        """Reset the supports to their declared state."""
         self.closed = self.first
 
     def notice(self, event: m.StateEvent) -> None:
-        """Update the closed supports; report touch-down, landing or lift-off."""
+        """Update which supports are in contact; report first touch, landing or lift-off."""
         before = self.closed
         if event.what == "closed":
             self.closed = before | {event.name}
@@ -142,7 +142,7 @@ class BlockSupports(LiveActor):
                 self.say(m.Lifted(self.element))
 
     def standing(self) -> str:
-        """Return the face whose supports are all closed, "" if there is none."""
+        """Return the face of which all supports are in contact, or "" if there is none."""
         for face in dict.fromkeys(self.faces.values()):
             if all(name in self.closed for name, f in self.faces.items() if f == face):
                 return face

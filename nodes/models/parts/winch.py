@@ -12,10 +12,11 @@ UPPER, HOISTING = "upper limit", -1
 
 
 class WinchActor(DriveActor):
-    """A drive that winds a rope: reports when the rope is taut or slack; has an upper limit switch at the hook.
+    """A drive that winds a rope: it reports when the rope is taut or slack, and has an upper limit switch at the hook.
 
-    `switch`: height of the hook eye with the value at which it trips; hoisting then stops, with the deceleration
-    `emergency` if given. A rope of several `pieces` (with their shares of its length) is wound as one rope.
+    `switch`: threshold on the height of the hook eye and the value at which it trips; hoisting then stops, with the
+    deceleration `emergency` if given. A rope in several `pieces` (names with their shares of its length) is wound as
+    one rope.
     """
 
     def __init__(
@@ -47,7 +48,7 @@ class WinchActor(DriveActor):
         self._arm()
 
     def say(self, *messages: m.KernelInput | m.Report) -> None:
-        """Put messages into the outbox; profiles become one message per piece of the rope."""
+        """Put messages into the outbox; a speed profile becomes one message for each piece of the rope."""
         for message in messages:
             if isinstance(message, m.SetProfile | m.SetFollow):
                 super().say(*(message.part(*piece) for piece in self.pieces.items()))

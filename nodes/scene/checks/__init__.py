@@ -1,7 +1,7 @@
-"""Impossible scenes and orders, found before anything runs.
+"""Checks that find impossible scenes and orders before anything runs.
 
-geometry         geometry of the scene at the start and along the action list; limits that are exceeded at rest
-orders           orders that cannot be carried out in the state in which they are given, or at all
+geometry         geometry at the start and along the action list; static loads that exceed their limits
+orders           orders that cannot be carried out in the state in which they are given
 """
 
 from heavylift.kernel.on_demand import face

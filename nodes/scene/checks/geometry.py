@@ -1,11 +1,13 @@
-"""Geometry of a scene: portals, trolleys, ropes, hooks, lugs, slings, the block on its supports; overloads at rest.
+"""Geometric checks of a scene: portals, trolleys, ropes, hooks, lugs, slings, the block on its supports; and static
+overloads.
 
-Each check is one function that yields (subject, where, sentence); it gets the start or, along the action list, the
-states before and after an action. A subject is reported once per check; if several have the same fault at one place,
-the first is reported in full and the others are named.
+Each check is a function that yields (subject, place in the scene, sentence); it gets the state at the start or, along
+the action list, the states before and after an action. A subject is reported once for each check; if several subjects
+have the same error at one place, the first is reported in full and the others are named.
 
-Positions are checked at the goals only; a winch or drive that stops by itself at its end is a finding, no refusal. So
-are overloads after a sling has parted, and quantities guarded by an interlock: such scenes are run to study them.
+Positions are checked only at the end of moves. A winch or drive that stops by itself at its end position is reported,
+but the scene is not refused. The same holds for overloads after a sling has broken and for quantities that an interlock
+guards: such scenes are run to study these cases.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -38,14 +40,15 @@ Violations: TypeAlias = Iterator[tuple[str, str, str]]
 
 @dataclass
 class Findings:
-    """Findings of many checks over many states, in order of occurrence."""
+    """Errors found by several checks in several states, in the order of occurrence."""
 
     seen: set[tuple[str, str]] = field(default_factory=set)
     sentences: dict[tuple[str, str, str], str] = field(default_factory=dict)
     others: dict[tuple[str, str, str], list[str]] = field(default_factory=dict)
 
     def take(self, check: str, violations: Violations, stage: str = "", where: str = "") -> None:
-        """Add the violations of a check; `where` (line of the causing action) replaces the place of the thing."""
+        """Add the errors that a check found; `where`, the line of the action that causes them, replaces the place of
+        the subject."""
         for subject, place, message in violations:
             if (check, subject) in self.seen:
                 continue
@@ -57,7 +60,7 @@ class Findings:
                 self.sentences.setdefault(key, message)
 
     def list(self) -> list[tuple[str, str]]:
-        """Return (where, sentence) of each finding."""
+        """Return (place in the scene, sentence) of each error."""
         found = []
         for key, message in self.sentences.items():
             _, where, stage = key
@@ -75,7 +78,8 @@ SURFACE = 0.01  # so deep below a face a sling still lies on it, and a block on 
 
 
 def start_checks(scene: schema.Scene, built: plan.Plan) -> list[tuple[str, str]]:
-    """Return the faults at the start; slings are checked if cranes and blocks are placed correctly."""
+    """Return the errors at the start, as (place, sentence); slings are checked only if cranes and blocks are placed
+    correctly."""
     found = Findings()
     found.take("hooks", _under_hooks(scene, built))
     found.take("ropes", _ropes_overloaded(built))
@@ -87,13 +91,13 @@ def start_checks(scene: schema.Scene, built: plan.Plan) -> list[tuple[str, str]]
 
 
 def goal_checks(found: Findings, built: plan.Plan, before: StaticState, action: plan.Action) -> None:
-    """Add the faults at the goals of an action's moves."""
+    """Add the errors at the positions where the moves of an action end."""
     after = goal(built, action, before)
     found.take("meet", _meet(built, before.references, after.references), action.stage, action.where)
 
 
 def step_checks(scene: schema.Scene, built: plan.Plan, states: Sequence[StaticState]) -> list[tuple[str, str]]:
-    """Return the faults along the equilibrium path."""
+    """Return the errors along the equilibrium path, as (place, sentence)."""
     found = Findings()
     level = not scene.vessels and not scene.floor  # the ground is at z = 0
     for state in states if level else ():
@@ -108,7 +112,7 @@ def step_checks(scene: schema.Scene, built: plan.Plan, states: Sequence[StaticSt
 
 
 def _under_hooks(scene: schema.Scene, built: plan.Plan) -> Violations:
-    """Check that each block has a hook above it, if the positions of all hooks are known."""
+    """Yield an error for each block without a hook above it, if the positions of all hooks are known."""
     hooks = [hook.ends for machine in built.machines for hook in machine.hooks]
     eyes = [ends[1] for ends in hooks if ends]
     for name, block in scene.all_blocks.items() if scene.rig and len(eyes) == len(hooks) else ():
@@ -121,12 +125,12 @@ def _under_hooks(scene: schema.Scene, built: plan.Plan) -> Violations:
 
 
 def named(block: str) -> str:
-    """Return the name of a block in messages."""
+    """Return the name under which messages refer to a block."""
     return block if block == "block" else f"block {block}"
 
 
 def _ropes_overloaded(built: plan.Plan) -> Violations:
-    """Check that no hook rope begins above its rated tension under its own load."""
+    """Yield an error for each hook rope whose tension at the start exceeds its rated tension."""
     for hook in (hook for machine in built.machines for hook in machine.hooks):
         tension = hook.below * built.gravity
         if hook.rated and tension > hook.rated:
@@ -137,7 +141,8 @@ def _ropes_overloaded(built: plan.Plan) -> Violations:
 
 
 def reach(sling: str, length: float, lug: str, upper: Sequence[float], p: Sequence[float]) -> str:
-    """Describe a sling that is too short for its lug or hangs too far beside it; "" if it reaches."""
+    """Describe a sling that is too short for its lug, or whose hook is too far to the side of the lug; "" if it reaches
+    the lug."""
     dx, dy, dz = (a - b for a, b in zip(upper, p, strict=True))
     gap, other = sqrt(dx * dx + dy * dy + dz * dz) - length, sqrt(dx * dx + dy * dy)
     if gap <= REACHED:
@@ -150,7 +155,8 @@ def reach(sling: str, length: float, lug: str, upper: Sequence[float], p: Sequen
 
 
 def _slings_reach(scene: schema.Scene, built: plan.Plan) -> Violations:
-    """Check that each hooked sling reaches its lug at the start, not overloaded and not through the block."""
+    """Yield an error for each sling hooked at the start that does not reach its lug, is overloaded or passes through
+    the block."""
     lugs, at = lug_places(built.machines), kinematics.poses(merge([x.system for x in built.machines], built.gravity))
     # as slack is counted: before blocks sink into their supports
     at |= {name: (np.array(p), np.array(axes)) for name in scene.all_blocks for p, axes in [scene.put(name)]}
@@ -175,7 +181,7 @@ def _slings_reach(scene: schema.Scene, built: plan.Plan) -> Violations:
 
 
 def _overstretched(tie: plan.Tie, rope: Rope, beam: Vector, lug: Vector) -> str:
-    """Describe a sling that begins above its rated tension; "" if it does not."""
+    """Describe a sling whose tension at the start exceeds its rated tension; "" if there is none."""
     gap = sqrt(sum((a - b) * (a - b) for a, b in zip(beam, lug, strict=True))) - rope.L0
     tension = rope.EA * gap / rope.L0
     if not tie.rated or tension <= tie.rated:
@@ -188,7 +194,8 @@ def _overstretched(tie: plan.Tie, rope: Rope, beam: Vector, lug: Vector) -> str:
 
 
 def _meet(built: plan.Plan, before: Places, after: Places) -> Violations:
-    """Check that machines on the same rails or girder, if they could collide, neither overlap nor pass each other."""
+    """Yield an error for machines on the same rails or girder that overlap or pass each other, unless they pass side by
+    side."""
     sliding = [
         (machine, joint, drive.name)
         for machine in built.machines
@@ -215,19 +222,19 @@ def _meet(built: plan.Plan, before: Places, after: Places) -> Violations:
 
 
 def _boxes(machine: plan.Mechanism, joint: Joint) -> list[tuple[Vector, Vector]]:
-    """Return centres and edges of the boxes of a sliding body for the coordinate 0 [m]."""
+    """Return centres and edges [m] of the boxes of a sliding body when its coordinate is 0."""
     at = joint.p_PJ
     boxes = ((x.centre, x.size) for x in machine.shapes if x.body == joint.child)
     return [((x + at[0], y + at[1], z + at[2]), size) for (x, y, z), size in boxes]
 
 
 def _between(p: tuple[Vector, Vector], q: tuple[Vector, Vector], i: int) -> float:
-    """Return the gap between two boxes along an axis, negative if they overlap."""
+    """Return the gap between two boxes along axis i [m]; negative if they overlap."""
     return abs(p[0][i] - q[0][i]) - (p[1][i] + q[1][i]) / 2
 
 
 def _clear(built: plan.Plan, state: StaticState, where: str) -> Violations:
-    """Check that no suspended block passes through the ground."""
+    """Yield an error for each suspended block that passes through the ground."""
     for block, cargo in ((machine, cargo) for machine in built.machines for cargo in machine.cargo):
         if any(state.supports.get(s.name, 0.0) > 0.0 for s in block.system.supports):
             continue
@@ -243,7 +250,7 @@ PLACES = ("rails", "girder", "rope length", "hook height")  # quantities that dr
 
 
 def overloads(built: plan.Plan, statics: Followed) -> list[tuple[str, str]]:
-    """Return (where, sentence) of each overload."""
+    """Return (place in the scene, sentence) of each static overload."""
     checked = (x for x in built.limits if x.known and x.quantity in REFUSED)
     refused = [x for x in checked if x.source != "assumed" and FERRULE not in x.source]  # that somebody has written
     if not refused or not statics.states:

@@ -1,7 +1,7 @@
-"""Orders that cannot be carried out in the state in which they are given: too fast, too far, too soon.
+"""Checks for orders that cannot be carried out in the state in which they are given: too fast, too far, too early.
 
-Each check gets the action, the static state at its beginning and the path during it. It yields (subject, where,
-sentence); if several subjects have the same fault, the first is reported in full.
+Each check gets an action, the static state at its beginning and the states during it. It yields (subject, place in the
+scene, sentence); if several subjects have the same error, the first is reported in full.
 """
 
 from collections.abc import Callable, Container, Iterable, Iterator
@@ -31,10 +31,10 @@ TIPS = radians(10.0)  # of a block that leans as it is lifted
 
 
 class CheckedOrder:
-    """An action with the state at its beginning and the states that it passes through.
+    """An action with the static state at its beginning and the states that it passes through.
 
-    `hooked`, `lugs`: hooked slings with their lugs before and after its own orders, and other hooked ropes with no lug;
-    `parted`: slings that broke before it.
+    `hooked`, `lugs`: lugs of the hooked slings before and after the action's own orders (other hooked ropes have no
+    lug); `parted`: slings that broke before the action.
     """
 
     def __init__(
@@ -56,34 +56,34 @@ class CheckedOrder:
             _hook(order, self.lugs)
 
     def hooks(self, move: actions.Move) -> list[plan.Hoist]:
-        """Return the hooks moved by a move: that of its winch, or all on its drive."""
+        """Return the hooks that a move moves: the hook of its winch, or all hooks carried by its drive."""
         joint, own = self.machines.joints.get(move.actuator), (m for m in self.machines.parts if m.name == move.model)
         hooks = ((hook, beneath(machine, hook.on)) for machine in own for hook in machine.hooks)
         return [hook for hook, below in hooks if hook.rope == move.actuator or (joint and joint in below)]
 
     def tied(self, hooks: Iterable[plan.Hoist], taut: Container[str]) -> list[tuple[str, Point]]:
-        """Return the slings in `taut` below some hooks, each with its lug."""
+        """Return the slings in `taut` that hang below the given hooks and hold a load, each with its lug."""
         ties = (tie for hook in hooks for tie in ties_on(self.machines.parts, hook) if tie.rope in taut)
         ends = ((tie.rope, tie.lower or self.machines.lugs.get(self.hooked.get(tie.rope, ""))) for tie in ties)
         return [(rope, end) for rope, end in ends if end is not None and end.body in self.cargo]
 
     @cached_property
     def cargo(self) -> dict[str, plan.Mechanism]:
-        """The lifted bodies with their machines."""
+        """The machine that each lifted body belongs to."""
         return {cargo.body: machine for machine in self.machines.parts for cargo in machine.cargo}
 
     def grounded(self, body: str, x: StaticState) -> bool:
-        """Return whether a load stands on a support in a state."""
+        """Return whether a load stands on a support in the state x."""
         return any(x.supports.get(s.name, 0.0) > 0.0 for s in self.cargo[body].system.supports)
 
     def loaded(self, x: StaticState, move: actions.Move) -> bool:
-        """Return whether the hooks of a move carry a load in a state, supported or not."""
+        """Return whether the hooks of a move carry a load in the state x, whether or not it also stands on supports."""
         carry = {rope for rope, tension in x.tensions.items() if tension > LOADED}
         return bool(self.tied(self.hooks(move), carry))
 
 
 def order_checks(scene: schema.Scene, built: plan.Plan, path: Followed) -> list[tuple[str, str]]:
-    """Return the faults of the orders along the equilibrium path."""
+    """Return the errors of the orders along the equilibrium path, as (place, sentence)."""
     found, machines, parted = Findings(), Machines(built), set[str]()
     hooked = {rope.name: "" for m in built.machines for rope in m.system.all_ropes if rope.hooked}
     hooked |= first_lugs(machines.parts)
@@ -104,7 +104,7 @@ def order_checks(scene: schema.Scene, built: plan.Plan, path: Followed) -> list[
 
 
 def _hook(order: actions.Order, lugs: dict[str, str]) -> None:
-    """Update the lug of each hooked sling after an order."""
+    """Update the lugs of the hooked slings with the effect of an order."""
     if isinstance(order, actions.Hookup):
         lugs[order.sling] = order.lug
     elif isinstance(order, actions.UnhookSling):
@@ -112,10 +112,10 @@ def _hook(order: actions.Order, lugs: dict[str, str]) -> None:
 
 
 def held_orders(built: plan.Plan) -> list[tuple[str, str]]:
-    """Return (where, sentence) of the first order to each joint that the fidelity locks.
+    """Return (place in the scene, sentence) of the first order to each joint that the fidelity locks.
 
-    A planar motion locks the joints that would leave its plane, the list `locked` those that it names. A turn moves the
-    trolleys of the hooks that carry slings at that time.
+    Planar motion locks the joints that would leave the plane; the key `locked` locks the joints that it names. A turn
+    moves the trolleys of those hooks that carry slings when the turn is ordered.
     """
     found = Findings()
     machines = Machines(built)
@@ -133,7 +133,7 @@ def held_orders(built: plan.Plan) -> list[tuple[str, str]]:
 
 
 def _moved(machines: Machines, order: actions.Order, lugs: dict[str, str]) -> list[Joint]:
-    """Return the joints driven by an order; none for an impossible turn, which is reported when ordered."""
+    """Return the joints that an order moves; none for an impossible turn, which another check reports."""
     try:
         return machines.moved(order, lugs)
     except ModelError:
@@ -144,7 +144,7 @@ def _moved(machines: Machines, order: actions.Order, lugs: dict[str, str]) -> li
 
 
 def _spoken(x: CheckedOrder) -> Violations:
-    """Check that a condition on slings refers to at least one hooked sling."""
+    """Yield an error for a condition on slings none of which is hooked at that time."""
     untils = [(o.until, x.lugs) for o in x.action.orders if isinstance(o, actions.Move | actions.Turn)]
     slings = {tie.rope for machine in x.machines.parts for tie in machine.ties}
     for condition, lugs in [(x.action.when, x.hooked), *untils]:
@@ -159,7 +159,7 @@ def _spoken(x: CheckedOrder) -> Violations:
 
 
 def _reaches(x: CheckedOrder) -> Violations:
-    """Check that a sling is hooked only within its reach."""
+    """Yield an error for a sling that is to be hooked out of its reach."""
     ties = {tie.rope: (tie, machine.name) for machine in x.machines.parts for tie in machine.ties}
     lengths = {rope.name: rope.L0 for machine in x.machines.parts for rope in machine.system.straight_ropes}
     for order in x.action.orders:
@@ -174,7 +174,7 @@ def _reaches(x: CheckedOrder) -> Violations:
 
 
 def _hangs(x: CheckedOrder) -> Violations:
-    """Check that a sling is hooked only while unhooked, and unhooked only while hooked."""
+    """Yield an error for hooking a sling that is hooked already, and for unhooking one that is not."""
     for order in x.action.orders:
         if not isinstance(order, actions.Hookup | actions.UnhookSling):
             continue
@@ -183,7 +183,7 @@ def _hangs(x: CheckedOrder) -> Violations:
 
 
 def _lets_fall(x: CheckedOrder) -> Violations:
-    """Check that a suspended load keeps at least one sling."""
+    """Yield an error for orders that unhook the last taut sling of a suspended load."""
     unhooked = {o.sling for o in x.action.orders if isinstance(o, actions.UnhookSling) and not o.parted}
     taut = {rope for rope, tension in x.before.tensions.items() if tension > SLACK}
     hooks = [hook for machine in x.machines.parts for hook in machine.hooks]
@@ -196,7 +196,7 @@ def _lets_fall(x: CheckedOrder) -> Violations:
 
 
 def _turns(x: CheckedOrder) -> Violations:
-    """Check that a block turns only while suspended from hooks that can follow."""
+    """Yield an error for turning a block that is not suspended from hooks that can follow the turn."""
     for order in x.action.orders:
         if not isinstance(order, actions.Turn):
             continue
@@ -210,7 +210,7 @@ def _turns(x: CheckedOrder) -> Violations:
 
 
 def _drags(x: CheckedOrder) -> Violations:
-    """Check that no crane moves sideways with slings attached to a supported load."""
+    """Yield an error for a crane that moves sideways while its taut slings hold a load that stands on supports."""
     for m in _moves(x, [verb.name for verb in VERBS.values() if verb.along]):
         tied = [(rope, end) for rope, end in x.tied(x.hooks(m), x.taut) if x.grounded(end.body, x.before)]
         if tied:
@@ -220,7 +220,7 @@ def _drags(x: CheckedOrder) -> Violations:
 
 
 def _fast(x: CheckedOrder) -> Violations:
-    """Check that no winch is faster than allowed with a load."""
+    """Yield an error for a winch that is faster than allowed with a load."""
     limits = {a.name: a.loaded for machine in x.machines.parts for a in machine.actuators if a.loaded is not None}
     for m in (m for m in _moves(x, MOTIONS) if m.actuator in limits):
         moving = (state for state in x.states if abs(state.speeds.get(m.actuator, 0.0)) > 0.0)
@@ -231,7 +231,7 @@ def _fast(x: CheckedOrder) -> Violations:
 
 
 def _follows(x: CheckedOrder) -> Violations:
-    """Check that no winch or trolley has to follow a turn beyond its maximum speed."""
+    """Yield an error for a winch or trolley that would have to follow a turn faster than its maximum speed."""
     drives = [(each.name, each.loaded or each.speed) for machine in x.machines.parts for each in machine.actuators]
     for order in (order for order in x.action.orders if isinstance(order, actions.Turn)):
         for name, limit in drives:
@@ -242,7 +242,7 @@ def _follows(x: CheckedOrder) -> Violations:
 
 
 def _tips(x: CheckedOrder) -> Violations:
-    """Check that a lifted load does not tip: its centre of mass is within the carrying lugs."""
+    """Yield an error for a lifted load that tips over because its centre of mass is outside the lugs that carry it."""
     if any(isinstance(o, actions.Turn) for o in x.action.orders):
         return
     for body in (body for body in x.cargo if x.grounded(body, x.before)):
@@ -255,7 +255,7 @@ def _tips(x: CheckedOrder) -> Violations:
 
 
 def _lean(x: StaticState, body: str) -> float:
-    """Return the smallest angle between the vertical and an axis of a body [rad]."""
+    """Return the angle [rad] between the vertical and that axis of a body that is closest to it."""
     R = x.poses[body][1]
     upright = min(1.0, max(abs(R[2][i]) for i in range(3)))
     return float(atan2(sqrt(1.0 - upright * upright), upright))

@@ -1,7 +1,7 @@
-"""Loads on the hooks of machines by `rig`: hook rope, frame by its type, slings.
+"""Frames that `rig` hangs on the hooks of machines: hook rope, frame by its type, slings.
 
-Each is at rest below its hook's position on its stretched rope, with its slings slack by `slack`, straight or over
-edges.
+At the start each frame is at rest below its hook's position on its stretched rope; its slings have the given `slack`
+and are straight or bend over edges.
 """
 
 import math
@@ -36,7 +36,7 @@ Edges = tuple[Sheave, ...]
 def on_hook(
     builder: SceneBuilder, rig: schema.RigKeys, name: str, given: schema.FrameKeys, crane: plan.Mechanism
 ) -> tuple[plan.Mechanism, plan.Mechanism]:
-    """Return the machine part with the hook of a frame, and the frame itself; `crane`: the machine without them."""
+    """Return the machine part that holds a frame's hook, and the frame itself; `crane`: the machine without them."""
     path: Path = ("rig", BEAMS, name)
     called, known = ".".join(builder.hooks[name]), lugs_of(builder.scene)
     lugs = by_beam([x for x in given.lugs or () if x in known], {lug: p.p[0] for lug, p in known.items()})
@@ -94,12 +94,13 @@ def on_hook(
 
 
 def _turned(yaw: float) -> tuple[float, float, float, float]:
-    """Quaternion of a heading [rad]."""
+    """Return the quaternion of a rotation by `yaw` [rad] about the vertical."""
     return 0.0, 0.0, float(sin(0.5 * yaw)), float(cos(0.5 * yaw))
 
 
 def _frame(builder: SceneBuilder, name: str, parts: FrameParts, block: float, yaw: float) -> plan.Mechanism:
-    """Bodies and joints of a frame with the hook block; its suspension point is the origin, `yaw` its heading."""
+    """Return the bodies and joints of a frame together with the hook block; the origin is its suspension point, `yaw`
+    [rad] its heading."""
     base, eye = ("rig", BEAMS, name, "parts"), parts.eye.body
     ends: dict[Path, str] = {("slings", i): end.body for i, end in enumerate(parts.slings)}
     for key, body in ({("eye",): eye} | ends).items():
@@ -127,7 +128,7 @@ def _slung(
     lugs: list[str],
     over: list[Edges],
 ) -> plan.Mechanism:  # fmt: skip
-    """Return a frame with its slings; its brakes are engaged while none is hooked."""
+    """Return a frame with its slings; brakes that lock an empty frame are engaged if no sling is hooked."""
     known, path, EA = lugs_of(builder.scene), ("rig", BEAMS, name), rig.sling.EA
     blocks = {word: point.body for word, point in known.items()}
     cargo = blocks[lugs[0]] if lugs else next(iter(blocks.values()), WORLD)
@@ -163,8 +164,8 @@ def _over(
     builder: SceneBuilder, rig: schema.RigKeys, name: str, given: schema.FrameKeys, own: kinematics.Poses,
     lugs: list[Point], exit_: Vector, hangs: float,
 ) -> tuple[list[Edges], float]:  # fmt: skip
-    """Return the edges of each sling, and the distance of the beam below its trolley, found from the guess `hangs` [m];
-    `own`: bodies relative to the beam's eye."""
+    """Return the edges over which each sling bends, and how far the beam hangs below the upper end of its rope [m],
+    starting from the guess `hangs`. `own`: poses of the frame's bodies relative to its eye."""
     path = ("rig", BEAMS, name)
     if len(lugs) < len(given.parts.slings):
         builder.source.fault((*path, "over edges"), "slings bend over edges from the start: hook them to 'lugs' then")
@@ -207,7 +208,8 @@ def _rope(
     builder: SceneBuilder, name: str, hook: HookKeys, given: schema.FrameKeys, carried: float, L0: float,
     ahead: list[float],
 ) -> Rope:  # fmt: skip
-    """The falls of a hook as two lines apart along a direction of what they leave, and what leads to its drum."""
+    """Return the rope of a hook: its falls as two parallel lines, separated along the direction `ahead`, and the line
+    to its drum, if any."""
     half, eye, blocks = given.parts.eye.apart / 2, given.parts.eye.body, builder.scene.all_blocks
     lines = []
     for d in (-half, half):
@@ -222,7 +224,8 @@ def _rope(
 
 
 def placed(builder: SceneBuilder, name: str, given: MachineKeys) -> MachineKeys:
-    """Return the keys of a machine in which joints with `start: above its lugs` start above the lugs of their load."""
+    """Return the keys of a machine in which each joint with `start: above its lugs` starts above the lugs of its
+    load."""
 
     def start(joint: str) -> dict[str, float]:
         above = getattr(given.joints[joint], "start", 0.0) == ABOVE
@@ -233,7 +236,8 @@ def placed(builder: SceneBuilder, name: str, given: MachineKeys) -> MachineKeys:
 
 
 def _above(builder: SceneBuilder, name: str, given: MachineKeys, joint: str) -> float:
-    """Return the y [m] of a joint's child above the mean of its frames' lugs, else the middle of its range."""
+    """Return the world coordinate y [m] at which the child of a joint is above the mean of its frames' lugs; without
+    lugs, the middle of its range."""
     rig, known, child = builder.scene.rig, lugs_of(builder.scene), given.joints[joint].child
     hung = [
         frame for frame, (of, hook) in builder.hooks.items() if of == name and given.hooks[f"{of}.{hook}"].on == child

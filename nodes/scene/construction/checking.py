@@ -1,6 +1,6 @@
-"""Checks of the references between the parts of a mechanism: bodies, joints, stations on beams, coordinates.
+"""Checks of the references between the parts of a mechanism: bodies, joints, positions along beams, coordinates.
 
-Faults are collected with their place in the file, never raised, so that all of them are reported at once.
+Errors are collected with their place in the file instead of being raised, so that all of them are reported together.
 """
 
 from collections.abc import Callable, Mapping
@@ -16,7 +16,7 @@ from heavylift.nodes.scene.keys.parts.flexible import BeamKeys
 from heavylift.nodes.scene.keys.parts.joints import POSITIONS
 from heavylift.nodes.scene.keys.parts.rigging import Edge
 from heavylift.nodes.scene.text.faults import closest
-from heavylift.nodes.scene.text.source import Path, Source
+from heavylift.nodes.scene.text.source import Path, SourceText
 
 from .scene_builder import box
 
@@ -25,14 +25,20 @@ NONE: Mapping[str, Edge] = MappingProxyType({})
 
 
 class Checking:
-    """A mechanism as written in the scene, with the source that collects its faults.
+    """A mechanism as written in the scene, with the source that collects its errors.
 
-    `lift`: the declarations of the scene's other machines, on whose bodies and joints it can act; `base`: its path;
-    `edges`: those of the scene; `start`: poses of all bodies at the start, once their joints are known.
+    `lift`: declarations of the scene's other machines, on whose bodies and joints the mechanism can act; `base`: path
+    of the mechanism in the scene; `edges`: edges of the scene; `start`: poses of all bodies at the start, available
+    once the joints are known.
     """
 
     def __init__(
-        self, source: Source, given: mechanics.Parts[Any], lift: k.System, base: Path, edges: Mapping[str, Edge] = NONE
+        self,
+        source: SourceText,
+        given: mechanics.Parts[Any],
+        lift: k.System,
+        base: Path,
+        edges: Mapping[str, Edge] = NONE,
     ) -> None:
         self.source, self.given, self.lift, self.fault = source, given, lift, source.fault
         self.base, self.edges = base, edges
@@ -43,29 +49,30 @@ class Checking:
         self.joints |= {joint.name: joint.kind for joint in lift.joints}
 
     def checked(self, path: Path, check: Callable[[Made], object], made: Made) -> None:
-        """Turn a KernelError of `check` into a fault of the scene."""
+        """Call `check` on `made`, and turn a KernelError into an error of the scene at `path`."""
         try:
             check(made)
         except KernelError as error:
             self.fault(path, str(error), on_key=True)
 
     def known(self, path: Path, body: str) -> None:
-        """Check that the world or a body has this name."""
+        """Add an error unless a body has this name or it is the world."""
         if body not in self.bodies:
             self.fault(path, f"there is no body '{body}'", closest(body, self.bodies))
 
     def beam(self, body: str) -> BeamKeys | None:
-        """Return the beam of a body, None if it has none."""
+        """Return the beam of a body; None if it has none."""
         return self.given.bodies[body].beam if body in self.given.bodies else None
 
     def on_beam(self, path: Path, body: str, x: float) -> None:
-        """Check that a point on a beam lies between its ends."""
+        """Add an error unless position x lies between the ends of the body's beam."""
         beam = self.beam(body)
         if beam and not 0.0 <= x <= beam.length:
             self.fault(path, f"{x:g} m is not on the beam of '{body}', which reaches from 0 to {beam.length:g} m")
 
     def along(self, path: Path, name: str, coordinate: str) -> tuple[str, bool] | None:
-        """Return the coordinate of a law, and whether it is an angle; None for an unknown joint."""
+        """Return the coordinate on which a law acts, and whether it is an angle; None, with an error added, if the
+        joint or coordinate is unknown."""
         kind = self.joints.get(name)
         if kind is None:
             self.fault((*path, "joint"), f"there is no joint '{name}'", closest(name, self.joints))
@@ -85,7 +92,7 @@ class Checking:
         return None
 
     def own(self, path: Path, name: str) -> bool:
-        """Return whether a joint belongs to the mechanism, as drives and locks require; adds a fault if not."""
+        """Return whether a joint belongs to the mechanism, as drives and locks require; add an error if it does not."""
         theirs = any(joint.name == name for joint in self.lift.joints)
         if theirs:
             message = f"the joint '{name}' belongs to the lift: a spring, stop, brake or force can act on it, no other"
@@ -93,7 +100,7 @@ class Checking:
         return not theirs
 
     def check_tree(self) -> None:
-        """Check that joints connect existing bodies, and that every body is connected to the world."""
+        """Add errors for joints between unknown bodies, and for bodies that are not connected to the world."""
         carried: dict[str, str] = {}
         for name, joint in self.given.joints.items():
             path: Path = (*self.base, "joints", name)
@@ -127,7 +134,7 @@ class Checking:
                 self.fault((*self.base, "bodies", body), message, on_key=True)
 
     def _connected(self) -> set[str]:
-        """Return the bodies that joints connect to the world, in either direction."""
+        """Return the bodies that joints connect to the world, followed in either direction."""
         found, before = {k.WORLD, *self.carried}, 0
         while len(found) > before:
             before = len(found)
@@ -137,7 +144,8 @@ class Checking:
         return found
 
     def _solid(self, body: str) -> bool:
-        """Return whether a body has all moments of inertia, or may get them from other bodies or a beam."""
+        """Return whether a body has all moments of inertia, or may get them from bodies that it carries, a box or a
+        beam."""
         carries = any(joint.parent == body for joint in self.given.joints.values())
         given = self.given.bodies[body]
         return carries or bool(given.beam or given.matrices or given.box) or all(given.inertia[:3])
@@ -153,7 +161,7 @@ class Checking:
 
 
 def moments(body: mechanics.BodyKeys) -> k.Matrix:
-    """Return the inertia about the centre of mass, as written or of a uniform box."""
+    """Return the inertia matrix about the centre of mass, as written or computed for a uniform box."""
     i: tuple[float, ...] = box(body.mass or 0.0, body.box) if body.box else body.inertia
     xx, yy, zz, xy, xz, yz = (*i, 0.0, 0.0, 0.0)[:6]
     return ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))

@@ -1,6 +1,6 @@
-"""Laws along the coordinates of joints: springs, stops, brakes, locks, drives, limits and friction.
+"""Force laws along the coordinates of joints: springs, stops, brakes, locks, drives, limits and friction.
 
-Units are parsed again here, since they depend on whether the coordinate slides or turns.
+Their units are checked here, since they depend on whether the coordinate is a displacement or an angle.
 """
 
 from collections.abc import Mapping
@@ -27,7 +27,7 @@ KINDS = {"springs": k.JointSpring, "stops": k.Stop, "brakes": k.Brake, "locks": 
 
 
 def check_laws(checks: Checking) -> None:
-    """Check that names are unique and that laws act along existing coordinates, in their units, with ordered ranges."""
+    """Add errors for names used twice, laws on unknown coordinates, wrong units and ranges in the wrong order."""
     _names(checks)
     driven: dict[tuple[str, str], str] = {}
     for kind, laws in checks.given.laws.items():
@@ -66,7 +66,7 @@ def check_laws(checks: Checking) -> None:
 
 
 def check_dimensions(checks: Checking, path: Path, law: Base, *, turns: bool) -> None:
-    """Check that the units of a law fit its coordinate."""
+    """Add errors if the units of a law do not fit its coordinate; `turns`: the coordinate is an angle."""
     for name, field in type(law).model_fields.items():
         found = quantity((*field.metadata, field.annotation))
         if found and isinstance(either := found.dimension, units.Either):
@@ -74,7 +74,7 @@ def check_dimensions(checks: Checking, path: Path, law: Base, *, turns: bool) ->
 
 
 def _fits(checks: Checking, path: Path, dimension: Dimension) -> None:
-    """Check that the value at a path, or each of a list, has a dimension."""
+    """Add an error if the value at a path, or a value in the list there, does not have this dimension."""
     value = checks.source.at(path)
     if isinstance(value, list):
         for i in range(len(value)):
@@ -87,7 +87,7 @@ def _fits(checks: Checking, path: Path, dimension: Dimension) -> None:
 
 
 def check_curve(checks: Checking, path: Path, force: CharacteristicKeys, turns: bool) -> None:
-    """Check that the units of a curve fit its joint."""
+    """Add errors if the units of a characteristic curve do not fit its joint; `turns`: the coordinate is an angle."""
     place = (units.LENGTH, units.ANGLE) if force.over == "position" else (units.SPEED, units.RATE)
     for i in range(len(force.curve)):
         for j, dimensions in enumerate((place, (units.FORCE, units.MOMENT))):
@@ -95,7 +95,8 @@ def check_curve(checks: Checking, path: Path, force: CharacteristicKeys, turns: 
 
 
 def _names(checks: Checking) -> None:
-    """Check that names are unique: ropes, supports and laws share a set with the machines, bodies with their bodies."""
+    """Add an error for each name that is used twice: among joints, ropes, supports, laws and contacts, or also by a
+    machine of the scene."""
     taken = {body.partition(".")[0]: "machines" for body in checks.carried}
     for name in (name for name in checks.given.bodies if name in taken):
         message = f"the name '{name}' is given twice: one of the machines has it, too"
@@ -110,7 +111,8 @@ def _names(checks: Checking) -> None:
 
 
 def laws_of(given: mechanics.Parts[Any]) -> dict[str, tuple[Any, ...]]:
-    """Return the laws of the kernel by field of its `System`: explicit ones and those of joints."""
+    """Return the kernel's laws, by the field of `System` that holds them: the laws written separately and those written
+    with joints."""
     own = [law for name, joint in given.joints.items() for law in joint.laws(name)]
     return {
         key: (*(x.built(name) for name, x in getattr(given, key).items()), *(x for x in own if isinstance(x, kind)))
@@ -119,7 +121,7 @@ def laws_of(given: mechanics.Parts[Any]) -> dict[str, tuple[Any, ...]]:
 
 
 def actuators(checks: Checking) -> list[plan.Actuator]:
-    """Return drives and winches with start, ramp and end positions."""
+    """Return the drives and winches, with their start, ramp and end positions."""
     found = []
     for name, drive in checks.given.drives.items():
         lower, upper = drive.range or (None, None)

@@ -1,12 +1,13 @@
-"""The verb `level`: hooks hoist, then lower, until a block is level; and `hold height`.
+"""The verb `level`, with which hooks hoist and others lower until a block is level, and the order `hold height`.
 
-The block is level when its attachment points on these hooks and on the other hooks have the same height, in the
-attitude of the order or of the last turn before it, whatever its slewing angle. Below a frame a point rises with the
-hooks above by the lever law.
+A block is level when the centre of its attachment points on the hooks that move is at the same height as the centre of
+the other attachment points, at the turn angle given by the order or by the last turn before it, whatever the slewing
+angle. Below a frame, an attachment point rises with the hooks above it by the lever law.
 
-A winch that holds the height of its hook pays out as much as the tip rises, plus the growth of the distance from tip to
-drum divided by the number of falls: a function of the boom's angle that k1 s + kc cos s + ks sin s (the kernel's law of
-followers) approximates within a tenth of a millimetre. The rope's stretch is that at the start.
+A winch that holds the height of its hook pays out as much rope as the boom tip rises, plus the growth of the distance
+from tip to drum divided by the number of falls. The kernel's law for followers, k1 s + kc cos s + ks sin s,
+approximates this function of the boom angle s within a tenth of a millimetre. The stretch of the rope is taken from the
+start.
 """
 
 from collections.abc import Callable, Collection, Sequence
@@ -38,11 +39,11 @@ IN_LINE = 1e-9  # of the largest singular value: what holds a frame tells nothin
 
 
 class Levelling:
-    """Which hooks hoist and which lower to level a load: those on the low side hoist, those on the high side lower; one
-    group remains at rest.
+    """Choice of the hooks that hoist and of those that lower to level a load: hooks on the low side hoist, hooks on the
+    high side lower, and all others stay at rest.
 
     `hangs`: for each sling its upper attachment (the rope of a hook, or a point of a frame) and its lower end; `held`:
-    the slings hooked at this point of the action list; `turned`: the angle of each block [rad].
+    slings hooked at the present place in the action list; `turned`: turn angle of each block [rad].
     """
 
     def __init__(self, builder: SceneBuilder, conditions: Conditions) -> None:
@@ -71,7 +72,7 @@ class Levelling:
                         self.held |= {own} if sling.hooked else set()
 
     def follow(self, orders: Sequence[actions.Order]) -> None:
-        """Apply an action: slings hooked and unhooked, and the angle."""
+        """Update the hooked slings and the turn angle with the orders of an action."""
         for order in orders:
             match order:
                 case actions.Hookup() if order.sling in self.hangs:
@@ -84,7 +85,7 @@ class Levelling:
                     self.turned[order.block] = order.to
 
     def _rises(self, on: str | Point, hooks: Collection[str]) -> float:
-        """Return the rise of a sling's attachment relative to that of the hooks."""
+        """Return how far a sling's attachment rises when the given hooks rise by one metre."""
         if isinstance(on, str):
             return float(on in hooks)
         above = [self.hangs[sling] for sling in sorted(self.held) if self.hangs[sling][1].body == on.body]
@@ -93,7 +94,8 @@ class Levelling:
         return sum(share * self._rises(x, hooks) for share, (x, _) in zip(shares, above, strict=True))
 
     def moves(self, path: Path, phrase: OrderPhrase, block: str, found: Sequence[OrderTarget]) -> list[Pair]:
-        """Return the moves of hooks that hoist, then of those that lower; a fault if they hold nothing or all."""
+        """Return the moves of the hooks that hoist, then of those that lower; add an error if the hooks hold nothing of
+        the block, or all of it."""
         actors = {actor.name: actor for actor in found}
         holds = [self.hangs[sling] for sling in sorted(self.held) if self.hangs[sling][1].body == block]
         places = [(end.p, self._rises(on, actors)) for on, end in holds]
@@ -121,10 +123,11 @@ class Levelling:
 
 
 def apart(places: Sequence[tuple[Vector, float]], turned: float) -> tuple[Vector, Vector] | None:
-    """Return the centres of the lugs that rise with hooks and of the others, or None if one is above the other.
+    """Return the centre of the lugs that rise with the moving hooks and the centre of the other lugs; None if one is
+    above the other.
 
-    The first is moved vertically until the block is level or turned by an angle [rad]. `places`: each with its share of
-    the rise.
+    The first centre is moved vertically to where it is when the block is level at the angle `turned` [rad]. `places`:
+    each lug with the share (0 to 1) by which it rises with the hooks.
     """
     parts = sum(part for _, part in places), sum(1.0 - part for _, part in places)
     if min(parts) < IN_LINE:
@@ -143,7 +146,7 @@ LEVEL = 1e-9  # of an axis that is level
 
 
 def measuring(builder: SceneBuilder) -> list[plan.Mechanism]:
-    """Return the machines with angle measurements of booms whose hooks hold their height."""
+    """Return the machines, with a measured angle added for each boom that has a hook that holds its height."""
     asked = [t for action in builder.scene.actions for t, phrase in action.orders.items() if phrase.height]
     known = targets(builder) if asked else {}
     ropes = {actor.name for target in asked for actor in known.get(" ".join(target.split()), ())}
@@ -160,12 +163,13 @@ def measuring(builder: SceneBuilder) -> list[plan.Mechanism]:
 
 
 def angle_of(joint: str) -> str:
-    """Return the name of a boom's measured angle."""
+    """Return the name of the measured angle of a boom's joint."""
     return f"{joint}.angle"
 
 
 def follow(mechanisms: Sequence[plan.Mechanism], move: Move, rope: str, where: str) -> Follow | str:
-    """Return the law by which a winch holds its hook's height while the boom luffs, or a sentence why there is none."""
+    """Return the law by which a winch keeps its hook at the same height while the boom luffs, or a sentence that says
+    why this is impossible."""
     own = next(m for m in mechanisms if m.name == move.model)
     luffs = next(d.joint for d in own.system.drives if d.name == move.actuator)
     boom, actuator = _boom(own, rope), next(a for a in own.actuators if a.name == move.actuator)
@@ -186,7 +190,7 @@ def follow(mechanisms: Sequence[plan.Mechanism], move: Move, rope: str, where: s
 
 
 def _boom(machine: plan.Mechanism, rope: str) -> Joint | None:
-    """Return the joint that carries the tip of a hook's rope by one angle."""
+    """Return the joint that moves the tip of a hook's rope by a single angle; None if there is none."""
     lines = next((r.lines for r in machine.system.ropes if r.name == rope and r.winch), ())
     return next(
         (j for j in machine.system.joints if lines and j.child == lines[0].a.body and j.kind == "revolute"), None
@@ -194,7 +198,8 @@ def _boom(machine: plan.Mechanism, rope: str) -> Joint | None:
 
 
 def _length(system: System, boom: Joint, rope: str, at: Poses, axis: Array) -> Callable[[float], float]:
-    """Return a function of the boom angle: height of the tip, and length from tip to drum divided by the falls [m]."""
+    """Return a function of the boom angle [rad] that gives the height of the tip plus the length from tip to drum
+    divided by the number of falls [m]."""
     lines = next(r.lines for r in system.ropes if r.name == rope)
     start, o = (boom.q0 or (0.0,))[0], place(Point(boom.parent, boom.p_PJ), at)
 

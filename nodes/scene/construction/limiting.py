@@ -1,6 +1,6 @@
-"""The table of limits of a scene: from its machine types and its own keys, each with its source.
+"""The table of limits of a scene, made from its machine types and its own keys, each limit with its source.
 
-The source of a number is the scene, the machine type, or, for a default, "assumed".
+The source of a number is the scene, the machine type or, for a default value, "assumed".
 """
 
 from collections.abc import Iterator
@@ -19,7 +19,7 @@ from .scene_builder import LOWER, UPPER, SceneBuilder
 
 
 def rated_limits(builder: SceneBuilder) -> tuple[RatedLimit, ...]:
-    """Return the limits of all load-carrying parts: crane by crane, rig, lugs, other ropes."""
+    """Return the limits of all load-carrying parts: crane by crane, then rig, lugs and other ropes."""
     machines = builder.machines
     rows = [row for machine in machines for row in (*hook_limits(builder, machine), *rigging_limits(builder, machine))]
     lifting = any(machine.hooks for machine in machines)
@@ -33,7 +33,7 @@ def rated_limits(builder: SceneBuilder) -> tuple[RatedLimit, ...]:
 
 
 def scene_limits(builder: SceneBuilder) -> Iterator[RatedLimit]:
-    """Yield the limits that apply to everything lifted."""
+    """Yield the limits that apply to everything that is lifted."""
     limits, written_ = builder.scene.limits, "limits" in builder.scene.model_fields_set
     where = builder.source.where(("limits",)) if written_ or not builder.cranes else builder.cranes[0].where
     hooks = bool(builder.cranes)
@@ -57,7 +57,7 @@ def scene_limits(builder: SceneBuilder) -> Iterator[RatedLimit]:
 
 
 def _supports(builder: SceneBuilder, lifting: bool) -> Iterator[RatedLimit]:
-    """Yield the limits of supports, single and in total at landing, and of the speed at lift-off and landing."""
+    """Yield the limits of single supports, of the total force at landing, and of the speed at lift-off and landing."""
     limits = builder.scene.limits
     most, by = limits.impact, "the scene" if "impact" in limits.model_fields_set else "assumed"
     for name, block in builder.scene.all_blocks.items():
@@ -76,7 +76,8 @@ def _supports(builder: SceneBuilder, lifting: bool) -> Iterator[RatedLimit]:
 
 
 def _ropes(builder: SceneBuilder) -> Iterator[RatedLimit]:
-    """Yield the limits of ropes that the scene itself limits; ropes of a mechanism without a limit are unknown."""
+    """Yield the limits of ropes that the scene gives; a rope of a mechanism without a limit gets a row without a
+    value."""
     slings = {tie.rope for machine in builder.machines for tie in machine.ties}
     hooks = {hook.rope for machine in builder.machines for hook in machine.hooks}
     known = [rope.name for machine in builder.machines for rope in machine.system.all_ropes]

@@ -1,6 +1,6 @@
 """Cranes with girders or with frames on their hooks, these frames, and blocks; the fidelity of the scene.
 
-All mechanisms of a scene, each as one coupled model: its machines, its `mechanism:`, the wind.
+All mechanisms of a scene, each of which becomes one coupled model: its machines, its `mechanism:`, and the wind.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,11 +14,10 @@ from heavylift.nodes.plan.fidelity import groups_of, planar
 from heavylift.nodes.plan.mechanism import Cell, carried_hooks, is_root
 from heavylift.nodes.scene.construction.rigging.edges import lugs_of
 from heavylift.nodes.scene.keys import schema
-from heavylift.nodes.scene.keys.parts.flexible import GirderKeys
 from heavylift.nodes.scene.keys.parts.mechanics import HookKeys, MechanismKeys, Parts
 from heavylift.nodes.scene.keys.schema import Scene
 from heavylift.nodes.scene.text.faults import closest, raise_faults
-from heavylift.nodes.scene.text.source import Path, Source
+from heavylift.nodes.scene.text.source import Path, SourceText
 from heavylift.nodes.statics.static_path import at_rest
 from heavylift.recordings.format.spellings import BEAM, BEAMS
 
@@ -31,9 +30,9 @@ from .scene_builder import SceneBuilder
 from .supports import block_machine
 
 
-def build_machines(source: Source, scene: schema.Scene) -> SceneBuilder:
-    """Build the machines of a lift: cranes with girders or frames of `rig`, those frames, and the blocks below; faults
-    are added to those of the source."""
+def build_machines(source: SourceText, scene: schema.Scene) -> SceneBuilder:
+    """Build the machines of a lift: cranes with girders or with frames of `rig`, these frames, and the blocks below;
+    errors are added to the source."""
     builder = SceneBuilder(source, scene)
     builder.vessels = [vessel_machine(builder, name) for name in scene.vessels]
     if scene.rig:
@@ -55,7 +54,7 @@ def build_machines(source: Source, scene: schema.Scene) -> SceneBuilder:
 
 
 def with_hooks(builder: SceneBuilder, crane: plan.Mechanism, hung: plan.Mechanism) -> plan.Mechanism:
-    """Return a machine with more hooks."""
+    """Return a machine with the hooks, ropes and actuators of `hung` added."""
     of = ("actuators", "taut", "heavy", "bends", "shapes", "ties", "hooks")
     both = {key: getattr(crane, key) + getattr(hung, key) for key in of}
     both |= {"system": merge([crane.system, hung.system], crane.system.gravity)}
@@ -63,8 +62,8 @@ def with_hooks(builder: SceneBuilder, crane: plan.Mechanism, hung: plan.Mechanis
     return msgspec.structs.replace(crane, cells=load_cells(builder, crane))
 
 
-def check_parts(source: Source, scene: schema.Scene) -> None:
-    """Check that the scene has the parts of a lift, and something that moves."""
+def check_parts(source: SourceText, scene: schema.Scene) -> None:
+    """Add errors unless the scene has the parts that a lift needs, and something that moves."""
     block = scene.block is not None or bool(scene.blocks)
     parts = {"cranes": bool(scene.machines), "block": block, "rig": scene.rig is not None}
     other = scene.machines or scene.vessels or scene.obstacles or scene.floor
@@ -86,8 +85,8 @@ def check_parts(source: Source, scene: schema.Scene) -> None:
     _check_ends(source, scene)
 
 
-def _check_ends(source: Source, scene: schema.Scene) -> None:
-    """Check the end of the run and its tolerance."""
+def _check_ends(source: SourceText, scene: schema.Scene) -> None:
+    """Add errors for an impossible end or tolerance of the run."""
     if scene.tolerance_of == "rope tension" and scene.method not in get_args(RemovedMethod):
         source.fault(("tolerance of",), "no method has a tolerance of rope tension alone; leave this key out")
     if not scene.actions and scene.end is None:
@@ -95,7 +94,7 @@ def _check_ends(source: Source, scene: schema.Scene) -> None:
 
 
 def _hang(builder: SceneBuilder, rig: schema.RigKeys) -> None:
-    """Assign the beams of the rig to hooks."""
+    """Assign the frames under `rig` to hooks, and add errors for unknown or doubly used hooks and lugs."""
     known = [hook.replace(".", " ", 1) for given in builder.scene.machines.values() for hook in given.hooks]
     taken: dict[str, str] = {}
     for name, beam in rig.beams.items():
@@ -132,11 +131,11 @@ def _hang(builder: SceneBuilder, rig: schema.RigKeys) -> None:
 
 
 def _staged(builder: SceneBuilder) -> list[plan.Mechanism]:
-    """Cranes with girders, and those on whose hooks frames hang, without hooks."""
+    """Return the machines on whose hooks frames of `rig` hang, still without their hooks."""
     scene, found = builder.scene, list[plan.Mechanism]()
     carrying = {crane for crane, _ in builder.hooks.values()}
     for name, given in scene.machines.items():
-        if name in carrying or any(isinstance(x, GirderKeys) for x in given.elastic.values()):
+        if name in carrying:
             keys = placed(builder, name, given).model_copy(update={"hooks": {}})
             lift, base = merge([vessel.system for vessel in builder.vessels], scene.gravity), ("machines", name)
             made = build_mechanism(builder.source, keys, scene.gravity, lift, base, edges=scene.edges)
@@ -145,7 +144,8 @@ def _staged(builder: SceneBuilder) -> list[plan.Mechanism]:
 
 
 def load_cells(builder: SceneBuilder, machine: plan.Mechanism) -> tuple[Cell, ...]:
-    """Return the load cells of a machine's hooks, and of bodies with several; rated values with hook blocks."""
+    """Return the load cells of bodies that carry several hooks and of whole machines; rated values include the hook
+    blocks."""
     given, found = builder.scene.machines.get(machine.name), list[Cell]()
     for body, x in given.load_cells.items() if given else ():
         own = carried_hooks(machine, body)
@@ -172,14 +172,14 @@ def _groups(builder: SceneBuilder, rig: schema.RigKeys) -> None:
 
 
 def build_fidelity(builder: SceneBuilder, machines: Sequence[plan.Mechanism]) -> plan.Fidelity:
-    """Return the fidelity of these machines, with groups of joints resolved to names."""
+    """Return the fidelity for these machines, with names of groups replaced by the names of their joints."""
     given, groups = builder.scene.fidelity, groups_of(machines)
     locked = [joint for name in given.locked for joint in groups.get(name, [name])]
     return planar(msgspec.convert(given.model_dump() | {"locked": locked}, plan.Fidelity), machines)
 
 
 def check_locked(builder: SceneBuilder, machines: Sequence[plan.Mechanism]) -> None:
-    """Check that locked joints exist."""
+    """Add an error for each locked joint that does not exist."""
     known = [*groups_of(machines), *(joint.name for machine in machines for joint in machine.system.joints)]
     for i, name in enumerate(builder.scene.fidelity.locked):
         if name not in known:
@@ -190,7 +190,8 @@ WIND = "wind"
 
 
 def build_mechanisms(builder: SceneBuilder, lift: plan.Plan) -> tuple[plan.Mechanism, ...]:
-    """Build the mechanisms in order, each on the lift at rest and earlier ones; faults are added to the scene's."""
+    """Build the mechanisms one after the other, each of which may act on the lift and on the earlier ones; errors are
+    added to the scene's."""
     source, scene = builder.source, builder.scene
     done = [machine.name for machine in builder.cranes]
     bases: dict[Path, Parts[Any]] = {
@@ -251,12 +252,12 @@ def build_mechanisms(builder: SceneBuilder, lift: plan.Plan) -> tuple[plan.Mecha
 
 
 def _used(hooks: Mapping[str, HookKeys], tree: RiggingTree | None) -> dict[str, HookKeys]:
-    """Return the hooks without those that are omitted when they carry no rigging."""
+    """Return the hooks except those that carry no rigging and are to be left out in this case."""
     return {name: x for name, x in hooks.items() if x.unused == "kept" or (tree is not None and tree.of_any(name))}
 
 
-def _wind(source: Source, scene: Scene, around: System) -> MechanismKeys | None:
-    """Return the wind forces as a mechanism, None without wind."""
+def _wind(source: SourceText, scene: Scene, around: System) -> MechanismKeys | None:
+    """Return the wind forces as a mechanism; None without wind."""
     if scene.wind is None:
         return None
     known = [body.name for body in around.bodies]

@@ -1,8 +1,8 @@
 """The `mechanism:` of a scene file as a part of the plan.
 
-This module has the tree, its bodies, forces and contacts; ropes and laws along coordinates have modules of their own.
-The result is one description for the kernel, with the actuators that orders can move and the parts that carry at the
-start.
+This module makes the joint tree, its bodies, forces and contacts; ropes and laws along coordinates have modules of
+their own. The result is a description for the kernel, with the actuators that orders can move and the parts that carry
+a load at the start.
 """
 
 from collections.abc import Iterator, Mapping
@@ -10,29 +10,27 @@ from functools import partial
 from pathlib import Path as FilePath
 from typing import Any
 
-from heavylift.kernel.algebra.dense import norm, product
 from heavylift.kernel.constraints.contact.pairs import check_contact
 from heavylift.kernel.description import forces as forces, mechanics as k
-from heavylift.kernel.description.flexible import Beam, Flexible, check_flexible
-from heavylift.kernel.description.forces import Contact
+from heavylift.kernel.description.contacts import Contact
+from heavylift.kernel.description.flexible import check_flexible
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.reeving import check_parallel
 from heavylift.kernel.forces.table import check_force
 from heavylift.kernel.model.checks import check_inertia, check_joint
 from heavylift.kernel.multibody.graph import build_graph
 from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.mechanism import Bend, Heavy, Servo
+from heavylift.nodes.plan.mechanism import Bend
 from heavylift.nodes.scene.keys.base import written
 from heavylift.nodes.scene.keys.parts import contacts, joints, kinematics, mechanics
-from heavylift.nodes.scene.keys.parts.flexible import Elastic, GirderKeys, RopeMass, ServoKeys
 from heavylift.nodes.scene.keys.parts.forces import CharacteristicKeys
 from heavylift.nodes.scene.keys.parts.rigging import Edge
-from heavylift.nodes.scene.text.faults import closest
-from heavylift.nodes.scene.text.source import Path, Source
+from heavylift.nodes.scene.text.source import Path, SourceText
 
-from .checking import NONE, Checking, moments
+from .checking import NONE, moments
+from .elastic import SLICES, ElasticParts
 from .environment.footings import footing_of
-from .laws import actuators, check_curve, check_dimensions, check_laws, laws_of
+from .laws import actuators, check_curve, check_laws, laws_of
 from .rigging.hooks import Hung, hang
 from .rigging.tree import RiggingTree
 from .ropes import reeving_of, rope_of, span
@@ -41,13 +39,11 @@ TOO_SHORT = 1e-6  # [m] that a rigid rope may lack at the start by rounding
 WIRE = 1e7  # stiffness from which a rope can only be a wire rope, of 16 mm or more [N]
 BREAKS = 0.02  # strain at which steel wire has broken: 1770 MPa over 105 GPa is 1.7 %
 NO_LIFT = k.System()
-SLICES = 6  # as which a body that bends is drawn and collides
-LEVEL = 1e-9  # of an axis that is level or vertical
 TOUCH = 1e-9  # a rope or support this close carries [m]
 
 
 def build_mechanism(
-    source: Source,
+    source: SourceText,
     given: mechanics.Parts[Any],
     gravity: float,
     lift: k.System = NO_LIFT,
@@ -55,12 +51,12 @@ def build_mechanism(
     tree: RiggingTree | None = None,
     edges: Mapping[str, Edge] = NONE,
 ) -> plan.Mechanism:
-    """Build a mechanism of the plan, which may act on a lift; faults are added to those of the source. `base`: its path
-    in the scene; `tree`: the rigging of the scene; `edges`: those of the scene."""
+    """Build a mechanism of the plan, which may act on a lift; errors are added to the source. `base`: path of the
+    mechanism in the scene; `tree`: rigging of the scene; `edges`: edges of the scene."""
     return _Assembly(source, given, lift, base, edges).build(gravity, tree)
 
 
-class _Assembly(Checking):
+class _Assembly(ElasticParts):
     @property
     def called(self) -> str:
         """The name of the machine."""
@@ -82,9 +78,9 @@ class _Assembly(Checking):
         for name, support in given.supports.items():
             self.known((*self.base, "supports", name, "body"), support.body)
             self.on_beam((*self.base, "supports", name, "at"), support.body, support.at[0])
-        bends = tuple(self._bends(bodies))
+        bends = tuple(self.bends(bodies))
         booms = [bend for bend in bends if not bend.stiffness]
-        slices = list(self._slices(booms))
+        slices = list(self.slices(booms))
         system = k.System(
             bodies=(*bodies, *(body for body, _, _ in slices)), joints=(*made, *(joint for _, joint, _ in slices)),
             ropes=tuple(r for r in ropes if isinstance(r, k.Rope)),
@@ -95,7 +91,7 @@ class _Assembly(Checking):
         whole = k.merge([self.lift, system], gravity)
         if not self.source.faults:
             self.checked((*self.base, "joints"), kinematics.poses, whole)
-        servos = tuple(self._servos(made))
+        servos = tuple(self.servos(made))
         hung = hang(self, whole, tree, gravity) if given.hooks and not self.source.faults else Hung()
         if given.hooks:
             own = k.System(tuple(hung.bodies), tuple(hung.joints), ropes=tuple(hung.ropes), forces=tuple(hung.reevings))
@@ -115,7 +111,7 @@ class _Assembly(Checking):
             hooks=tuple(hung.hooks),
             shapes=(*self._shapes(booms), *(shape for _, _, shape in slices), *hung.shapes),
             ties=tuple(hung.ties),
-            heavy=(*hung.heavy, *self._heavy()),
+            heavy=(*hung.heavy, *self.heavy()),
             bends=bends,
             servos=servos,
             footing=footing_of(self.source, self.base, given.stands, self.bodies, ""),
@@ -139,86 +135,6 @@ class _Assembly(Checking):
         if body.box and any(body.inertia):
             self.fault((*path, "box"), "a body has either 'inertia' or the moments of its 'box'", on_key=True)
         return k.Body(name, body.mass or 0.0, body.com, moments(body), made)
-
-    def _servos(self, made: tuple[k.Joint, ...]) -> Iterator[Servo]:
-        """Yield the drives that can yield; no weight may act on them, since a servo would begin to move."""
-        joints = {joint.name: joint for joint in made}
-        for name, x in self.given.elastic.items():
-            if not isinstance(x, ServoKeys):
-                continue
-            path, drive = (*self.base, "elastic", name), self.given.drives.get(name)
-            if drive is None or drive.type != "prescribed":
-                self.fault(path, f"there is no prescribed drive '{name}', body or rope", on_key=True)
-                continue
-            joint, along = joints.get(drive.joint), self.along(path, drive.joint, drive.coordinate)
-            if along:
-                check_dimensions(self, path, x, turns=along[1])
-            if joint and not self.source.faults:
-                x_, y, z = product(self.start()[joint.parent][1].tolist(), product(joint.R_PJ, joint.axis))
-                if max((abs(z),) if joint.kind == "prismatic" else (abs(x_), abs(y))) > LEVEL:
-                    message = "weight acts on this drive, which would begin to move: only one that slides level, or "
-                    words = f"{message}turns about a vertical axis, is prescribed and has a stiffness"
-                    self.fault((*path, "stiffness"), words, on_key=True)
-            yield Servo(drive=name, stiffness=x.stiffness, damping=x.damping)
-
-    def _heavy(self) -> Iterator[Heavy]:
-        for name, x in self.given.elastic.items():
-            rope = self.given.ropes.get(name)
-            if isinstance(x, RopeMass) and rope is None:
-                self.fault((*self.base, "elastic", name), f"there is no rope '{name}'", on_key=True)
-            elif isinstance(x, RopeMass) and rope and (start := rope.lines[0].start if rope.lines else rope.start):
-                other = ((0.0, 0.0, 0.0),) * max(1, len(rope.lines) or len(rope.over) + 1)
-                yield Heavy(rope=name, line=x.mass_per_length, on=start.body, beside=other)
-
-    def _bends(self, bodies: tuple[k.Body, ...]) -> Iterator[Bend]:
-        """Yield the bodies that can bend, with their bending mass."""
-        known = {body.name: body for body in bodies}
-        for name, x in self.given.elastic.items():
-            path, body = (*self.base, "elastic", name), known.get(name)
-            if not isinstance(x, GirderKeys | Elastic):
-                continue
-            if body is None or body.flexible:
-                self.fault(path, f"there is no rigid body '{name}'", on_key=True)
-            elif isinstance(x, GirderKeys):
-                for i, slide in enumerate(x.slides):
-                    if slide not in self.joints:
-                        self.fault((*path, "slides", i), f"there is no joint '{slide}'", closest(slide, self.joints))
-                beam = Beam(x.span, x.mass / x.span, EI_y=x.stiffness * x.span * x.span * x.span / 48.0)
-                flexible = Flexible(1, beam, frame="simply supported", damping=x.damping)
-                yield Bend(
-                    body=name, mass=x.mass, flexible=flexible, slides=tuple(x.slides), stiffness=x.stiffness,
-                    height=x.height,
-                )  # fmt: skip
-            else:
-                yield from self._boom(path, name, body, x)
-
-    def _boom(self, path: Path, name: str, body: k.Body, x: Elastic) -> Iterator[Bend]:
-        """Yield a body that bends from its frame."""
-        box = self.given.bodies[name].box
-        length, mass = x.length or (box[0] if box else 0.0), x.mass or body.mass
-        middle = (length / 2.0, 0.0, 0.0)
-        if not length or not 0.0 < mass <= body.mass * (1.0 + mechanics.ROUNDING):
-            self.fault(path, "a body that bends has a length, or a 'box', and no more 'mass' bends than it has")
-        elif mass >= body.mass and norm([a - b for a, b in zip(body.com, middle, strict=True)]) > TOO_SHORT:
-            self.fault(path, "where all of a body bends its 'com' is in the middle of its length; give less 'mass'")
-        else:
-            beam = Beam(length, mass / length, x.EI, x.EI, polar=mass / body.mass * body.inertia[0][0] / length)
-            flexible = Flexible(x.modes, beam, frame=x.frame, damping=x.damping)
-            yield Bend(body=name, mass=min(mass, body.mass), flexible=flexible)
-
-    def _slices(self, bends: list[Bend]) -> Iterator[tuple[k.Body, k.Joint, plan.Shape]]:
-        """Yield massless bodies along a bending body that carry its shapes, except the first."""
-        for bend in bends:
-            given, beam = self.given.bodies[bend.body], bend.flexible.beam
-            if given.box is None or bend.body in self.given.shapes or beam is None:
-                continue
-            (x, y, z), (a, b, c) = given.com, given.box
-            for i in range(1, SLICES):
-                middle, name = x + a * ((i + 0.5) / SLICES - 0.5), f"{bend.body}~{i + 1}"
-                at = min(max(middle, beam.start), beam.start + beam.length)
-                joint = k.Joint(f"{name}.on", "fixed", bend.body, name, p_PJ=(at, 0.0, 0.0))
-                shape = plan.Shape(body=name, centre=(middle - at, y, z), size=(a / SLICES, b, c), thing=bend.body)
-                yield k.Body(name, 0.0), joint, shape
 
     def _shapes(self, bends: list[Bend]) -> Iterator[plan.Shape]:
         for key in ("load_cells", "shapes"):
@@ -252,13 +168,14 @@ class _Assembly(Checking):
         return (*taut, *reeved), (*closed, *touching)
 
     def _parallel(self, whole: k.System, rope: forces.Reeving) -> None:
-        """Check that edges of several bodies over which one rope bends stay parallel."""
+        """Check that edges of different bodies stay parallel if the same rope bends over them."""
         if rope.apart:
             at = kinematics.poses(whole)
             check_parallel(rope, build_graph(whole), lambda body: (at[body][1], at[body][0]))
 
     def _overstretched(self, rope: k.Rope | forces.Reeving, stretch: float) -> None:
-        """Check that no wire rope begins beyond its breaking strain; softer ropes may be of any material."""
+        """Add an error if a wire rope starts beyond its breaking strain; softer ropes may be of any material and are
+        not checked."""
         if rope.EA >= WIRE and stretch > BREAKS * rope.L0:
             message = (
                 f"the rope begins stretched by {stretch / rope.L0:.1%} with {rope.EA * stretch / rope.L0 / 1e3:.4g} kN"
@@ -276,7 +193,7 @@ class _Assembly(Checking):
             yield made
 
     def _joints(self) -> Iterator[k.Joint]:
-        """Yield the kernel's joints with the axes of their types."""
+        """Yield the kernel's joints, with the axes that their types define."""
         for name, joint in self.given.joints.items():
             path: Path = (*self.base, "joints", name)
             faults = len(self.source.faults)
@@ -292,7 +209,8 @@ class _Assembly(Checking):
             yield made
 
     def _resisting(self, system: k.System) -> None:
-        """Check that bodies without mass or inertia carry others that have it in all directions of motion."""
+        """Add an error if a body can move in a direction in which neither it nor a body that it carries has mass or
+        inertia."""
         if all(b.flexible or (b.mass and all(row[i] for i, row in enumerate(b.inertia))) for b in system.bodies):
             return
         from heavylift.kernel.model.program import Program  # slow to import, and rarely needed
@@ -306,7 +224,7 @@ class _Assembly(Checking):
             self.fault((*self.base, "bodies", body) if body else self.base, str(error), on_key=True)
 
     def _forces(self) -> Iterator[forces.Force]:
-        """Yield the forces, after checks that each acts on existing bodies or joints and can be built by the kernel."""
+        """Yield the forces; add errors for unknown bodies or joints and for forces that the kernel cannot build."""
         for name, force in self.given.forces.items():
             path: Path = (*self.base, "forces", name)
             for keys, body in force.bodies:
@@ -320,7 +238,7 @@ class _Assembly(Checking):
             yield made
 
     def _contacts(self) -> Iterator[Contact]:
-        """Yield the contacts, after checks that each is between existing bodies and known shapes."""
+        """Yield the contacts; add errors for unknown bodies and shapes."""
         for name, given in self.given.contacts.items():
             path: Path = (*self.base, "contacts", name)
             self.known((*path, "body"), given.body)

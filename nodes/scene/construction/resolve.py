@@ -1,12 +1,13 @@
 """The action list with every target resolved to its actors: phrases become orders of the plan.
 
-Two orders of one action for the same actor contradict each other and are refused.
+Two orders in one action to the same actor contradict each other and are refused.
 """
 
 from importlib import import_module
 
 import msgspec
 from heavylift.nodes.plan import actions, plan
+from heavylift.nodes.plan.mechanism import ties_on
 from heavylift.nodes.plan.verbs import VERBS
 from heavylift.nodes.scene.construction.rigging.edges import Sling, key_of, lugs_of, slings_of
 from heavylift.nodes.scene.keys.actions import ActionLine
@@ -27,7 +28,7 @@ TURN_TIME = 20.0  # a turn without `ramp` reaches its rate in this time [s]
 
 
 def build_actions(builder: SceneBuilder) -> tuple[plan.Action, ...]:
-    """Return the action list of the plan; faults are added to those of the scene."""
+    """Return the action list of the plan; errors are added to those of the scene."""
     resolver = _Resolver(builder)
     return tuple(x for i, action in enumerate(builder.scene.actions) for x in resolver.listed(i, action))
 
@@ -35,14 +36,14 @@ def build_actions(builder: SceneBuilder) -> tuple[plan.Action, ...]:
 def build_orders(
     builder: SceneBuilder, path: Path, target: str, phrase: phrases.OrderPhrase
 ) -> tuple[actions.Order, ...]:
-    """Return the orders to a target; faults are added to those of the source."""
+    """Return the orders that a phrase gives to a target; errors are added to the source."""
     resolver = _Resolver(builder)
     words = target if target in resolver.targets else target.replace(".", " ", 1)  # events say "west.H1"
     return tuple(resolver.orders(path, words, phrase))
 
 
 class _Resolver:
-    """Resolves the action list in order, since orders depend on the state left by earlier actions."""
+    """Resolves the action list from first to last, since orders depend on the state that earlier actions leave."""
 
     def __init__(self, builder: SceneBuilder) -> None:
         self.yard, self.source = builder, builder.source
@@ -53,10 +54,11 @@ class _Resolver:
         self.levelling = Levelling(builder, self.conditions)
         self.turned = ""  # the block that is
         self.rigged = {x: slings for name in builder.scene.rigging for x, slings in self._entries(name).items()}
+        self.held = {rope for slings in self.rigged.values() for rope, x in slings.items() if x.holds in self.lugs}
         self.hangs = {rope for slings in self.rigged.values() for rope, x in slings.items() if x.hooked}
 
     def listed(self, index: int, action: ActionLine) -> list[plan.Action]:
-        """Return an action, with the further actions into which it expands."""
+        """Return an action, followed by the further actions that it expands into."""
         first, after = self.action(index, action), list[tuple[actions.Order, ...]]()
         for target, phrase in action.orders.items():
             path: Path = ("actions", index, target)
@@ -74,7 +76,7 @@ class _Resolver:
         return [first, *(plan.Action(orders=orders, where=first.where) for orders in after if orders)]
 
     def _brakes(self, path: Path, found: tuple[OrderTarget, ...]) -> tuple[actions.Order, ...]:
-        """Return orders to engage the brakes after a stop by `hold`."""
+        """Return orders that engage the brakes of drives stopped by `hold`."""
         systems = [(machine.name, machine.system) for machine in self.yard.machines]
         names = {actor.name for actor in found}
         joints = {drive.joint for _, system in systems for drive in system.drives if drive.name in names}
@@ -83,7 +85,7 @@ class _Resolver:
         return tuple(actions.BrakeOrder(model=m, brake=b, engaged=True, where=where) for m, b in brakes)
 
     def _keeps(self, path: Path, found: tuple[OrderTarget, ...], action: plan.Action) -> plan.Action:
-        """Return the action with winches that keep the height of their hooks while it luffs a boom."""
+        """Return the action with luffing moves during which the given winches keep their hooks at the same height."""
         luffs = [x for x in action.orders if isinstance(x, actions.Move) and x.verb == "luff"]
         for actor in found:
             move = next((x for x in luffs if x.model == actor.model), None)
@@ -103,7 +105,6 @@ class _Resolver:
         path: Path = ("actions", index)
         orders: list[actions.Order] = []
         busy: dict[str, str] = {}
-        turning = any(VERBS[phrase.verb].becomes == "turn" for phrase in action.orders.values())
         for target, phrase in action.orders.items():
             here = (*path, target)
             found = self._actors(here, target, phrase)
@@ -112,10 +113,12 @@ class _Resolver:
                 if other != target:
                     both = f"'{other}' and '{target}' give {actor.name} two orders at the same time"
                     self.source.fault(here, both, on_key=True)
-            orders += self._orders(here, found, phrase)
-            if turning and VERBS[phrase.verb].becomes == "move" and VERBS[phrase.verb].along != "x":
+            off = {x.sling for x in orders if isinstance(x, actions.UnhookSling)}  # by a hook, and by its own name
+            orders += [x for x in self._orders(here, found, phrase) if getattr(x, "sling", "") not in off]
+        for target, phrase in action.orders.items() if any(isinstance(x, actions.Turn) for x in orders) else ():
+            if VERBS[phrase.verb].becomes == "move" and VERBS[phrase.verb].along != "x":
                 follows = f"'{target}' must not {phrase.verb} while the block turns: it follows the turn"
-                self.source.fault(here, follows, on_key=True)
+                self.source.fault((*path, target), follows, on_key=True)
         when, where = self.condition((*path, "when"), action.when), self.source.where(path)
         made = plan.Action(stage=action.stage, when=when, timeout=action.timeout, orders=tuple(orders), where=where)
         may = (*touches(self.source, path, action.may_touch), *landings(self.yard, path, action))
@@ -142,7 +145,7 @@ class _Resolver:
         return obeying
 
     def of_machine(self, machine: str) -> tuple[OrderTarget, ...]:
-        """Return all targets of a machine."""
+        """Return all targets that belong to a machine."""
         found = (actor for actors in self.targets.values() for actor in actors if actor.model == machine)
         return tuple({actor.name: actor for actor in found if actor.obeys(VERBS["stop"])}.values())
 
@@ -177,7 +180,11 @@ class _Resolver:
             case "hook":
                 return self._hookups(path, found, phrase, where)
             case "unhook":
-                return [actions.UnhookSling(sling=s, where=where) for a in found for s in self._slings_of(a)]
+                off = [*dict.fromkeys(s for a in found for s in self._slings_of(a))]
+                if not off:
+                    self.source.fault(path, f"nothing hangs on {found[0].name} that could be unhooked")
+                self.hangs -= {*off}
+                return [actions.UnhookSling(sling=s, where=where) for s in off]
             case "level":
                 return []
             case "stop" if phrase.height:
@@ -223,7 +230,8 @@ class _Resolver:
         )  # fmt: skip
 
     def _entries(self, name: str) -> dict[str, dict[str, Sling]]:
-        """Return the ropes of a rigging entry, and for each of its slings the ropes of its alternative attachments."""
+        """Return, by name, all ropes of a rigging entry, and for each of its slings the ropes that represent its
+        possible attachments."""
         ropes = slings_of(self.yard.scene, name)
         several = {rope: {x: y for x, y in ropes.items() if y.number == sling.number} for rope, sling in ropes.items()}
         return {name: ropes} | {rope: each for rope, each in several.items() if ropes[rope].hooked}
@@ -231,7 +239,7 @@ class _Resolver:
     def _rigging(
         self, path: Path, slings: dict[str, Sling], phrase: phrases.OrderPhrase, where: str
     ) -> list[actions.Order]:
-        """Return the orders to slings of rigging, depending on where earlier actions hooked them."""
+        """Return the orders to slings of a rigging entry, which depend on where earlier actions hooked them."""
         if phrase.verb != "hook":
             parted = phrase.verb == "release"
             found = [rope for rope in slings if rope in self.hangs] or [rope for rope, x in slings.items() if x.hooked]
@@ -263,7 +271,7 @@ class _Resolver:
         ]
 
     def _together(self, path: Path, moves: list[actions.Move]) -> list[actions.Move]:
-        """Return the moves with a common ramp, that with the lowest acceleration."""
+        """Return the moves with a common ramp, the one with the lowest acceleration."""
         if len(moves) == 1 or moves[0].by is None or moves[0].pulses:
             message = "several drives or winches move together, by the same way and with one ramp: write 'by'"
             self.source.fault(path, message)
@@ -306,4 +314,8 @@ class _Resolver:
     def _slings_of(self, actor: OrderTarget) -> list[str]:
         if actor.kind in ("sling", "rope"):
             return [actor.name]
-        return [tie.rope for tie in self.yard.slings(actor.beam)]
+        if actor.beam:
+            return [tie.rope for tie in self.yard.slings(actor.beam)]
+        hooks = (hook for machine in self.yard.machines for hook in machine.hooks if hook.rope == actor.name)
+        ties = (tie.rope for hook in hooks for tie in ties_on(self.yard.machines, hook))
+        return [rope for rope in ties if rope in self.hangs & self.held]

@@ -1,4 +1,5 @@
-"""Ropes of a mechanism: between points, in lines of one tension, over points and sheaves, wound on winches."""
+"""Ropes of a mechanism: between points, along several lines with the same tension, over points and sheaves, wound on
+winches."""
 
 from itertools import pairwise
 
@@ -15,7 +16,7 @@ from .rigging.edges import along_edges
 
 
 def rope_of(checks: Checking, name: str, rope: mechanics.RopeKeys) -> k.Rope | k.RigidRope:
-    """Return a rope between points, or over frictionless points."""
+    """Return a rope between points, which may run over further frictionless points."""
     path: Path = (*checks.base, "ropes", name)
     lines = [(line.start, line.end, line.share, (*path, "lines", i)) for i, line in enumerate(rope.lines)]
     for start, end, _, at in lines:
@@ -38,7 +39,7 @@ def rope_of(checks: Checking, name: str, rope: mechanics.RopeKeys) -> k.Rope | k
 
 
 def _stretch(checks: Checking, path: Path, rope: mechanics.RopeKeys) -> None:
-    """Check that an elastic rope has a stiffness, and a rigid one neither stiffness nor damping."""
+    """Add an error unless an elastic rope has a stiffness and a rigid rope has neither stiffness nor damping."""
     if not rope.rigid:
         if rope.EA is None:
             checks.fault(path, "the key 'EA' is missing; a rope that cannot stretch is 'rigid: true'", on_key=True)
@@ -49,7 +50,7 @@ def _stretch(checks: Checking, path: Path, rope: mechanics.RopeKeys) -> None:
 
 
 def reeving_of(checks: Checking, name: str, rope: mechanics.RopeKeys) -> forces.Reeving:
-    """Return a rope over sheaves with a radius or friction."""
+    """Return a rope over sheaves that have a radius or friction."""
     path: Path = (*checks.base, "ropes", name)
     if rope.start is None or rope.end is None or rope.lines:
         message = "a rope over sheaves or edges has 'start' and 'end', no 'lines'"
@@ -76,7 +77,7 @@ def reeving_of(checks: Checking, name: str, rope: mechanics.RopeKeys) -> forces.
 def _nodes(
     checks: Checking, path: Path, start: BodyPoint, over: list[mechanics.Over], end: BodyPoint
 ) -> list[BodyPoint]:
-    """Return start, intermediate points and end of a rope, after a check of their bodies."""
+    """Return start, intermediate points and end of a rope; add errors for unknown bodies."""
     placed: list[tuple[Path, BodyPoint]] = [((*path, "start"), start)]
     placed += [((*path, "over", i), node) for i, node in enumerate(over)]
     for at, node in [*placed, ((*path, "end"), end)]:
@@ -86,7 +87,7 @@ def _nodes(
 
 
 def _wound(checks: Checking, path: Path, rope: mechanics.RopeKeys) -> None:
-    """Check that the length of a rope is within the range of its winch."""
+    """Add an error unless the length of a rope is within the range of its winch."""
     if rope.winch and not rope.winch.shortest <= rope.length <= rope.winch.longest:
         ends = f"{rope.winch.shortest:g} and {rope.winch.longest:g} m"
         checks.fault((*path, "length"), f"{rope.length:g} m of rope is not between {ends}")

@@ -1,4 +1,4 @@
-"""Common data of the builders of a scene's machines: machines built so far, and the hooks of frames."""
+"""Data that the builders of a scene's machines share: the machines built so far, and the hooks of frames."""
 
 from dataclasses import dataclass, field
 
@@ -8,7 +8,7 @@ from heavylift.nodes.plan.limit import RatedLimit
 from heavylift.nodes.plan.mechanism import Cargo
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.language.phrases import SwingRamp
-from heavylift.nodes.scene.text.source import Source
+from heavylift.nodes.scene.text.source import SourceText
 
 UPPER, LOWER = "upper", "lower"  # faces of a block
 
@@ -17,9 +17,9 @@ PROVISIONAL = 0.05  # [m/s2 or rad/s2] of a ramp that lasts a swing, until that 
 
 @dataclass
 class SceneBuilder:
-    """Builder of the machines of a scene, in the order of their nodes; faults are collected by the source."""
+    """Builds the machines of a scene, in the order of their nodes; the source collects errors."""
 
-    source: Source
+    source: SourceText
     scene: schema.Scene
     machines: list[plan.Mechanism] = field(default_factory=list)
     vessels: list[plan.Mechanism] = field(default_factory=list)
@@ -30,8 +30,9 @@ class SceneBuilder:
 
     @property
     def cranes(self) -> list[plan.Mechanism]:
-        """The machines built so far that lift."""
-        return [machine for machine in self.machines if machine.hooks or machine.girders]
+        """The machines built so far that have hooks, or could have."""
+        could = {name for name, given in self.scene.machines.items() if given.hooks}
+        return [machine for machine in self.machines if machine.hooks or machine.name in could]
 
     @property
     def frames(self) -> list[plan.Mechanism]:
@@ -40,7 +41,7 @@ class SceneBuilder:
 
     @property
     def tandem(self) -> bool:
-        """Whether loads hang on hooks of several machines."""
+        """Whether several machines have loads on their hooks."""
         words = (word for given in self.scene.rigging.values() for word in getattr(given, "holders", ()))
         others = {word.replace(".", " ").split()[0] for word in words} - {*self.scene.rigging}
         return len({machine for machine, _ in self.hooks.values()} | others) > 1
@@ -51,12 +52,13 @@ class SceneBuilder:
         return [cargo for machine in self.machines for cargo in machine.cargo]
 
     def slings(self, *beams: str) -> list[plan.Tie]:
-        """The slings of frames, or all slings."""
+        """Return the slings of the frames with these names, or all slings if none is named."""
         return [tie for frame in self.frames if not beams or frame.name in beams for tie in frame.ties]
 
 
 def ramp_of(ramp: float | SwingRamp) -> tuple[float, int]:
-    """Return acceleration (provisional if it depends on the swing) and number of pulses of a ramp without swing."""
+    """Return the acceleration of a ramp and the number of its pulses (0 for an ordinary ramp); the acceleration is
+    provisional if it depends on the swing."""
     return (ramp.accel or PROVISIONAL, ramp.pulses) if isinstance(ramp, SwingRamp) else (ramp, 0)
 
 
@@ -67,5 +69,6 @@ def box(mass: float, size: Vector) -> Vector:
 
 
 def by_beam(lugs: list[str], u: dict[str, float]) -> list[str]:
-    """Return the lugs of a beam's slings: two in the order of its ends, the one with the smaller u first."""
+    """Return the lugs of a beam's slings; if there are two, in the order of the beam's ends, the lug with the smaller
+    coordinate u first."""
     return sorted(lugs, key=lambda lug: u[lug]) if len(lugs) == 2 else lugs

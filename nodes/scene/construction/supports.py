@@ -1,8 +1,9 @@
 """The blocks of a scene file as parts of the plan: in equilibrium on their supports, rigid or flexible.
 
-Stiffness of a support = its equal share of the weight over the settlement; damping from the given ratio. As a beam, a
-block bends from end to end along its x, relative to its mean frame; tabulated modes are given at its lugs and pads. The
-elastic displacements of all lugs are sampled, and for a beam also those of its ends and middle.
+The stiffness of a support is its equal share of the weight divided by the given settlement; its damping follows from
+the given ratio. As a beam, a block bends from end to end along its x axis, relative to its mean frame; tabulated modes
+are given at its lugs and supports. The elastic displacements of all lugs are recorded, and for a beam also those of its
+ends and middle.
 """
 
 import math
@@ -33,8 +34,8 @@ SINGULAR = 1e-12  # singular value, relative, of supports in one line
 
 
 def block_machine(builder: SceneBuilder, base: Path) -> plan.Mechanism:
-    """Return a block as a machine: a body on a free joint above its supports; one that is turned can be set down on its
-    other face. `base`: its path in the scene."""
+    """Return a block as a machine: a body on a free joint above its supports. A block that is turned over can be set
+    down on its other face. `base`: path of the block in the scene."""
     name, alone, where = str(base[-1]), len(base) == 1, builder.source.where(base)
     block = builder.scene.block if alone else builder.scene.blocks[name]
     assert block is not None
@@ -92,7 +93,8 @@ def block_machine(builder: SceneBuilder, base: Path) -> plan.Mechanism:
 
 
 def _misfits(given: schema.Block, name: str) -> Iterator[tuple[str, Path]]:
-    """Yield the faults of supports, around the block's centre of mass, and of lugs, which are not inside it."""
+    """Yield (error, path) for a block that is not at the height of its supports, for supports beside the block or not
+    around its centre of mass, and for lugs inside the block."""
     (u, v, _), half, supports = given.com, [side / 2 for side in given.size], given.supports.at
     gap, own = given.at[2] - half[2] - given.supports.height, name if name == "block" else f"block {name}"
     if abs(gap) > TOUCH:
@@ -112,7 +114,7 @@ def _misfits(given: schema.Block, name: str) -> Iterator[tuple[str, Path]]:
 
 
 def _inside(p: tuple[float, float], points: list[tuple[float, float]]) -> bool:
-    """Return whether p is inside the convex hull of points."""
+    """Return whether the point p is inside the convex hull of points."""
     if p in points:
         return True
     angles = sorted(float(atan2(y - p[1], x - p[0])) for x, y in points)
@@ -121,7 +123,8 @@ def _inside(p: tuple[float, float], points: list[tuple[float, float]]) -> bool:
 
 
 def _resting(block: schema.Block, on: Vessel | None) -> tuple[float, float, float, float, float, float, float]:
-    """Return the equilibrium pose of the block on its supports: k sum(depth) = weight, depth = a + b u + c v."""
+    """Return the pose (position, quaternion x y z w) of a block in equilibrium on its supports: k sum(depth) = weight,
+    where the depth at (u, v) is a + b u + c v."""
     places = [(1.0, u, v) for u, v in block.supports.at]
     total = len(places) * block.supports.settlement
     load = [total, total * block.com[0], total * block.com[1]]
@@ -139,8 +142,8 @@ def _resting(block: schema.Block, on: Vessel | None) -> tuple[float, float, floa
 def flexible_of(
     builder: SceneBuilder, block: schema.Block, body: Body, stools: list[Support], base: Path
 ) -> Flexible | None:
-    """Return the flexible part of a block with these mass properties and supports, None if it is rigid; errors become
-    faults."""
+    """Return the flexible part of a block with these mass properties and supports; None if it is rigid. Errors are
+    added to the source."""
     if block.beam is None and not block.modes:
         return None
     key: Path = (*base, "beam" if block.beam else "modes")

@@ -1,6 +1,6 @@
 """All targets of orders, by the words that a scene uses for them.
 
-One table, so that an unknown target is answered with the nearest known one.
+They are in one table, so that the error for an unknown target can suggest the nearest known one.
 """
 
 from collections.abc import Mapping
@@ -10,20 +10,20 @@ from heavylift.kernel.description.units import natural
 from heavylift.nodes.models.commander.turn_law import traversing
 from heavylift.nodes.models.machine import turning
 from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.mechanism import called_of
 from heavylift.nodes.plan.verbs import Kind, Verb
-from heavylift.recordings.format.spellings import CALLED
+from heavylift.recordings.format.spellings import CALLED, called_of
 
 from .scene_builder import SceneBuilder
 
 
 @dataclass(frozen=True)
 class OrderTarget:
-    """A target of an order.
+    """A part of a model that an order can address, such as a drive, winch, brake or sling.
 
-    `model`: the model that has it, `name`: its name there; `accel`: its ramp [m/s2 or rad/s2], `pulses`: number of
-    pulses of a ramp without swing; `turns`: whether its coordinate is an angle; `verb`: the only verb that it accepts;
-    `speed`: its highest speed, `loaded`: with a load; `emergency`: deceleration of stops.
+    `model`: the model that it belongs to; `name`: its name in the plan; `accel`: acceleration of its ramp [m/s2 or
+    rad/s2]; `pulses`: number of pulses of a ramp without swing; `turns`: whether its coordinate is an angle; `verb`:
+    the only verb that it accepts; `speed`: its highest speed, `loaded`: the same with a load; `emergency`: deceleration
+    of stops.
     """
 
     kind: Kind
@@ -39,7 +39,7 @@ class OrderTarget:
     loaded: float | None = None
 
     def obeys(self, verb: Verb) -> bool:
-        """Return whether it accepts the verb."""
+        """Return whether the target accepts orders with this verb."""
         own = (
             self.verb in ("", verb.name)
             or self.kind in ("winch", "hook")
@@ -51,7 +51,7 @@ class OrderTarget:
 
 
 def targets(builder: SceneBuilder) -> dict[str, tuple[OrderTarget, ...]]:
-    """Return all targets of a scene with their actors."""
+    """Return all targets of a scene: for each name the parts that an order to it addresses."""
     table: dict[str, tuple[OrderTarget, ...]] = {}
     on_hook = {".".join(words): frame for frame, words in builder.hooks.items()}
     for machine in builder.machines:
@@ -76,8 +76,8 @@ def targets(builder: SceneBuilder) -> dict[str, tuple[OrderTarget, ...]]:
 
 
 def _of_machine(table: dict[str, tuple[OrderTarget, ...]], machine: plan.Mechanism, on_hook: Mapping[str, str]) -> None:
-    """Add the targets of a machine; the machine itself accepts the verbs of its drives, and of its hook if it has only
-    one. `on_hook`: the frames on hooks, whose names are targets as well."""
+    """Add the targets of a machine. The name of the machine itself accepts the verbs of its drives, and those of its
+    hook if it has only one. `on_hook`: frames on hooks, whose names are targets as well."""
     drives = {drive.name for drive in machine.system.drives}
     angular = turning(machine.system)
     plurals = dict[str, list[OrderTarget]]()

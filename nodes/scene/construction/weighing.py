@@ -1,5 +1,5 @@
-"""Loads of machines at the start, for the passes of model levels: loads of heavy ropes, lengths of slings, loads of
-beams."""
+"""Loads at the start, which the passes of model levels need: loads on heavy ropes and beams, stretched lengths of
+slings."""
 
 from collections.abc import Iterator, Sequence
 
@@ -16,7 +16,8 @@ PLUMB = 1e-6  # of a rope's length that one end may be beside the other
 
 
 def weighed(built: Plan) -> Plan:
-    """Return the plan with the loads at the start of heavy ropes, beams and slings, which its model levels need."""
+    """Return the plan with the loads at the start on heavy ropes and beams and the lengths of slings, which its model
+    levels need."""
     whole = merge([machine.system for machine in built.machines], built.gravity)
     start = _Start(whole)
     found = (
@@ -42,13 +43,13 @@ class _Start:
         return rope.EA * max(0.0, kinematics.length(rope, self.at) - rope.L0) / rope.L0 if rope.hooked else 0.0
 
     def tied(self, tie: Tie) -> Tie:
-        """Return a sling with its stretched length, if it carries."""
+        """Return a sling with its stretched length, if it carries a load."""
         rope = self.ropes.get(tie.rope)
         taut = rope is not None and self.pull(rope) > 0.0
         return msgspec.structs.replace(tie, spans=kinematics.length(rope, self.at)) if rope and taut else tie
 
     def hanging(self, machine: Mechanism, row: Heavy) -> Heavy:
-        """Return a heavy rope with its attachment points, or with the reason why it has no mass."""
+        """Return a rope with mass, with its end points at the start, or with the reason why it can have no mass."""
         rope = self.ropes.get(row.rope)
         if rope is None:
             over = any(x.name == row.rope for x in machine.system.reevings)
@@ -79,7 +80,7 @@ class _Start:
         return line.share * norm((kinematics.place(line.a, self.at) - kinematics.place(line.b, self.at)).tolist())
 
     def bent(self, row: Bend) -> Bend:
-        """Return a beam with gravity in its frame and its forces at the start."""
+        """Return a flexible body with gravity in its frame and the forces on it at the start."""
         stations = {row.body: None} | {
             body.name: x for body in self.whole.bodies if (x := self._station(row, body.name))
         }
@@ -87,7 +88,8 @@ class _Start:
         return msgspec.structs.replace(row, gravity=gravity, loads=tuple(self._loads(row, stations, gravity)))
 
     def _station(self, row: Bend, body: str) -> Joint | None:
-        """Return the joint between a body and a beam, directly or through other bodies."""
+        """Return the joint by which a body is attached to a beam, directly or through other bodies; None if it is not
+        attached."""
         joint = self.carried.get(body)
         while joint is not None and joint.parent != row.body:
             joint = self.carried.get(joint.parent)
@@ -113,7 +115,7 @@ class _Start:
                     yield BeamLoad(x=x, p=p, force=force, rope=rope.name, share=line.share)
 
     def _within(self, body: str, way: list[float]) -> Vector:
-        """Return a direction of the world in the frame of a body."""
+        """Return a direction of the world frame in the frame of a body."""
         return _vector(product(self.at[body][1].T.tolist(), way))
 
 

@@ -1,5 +1,5 @@
-"""The keys of an action: its condition, and an order for each of its targets, both in the phrase language; the keys of
-`interlocks:` of a scene or a machine type.
+"""The keys of an action (its condition, and an order for each of its targets, both in the phrase language), and the
+keys under `interlocks:` of a scene or a machine type.
 
 interlocks:
   overload: {when: moment of crawler main >= 100 %, stops: [hoist, luff out]}     luffing in and lowering stay free
@@ -41,7 +41,7 @@ Touching = list[tuple[str, str]]  # pairs of things that may touch each other
 
 
 class ActionLine(BaseModel):
-    """A line of the action list: `target: order`, any number of targets at once."""
+    """One action in the action list, written as `target: order` for any number of targets at once."""
 
     model_config = ConfigDict(frozen=True, extra="allow")
     __pydantic_extra__: dict[str, Order] = Field(init=False)
@@ -64,12 +64,13 @@ class ActionLine(BaseModel):
 
     @property
     def orders(self) -> dict[str, OrderPhrase]:
-        """The orders by target."""
+        """The orders of the action, by target."""
         return dict(self.__pydantic_extra__)
 
 
 class InterlockKeys(Base):
-    """A measured quantity at which a machine stops some motions, until it is back within its reset value."""
+    """An interlock: a measured quantity and a value at which a machine stops some of its motions, until the quantity is
+    back within its reset value."""
 
     when: Condition  # `moment of main >= 100 %`; of `any hook`: each of the machine is watched
     stops: Literal["all"] | list[str] = Field(default_factory=list)  # verbs, or `luff out`, `slew left`

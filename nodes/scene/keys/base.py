@@ -1,13 +1,15 @@
-"""Common elements of the keys of mechanisms and forces: names, places, directions, ends; attitudes as matrices.
+"""Common elements of the keys of mechanisms and forces: names, places, directions, ends, and rotations as matrices.
 
-A direction or quaternion need not have length 1; one of length 0 stays as it is and becomes a fault elsewhere.
+A direction or quaternion need not have length 1; one of length 0 is kept unchanged and reported as an error by later
+checks.
 
-Keys generated from descriptions of the kernel or the plan: names, units, defaults, meanings.
+Keys can be generated from descriptions of the kernel or the plan, with their names, units, defaults and meanings:
 
     class Stop(keys_of(k.Stop, lower=one("range", Range, itemgetter(0)), upper=one("range", Range, itemgetter(1)))): ...
 
-Each field is a key of its name, or of the word for its symbol in WORDS, in the unit that its annotation names; `built`
-makes the description from the keys. Fields that are written differently are arguments.
+Each field becomes a key with the name of the field, or with the word in WORDS that stands for its symbol, in the unit
+given by its annotation; `built` makes the description from the keys. Fields that are written differently are passed as
+arguments.
 """
 
 import inspect
@@ -41,12 +43,13 @@ def _named(word: str) -> str:
 
 
 def part_name(name: str) -> str:
-    """Return a part name with the prefix of its machine, after a check; raises ValueError for an invalid one."""
+    """Return the name of a part, which may have the name of its machine as prefix; raises ValueError if it is
+    invalid."""
     return ".".join(_named(word) for word in name.split("."))
 
 
 def rising(chart: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Return a chart, after a check that its arguments increase; raises ValueError otherwise."""
+    """Return a chart; raises ValueError unless its arguments are in ascending order."""
     for (one, _), (next_, _) in pairwise(chart):
         if next_ <= one:
             raise ValueError(f"the places of a chart must increase, but {next_:g} m comes after {one:g} m")
@@ -62,12 +65,12 @@ Quaternion = tuple[Number, Number, Number, Number]
 
 
 def written(name: str) -> str:
-    """Return a key as written in YAML."""
+    """Return the name of a key as it is written in YAML."""
     return BEAMS if name == "beams" else name.replace("off_lead", "off-lead").replace("_", " ")
 
 
 class Base(BaseModel):
-    """Base of all keys: frozen; unknown keys are errors; underscores of Python are blanks in YAML."""
+    """Base class of all keys: immutable; unknown keys are errors; underscores in Python are spaces in YAML."""
 
     model_config = ConfigDict(
         frozen=True, extra="forbid", populate_by_name=True, alias_generator=written, defer_build=True
@@ -76,14 +79,14 @@ class Base(BaseModel):
 
 
 class BodyPoint(Base):
-    """A point of a body."""
+    """A point on a body."""
 
     body: str
     at: Station = (0.0, 0.0, 0.0)
 
 
 def comments(model: type[Base]) -> dict[str, str]:
-    """Return the comments after the fields of a model, by key."""
+    """Return the comments after the fields of a model, by the name of the key."""
     text = inspect.getsource(model.struct) if model.struct else ""
     for kind in (kind for kind in reversed(model.__mro__) if issubclass(kind, Base)):
         with suppress(OSError):  # it is made of another
@@ -98,13 +101,13 @@ X, Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 
 
 def unit(vector: Directed) -> Directed:
-    """Return the vector with length 1."""
+    """Return the vector scaled to length 1."""
     length = norm(vector) or 1.0
     return cast(Directed, tuple(x / length for x in vector))
 
 
 def across(axis: Vector) -> Vector:
-    """Return the x axis projected across an axis, or y if the axis is x."""
+    """Return the x axis projected onto the plane perpendicular to an axis; if the axis is x, the y axis."""
     a = unit(axis)
     e = Y if abs(a[0]) > 1.0 - 1e-9 else X
     along = sum(p * q for p, q in zip(a, e, strict=True))
@@ -113,7 +116,8 @@ def across(axis: Vector) -> Vector:
 
 
 def turned(roll: float, pitch: float, yaw: float) -> Matrix:
-    """Return R = Rz(yaw) Ry(pitch) Rx(roll), exact for quarter turns, which then cost nothing in compiled code."""
+    """Return the rotation matrix Rz(yaw) Ry(pitch) Rx(roll); it is exact for quarter turns, for which compiled code can
+    leave out operations."""
     (c, s), (d, t), (e, u) = ((_exact(cos(x)), _exact(sin(x))) for x in (roll, pitch, yaw))
     return (
         (e * d, e * t * s - u * c, e * t * c + u * s),
@@ -123,7 +127,7 @@ def turned(roll: float, pitch: float, yaw: float) -> Matrix:
 
 
 def quaternion_matrix(quaternion: Quaternion) -> Matrix:
-    """Return the rotation matrix of a quaternion x y z w."""
+    """Return the rotation matrix of a quaternion (x, y, z, w)."""
     x, y, z, w = unit(quaternion)
     return (
         (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
@@ -137,7 +141,7 @@ def _exact(x: float) -> float:
 
 
 class ProjectKeys(Base):
-    """Identification of the project for documents."""
+    """Identification of the project, shown in documents."""
 
     model_config = ConfigDict(coerce_numbers_to_str=True)
     name: str = ""
@@ -155,19 +159,20 @@ WORDS = {  # for the symbols of laws
 
 
 class Spelling(NamedTuple):
-    """How a field is written: its keys with annotation and default, and its value computed from them."""
+    """How a field is written in a scene: its keys, each with annotation and default, and a function that computes the
+    field's value from them."""
 
     keys: dict[str, tuple[Any, Any]]
     value: Callable[[Any], object]
 
 
 def one(key: str, kind: Any, value: Callable[[Any], object] = lambda x: x, default: Any = ...) -> Spelling:
-    """Return the spelling of a field as one key, possibly shared by several fields."""
+    """Return the spelling of a field that is written as one key, which other fields may share."""
     return Spelling({key: (kind, default)}, lambda keys: value(getattr(keys, key)))
 
 
 def history(value: str, pairs: str, kind: Any = u.Number, default: float = 1.0) -> Spelling:
-    """Return the spelling of a signal as a constant and as pairs of time and value."""
+    """Return the spelling of a signal that is written as a constant and as pairs of time and value."""
 
     def signal(keys: Any) -> InputSignal:
         times, values = zip(*getattr(keys, pairs), strict=True) if getattr(keys, pairs) else ((), ())
@@ -177,18 +182,19 @@ def history(value: str, pairs: str, kind: Any = u.Number, default: float = 1.0) 
 
 
 class Described(Base):
-    """Base of the keys of elements that are described elsewhere."""
+    """Base class of key models that are generated from a description elsewhere."""
 
     spelt: ClassVar[dict[str, Spelling]] = {}
 
     def built(self, *first: str, folder: Path | None = None, **other: Any) -> Any:
-        """Return the description, with its `first` fields and `other` ones that are no keys; `folder`: of its files."""
+        """Return the description made from these keys; `first` and `other` are fields that are not keys; `folder`:
+        where files named in the keys are found."""
         assert self.struct
         return self.struct(*first, **{field: spelling.value(self) for field, spelling in self.spelt.items()}, **other)
 
     @property
     def bodies(self) -> Iterator[tuple[tuple[str | int, ...], str]]:
-        """Yield the bodies to which it refers, with the keys."""
+        """Yield the bodies to which the keys refer, each with the path of its key."""
         for key in type(self).model_fields:
             match getattr(self, key):
                 case str(body) if key in ("body", "start", "end"):
@@ -202,8 +208,9 @@ class Described(Base):
 
 
 def keys_of(kind: Any, *without: str, word: str = "", module: str = __name__, **otherwise: Spelling) -> Any:
-    """Return a model whose keys are the fields of a class, except `without`, plus `type: word` if given. `module`
-    distinguishes equal names; `otherwise`: spellings of fields that differ from the default."""
+    """Return a model whose keys are the fields of a class, except the fields in `without`, and with a key `type: word`
+    if given. `module` distinguishes models of the same name; `otherwise`: fields with another spelling than the default
+    one."""
     hints, spelt = get_type_hints(kind, include_extras=True), dict[str, Spelling]()
     for field in msgspec.structs.fields(kind) if issubclass(kind, msgspec.Struct) else fields(kind):
         if field.name not in {"name", *without}:
@@ -219,7 +226,7 @@ def keys_of(kind: Any, *without: str, word: str = "", module: str = __name__, **
 
 
 def _spelling(name: str, kind: Any, default: Any) -> Spelling:
-    """Return the default spelling of a field by its type."""
+    """Return the default spelling of a field, which depends on its type."""
     key, inner = WORDS.get(name, name), get_args(kind)
     if kind is Point and name in ("at", "point"):
         keys = {"body": (str, ...), "at": (Station, (0.0, 0.0, 0.0))}
@@ -241,7 +248,7 @@ def _plain(value: object) -> object:
 
 
 def _read(kind: Any) -> Any:
-    """Return the annotation of a key: units as quantities, bounds as in pydantic."""
+    """Return the annotation of a key: units become quantities, bounds become those of pydantic."""
     inner = get_args(kind)
     if kind is Point:
         return BodyPoint

@@ -1,7 +1,7 @@
 """The JSON Schema of scene files, for editors: keys with units, defaults and meanings.
 
-Generated from the pydantic models that read scenes, so it is always up to date. Editors use it for completion and
-checks while typing; the rest (names, physics, phrases of the action list) is checked by `heavylift check`.
+It is generated from the pydantic models that read scenes, so it is always up to date. Editors use it for completion and
+for checks while typing; everything else (names, physics, phrases of the action list) is checked by `heavylift check`.
 """
 
 from collections.abc import Iterator
@@ -90,7 +90,7 @@ def json_schema() -> Schema:
 
 
 def _parameters(kind: MachineType) -> Schema:
-    """Return the parameters of a type as keys."""
+    """Return the parameters of a machine type as keys of the schema."""
     found: Schema = {}
     for key, text in kind.parameters.items():
         measured = dimension_of(text)
@@ -100,20 +100,21 @@ def _parameters(kind: MachineType) -> Schema:
 
 
 def with_unit(dimension: str, value: float) -> str | float:
-    """Return a value in SI units as written in a scene; a plain number for dimensions without unit."""
+    """Return a value in SI units as it is written in a scene; a plain number if the dimension has no unit."""
     unit, factor = FIRST_UNIT.get(dimension, ("", 1.0))
     return f"{value / factor:.10g} {unit}" if unit else value
 
 
 def _models(base: type[Base]) -> Iterator[type[Base]]:
-    """Yield all key models; those of equal names share their comments."""
+    """Yield all models of keys derived from `base`."""
     for model in base.__subclasses__():
         yield model
         yield from _models(model)
 
 
 def _readable(key: Schema, meaning: str) -> Schema:
-    """Return a key without generated titles, with the unit of its default; a place on a beam may be a length."""
+    """Return the schema of a key without generated titles, and with the unit of its default; a place on a beam may also
+    be written as a length."""
     found = {name: value for name, value in key.items() if name != "title"}
     if found.get("default") in ({}, []) or isinstance(found.get("default"), dict):  # its own keys have theirs
         del found["default"]

@@ -1,15 +1,16 @@
-"""The environment of a scene's machines: `waves:` and `vessels:`, `floor:` and `obstacles:`, `wind:`.
+"""The keys for the environment of a scene's machines: `waves:` and `vessels:`, `floor:` and `obstacles:`, `wind:`.
 
 Waves on deep water are regular, or a sum of irregular seas. A vessel's axes are x to its bow, y to port, z up; its
-origin lies on the waterline at rest, and all responses are given there. A phase is that of the response against the
-wave's elevation at the origin: cos(w t + phase).
+origin lies on the waterline at rest, and all responses refer to it. The phase of a response is counted from the wave's
+elevation at the origin: cos(w t + phase).
 
-Blocks have rigid contacts with friction with floor and obstacles.
+Blocks have rigid contacts with friction with the floor and obstacles.
 
 The wind becomes forces of a mechanism. Turbulence has the spectrum of EN 1991-1-4, B.1: n S / s² = 6.8 f / (1 + 10.2
-f)^(5/3), f = n L / v, of the standard deviation s and the length L. It is written as a sum of harmonics with random
-frequencies and phases (Shinozuka and Deodatis, Applied Mechanics Reviews 44 (1991) 191-204) and given as a history, one
-speed a second. Periods longer than twenty minutes or shorter than two seconds are omitted.
+f)^(5/3), f = n L / v, with the frequency n, the spectral density S, the mean speed v, the standard deviation s and the
+length scale L. It is generated as a sum of harmonics with random frequencies and phases (Shinozuka and Deodatis,
+Applied Mechanics Reviews 44 (1991) 191-204) and stored as one speed per second. Periods longer than twenty minutes or
+shorter than two seconds are omitted.
 """
 
 from collections.abc import Sequence
@@ -40,7 +41,7 @@ SLOWEST, FASTEST = 1.0 / 1200.0, 0.5  # [Hz] of them; half of one speed a second
 
 
 class Sea(Base):
-    """An irregular sea, wind sea or swell."""
+    """An irregular sea, which may be a wind sea or a swell."""
 
     spectrum: Literal["jonswap", "pierson-moskowitz"] = "jonswap"
     Hs: u.Extent  # significant wave height
@@ -51,7 +52,7 @@ class Sea(Base):
     components: int = Field(default=200, ge=10, le=2000)
 
     def harmonics(self, heading: float, seed: str) -> list[Component]:
-        """Return the harmonic components of the sea, drawn by a seed."""
+        """Return the harmonic components of the sea, with random phases that the seed determines."""
         peak = 2.0 * pi / self.Tp
         gamma = self.gamma if self.spectrum == "jonswap" else 1.0
         return components(
@@ -66,7 +67,7 @@ class Sea(Base):
 
 
 class Waves(Base):
-    """A regular wave, or irregular seas together, that grow from still water at the start."""
+    """A regular wave, or irregular seas together, which grow from still water at the start."""
 
     height: u.Extent | None = None  # from trough to crest
     period: u.Duration | None = None
@@ -88,12 +89,12 @@ class Waves(Base):
         return (0.5 * self.height, 2.0 * pi / self.period) if self.height and self.period else (0.0, 0.0)
 
     def harmonics(self, seed: int) -> list[Component]:
-        """Return the components of all seas."""
+        """Return the harmonic components of all seas."""
         return [x for name, sea in sorted(self.seas.items()) for x in sea.harmonics(self.heading, f"{seed} {name}")]
 
 
 class Responses(Base):
-    """Motions of the origin per wave amplitude, and their phases."""
+    """Motions of the vessel's origin per wave amplitude, with their phases."""
 
     surge: Response = (0.0, 0.0)
     sway: Response = (0.0, 0.0)
@@ -104,7 +105,7 @@ class Responses(Base):
 
 
 class LoadResponses(Base):
-    """Forces and moments of the wave about the origin per wave amplitude, and their phases."""
+    """Wave forces and moments about the vessel's origin per wave amplitude, with their phases."""
 
     surge: LoadResponse = (0.0, 0.0)
     sway: LoadResponse = (0.0, 0.0)
@@ -115,7 +116,7 @@ class LoadResponses(Base):
 
 
 class Mooring(Base):
-    """Mooring stiffness at the origin."""
+    """Stiffness of the mooring at the vessel's origin."""
 
     surge: u.Stiffness = 0.0
     sway: u.Stiffness = 0.0
@@ -123,7 +124,7 @@ class Mooring(Base):
 
 
 class Floating(Base):
-    """Hydrostatics and hydrodynamics of a vessel: matrices in SI units, surge to yaw."""
+    """Hydrostatics and hydrodynamics of a vessel; matrices are in SI units, with rows and columns from surge to yaw."""
 
     hydrodynamics: str = (
         ""  # a file of the hull beside the scene, or a bundled one; it replaces the next keys and `loads`
@@ -147,7 +148,7 @@ class Floating(Base):
 
 
 class Vessel(Base):
-    """A vessel whose motion in waves is `given` by responses, or computed from `forces` on a free body."""
+    """A vessel whose motion in waves is either `given` by responses, or computed from `forces` on a free body."""
 
     mass: u.Mass  # without what stands on it
     size: tuple[u.Extent, u.Extent, u.Extent]  # of its hull, a uniform box unless `inertia` is given
@@ -162,11 +163,11 @@ class Vessel(Base):
 
     @property
     def attitude(self) -> Matrix:
-        """The axes of the vessel in the world at rest."""
+        """Rotation matrix from the axes of the vessel at rest to the world frame."""
         return turned(0.0, 0.0, self.heading)
 
     def place(self, p: Sequence[float]) -> Vector:
-        """Return the world position of a point on the vessel at rest [m]."""
+        """Return the world position [m] of a point on the vessel at rest."""
         x, y, z = (a + b for a, b in zip(product(self.attitude, p), self.at, strict=True))
         return x, y, z
 
@@ -208,14 +209,14 @@ class Obstacle(Base):
 
 
 class Area(Base):
-    """Projected areas of a body along its axes."""
+    """Projected areas of a body, seen along its axes."""
 
     sides: tuple[u.Area, u.Area, u.Area]
     drag: u.Ratio | None = None  # left out: that of the wind
 
 
 class WindKeys(Base):
-    """Wind on the block, with the sides of its box, and on other bodies with areas in `on`."""
+    """Wind on the block, whose areas are the sides of its box, and on other bodies with areas given in `on`."""
 
     speed: u.Velocity
     direction: Direction  # to which it blows
@@ -237,7 +238,8 @@ class WindKeys(Base):
     def forces(
         self, block: tuple[float, float, float] | None, seed: int, end: float | None
     ) -> dict[str, WindForceKeys]:
-        """Return the wind forces by name; `block`: size of its box [m] or None; `end`: of the run [s], if known."""
+        """Return the wind forces by name; `block`: size of its box [m] or None; `end`: end of the run [s], if it is
+        known."""
         areas = dict(self.on)
         if block is not None:
             x, y, z = block
@@ -259,7 +261,7 @@ class WindKeys(Base):
 
 
 def turbulent(speed: float, turbulence: float, scale: float, seed: int, end: float | None) -> list[tuple[float, float]]:
-    """Return times [s] and speeds [m/s] of a turbulent wind with this mean speed."""
+    """Return pairs of time [s] and speed [m/s] for a turbulent wind with this mean speed."""
     random = Random(f"wind {seed}")
     ends = [SLOWEST * float(power(FASTEST / SLOWEST, i / HARMONICS)) for i in range(HARMONICS + 1)]
     speeds = [speed] * (int(min(end or USUAL, LONGEST)) + 2)

@@ -1,19 +1,21 @@
-"""Rigging gear by ID: files of slings, shackles, spreaders and lifting beams beside a scene, and references to them.
+"""Rigging gear by ID: files of slings, shackles, spreaders and lifting beams in a scene's folder, and references to
+them.
 
     gear: [slings.csv, shackles.yaml]
     rigging:
       legs: {on: jib main, to: [A, B], length: {gear: WR-48-8}, sling: {gear: WR-48-8}, shackle: {gear: SH-25}}
       beam: {type: spreader, gear: SB-20, points: {...}}
 
-In a table the first column is the ID, the others are keys with their units, `breaking [kN]`; a file .yaml has the same
-keys below each ID. Keys written beside `gear` in the same file override the item, and the item overrides the scene that
-the file extends. Under `gear`, the scene data keep the items in use, each with the places of its use.
+In a table the first column is the ID, and the others are keys with their units, such as `breaking [kN]`; a .yaml file
+has the same keys below each ID. Keys written beside `gear` in the same file override the item, and the item overrides
+the scene that the file extends. In the scene's data, `gear` then holds the items in use, each with the places where it
+is used.
 """
 
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.files import content, within
-from heavylift.nodes.scene.text.source import Data, Mark, Path, Source, read, shown
+from heavylift.nodes.scene.text.source import Data, Mark, Path, SourceText, read, shown
 from heavylift.nodes.scene.text.table_files import table
 from heavylift.recordings.format.spellings import BEAM
 
@@ -23,8 +25,8 @@ FRAME = ("mass", "size")
 USED = {"sling": SLING, "frame": FRAME, BEAM: ()}  # keys that each kind of place takes from an item
 
 
-def geared(source: Source) -> None:
-    """Replace references to gear by its data; raises SceneError with all faults so far."""
+def geared(source: SourceText) -> None:
+    """Replace references to gear by the data of the gear; raises SceneError with all errors found so far."""
     named, before = source.data.get(GEAR), len(source.faults)
     items: dict[str, dict[str, Data]] = {}
     for i, file in enumerate([named] if isinstance(named, str) else named if isinstance(named, list) else ()):
@@ -47,8 +49,8 @@ def geared(source: Source) -> None:
         source.data[GEAR] = dict(used)
 
 
-def _walk(source: Source, path: Path, items: dict[str, dict[str, Data]], used: dict[str, dict[str, Data]]) -> None:
-    """Replace references to gear below a path."""
+def _walk(source: SourceText, path: Path, items: dict[str, dict[str, Data]], used: dict[str, dict[str, Data]]) -> None:
+    """Replace the references to gear at and below a path."""
     given = source.at(path)
     if not isinstance(given, dict):
         return
@@ -86,8 +88,8 @@ def _walk(source: Source, path: Path, items: dict[str, dict[str, Data]], used: d
         source.keys[(*path, key)] = source.values[(*path, key)] = mark
 
 
-def _whole(source: Source, path: Path, key: str, item: dict[str, Data], name: str, mark: Mark) -> None:
-    """Replace the name of gear that stands in place of a number by that number."""
+def _whole(source: SourceText, path: Path, key: str, item: dict[str, Data], name: str, mark: Mark) -> None:
+    """Replace the name of a gear item, written where a number is expected, by the item's value for this key."""
     if key not in item:
         source.fault(path, f"the gear '{name}' has no '{key}'", mark=mark)
         return
@@ -96,8 +98,8 @@ def _whole(source: Source, path: Path, key: str, item: dict[str, Data], name: st
     parent[str(path[-1])] = item[key]
 
 
-def _items(source: Source, file: str) -> dict[str, dict[str, Data]]:
-    """Return the items of a file by ID."""
+def _items(source: SourceText, file: str) -> dict[str, dict[str, Data]]:
+    """Return the gear items in a file by ID."""
     if file.endswith((".yaml", ".yml")):
         own = read(content(within(source.root, source.root / file)).decode(), file)
         raise_faults(own, own.faults)

@@ -1,4 +1,4 @@
-"""The keys about the nodes of a run: user `models` beside the kernel, `placement` of nodes in processes.
+"""The keys for the nodes of a run: `models` of users beside the kernel, and `placement` of nodes in processes.
 
 models:
   damper:
@@ -20,7 +20,7 @@ from typing import Annotated, Literal
 
 from heavylift.nodes.scene.text import units as u
 from heavylift.nodes.scene.text.faults import closest
-from heavylift.nodes.scene.text.source import Fault, Source
+from heavylift.nodes.scene.text.source import Fault, SourceText
 from heavylift.nodes.scene.text.spelling import number_and_unit
 from pydantic import BeforeValidator, Field, model_validator
 
@@ -28,7 +28,8 @@ from .base import Base, Name
 
 
 def _parameter(given: object) -> object:
-    """Return a parameter with quantities converted to SI; other texts, numbers and booleans stay."""
+    """Return a parameter; a quantity is converted to SI units, other texts, numbers and booleans are returned
+    unchanged."""
     if isinstance(given, str) and (unit := number_and_unit(given)[1]):
         for dimension in u.DIMENSIONS:
             if unit in dimension.units:
@@ -44,7 +45,8 @@ Parameter = Annotated[float | bool | str, BeforeValidator(_parameter)]
 
 
 class ModelKeys(Base):
-    """A user's model: sampled inputs and its orders; `delay` of its set-points."""
+    """A user's model: the signals that it samples and the orders that it gives; `delay`: time until its set-points take
+    effect."""
 
     model: str  # module:name, or file.py:name or unit.fmu in the folder of the scene
     period: u.Duration  # of samples; of a unit of FMI its step
@@ -57,7 +59,7 @@ class ModelKeys(Base):
 
 
 class Process(Base):
-    """A process of a run: its nodes, and where it is started."""
+    """A process of a run: its nodes, and the host on which it is started."""
 
     nodes: Annotated[list[str], Field(min_length=1)]
     host: Literal["here", "remote"] = "here"
@@ -68,8 +70,8 @@ class Process(Base):
         return {"nodes": data} if isinstance(data, list) else data
 
 
-def placement_faults(source: Source, placement: Mapping[str, Process], nodes: Sequence[str]) -> list[Fault]:
-    """Return the faults of a placement: unknown nodes, and nodes placed twice."""
+def placement_faults(source: SourceText, placement: Mapping[str, Process], nodes: Sequence[str]) -> list[Fault]:
+    """Return the errors of a placement: unknown nodes, and nodes that are placed twice."""
     found, placed = list[Fault](), dict[str, str]()
     for process, hosting in placement.items():
         given = source.at(("placement", process))

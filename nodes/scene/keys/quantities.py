@@ -1,4 +1,4 @@
-"""The quantity at a path of a scene: its value, and the dimension by which the models of the keys read it."""
+"""The quantity at a path of a scene: its value, and the dimension with which the models of the keys read it."""
 
 from collections.abc import Callable, Mapping
 from typing import Annotated, Any, get_args, get_origin
@@ -16,7 +16,7 @@ Kind = Any  # annotation of a key, with its metadata
 
 
 def below(at: object, kind: Kind) -> dict[str | int, tuple[object, Kind]]:
-    """Return value and annotation of every element of a part of a scene, by key or number."""
+    """Return the value and annotation of every element of a part of a scene, by key or index."""
     if isinstance(at, BaseModel):
         fields = type(at).model_fields.items()
         found = {f.alias or written(name): (getattr(at, name), (f.annotation, *f.metadata)) for name, f in fields}
@@ -29,7 +29,7 @@ def below(at: object, kind: Kind) -> dict[str | int, tuple[object, Kind]]:
 
 
 def _parameters(at: BaseModel) -> dict[str | int, tuple[object, Kind]]:
-    """Return the parameters of a type that are quantities, or places and ranges of them."""
+    """Return the parameters of a machine type that are quantities, or places and ranges made of quantities."""
     found: dict[str | int, tuple[object, Kind]] = {}
     for key, text in getattr(at, "parameters", {}).items():
         values = [(value_of(x), dimension_of(x)) for x in (text if isinstance(text, list) else [text])]
@@ -43,13 +43,13 @@ def _parameters(at: BaseModel) -> dict[str | int, tuple[object, Kind]]:
 
 
 def quantity(kind: Kind) -> Quantity | None:
-    """Return the first quantity in an annotation, at any depth."""
+    """Return the first quantity found in an annotation, at any depth; None if there is none."""
     found: Quantity | None = _deep(kind, lambda each: each if isinstance(each, Quantity) else None)
     return found
 
 
 def found_at(scene: object, path: Path) -> tuple[object, Kind] | None:
-    """Return value and annotation at a path; None if there is none."""
+    """Return the value and annotation at a path; None if the path does not exist."""
     at, kind = scene, None
     for part in path:
         inside = below(at, kind)
@@ -60,7 +60,8 @@ def found_at(scene: object, path: Path) -> tuple[object, Kind] | None:
 
 
 def quantity_at(scene: BaseModel, path: Path) -> tuple[float, Quantity] | None:
-    """Return value (SI) and quantity at a path, of a place written as one number the first; None elsewhere."""
+    """Return the value in SI units and the quantity at a path; for a place written as one number its first coordinate;
+    None if there is no quantity."""
     at, kind = found_at(scene, path) or (None, None)
     if isinstance(at, tuple) and at:
         at = at[0]
@@ -71,7 +72,8 @@ def quantity_at(scene: BaseModel, path: Path) -> tuple[float, Quantity] | None:
 
 
 def uncertainty_faults(scene: BaseModel, stated: Mapping[Path, Stated], given: Mapping[Path, Path]) -> list[Fault]:
-    """Return the faults of stated uncertainties: not on a quantity, or invalid for it; `given`: as `Source.given`."""
+    """Return errors for stated uncertainties that are not on a quantity, or are invalid for it; `given`: see
+    `Source.given`."""
     faults, put = [], {written: at for at, written in given.items()}
     for path, each in stated.items():
         at = put.get(path, path)
@@ -86,7 +88,7 @@ def uncertainty_faults(scene: BaseModel, stated: Mapping[Path, Stated], given: M
 
 
 def _element(kind: Kind, n: int, i: int) -> Kind:
-    """Return the annotation of element i of n: its own in a tuple, else the common one."""
+    """Return the annotation of element i of n: in a tuple that of the element, else the common one."""
 
     def own(each: Kind) -> Kind | None:
         origin: object = get_origin(each)
@@ -97,7 +99,7 @@ def _element(kind: Kind, n: int, i: int) -> Kind:
 
 
 def _deep(kind: Kind, found: Callable[[Kind], Any]) -> Any:
-    """Return the first result of a function on an annotation or its parts."""
+    """Return the first result that a function finds for an annotation or one of its parts."""
     result = found(kind)
     if result is not None:
         return result

@@ -1,6 +1,6 @@
-"""The keys of a scene file, as frozen pydantic models: every key, its unit, its default.
+"""The keys of a scene file as frozen pydantic models: every key, its unit and its default.
 
-A key of several words is written with blanks in YAML (`may touch: ...`) and with underscores in Python.
+A key of several words is written with spaces in YAML (`may touch: ...`) and with underscores in Python.
 """
 
 from typing import Annotated, Any, Literal
@@ -41,14 +41,14 @@ OffLead = u.Swing | Literal["unknown"]
 
 
 class CraneKeys(Base):
-    """A crane of a type; all other keys are parameters of the type."""
+    """A crane of some type; all keys other than `type` are parameters of the type."""
 
     type: str  # a bundled one, or a file of yours
     parameters: dict[str, Any] = Field(default_factory=dict)  # which stand beside the type
 
 
 class Supports(Base):
-    """Supports under the block: the same places serve for either face."""
+    """Supports under the block; they are at the same places whichever face the block stands on."""
 
     height: u.Length
     at: Annotated[list[tuple[u.Length, u.Length]], Field(min_length=3)]
@@ -59,7 +59,8 @@ class Supports(Base):
 
 
 class Mesh(Base):
-    """A closed surface of triangles in a file .stl, .glb or .gltf, which gives the block's size and mass properties."""
+    """A closed surface of triangles in a file (.stl, .glb or .gltf), from which the block gets its size and mass
+    properties."""
 
     file: str
     unit: Literal["m", "cm", "mm"] = "m"  # of its places
@@ -68,7 +69,7 @@ class Mesh(Base):
 
 
 class Block(Base):
-    """The block: a box with lugs; `at`: centre of the box, `com`: centre of mass relative to it."""
+    """The block to be lifted, a box with lugs; `at`: centre of the box; `com`: centre of mass relative to it."""
 
     mass: u.Mass
     size: tuple[u.Extent, u.Extent, u.Extent]
@@ -90,8 +91,8 @@ class Block(Base):
 
 
 class FrameKeys(Base):
-    """A frame on a hook, such as a lifting beam on a hinge below the hook block, with its slings. All other keys are
-    parameters of its type."""
+    """A frame on a hook, such as a lifting beam on a hinge below the hook block, with its slings. All keys other than
+    these are parameters of its type."""
 
     type: str = BEAM_TYPE  # a bundled one, or a file of yours
     hook: str  # "west H1"
@@ -105,7 +106,7 @@ class FrameKeys(Base):
 
 
 class RopeLimit(Base):
-    """Limit of a rope at rest: a tension, or breaking force over a design factor."""
+    """Limit of the static tension of a rope: a tension, or the breaking force divided by a design factor."""
 
     tension: u.Force | None = None
     breaking: u.Force | None = None
@@ -121,7 +122,7 @@ class RopeLimit(Base):
 
 
 class LiftLimits(Base):
-    """Default limits of all machines; `unknown`: reported as not checked."""
+    """Default limits of all machines; the value `unknown` means that a limit is reported as not checked."""
 
     off_lead: OffLead = u.ANGLE.read("3 deg")  # of ropes that carry a load; assumed
     off_lead_along: OffLead | None = None  # along the rails, instead of off-lead
@@ -137,7 +138,7 @@ class LiftLimits(Base):
 
 
 class RigKeys(Base):
-    """What connects the machines: beams on hooks, slings to lugs; and names for groups of hooks."""
+    """The rig that connects the machines: beams on hooks, slings to lugs, and names for groups of hooks."""
 
     beams: dict[Name, FrameKeys]
     sling: SlingType = SlingType()
@@ -151,11 +152,12 @@ class FidelityKeys(keys_of(plan.Fidelity, "where")):  # type: ignore[misc]
 
 
 class FactorKeys(keys_of(f.Factors, "where")):  # type: ignore[misc]
-    """Factors between the static load and the load for which hooks, slings, shackles and lugs are chosen."""
+    """Factors that lead from the static load to the design load, for which hooks, slings, shackles and lugs are
+    chosen."""
 
 
 class Instance(Base):
-    """A scene as one of several lifts; further keys are merged over it, as with `extends`."""
+    """A scene that is one of several lifts in this scene; further keys are merged over it, as with `extends`."""
 
     model_config = ConfigDict(extra="allow")
     extends: str | None = None  # a file beside the scene, or a bundled one; left out: all its keys stand here
@@ -164,7 +166,7 @@ class Instance(Base):
 
 
 class Scene(Base):
-    """A scene file."""
+    """The keys of a scene file."""
 
     heavylift: Literal[1]
     name: Name
@@ -216,13 +218,13 @@ class Scene(Base):
         return {**({"block": self.block} if self.block else {}), **self.blocks}
 
     def put(self, name: str) -> tuple[Vector, Matrix]:
-        """Return where a block is put: its middle in the world [m], and its axes."""
+        """Return the place of a block at the start: its centre in the world frame [m], and its rotation matrix."""
         block = self.all_blocks[name]
         deck = self.vessels.get(block.on)
         return (deck.place(block.at), deck.attitude) if deck else (block.at, IDENTITY)
 
     @property
     def step_tolerance(self) -> float:
-        """Tolerance of a step, as written or from the accuracy."""
+        """Tolerance of an integration step, as given or derived from the accuracy."""
         wanted = self.accuracy or (USUAL if self.ask else OF_TENSIONS)
         return self.tolerance or min(wanted * plan.TOLERANCE_OF_ACCURACY, plan.LOOSEST)

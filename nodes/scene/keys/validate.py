@@ -1,8 +1,8 @@
-"""Validation of scene data by the pydantic models; pydantic's errors become sentences with their place in the text.
+"""Validation of scene data by the pydantic models, whose errors become sentences with their place in the text.
 
-pydantic reports all errors at once; here each gets its path in the file (without pydantic's own union tags), a plain
-sentence, and for an unknown key or word the nearest known one. `override` applies a setting, also to one number of a
-list that the scene leaves to its default.
+pydantic reports all errors together; here each error gets its path in the file (without pydantic's own union tags), a
+plain sentence and, for an unknown key or word, the nearest known one. `override` applies a setting, also to one number
+of a list that the scene leaves at its default.
 """
 
 from collections.abc import Iterator
@@ -19,7 +19,7 @@ from heavylift.nodes.scene.text.extending import alike
 from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.machine_types import expand, gather
 from heavylift.nodes.scene.text.parameters import arithmetic
-from heavylift.nodes.scene.text.source import Data, Fault, Path, Source, child, ordered, read
+from heavylift.nodes.scene.text.source import Data, Fault, Path, SourceText, child, ordered, read
 from heavylift.nodes.scene.text.tables import tabled
 from heavylift.nodes.scene.text.uncertainty import Stated, separated
 from heavylift.recordings.format.spellings import BEAMS
@@ -46,8 +46,9 @@ _PLAIN = {
 }
 
 
-def validate(source: Source) -> Scene | None:
-    """Return the validated scene with expanded machines, or None and faults in the source; data become nominal."""
+def validate(source: SourceText) -> Scene | None:
+    """Return the validated scene with expanded machines; if it is invalid, add errors to the source and return None.
+    Uncertain numbers in the source's data are replaced by their nominal values."""
     stated = uncertainties(source)
     if not (arithmetic(source) and expand(source)):
         return None
@@ -64,7 +65,7 @@ def validate(source: Source) -> Scene | None:
 
 
 def validated(text: str, name: str) -> Scene:
-    """Return the scene of a whole text; raises SceneError."""
+    """Return the scene of a complete text; raises SceneError if it is invalid."""
     source = read(text, name)
     scene = validate(source)
     raise_faults(source, source.faults)
@@ -72,9 +73,9 @@ def validated(text: str, name: str) -> Scene:
     return scene
 
 
-def uncertainties(source: Source) -> dict[Path, Stated]:
-    """Return the stated uncertainties of a scene by path; its data keep nominal values. Lifts side by side state their
-    own."""
+def uncertainties(source: SourceText) -> dict[Path, Stated]:
+    """Return the stated uncertainties of a scene by path, and replace the numbers by their nominal values. Instances
+    under `lifts` are not searched; each states its own uncertainties."""
 
     def is_text(path: Path) -> bool:
         inside = path[0] == "lifts" and path[2:3] not in (("at",), ("start",))
@@ -84,7 +85,7 @@ def uncertainties(source: Source) -> dict[Path, Stated]:
 
 
 def _reserved(scene: Scene) -> Iterator[Fault]:
-    """Yield the faults of machine or group names that are keywords or parts of a run."""
+    """Yield errors for names of machines or groups that are keywords or names of parts of a run."""
     named: dict[Path, str] = {("cranes", name): name for name in scene.cranes}
     named |= {("machines", name): name for name in scene.machines if name not in scene.cranes}
     if scene.rig:
@@ -102,11 +103,11 @@ def _reserved(scene: Scene) -> Iterator[Fault]:
 
 
 def _key_of_action(word: str) -> str:
-    """Return the action key most similar to a word; "" if there is none."""
+    """Return the key of an action that is most similar to a word; "" if none is."""
     return next(iter(get_close_matches(word.lower(), ("stage", "when", "timeout", "may touch", "wait"), 1, 0.75)), "")
 
 
-def _fault(source: Source, error: ErrorDetails) -> Fault:
+def _fault(source: SourceText, error: ErrorDetails) -> Fault:
     path, kind, given = _path(source.data, error["loc"]), str(error["type"]), error.get("input")
     context = error.get("ctx") or {}
     last = str(path[-1]) if path else ""
@@ -156,14 +157,14 @@ def _fault(source: Source, error: ErrorDetails) -> Fault:
 
 
 def _decimals(values: Data) -> str:
-    """Return a hint for a list with decimal commas: `[20,5 m, 16 m]` has three values."""
+    """Return a hint for a list with decimal commas: `[20,5 m, 16 m]` is read as three values."""
     each = values if isinstance(values, list) else []
     split = [(a, b) for a, b in pairwise(each) if isinstance(a, int) and isinstance(b, str) and b[:1].isdigit()]
     return f"a decimal has a point: write '{split[0][0]}.{split[0][1]}'" if split else ""
 
 
 def _path(data: Data, loc: tuple[str | int, ...]) -> Path:
-    """Return the path without pydantic's union tags; a missing last key stays."""
+    """Return the path of an error without pydantic's union tags; a last key that is missing in the data is kept."""
     path: list[str | int] = []
     at = data
     for depth, part in enumerate(loc):
@@ -180,7 +181,7 @@ def _path(data: Data, loc: tuple[str | int, ...]) -> Path:
 
 
 def _models(annotation: object) -> list[object]:
-    """Return the types of an annotation, without Annotated, None and unions."""
+    """Return the types in an annotation, without Annotated, None and unions."""
     origin = get_origin(annotation)
     if origin is Annotated:
         return _models(get_args(annotation)[0])
@@ -210,7 +211,7 @@ def _tags(model: object) -> tuple[object, ...]:
 
 
 def _at(loc: tuple[str | int, ...]) -> list[object]:
-    """Return the models and types possible at a location."""
+    """Return the models and types that are possible at a location."""
     return reduce(_down, loc, [Scene])
 
 
@@ -222,13 +223,14 @@ def _literals(loc: tuple[str | int, ...]) -> list[str]:
     return [str(word) for each in _at(loc) for word in get_args(each)]
 
 
-def override(source: Source, setting: str) -> None:
-    """Apply one setting `dotted.path=text` to the scene; its marks point into the setting."""
+def override(source: SourceText, setting: str) -> None:
+    """Apply one setting `dotted.path=text` to the scene; later errors point into the setting."""
     overlay.override(source, setting, default_list)
 
 
-def default_list(source: Source, path: Path) -> list[Data] | None:
-    """Return the default of a path that the scene does not set, if it is a list of numbers or words; else None."""
+def default_list(source: SourceText, path: Path) -> list[Data] | None:
+    """Return the default value of a path that the scene does not set, if it is a list of numbers or words; else
+    None."""
     trial = deepcopy(source)
     try:
         alike(trial)
@@ -243,7 +245,7 @@ def default_list(source: Source, path: Path) -> list[Data] | None:
 
 
 def listed(at: tuple[object, ...] | list[object], kind: object) -> list[Data] | None:
-    """Return a list as written in a scene; None unless it contains numbers or words."""
+    """Return a list in the form written in a scene; None unless it consists of numbers or words."""
     found = quantity(kind)
     si = next((unit for unit, factor in found.dimension.units.items() if factor == 1), "") if found else ""
     written: list[Data] = []

@@ -1,7 +1,7 @@
-"""The language of the action list.
+"""The language of orders and conditions in the action list.
 
-phrases      phrases to the right of `target:`, `when:`, ...; the quantities that conditions measure
-grammar      reads phrases, by `words`
+phrases      the grammar of phrases after `target:`, `when:`, ...; the quantities that conditions measure
+grammar      the parser of phrases, which reads them word by word with `words`
 """
 
 from heavylift.kernel.on_demand import face

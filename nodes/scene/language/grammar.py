@@ -1,6 +1,6 @@
-"""Reads the phrases of an action list; the grammar is documented in `phrases`.
+"""Parser for the phrases of an action list; `phrases` documents the grammar.
 
-A recursive-descent parser over one line; every error is a sentence with its column.
+It is a recursive-descent parser over one line; every error is a sentence with its column.
 """
 
 import re
@@ -35,19 +35,19 @@ Phrase = TypeVar("Phrase")
 
 
 def read_order(text: str) -> OrderPhrase:
-    """Return the order of a phrase; raises PhraseError."""
+    """Return the order that a phrase gives; raises PhraseError if it cannot be read."""
     return _whole(text, _order)
 
 
 def read_ramp(text: object, dimension: Dimension) -> float | SwingRamp:
-    """Return an acceleration, or a ramp without swing; raises ValueError."""
+    """Return an acceleration in SI units, or a ramp without swing; raises ValueError if the text cannot be read."""
     if not isinstance(text, str) or not {"one", "in"} & set(text.split()):
         return dimension.read(text)
     return _whole(text, lambda r: _ramp(r, dimension))
 
 
 def read_condition(text: str) -> ConditionPhrase:
-    """Return the condition of a phrase; raises PhraseError."""
+    """Return the condition that a phrase describes; raises PhraseError if it cannot be read."""
     return _whole(text, _condition)
 
 
@@ -240,7 +240,7 @@ def _crossing(r: PhraseReader) -> CrossTest:
 
 
 def _quantity(r: PhraseReader) -> str:
-    """Return the longest quantity name at this place."""
+    """Read and return the longest name of a quantity at the present place."""
     words = r.take(*{quantity.split()[0] for quantity in QUANTITIES})
     seconds = [quantity.split()[1] for quantity in QUANTITIES if quantity.startswith(f"{words} ")]
     more = r.take(*seconds) if words in QUANTITIES or not seconds else r.expect(*seconds, after=f"after '{words}'")
@@ -248,7 +248,7 @@ def _quantity(r: PhraseReader) -> str:
 
 
 def _names(r: PhraseReader) -> str:
-    """Return a name, one word or two ("west H1"), or a set of slings or ropes."""
+    """Read and return a name of one or two words ("west H1"), or a set of slings or ropes."""
     if r.take("all", "any") == "any":
         return "any " + r.expect("hook", "sling", after="after 'any'")
     names = [r.name("a name")] if r.next not in {"slings", "ropes"} else []

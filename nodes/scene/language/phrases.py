@@ -28,10 +28,10 @@ pulses would overlap, each has half of the acceleration.
 
 Moves `together` all stop when one of them is stopped. `to above [A, B]` ends with the ropes above the middle of these
 lugs, at the position of the block when the move begins. `level` hoists, then lowers these hooks until a block is level,
-or turned by an angle (as written, else that of the last turn), in the direction in which they are apart from the other
-hooks, also through spreaders and beams. `hold` stops a drive; then the brakes of its joint engage, if there are any. A
-winch with `hold height` hoists and lowers while its boom luffs by an order of the same action, so that its hook keeps
-its height.
+or at the given turn angle (by default that of the last turn), along the line from these hooks to the others; spreaders
+and beams in between are taken into account. `hold` stops a drive; then the brakes of its joint engage,
+if there are any. A winch with `hold height` hoists and lowers while its boom luffs by an order of the same action, so
+that its hook keeps its height.
 
 A block is `landed` on its supports, and `landed on` something (floor, obstacle, other block, a body with a contact)
 when it is within a millimetre of it.
@@ -39,7 +39,7 @@ when it is within a millimetre of it.
 A move stopped by an interlock or a limit switch is `stopped`, not done. With `any hook` or `any sling` an interlock
 watches each of them.
 
-`grammar` reads phrases. Names are resolved later, against the machines of the scene.
+`grammar` parses phrases. Names are resolved later, when the machines of the scene are known.
 """
 
 from dataclasses import dataclass
@@ -53,7 +53,7 @@ State = Literal["taut", "slack"]
 
 
 class PhraseError(ValueError):
-    """A phrase that cannot be read: the sentence, a hint, and the column in the phrase (from 0)."""
+    """Raised for a phrase that cannot be read: a sentence, a hint, and the column in the phrase, counted from 0."""
 
     def __init__(self, sentence: str, hint: str, column: int) -> None:
         super().__init__(sentence)
@@ -61,7 +61,7 @@ class PhraseError(ValueError):
 
 
 class SlingTest(Term, frozen=True):
-    """Slings or ropes of a set ("" for all; or one name) are taut or slack."""
+    """Condition: the slings or ropes of a set ("" is the set of all; or a single name) are taut or slack."""
 
     each: Literal["all", "any"]
     of: str
@@ -71,8 +71,8 @@ class SlingTest(Term, frozen=True):
 
 
 class GroundTest(Term, frozen=True):
-    """A block has left all supports, or closed all of one face; `of`: which block, `on`: another thing on which it
-    landed. Or the action list of a lift is done."""
+    """Condition: a block has left all its supports, or landed on all supports of one face, or the action list of a lift
+    is done. `of`: the block; `on`: another object on which it landed."""
 
     state: Literal["lifted", "landed", "done"]
     column: int
@@ -81,7 +81,8 @@ class GroundTest(Term, frozen=True):
 
 
 class CrossTest(Term, frozen=True):
-    """A measured quantity reaches a value [SI]; `turning`: written as an angle, `share`: in % of the rated value."""
+    """Condition: a measured quantity reaches a value [SI units]; `turning`: the value was written as an angle; `share`:
+    it was written in % of the rated value."""
 
     quantity: str
     of: str
@@ -98,7 +99,7 @@ ConditionPhrase: TypeAlias = tuple[Test, ...]  # all of these at once
 
 @dataclass(frozen=True)
 class SwingRamp:
-    """A ramp without residual swing: one pulse of a swing period, or two half a period apart."""
+    """A ramp that leaves no swing: one pulse that lasts a swing period, or two pulses half a period apart."""
 
     pulses: Literal[1, 2] = 1
     accel: float | None = None
@@ -106,9 +107,9 @@ class SwingRamp:
 
 @dataclass(frozen=True)
 class OrderPhrase:
-    """An order to an actor; the verb determines which values it has [SI].
+    """An order as it was written; the verb determines which of the values it has [SI units].
 
-    `turning`: the speed was written as that of an angle.  `lugs`: in the order of the target's slings.
+    `turning`: the speed was written as an angular speed. `lugs`: in the order of the target's slings.
     """
 
     verb: str
@@ -130,7 +131,8 @@ class OrderPhrase:
 
 @dataclass(frozen=True)
 class NamedQuantity:
-    """Dimension of a quantity, the number of names it needs ("some": one, or the block); `rated`: also in %."""
+    """A quantity in conditions: its dimension, the number of names that it needs ("some": one name, or none for the
+    block), and whether it may be given in % of the rated value."""
 
     dimension: Dimension
     of: Literal["none", "some", "one", "two"] = "one"

@@ -1,4 +1,4 @@
-"""The words of a phrase, read one after the other; errors have their place in the phrase."""
+"""Reader of the words in a phrase, one after the other; errors have their column in the phrase."""
 
 import re
 
@@ -17,7 +17,7 @@ _TOKEN = re.compile(r">=|<=|==|=|>|<|[\[\],]|[^\s\[\],<>=]+")
 
 
 class PhraseReader(Reader):
-    """The unread rest of a phrase."""
+    """The part of a phrase that has not been read yet."""
 
     def __init__(self, text: str) -> None:
         super().__init__(text)
@@ -30,7 +30,7 @@ class PhraseReader(Reader):
         return match[0] if match else ""
 
     def take(self, *words: str) -> str:
-        """Return and consume the next word if it is one of these, else return ''."""
+        """Read and return the next word if it is one of `words`; else return ""."""
         word = self.next
         if word not in words:
             return ""
@@ -52,7 +52,7 @@ class PhraseReader(Reader):
         return word
 
     def quantity(self, dimension: Dimension) -> float:
-        """Return and consume a number with a unit of this dimension."""
+        """Read a number with a unit of this dimension and return it in SI units."""
         found = next((x for form in (_PUNCTUATED, _KNOWN, _UNKNOWN) if (x := form.match(self.text, self.at))), None)
         text = found[0] if found else self.next
         if not text:
@@ -66,12 +66,12 @@ class PhraseReader(Reader):
 
     @property
     def turning(self) -> bool:
-        """Whether the next quantity has a unit of angle."""
+        """Whether the next quantity is written with a unit of angle."""
         return self._unit.startswith(("deg", "rad"))
 
     @property
     def share(self) -> bool:
-        """Whether the next quantity is in per cent."""
+        """Whether the next quantity is written in per cent."""
         return self._unit == "%"
 
     @property

@@ -1,4 +1,4 @@
-"""Arithmetic over parameters, as values of a scene or a machine type that begin with `=`: `=0.7 t/m*boom`.
+"""Arithmetic with parameters: values of a scene or a machine type that begin with `=`, such as `=0.7 t/m*boom`.
 
     sum      = product {("+" | "-") product}
     product  = factor {("*" | "/") factor}
@@ -6,8 +6,8 @@
     atom     = number [unit] | parameter ["." ("x" | "y" | "z")] | function "(" sum {"," sum} ")" | "(" sum ")"
     function = sqrt | sin | cos | tan | acos | asin | atan2 | min | max;  pi is a number
 
-Numbers are floats in SI units, operations happen in the order of the text, and functions round alike everywhere.  Each
-value carries the exponents of kg, m, s and rad: metres are never added to tonnes.
+Numbers are floats in SI units, operations are evaluated in the order of the text, and functions give the same bits
+everywhere. Each value carries the exponents of kg, m, s and rad, so metres are never added to tonnes.
 """
 
 import math
@@ -47,7 +47,7 @@ WORD = re.compile(r"[A-Za-z_]\w*(?:\s+[A-Za-z_]\w*)*(?:\.[xyz]\b)?")
 
 
 class ExpressionError(ValueError):
-    """An expression that cannot be read or computed; `column` in its text, from 0."""
+    """Raised for an expression that cannot be read or computed; `column`: place in its text, counted from 0."""
 
     def __init__(self, sentence: str, column: int = 0) -> None:
         super().__init__(sentence)
@@ -63,7 +63,7 @@ class Value:
 
 
 def value_of(text: object) -> Value | None:
-    """Return the value of a quantity of a scene, "42 m" or 8; None for anything else."""
+    """Return the value of a quantity written in a scene, such as "42 m" or 8; None for anything else."""
     if isinstance(text, bool) or not isinstance(text, str | int | float):
         return None
     if not isinstance(text, str):
@@ -76,13 +76,13 @@ def value_of(text: object) -> Value | None:
 
 
 def dimension_of(text: object) -> Dimension | None:
-    """Return the dimension of a quantity of a scene; None for anything else."""
+    """Return the dimension of a quantity written in a scene; None for anything else."""
     number, unit = number_and_unit(str(text))
     return next((d for d in DIMENSIONS if number and unit in d.units), None)
 
 
 def shown_as(value: Value) -> str | float:
-    """Return a value as written in a scene, exactly; raises ExpressionError if no unit fits."""
+    """Return a value exactly, in the form written in a scene; raises ExpressionError if no unit fits."""
     if not math.isfinite(value.number):
         raise ExpressionError("the result is no finite number")
     if value.exponents == PLAIN:
@@ -93,7 +93,8 @@ def shown_as(value: Value) -> str | float:
 
 
 def evaluated(text: str, lookup: Callable[[str], Value | None]) -> Value:
-    """Evaluate an expression without its `=`; `lookup` returns parameters; raises ExpressionError."""
+    """Evaluate an expression, given without its `=`; `lookup` returns the values of parameters. Raises ExpressionError
+    if that is impossible."""
     if len(text) > LONGEST:
         raise ExpressionError(f"an expression has at most {LONGEST} characters, this one has {len(text)}")
     reader = _Arithmetic(text, lookup)
@@ -104,7 +105,7 @@ def evaluated(text: str, lookup: Callable[[str], Value | None]) -> Value:
 
 
 class _Arithmetic(Reader):
-    """The unread rest of an expression."""
+    """The part of an expression that has not been read yet."""
 
     def __init__(self, text: str, lookup: Callable[[str], Value | None]) -> None:
         super().__init__(text)
@@ -165,7 +166,7 @@ class _Arithmetic(Reader):
         return value
 
     def _list(self, most: int) -> list[Value]:
-        """Return the values up to a closing bracket."""
+        """Return the values up to the closing bracket, at most `most` of them."""
         self.depth += 1
         if self.depth > DEEPEST:
             raise ExpressionError(f"brackets are nested deeper than {DEEPEST} levels", self.at)
@@ -200,7 +201,7 @@ class _Arithmetic(Reader):
         return self._turned(name, values[0], at)
 
     def _turned(self, name: str, value: Value, at: int) -> Value:
-        """Return the value of a function of angles, or of its inverse."""
+        """Return the value of a trigonometric function or of its inverse; `at`: its column in the text."""
         inverse = name in ("acos", "asin")
         if value.exponents not in ((PLAIN,) if inverse else (PLAIN, ANGLE)):
             needed = "a ratio" if inverse else "an angle"
@@ -228,7 +229,7 @@ def _times(a: Exponents, b: Exponents, sign: int) -> Exponents:
 
 @cache
 def _exponents(unit: str) -> Exponents:
-    """Return the dimension of a unit as exponents: "kN m/rad" is kg m2 / s2 / rad."""
+    """Return the dimension of a unit as exponents; "kN m/rad" is kg m2 / s2 / rad."""
     over, *under = unit.split("/")
     found = PLAIN
     for part, sign in ((over, 1), *((each, -1) for each in under)):
@@ -241,7 +242,7 @@ def _exponents(unit: str) -> Exponents:
 
 @cache
 def _units() -> Mapping[Exponents, str]:
-    """Return the SI unit of each dimension."""
+    """Return the SI unit for each dimension."""
     found: dict[Exponents, str] = {}
     for dimension in DIMENSIONS:
         for unit, factor in dimension.units.items():
@@ -251,7 +252,7 @@ def _units() -> Mapping[Exponents, str]:
 
 
 def _named(exponents: Exponents) -> str:
-    """Return the unit of a dimension in words, for error messages."""
+    """Return the unit of a dimension in words, for use in error messages."""
     if exponents == PLAIN:
         return "numbers"
     if exponents in _units():

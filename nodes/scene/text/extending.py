@@ -1,6 +1,7 @@
-"""Scenes that extend others: the text of a scene merged over those that it extends, and entries that are like others.
+"""Scenes that extend others: the data of a scene are merged over those of the scene that it extends. Entries that are
+`like` others.
 
-Such an entry has only the differences: `two: {like: one, hook: west H2, lugs: [A3, A4]}`.
+An entry with `like` contains only the differences: `two: {like: one, hook: west H2, lugs: [A3, A4]}`.
 """
 
 from collections.abc import Iterator
@@ -10,7 +11,7 @@ from pathlib import Path as FilePath
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.files import scene_text, within
-from heavylift.nodes.scene.text.source import Data, Path, Source, read
+from heavylift.nodes.scene.text.source import Data, Path, SourceText, read
 from heavylift.nodes.scenes import bundled
 from heavylift.recordings.format.spellings import BEAMS
 
@@ -24,13 +25,14 @@ SECTIONS: tuple[Path, ...] = (
 )  # whose entries may be like others
 
 
-def extended(path: FilePath, name: str, text: str, root: FilePath, above: tuple[FilePath, ...] = ()) -> Source:
-    """Return the data of a file merged over the file that it extends, which is within the folder `root` or bundled."""
+def extended(path: FilePath, name: str, text: str, root: FilePath, above: tuple[FilePath, ...] = ()) -> SourceText:
+    """Return the data of a file merged over the file that it extends, which must be in the folder `root` or bundled
+    with heavylift."""
     return over(read(text, name, root), path, root, above)
 
 
-def over(source: Source, path: FilePath, root: FilePath, above: tuple[FilePath, ...] = ()) -> Source:
-    """Return data merged over the file that they extend."""
+def over(source: SourceText, path: FilePath, root: FilePath, above: tuple[FilePath, ...] = ()) -> SourceText:
+    """Return the data of a source merged over the file that they extend."""
     base = source.data.pop("extends", None)
     if base is None:
         return source
@@ -59,8 +61,8 @@ def over(source: Source, path: FilePath, root: FilePath, above: tuple[FilePath, 
     return merged(under, source)
 
 
-def alike(source: Source) -> None:
-    """Fill in the keys that entries with `like` omit, from the entry that they name; faults are added to those of the
+def alike(source: SourceText) -> None:
+    """Fill in the keys that entries with `like` omit, from the entry that they name; errors are added to those of the
     source."""
     for section in SECTIONS:
         entries = source.at(section)
@@ -69,7 +71,7 @@ def alike(source: Source) -> None:
                 _like(source, section, entries, name, ())
 
 
-def _like(source: Source, section: Path, entries: dict[str, Data], name: str, above: tuple[str, ...]) -> None:
+def _like(source: SourceText, section: Path, entries: dict[str, Data], name: str, above: tuple[str, ...]) -> None:
     own, path = entries.get(name), (*section, name)
     if not isinstance(own, dict) or LIKE not in own:
         return
@@ -84,8 +86,8 @@ def _like(source: Source, section: Path, entries: dict[str, Data], name: str, ab
     del own[LIKE]
 
 
-def _copy(source: Source, theirs: Data, there: Path, own: dict[str, Data], here: Path) -> None:
-    """Copy the keys that an entry omits, with their marks."""
+def _copy(source: SourceText, theirs: Data, there: Path, own: dict[str, Data], here: Path) -> None:
+    """Copy the keys that an entry omits, with their places in the text."""
     for key, value in theirs.items() if isinstance(theirs, dict) else ():
         mine = own.get(key)
         if isinstance(mine, dict) and isinstance(value, dict):
@@ -97,10 +99,11 @@ def _copy(source: Source, theirs: Data, there: Path, own: dict[str, Data], here:
                 marks |= {(*here, *at[n - 1 :]): mark for at, mark in marks.items() if at[:n] == (*there, key)}
 
 
-def merged(below: Source, above: Source) -> Source:
-    """Return a scene or type with another one merged over it: mappings key by key, lists and values are replaced."""
+def merged(below: SourceText, above: SourceText) -> SourceText:
+    """Return a scene or type with another one merged over it: mappings are merged key by key, lists and values are
+    replaced."""
     keys, values = dict(below.keys), dict(below.values)
-    found = Source(
+    found = SourceText(
         above.name, below.data, keys, values, below.faults + above.faults, {}, above.root, below.files + above.files
     )
     laid = _overlay(found, above, below.data, above.data, ())
@@ -109,7 +112,7 @@ def merged(below: Source, above: Source) -> Source:
     return found
 
 
-def _overlay(merged: Source, upper: Source, below: Data, above: Data, path: Path) -> Data:
+def _overlay(merged: SourceText, upper: SourceText, below: Data, above: Data, path: Path) -> Data:
     if isinstance(below, dict) and isinstance(above, dict):
         joined = dict(below)
         for key, value in above.items():
@@ -123,15 +126,15 @@ def _overlay(merged: Source, upper: Source, below: Data, above: Data, path: Path
     return above
 
 
-def _take(merged: Source, upper: Source, path: Path) -> None:
+def _take(merged: SourceText, upper: SourceText, path: Path) -> None:
     if path in upper.values:
         merged.values[path] = upper.values[path]
     if path in upper.keys:
         merged.keys[path] = upper.keys[path]
 
 
-def forget(source: Source, path: Path, value: Data) -> None:
-    """Drop the marks of a value and of all values in it."""
+def forget(source: SourceText, path: Path, value: Data) -> None:
+    """Delete the recorded places of a value and of all values in it."""
     for found in _paths(value, path):
         source.keys.pop(found, None)
         source.values.pop(found, None)

@@ -1,21 +1,21 @@
-"""Errors of a scene, in a format that editors can jump to: `file:line:col: error: path: sentence`.
+"""Error messages of a scene in a format that editors can jump to: `file:line:col: error: path: sentence`.
 
-Below each is the source line with a caret and, if a name is close to a known one, a did-you-mean. All errors of a scene
-are reported at once, in the order of the text.
+Below each message is the source line with a caret and, if a name is similar to a known one, a suggestion. All errors of
+a scene are reported together, in the order of the text.
 """
 
 from collections.abc import Iterable
 
 from heavylift.kernel.errors import PlacedFault, SceneError, closest as closest
 
-from .source import Fault, Mark, Path, Source, shown
+from .source import Fault, Mark, Path, SourceText, shown
 
 MOST = 200  # errors that are reported at once
 WIDEST = 400  # characters of a line that are shown
 
 
-def raise_faults(source: Source, faults: Iterable[Fault]) -> None:
-    """Raise one SceneError with the text of all faults, if there are any."""
+def raise_faults(source: SourceText, faults: Iterable[Fault]) -> None:
+    """Raise one SceneError with the text of all faults (errors with their places), if there are any."""
     marked = sorted(((_mark(source, fault), fault) for fault in faults), key=lambda x: _order(source, x[0]))
     texts = list(dict.fromkeys(_text(mark, fault, source.written(fault.path)) for mark, fault in marked[:MOST]))
     if texts:
@@ -26,17 +26,17 @@ def raise_faults(source: Source, faults: Iterable[Fault]) -> None:
         raise error
 
 
-def _placed(source: Source, mark: Mark, fault: Fault) -> PlacedFault:
+def _placed(source: SourceText, mark: Mark, fault: Fault) -> PlacedFault:
     path = shown(source.written(fault.path))
     return PlacedFault(mark.file, mark.line, mark.column, path, fault.sentence, fault.hint)
 
 
-def _mark(source: Source, fault: Fault) -> Mark:
+def _mark(source: SourceText, fault: Fault) -> Mark:
     found = fault.mark or source.mark(fault.path, on_key=fault.on_key)
     return Mark(found.file, found.line, found.column + fault.column, found.text)
 
 
-def _order(source: Source, mark: Mark) -> tuple[bool, str, int, int]:
+def _order(source: SourceText, mark: Mark) -> tuple[bool, str, int, int]:
     return (mark.file != source.name, mark.file, mark.line, mark.column)
 
 

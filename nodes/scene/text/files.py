@@ -1,6 +1,6 @@
-"""Files of a scene: its own or a bundled one, and safe reading of files.
+"""The files of a scene, its own or a bundled one, and safe reading of files.
 
-Only regular files of bounded size are read; files that a scene refers to must be in its own folder.
+Only regular files of limited size are read; files that a scene refers to must be in its own folder.
 """
 
 import hashlib
@@ -20,7 +20,8 @@ _named: ContextVar[dict[str, str] | None] = ContextVar("_named", default=None)
 
 
 def content(path: Path, most: int = LARGEST) -> bytes:
-    """Read a file; raises OSError, with a sentence as `strerror`, if it is not a regular file or too large."""
+    """Return the content of a file; raises OSError, with a sentence as `strerror`, if it is not a regular file or
+    larger than `most` bytes."""
     with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
         if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
             raise OSError(0, "it is a pipe or a device, no file")
@@ -31,7 +32,8 @@ def content(path: Path, most: int = LARGEST) -> bytes:
 
 
 def within(root: Path, path: Path) -> Path:
-    """Return a resolved path; raises ValueError if it is outside the folder `root` or cannot be printed."""
+    """Return a path, resolved; raises ValueError if it is outside the folder `root` or has characters that cannot be
+    printed."""
     try:
         found = path.resolve()
         if found.is_relative_to(root.resolve()):
@@ -45,8 +47,8 @@ def within(root: Path, path: Path) -> Path:
 
 @contextmanager
 def files_read() -> Iterator[dict[str, str]]:
-    """Yield a dict that collects the files read by scenes within this context, each with its state before it was
-    read."""
+    """Yield a dict that collects the files read by scenes within this context, each with a text that describes its
+    state before it was read."""
     named: dict[str, str] = {}
     token = _named.set(named)
     try:
@@ -56,7 +58,7 @@ def files_read() -> Iterator[dict[str, str]]:
 
 
 def state(path: str) -> str:
-    """Return a text that changes whenever the content of a file does; "" if there is no file."""
+    """Return a text that changes whenever the content of a file changes; "" if there is no file."""
     try:
         return hashlib.sha256(Path(path).read_bytes()).hexdigest() if Path(path).is_file() else ""
     except OSError:
@@ -64,7 +66,7 @@ def state(path: str) -> str:
 
 
 def scene_file(scene: str) -> Path:
-    """Return the file at a path, or that of a bundled scene; raises SceneError if there is neither."""
+    """Return the scene file at a path, or the bundled scene with this name; raises SceneError if there is neither."""
     path = Path(scene)
     known = bundled()
     if path.is_file() or scene not in known:
@@ -76,7 +78,8 @@ def scene_file(scene: str) -> Path:
 
 
 def scene_text(path: Path, name: str) -> str:
-    """Read a scene file; raises SceneError if that fails, for example for a recording."""
+    """Return the text of a scene file; raises SceneError if it cannot be read, for example because it is a
+    recording."""
     try:
         return content(path).decode("utf-8")
     except FileNotFoundError:

@@ -1,4 +1,4 @@
-"""Machine types as data: a file of bodies, joints, drives and hooks over parameters that a scene may override.
+"""Machine types as data: a file of bodies, joints, drives and hooks, with parameters that a scene may override.
 
     gather(source)     reads type files in the scene's own folder into its data, under `types`
     expand(source)     expands each crane of a scene by its type and parameters, under `machines`, and
@@ -6,8 +6,8 @@
     library(), frames()  the type files that come with heavylift, by name
 
 A value that begins with `=` is arithmetic over parameters (`expressions`); it becomes a quantity in SI units. Names of
-parts get the name of the crane as prefix: `boom` of `west` is `west.boom`. Marks are kept, so that a fault names the
-line of the type file, or that of the scene if a parameter is overridden.
+parts get the name of the crane as prefix: `boom` of `west` is `west.boom`. The places of
+values are kept, so that an error names the line of the type file, or of the scene if a parameter is overridden.
 """
 
 from copy import deepcopy
@@ -22,7 +22,7 @@ from heavylift.recordings.format.spellings import BEAM_TYPE, BEAMS, GIRDERS, old
 from .extending import merged
 from .faults import closest, raise_faults
 from .files import content, within
-from .source import Data, Path, Source, read
+from .source import Data, Path, SourceText, read
 from .tables import charted
 from .type_expansion import Expansion, MachineType
 
@@ -41,7 +41,7 @@ def frames() -> dict[str, FilePath]:
 
 @lru_cache(maxsize=64)
 def machine_type(name: str, frame: bool = False) -> MachineType:
-    """Return a bundled type of a crane or frame; raises SceneError for an unknown one."""
+    """Return a bundled type of a crane or frame; raises SceneError if there is none with this name."""
     known = frames() if frame else library()
     if name not in known:
         raise SceneError(f"there is no machine type '{name}': {closest(name, known)}")
@@ -51,7 +51,7 @@ def machine_type(name: str, frame: bool = False) -> MachineType:
 
 
 def extending(kind: MachineType) -> MachineType:
-    """Return a type merged over the bundled type that it extends, if it extends one."""
+    """Return a type merged over the bundled type that it extends; a type that extends none is returned unchanged."""
     old = old_type(kind.source.data)
     base = kind.data.get("extends")
     if not isinstance(base, str):
@@ -63,8 +63,8 @@ def extending(kind: MachineType) -> MachineType:
     return MachineType(kind.name, merged(below, kind.source))
 
 
-def gather(source: Source) -> None:
-    """Read the type files to which a scene refers by path, with their marks."""
+def gather(source: SourceText) -> None:
+    """Read the type files to which a scene refers by path, with the places of their values."""
     own = source.data.get("types")
     types = dict(own) if isinstance(own, dict) else {}
     named = {str(entry.get("type")): at for at, entry in reversed([*_cranes(source), *_frames(source)])}
@@ -88,9 +88,9 @@ def gather(source: Source) -> None:
     charted(source)
 
 
-def expand(source: Source) -> bool:
-    """Replace each crane by the parts of its type; faults are added to those of the source. Returns whether the data
-    can be read further: whether all expressions have a result."""
+def expand(source: SourceText) -> bool:
+    """Replace each crane by the parts of its type; errors are added to those of the source. Return whether all
+    expressions have a result, without which the data cannot be read further."""
     computed = True
     own = source.data.pop("types", {})
     inline = own if isinstance(own, dict) else {}
@@ -130,8 +130,8 @@ def expand(source: Source) -> bool:
     return computed
 
 
-def _modern(source: Source, base: Path) -> None:
-    """Move parts in former spellings to their present places; their marks stay."""
+def _modern(source: SourceText, base: Path) -> None:
+    """Move parts that use former spellings to their present keys; their recorded places in the text stay."""
     parts: Any = source.at(base)
     for old, new in [*old_parts(parts)] if isinstance(parts, dict) else ():
         where: Path = (*base, *old)
@@ -145,21 +145,21 @@ def _modern(source: Source, base: Path) -> None:
         del parts[GIRDERS]
 
 
-def _inline(source: Source, name: str, data: Data) -> MachineType:
-    """Return a type defined in the scene itself."""
+def _inline(source: SourceText, name: str, data: Data) -> MachineType:
+    """Return a type that is defined in the scene itself."""
     at: Path = ("types", name)
     keys, values = (
         {path[2:]: mark for path, mark in some.items() if path[:2] == at} for some in (source.keys, source.values)
     )
-    return extending(MachineType(name, Source(name, data if isinstance(data, dict) else {}, keys, values)))
+    return extending(MachineType(name, SourceText(name, data if isinstance(data, dict) else {}, keys, values)))
 
 
-def _cranes(source: Source) -> list[tuple[Path, dict[str, Data]]]:
+def _cranes(source: SourceText) -> list[tuple[Path, dict[str, Data]]]:
     cranes = source.data.get("cranes")
     return [(("cranes", n), c) for n, c in cranes.items() if isinstance(c, dict)] if isinstance(cranes, dict) else []
 
 
-def _frames(source: Source) -> list[tuple[Path, dict[str, Data]]]:
+def _frames(source: SourceText) -> list[tuple[Path, dict[str, Data]]]:
     rig = source.data.get("rig")
     beams = rig.get(BEAMS) if isinstance(rig, dict) else None
     return [(("rig", BEAMS, n), b) for n, b in beams.items() if isinstance(b, dict)] if isinstance(beams, dict) else []

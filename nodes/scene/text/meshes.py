@@ -1,4 +1,4 @@
-"""Shapes of blocks from files beside a scene: STL or glTF (.stl, .glb, .gltf), closed surfaces of triangles.
+"""Shapes of blocks from files in the scene's folder: STL or glTF (.stl, .glb, .gltf), closed surfaces of triangles.
 
     block: {shape: hull.stl, mass: 320 t, ...}      or {shape: {file: hull.stl, unit: mm, density: 400 kg/m3}, ...}
 
@@ -19,7 +19,7 @@ from heavylift.kernel.errors import SceneError, extra
 
 from .faults import raise_faults
 from .files import content, within
-from .source import Data, Path, Source
+from .source import Data, Path, SourceText
 from .units import DENSITY, LENGTH, MASS
 
 LARGEST = 1 << 25  # of a file [bytes]
@@ -38,15 +38,16 @@ Triangle = tuple[Vector, Vector, Vector]
 
 @dataclass(frozen=True)
 class MeshProperties:
-    """Volume [m3], centroid [m], and Ixx, Iyy, Izz, Ixy, Ixz, Iyz about it for density 1 [m5]."""
+    """Volume [m3] of a shape, its centroid [m], and Ixx, Iyy, Izz, Ixy, Ixz, Iyz about the centroid for density 1
+    [m5]."""
 
     volume: float
     middle: Vector
     moments: tuple[float, ...]
 
 
-def shaped(source: Source) -> None:
-    """Set the keys of each block that follow from its `shape`; raises SceneError if that is impossible."""
+def shaped(source: SourceText) -> None:
+    """Set the keys of each block that follow from its `shape`; raises SceneError if the shape cannot be used."""
     several = source.data.get("blocks")
     for base in (("block",), *(("blocks", name) for name in (several if isinstance(several, dict) else ()))):
         block = source.at(base)
@@ -58,7 +59,7 @@ def shaped(source: Source) -> None:
                 raise_faults(source, source.faults)
 
 
-def _put(source: Source, base: Path, block: dict[str, Data]) -> None:
+def _put(source: SourceText, base: Path, block: dict[str, Data]) -> None:
     given = block["shape"]
     shape: dict[str, Data] = dict(given) if isinstance(given, dict) else {"file": given}
     file, unit = shape.get("file"), str(shape.get("unit", "m"))
@@ -96,7 +97,8 @@ def _lengths(values: Sequence[float]) -> list[Data]:
 
 
 def _check_size(file: str, size: Sequence[float], given: Data) -> None:
-    """Raise SceneError for a shape whose size does not fit that of the block, such as one in another unit."""
+    """Raise SceneError if the size of a shape does not fit that of the block, for example because it is in another
+    unit."""
     if isinstance(given, list):
         wanted = [LENGTH.read(x) for x in given]
         if any(abs(a - b) > SAME * b for a, b in zip(size, wanted, strict=True)):
@@ -110,8 +112,9 @@ def _check_size(file: str, size: Sequence[float], given: Data) -> None:
         )
 
 
-def _read(source: Source, file: str) -> list[Triangle]:
-    """Return the triangles of a file, outward, z up; raises SceneError unless they form a closed surface."""
+def _read(source: SourceText, file: str) -> list[Triangle]:
+    """Return the triangles of a file, oriented outwards, with z upwards; raises SceneError unless they form a closed
+    surface."""
     kind = file.rpartition(".")[2].lower()
     if kind not in ("stl", *YUP):
         raise SceneError(f"'{file}' is no .stl, .glb or .gltf file")
@@ -144,7 +147,7 @@ def _read(source: Source, file: str) -> list[Triangle]:
 
 
 def _why(kind: str, data: bytes) -> str:
-    """Return why a file has no readable triangles, and the remedy."""
+    """Return the reason why a file has no readable triangles, with the remedy."""
     if not data:
         return "it is empty; write it anew from the program that it was drawn in"
     if kind in YUP and any(word in data for word in COMPRESSED):
@@ -157,7 +160,7 @@ def _why(kind: str, data: bytes) -> str:
 
 
 def _up(p: Vector, kind: str) -> Vector:
-    """Return a position with z upwards."""
+    """Return a position converted to z upwards from the axes of the file format `kind`."""
     x, y, z = p
     return (x, -z, y) if kind in YUP else (x, y, z)
 
@@ -176,7 +179,7 @@ def _bounds(triangles: Sequence[Sequence[Vector]]) -> tuple[list[float], list[fl
 
 
 def solid(triangles: Sequence[Triangle]) -> MeshProperties:
-    """Return the mass properties of the inside of a closed surface, of density 1."""
+    """Return the mass properties of the volume inside a closed surface, for density 1."""
     signed = [(_determinant(a, b, c), a, b, c) for a, b, c in triangles]
     volume = fsum(d for d, *_ in signed) / 6.0
     sums = [[p[i] + q[i] + r[i] for i in range(3)] for _, p, q, r in signed]
@@ -200,7 +203,7 @@ def _determinant(a: Vector, b: Vector, c: Vector) -> float:
 
 
 def slices(triangles: Sequence[Triangle], n: int) -> Iterator[tuple[list[float], list[float]]]:
-    """Yield boxes, centre and edges [m], that enclose a surface: n slices along its longest edge."""
+    """Yield n boxes, as (centre, edges) [m], that enclose a surface in slices along its longest edge."""
     low, high = _bounds(triangles)
     along = max(range(3), key=lambda i: high[i] - low[i])
     step = (high[along] - low[along]) / n
@@ -217,7 +220,7 @@ def slices(triangles: Sequence[Triangle], n: int) -> Iterator[tuple[list[float],
 
 
 def _cut(triangle: Triangle, axis: int, low: float, high: float) -> Iterator[Vector]:
-    """Yield the corners of a triangle between two planes, and its intersections with them."""
+    """Yield the corners of a triangle that lie between two planes, and its intersections with the planes."""
     for a, b in zip(triangle, (*triangle[1:], triangle[0]), strict=True):
         if low <= a[axis] <= high:
             yield a

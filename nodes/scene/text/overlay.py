@@ -1,8 +1,8 @@
-"""Settings of the command line, applied to the data of a scene.
+"""Settings from the command line, applied to the data of a scene.
 
 A path is written as in error messages: `cranes.west.at`, `actions[2].all hooks`, or, for a part made by a type,
 `machines.jib.hooks.jib.main.speed`. In addition, `block.com.x` is the first coordinate of a place, `stage up/all hooks`
-a key of the action with that stage, and `stage up/all hooks/by` the quantity behind the word `by` of an order.
+is a key of the action with that stage, and `stage up/all hooks/by` is the quantity after the word `by` in an order.
 """
 
 import re
@@ -12,7 +12,7 @@ from copy import deepcopy
 from .extending import forget
 from .faults import closest
 from .machine_types import expand
-from .source import DEEPEST, Data, Mark, Path, Source, child, read
+from .source import DEEPEST, Data, Mark, Path, SourceText, child, read
 from .spelling import NUMBER
 
 AXES = {"x": 0, "y": 1, "z": 2}
@@ -20,9 +20,9 @@ STAGE = re.compile(r"\s*stage\s+([^/]+?)\s*/\s*(.+)")
 PART = re.compile(r"[^./\[\]]+")
 
 
-def override(source: Source, setting: str, default: Callable[[Source, Path], list[Data] | None]) -> None:
-    """Apply one setting `dotted.path=text` to the scene; its marks point into the setting. `default`: returns the list
-    at a path that the scene does not set."""
+def override(source: SourceText, setting: str, default: Callable[[SourceText, Path], list[Data] | None]) -> None:
+    """Apply one setting `dotted.path=text` to the scene; later errors point into the setting. `default` returns the
+    list at a path that the scene does not set."""
     dotted, equals, text = setting.partition("=")
     file = "--set"
     path = path_in(source, dotted)
@@ -82,8 +82,8 @@ def override(source: Source, setting: str, default: Callable[[Source, Path], lis
             source.values[(*path, *below_path[1:])] = mark
 
 
-def path_in(source: Source, text: str) -> Path:
-    """Return the path in the data of a scene that a user has written."""
+def path_in(source: SourceText, text: str) -> Path:
+    """Return the path in the data of a scene that a text written by a user means."""
     path: list[str | int] = []
     if (named := STAGE.fullmatch(text)) and named[1] in (stages := _stages(source)):
         path, text = ["actions", stages.index(named[1])], named[2]
@@ -97,27 +97,27 @@ def path_in(source: Source, text: str) -> Path:
     return tuple(path)
 
 
-def made(source: Source) -> Source:
-    """Return a copy of a scene's data with expanded machines."""
+def made(source: SourceText) -> SourceText:
+    """Return a copy of a scene's data in which machines are expanded to their parts."""
     copy = deepcopy(source)
     expand(copy)
     return copy
 
 
 def parts(text: str) -> list[str]:
-    """Return the keys and numbers of a path that a user has written."""
+    """Return the keys and indices in a path that a user has written."""
     return [word.strip() for word in PART.findall(text)]
 
 
 def next_key(words: list[str], known: Container[object]) -> str:
-    """Remove and return the next key of a path: the longest known one, which may contain dots, else one word."""
+    """Remove and return the next key of a path: the longest known key, which may contain dots, or else one word."""
     n = next((n for n in range(len(words), 1, -1) if ".".join(words[:n]) in known), 1)
     key, words[:] = ".".join(words[:n]), words[n:]
     return key
 
 
-def _stages(source: Source) -> list[str]:
-    """Return the stage of each action, "" for one without."""
+def _stages(source: SourceText) -> list[str]:
+    """Return the name of the stage of each action; "" for an action without one."""
     actions = source.data.get("actions")
     return [
         str(action.get("stage", "")) if isinstance(action, dict) else ""
@@ -126,6 +126,6 @@ def _stages(source: Source) -> list[str]:
 
 
 def _said(phrase: str, word: str, text: str) -> str:
-    """Return the phrase with another quantity after a word; "" if the word is not in it."""
+    """Return the phrase with the quantity after `word` replaced by `text`; "" if the word is not in it."""
     found, count = re.subn(rf"(\b{re.escape(word)}\s+){NUMBER}\s*[^\s\d]*", lambda m: m[1] + text, phrase, count=1)
     return found if count else ""

@@ -1,15 +1,15 @@
-"""Named values of a scene or machine type, which may be expressions of one another, and the values `=...` over them."""
+"""Named values of a scene or machine type, which may be expressions of one another, and values `=...` that use them."""
 
 from collections.abc import Mapping
 
 from .expressions import ExpressionError, Value, evaluated, shown_as, value_of
-from .source import Data, Path, Source, mapped
+from .source import Data, Path, SourceText, mapped
 
 AXES = {"x": 0, "y": 1, "z": 2}
 
 
 class Parameters:
-    """Named values, which may be expressions of one another; the values `given` override some of them."""
+    """Named values, which may be expressions of one another; the values in `given` override some of them."""
 
     def __init__(self, values: Mapping[str, Data], given: Mapping[str, Data]) -> None:
         self.values, self.given = values, given
@@ -17,11 +17,12 @@ class Parameters:
         self._busy: list[str] = []
 
     def raw(self, name: str) -> Data:
-        """Return a parameter as it is written."""
+        """Return the value of a parameter as it is written."""
         return self.given.get(name, self.values[name])
 
     def computed(self, text: str) -> Data:
-        """Return the result of an expression without its `=`; a parameter that is not a number is returned as it is."""
+        """Return the result of an expression, given without its `=`; a parameter that is not a number is returned
+        unchanged."""
         name = " ".join(text.split())
         if name in self.values:
             raw = self.raw(name)
@@ -48,9 +49,9 @@ class Parameters:
         return self._known[word]
 
 
-def arithmetic(source: Source) -> bool:
-    """Replace each value `=...` of a scene by its result, over the scene's `parameters`; machine types have their own.
-    Returns whether all have a result; faults are added to those of the source."""
+def arithmetic(source: SourceText) -> bool:
+    """Replace each value `=...` in a scene by its result, computed with the scene's `parameters`; machine types have
+    their own. Return whether all have a result; errors are added to those of the source."""
     named = source.data.get("parameters")
     parameters, done = Parameters(named if isinstance(named, dict) else {}, {}), True
 

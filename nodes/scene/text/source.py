@@ -1,9 +1,10 @@
-"""The text of a scene with the place of every key and every value.
+"""The data of a scene with the place in the text of every key and every value.
 
-YAML 1.2 by ruamel's composer: the nodes are converted once into plain data, and each path of that data gets the mark
-(file, line, column) of its key and of its value, so that any later error can point at the text that the user wrote.
-`extends: other.yaml` merges mappings key by key (lists and values are replaced); marks keep their own file. `<<: *name`
-merges the mapping of an anchor below another mapping. The order of keys has no meaning: `ordered` sorts them by name.
+YAML 1.2 is parsed by ruamel's composer: its nodes are converted once into plain data, and each path in the data gets a
+mark (file, line, column) for its key and one for its value, so that any later error can point at the text that the user
+wrote. `extends: other.yaml` merges mappings key by key (lists and values are replaced); marks keep their own file. `<<:
+*name` merges the mapping of an anchor under another mapping. The order of keys has no meaning: `ordered` sorts them by
+name.
 """
 
 import warnings
@@ -45,7 +46,7 @@ class Mark:
 
 @dataclass(frozen=True)
 class Fault:
-    """A fault at a path of the data; `column` shifts the caret into the value."""
+    """An error at a path in the data of a scene; `column` shifts the caret into the value."""
 
     path: Path
     sentence: str
@@ -56,8 +57,9 @@ class Fault:
 
 
 @dataclass
-class Source:
-    """Plain data of a scene with the marks of keys and values."""
+class SourceText:
+    """The plain data of a scene, with the marks (places in the text) of its keys and values, and the faults (errors)
+    found so far."""
 
     name: str
     data: dict[str, Data] = field(default_factory=dict)
@@ -73,23 +75,24 @@ class Source:
     def fault(
         self, path: Path, text: str, hint: str = "", *, on_key: bool = False, column: int = 0, mark: Mark | None = None
     ) -> None:
-        """Add a fault at a path."""
+        """Add an error at a path."""
         self.faults.append(Fault(path, text, hint, on_key, column, mark))
 
     def at(self, path: Path) -> Data:
-        """Return the raw value at a path, or None."""
+        """Return the value at a path as it was read; None if there is none."""
         found: Data = self.data
         for part in path:
             found = child(found, part)
         return found
 
     def written(self, path: Path) -> Path:
-        """Return the path at which the scene writes a value: that of a parameter of a type, or the path itself."""
+        """Return the path under which the scene writes a value: that of the parameter from which a type computes the
+        value, or the path itself."""
         tops = (n for n in range(len(path), 0, -1) if path[:n] in self.given) if self.given else ()
         return next(((*self.given[path[:n]], *path[n:]) for n in tops), path)
 
     def mark(self, path: Path, *, on_key: bool = False) -> Mark:
-        """Return the mark of a path, or of its nearest written parent."""
+        """Return the place in the text of the value at a path, or of its nearest parent that is written."""
         path = self.written(path)
         while path:
             found = (self.keys.get(path) if on_key else None) or self.values.get(path)
@@ -99,11 +102,13 @@ class Source:
         return self.values.get((), Mark(self.name, 1, 1, ""))
 
     def layer(self, mark: Mark) -> int:
-        """Return the index of the file of a mark, lowest first, settings last: higher layers take precedence."""
+        """Return the precedence of the file in which a mark lies; later files override earlier ones, and settings
+        override all files."""
         return self.files.index(mark.file) if mark.file in self.files else len(self.files)
 
     def where(self, path: Path) -> str:
-        """Return `file:line:column` of a path, the file without its folder; `path_of` inverts it; "" outside files."""
+        """Return the place of a path as `file:line:column`, without the folder of the file; `path_of` converts it back;
+        "" if it is not in a file."""
         mark = self.mark(path, on_key=True)
         if not mark.file:
             return ""
@@ -112,12 +117,12 @@ class Source:
         return text
 
     def path_of(self, where: str) -> Path:
-        """Return the path of a `where` text."""
+        """Return the path for a place that `where` returned."""
         return self.places.get(where, ())
 
 
 class _Composer(Composer):
-    """Composer that refuses nodes nested too deeply, and too many nodes."""
+    """YAML composer that refuses nodes that are nested too deeply, and too many nodes."""
 
     depth = count = 0
 
@@ -135,26 +140,28 @@ class _Composer(Composer):
 
 
 class _TooLong(Exception):
-    """Raised for more values than a scene may have, for example through nested aliases."""
+    """Raised if a scene has more values than allowed, for example through nested aliases."""
 
 
-def read(text: str, name: str, root: FilePath | None = None) -> Source:
-    """Parse a YAML text to data and marks; errors become faults. `root`: the scene's folder."""
+def read(text: str, name: str, root: FilePath | None = None) -> SourceText:
+    """Parse a YAML text into data and marks; syntax errors become faults. `root`: the scene's folder."""
     found = _composed(text, name)
     data = mapped(found.data, lambda value, path: value)
-    return Source(name, data, dict(found.keys), dict(found.values), list(found.faults), {}, root or FilePath(), (name,))
+    return SourceText(
+        name, data, dict(found.keys), dict(found.values), list(found.faults), {}, root or FilePath(), (name,)
+    )
 
 
 def mapped(data: Data, made: Callable[[Data, Path], Data], path: Path = ()) -> Any:
-    """Return the data with each scalar value replaced by `made(value, path)`."""
+    """Return the data with each scalar value replaced by the result of `made(value, path)`."""
     if isinstance(data, dict):
         return {key: mapped(each, made, (*path, key)) for key, each in data.items()}
     return [mapped(x, made, (*path, i)) for i, x in enumerate(data)] if isinstance(data, list) else made(data, path)
 
 
 @lru_cache(maxsize=64)  # variants of a scene share its text, and settings among them theirs
-def _composed(text: str, name: str) -> Source:
-    source = Source(name)
+def _composed(text: str, name: str) -> SourceText:
+    source = SourceText(name)
     if len(text) > 2 * LARGEST:  # one that is merged of several
         source.fault((), f"a scene has at most {2 * LARGEST} characters", mark=Mark(name, 1, 1, ""))
         return source
@@ -240,21 +247,21 @@ def _composed(text: str, name: str) -> Source:
     try:
         source.data = mapping(node, (), (id(node),))
     except _TooLong:
-        source = Source(name, values={(): source.values[()]}, root=source.root)
+        source = SourceText(name, values={(): source.values[()]}, root=source.root)
         limits = f"more than {MOST_VALUES} values or more than {DEEPEST} levels of them"
         source.fault((), f"with its aliases, the scene has {limits}")
     return source
 
 
 def _line(node: ScalarNode) -> str:
-    """Return the text of a node as one printable line."""
+    """Return the text of a node as a single printable line."""
     text = str(node.value)
     if node.style in ("|", ">"):
         text = " ".join(text.splitlines())
     return printable(text.replace("\t", " "), keep=SPACES)
 
 
-def _scalar(node: Node, path: Path, source: Source) -> str | int | float | bool | None:
+def _scalar(node: Node, path: Path, source: SourceText) -> str | int | float | bool | None:
     text = _line(node) if isinstance(node, ScalarNode) else str(node.value)
     kind = str(node.tag).rsplit(":", 1)[-1]
     if kind == "null":
@@ -279,14 +286,14 @@ def _scalar(node: Node, path: Path, source: Source) -> str | int | float | bool 
 
 
 def ordered(data: Data) -> Data:
-    """Return the data with sorted keys, so that the order in the text has no effect."""
+    """Return the data with keys sorted by name, so that their order in the text has no effect."""
     if isinstance(data, dict):
         return {key: ordered(data[key]) for key in sorted(data, key=natural)}
     return [ordered(each) for each in data] if isinstance(data, list) else data
 
 
 def shown(path: Path) -> str:
-    """Return a path as users read it: cranes.west.at, actions[3].all hooks."""
+    """Return a path in the form that users read: cranes.west.at, actions[3].all hooks."""
     text = ""
     for part in path:
         text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else part
@@ -294,7 +301,7 @@ def shown(path: Path) -> str:
 
 
 def child(at: Data, part: str | int) -> Data:
-    """Return the value at a key or index; None if there is none."""
+    """Return the value at a key or index of `at`; None if there is none."""
     if isinstance(at, dict):
         return at.get(str(part))
     return at[part] if isinstance(at, list) and isinstance(part, int) and part < len(at) else None

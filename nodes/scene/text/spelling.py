@@ -1,7 +1,8 @@
-"""Numbers, units, ranges and uncertainties as text: the tokens common to values, phrases, arithmetic and options.
+"""Numbers, units, ranges and uncertainties as text: the tokens that values, phrases, arithmetic and options have in
+common.
 
-Hints for decimal commas, clock times, dashes and spelled-out units; errors of YAML in the user's terms, with the place
-where they begin.
+The module also gives hints for decimal commas, clock times, dashes and spelled-out units, and explains YAML errors in
+the user's terms, at the place where they begin.
 """
 
 import re
@@ -31,7 +32,7 @@ SPELLED = {  # units as they are spoken
 
 
 class Range(NamedTuple):
-    """A range, `300 t..900 t by 50 t`: each number with its unit as text; without step: ""."""
+    """A range such as `300 t..900 t by 50 t`: each number and its unit as text; without a step, its texts are empty."""
 
     low: str
     unit_low: str
@@ -42,7 +43,7 @@ class Range(NamedTuple):
 
 
 class Reader:
-    """The unread rest of a line: `at` is the column of the next token."""
+    """The part of a line that has not been read yet; `at` is the column of the next token."""
 
     def __init__(self, text: str) -> None:
         self.text, self.at = text, 0
@@ -50,40 +51,41 @@ class Reader:
 
     @property
     def rest(self) -> str:
-        """The unread rest of the text."""
+        """The text that has not been read yet."""
         return self.text[self.at :]
 
     def move(self, at: int) -> None:
-        """Move to a column, and skip blanks after it."""
+        """Move to a column and skip the spaces after it."""
         self.at = len(self.text) - len(self.text[at:].lstrip())
 
 
 def number_and_unit(text: str) -> tuple[str, str]:
-    """Return number and unit of a quantity as text; two empty texts if it is not a quantity."""
+    """Return the number and the unit of a quantity as text; two empty texts if the text is not a quantity."""
     found = _QUANTITY.fullmatch(text)
     return (found[1], tidy(found[2])) if found else ("", "")
 
 
 def unit_in(text: str, units: Collection[str]) -> str:
-    """Return the unit in which a quantity is written, if it is one of `units`; else the first of them."""
+    """Return the unit in which a quantity is written if it is one of `units`; else the first of `units`."""
     unit = number_and_unit(text)[1]
     return unit if unit in units else next(iter(units))
 
 
 def range_of(text: str) -> Range | None:
-    """Return the parts of a range; None for any other text."""
+    """Return the parts of a range; None if the text is not a range."""
     found = _RANGE.fullmatch(text)
     return Range(*(part or "" for part in found.groups())) if found else None
 
 
 def spread_of(text: str) -> tuple[str, str, str] | None:
-    """Return value or name, "+-" or "sd", and half-width of `480 t +- 3 %`; None for any other text."""
+    """Return the parts of a text such as `480 t +- 3 %`: value or name, "+-" or "sd", half-width; None for other
+    texts."""
     found = _SPREAD.fullmatch(text)
     return (found[1], "sd" if found[2].startswith("s") else "+-", found[3].strip()) if found else None
 
 
 def punctuation(text: str, units: Collection[str]) -> str:
-    """Return a hint what to write instead of a number with comma or dash, or of a clock time; "" for other texts."""
+    """Return a hint that shows how to write a number with a comma or dash, or a clock time; "" for other texts."""
     if DASHES.search(text):
         return f"a minus sign is the '-' of the keyboard: write '{DASHES.sub('-', text.strip())}'"
     if found := COMMA.fullmatch(text):
@@ -105,7 +107,7 @@ def punctuation(text: str, units: Collection[str]) -> str:
 
 
 def spelled(unit: str, units: Collection[str]) -> str:
-    """Return the known unit that is spelled out or differs in case; "" if there is none."""
+    """Return the known unit that is written out or with other capitals in `unit`; "" if there is none."""
     words = re.sub(r"\s*\bper\b\s*", "/", unit, flags=re.IGNORECASE)
     short = re.sub(r"[A-Za-z]+", lambda word: SPELLED.get(word[0].lower().removesuffix("s"), word[0]), words)
     same = [known for known in units if known and known.lower() == short.lower()]
@@ -113,7 +115,7 @@ def spelled(unit: str, units: Collection[str]) -> str:
 
 
 def tidy(unit: str) -> str:
-    """Return a unit in the spelling of the tables: no superscripts, dots or double blanks."""
+    """Return a unit in standard spelling, without superscripts, dots and double spaces."""
     for old, new in (("²", "2"), ("³", "3"), ("·", " "), ("*", " "), ("^", ""), ("°", "deg")):
         unit = unit.replace(old, new)
     return " ".join(unit.split())
@@ -129,7 +131,7 @@ STRAY = re.compile(r"found '([\]}])'")
 
 
 def explained(error: MarkedYAMLError, lines: Sequence[str]) -> tuple[str, Place]:
-    """Return a sentence about an error and its place in these lines."""
+    """Return a sentence about a YAML error, and its place in these lines."""
     context, problem = error.context or "", " ".join(str(error.problem or error.context).split())
     mark = error.problem_mark or error.context_mark
     here = (min(mark.line, len(lines) - 1), mark.column) if mark else (0, 0)
@@ -170,13 +172,14 @@ def explained(error: MarkedYAMLError, lines: Sequence[str]) -> tuple[str, Place]
 
 
 def unreadable(error: ReaderError, text: str) -> tuple[str, Place]:
-    """Return a sentence about a character that no text may contain, and its place."""
+    """Return a sentence about a character that is not allowed in a text, and its place."""
     before = text[: error.position].splitlines() or [""]
     return f"delete the control character U+{error.character:04X} here", (len(before) - 1, len(before[-1]))
 
 
 def _opened(lines: Sequence[str], at: Place) -> tuple[str, Place] | None:
-    """Explain text behind a closing quote: where the quote opens that closes too late, if that is known."""
+    """Explain text after a closing quote; if it is known, the place is that of the quote that closes too late. None if
+    there is no such text."""
     before = "\n".join([*lines[: at[0]], lines[at[0]][: at[1]]]).rstrip(" ")
     quote = before[-1:]
     start = before.rfind(quote, 0, -1) if quote in ("'", '"') else -1
@@ -190,7 +193,7 @@ def _opened(lines: Sequence[str], at: Place) -> tuple[str, Place] | None:
 
 
 def _value(lines: Sequence[str], at: Place) -> tuple[str, Place]:
-    """Explain a misplaced colon: a second one in a line, or an error of the line above."""
+    """Explain a misplaced colon: a second one in a line, or an error in the line above."""
     line, column = at
     if re.search(r":\s", lines[line][:column]):
         return "a second ':' in one line: put the inner key on a line of its own, or quotes around the text", at

@@ -1,5 +1,5 @@
-"""Tables in the folder of a scene, CSV or XLSX: heads with units, cells with their marks, and insertion of their
-values."""
+"""Tables in the folder of a scene, CSV or XLSX: column heads with units, cells with their places, and insertion of
+their values into a scene."""
 
 import csv
 import io
@@ -13,7 +13,7 @@ from typing import NamedTuple
 from heavylift.kernel.errors import SPACES, SceneError, closest, printable
 
 from .files import content, within
-from .source import Data, Mark, Path, Source
+from .source import Data, Mark, Path, SourceText
 from .spelling import NUMBER
 
 AXES = ("x", "y", "z")
@@ -26,20 +26,20 @@ MARKS = {"xl/worksheets/": 2_000_000, "xl/sharedStrings": 500_000, "": 50_000}  
 
 @dataclass(frozen=True)
 class TableCell:
-    """Text of a table cell, and its place."""
+    """Text of a table cell, and its place in the file."""
 
     text: str
     mark: Mark
 
     @classmethod
     def of(cls, text: str, mark: Mark) -> "TableCell":
-        """Return a cell of a file with printable text."""
+        """Return a cell with the text of a file made printable."""
         return cls(printable(text.strip(), keep=SPACES), mark)
 
 
 @dataclass(frozen=True)
 class TableColumn:
-    """A column head: key, axis of a place, unit."""
+    """The head of a column: key, axis of a place (or ""), unit."""
 
     key: str
     axis: str
@@ -48,25 +48,25 @@ class TableColumn:
 
 
 class SceneTable(NamedTuple):
-    """A table in the folder of a scene: file, head, and rows of equal width, which their first cells name."""
+    """A table in the folder of a scene: file, column heads, and rows of equal width, each named by its first cell."""
 
     file: str
     head: list[TableColumn]
     rows: list[list[TableCell]]
 
     def text(self, row: list[TableCell], column: int) -> str:
-        """Return a cell of a row with the unit of its column."""
+        """Return the text of a cell with the unit of its column."""
         return with_unit(row[column].text, self.head[column].unit)
 
     def named(self, name: str) -> list[list[TableCell]]:
-        """Return the rows with a name; raises SceneError if there are none."""
+        """Return the rows with this name; raises SceneError if there are none."""
         if found := [row for row in self.rows if name and row[0].text == name]:
             return found
         near = closest(name, dict.fromkeys(row[0].text for row in self.rows))
         raise SceneError(f"{self.file} has no row '{name}': {near}")
 
     def only(self, name: str) -> list[TableCell]:
-        """Return the row with a name; raises SceneError if there is none or several."""
+        """Return the row with this name; raises SceneError if there is none or more than one."""
         found = self.named(name)
         if len(found) > 1:
             lines = " and ".join(str(row[0].mark.line) for row in found[:2])
@@ -77,8 +77,9 @@ class SceneTable(NamedTuple):
 Found = dict[str, tuple[Data, Mark, dict[Path, Mark]]]  # by key: value, the mark of its head, the marks of its cells
 
 
-def lay(source: Source, path: Path, into: dict[str, Data], found: Found, named: Mark) -> None:
-    """Insert table values at a path, below those of higher layers; `named`: mark of the table's reference."""
+def lay(source: SourceText, path: Path, into: dict[str, Data], found: Found, named: Mark) -> None:
+    """Insert table values under a path, except where files or settings of higher precedence give a value; `named`:
+    place of the reference to the table."""
     for key, (value, head, cells) in found.items():
         if key in into and source.layer(source.mark((*path, key), on_key=True)) >= source.layer(named):
             continue
@@ -88,18 +89,19 @@ def lay(source: Source, path: Path, into: dict[str, Data], found: Found, named: 
 
 
 def with_unit(text: str, unit: str) -> str:
-    """Return a cell with the unit of its column: `480 +- 3 %` under `[t]` is `480 t +- 3 %`."""
+    """Return the text of a cell with the unit of its column: `480 +- 3 %` under `[t]` becomes `480 t +- 3 %`."""
     found = CELL.fullmatch(text)
     return f"{found[1]} {unit} {found[2].strip()}".strip() if found and unit else text
 
 
 def row_names(root: FilePath, file: str) -> list[str]:
-    """Return the row names of a table in order, each once; raises SceneError if it cannot be read."""
+    """Return the names of the rows of a table in order, each of them once; raises SceneError if the table cannot be
+    read."""
     return list(dict.fromkeys(row[0].text for row in table(root, file).rows))
 
 
 def table(root: FilePath, file: str) -> SceneTable:
-    """Read a table in the scene's folder."""
+    """Return a table in the scene's folder; raises SceneError if it cannot be read."""
     read = {".csv": _separated, ".tsv": _separated, ".xlsx": _workbook}.get(FilePath(file).suffix.lower())
     if read is None:
         raise SceneError(f"'{file}' is no table: name a .csv, .tsv or .xlsx file beside the scene, then # and a row")
@@ -148,7 +150,7 @@ def _separated(data: bytes, file: str) -> Iterator[list[TableCell]]:
 
 
 def _weigh(workbook: zipfile.ZipFile, file: str) -> None:
-    """Raise SceneError for a workbook with too many bytes, parts, cells or texts."""
+    """Raise SceneError if a workbook has too many bytes, parts, cells or texts."""
     parts = workbook.infolist()
     if sum(part.file_size for part in parts) > UNPACKED or len(parts) > MOST_PARTS:
         raise SceneError(f"the table '{file}' has more than {UNPACKED} bytes or {MOST_PARTS} parts unpacked")
@@ -160,7 +162,7 @@ def _weigh(workbook: zipfile.ZipFile, file: str) -> None:
 
 
 def _workbook(data: bytes, file: str) -> Iterator[list[TableCell]]:
-    """Yield the rows of the first sheet of a workbook."""
+    """Yield the rows of the first sheet in a workbook."""
     try:
         from openpyxl import load_workbook
     except ImportError:

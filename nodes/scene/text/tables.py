@@ -1,17 +1,17 @@
-"""Tables beside a scene: a block's row, its lugs, its modes; and a vessel's responses to waves.
+"""Tables in a scene's folder: data, lugs and vibration modes of blocks, and responses of vessels to waves.
 
     block: {from: blocks.csv#B17, lugs from: lugs.csv#B17, at: [40 m, 70 m, 4 m]}
     vessels: {barge: {responses from: barge.csv#loaded, ...}}
 
 Likewise for each of `blocks`.
 
-The head names keys with their units, `mass [t]`, `com x [m]`; a column without a unit is a remark, unless it is an
-axis. The first column names the row; in a table of lugs it names the block, the second one the lug, and without `#B17`
-the first one the lug. `modes from` likewise refers to a table of block, mode, place (lug or support), its displacement
-x, y, z and in one row of each mode the frequency, mass and damping. Keys in the same file take precedence over the row,
-and so do files and settings merged over it; the row takes precedence over the file that this one extends. An empty cell
-is an error, unless a key of higher precedence replaces it; lugs and modes of a table replace all those of the extended
-file.
+The column heads are keys with their units, such as `mass [t]`, `com x [m]`; a column without a unit is a remark, unless
+it is an axis. The first column names the row; in a table of lugs it names the block, the second one the lug, and
+without `#B17` the first one the lug. `modes from` likewise refers to a table of block, mode, place (lug or support),
+its displacement x, y, z and in one row of each mode the frequency, mass and damping. Keys in the same file take
+precedence over the row, and so do files and settings merged over it; the row takes precedence over the file that this
+one extends. An empty cell is an error, unless a key of higher precedence replaces it; lugs and modes of a table replace
+all those of the extended file.
 
 For responses, and for `loads from` under `floating`, each column such as `surge [m/m]` has a column `surge phase
 [deg]`; `period` and `heading` (relative to the bow) give the wave of a row. Between rows real and imaginary parts are
@@ -25,7 +25,7 @@ from heavylift.kernel.errors import SceneError
 
 from . import units
 from .faults import closest, raise_faults
-from .source import Data, Mark, Path, Source
+from .source import Data, Mark, Path, SourceText
 from .table_files import AXES, Found, SceneTable, TableCell, lay, table
 
 BLOCK = "block"
@@ -38,9 +38,9 @@ TURN = 2.0 * pi
 SAME = 1e-9  # [s, rad] between waves that are the same
 
 
-def tabled(source: Source) -> None:
-    """Replace references to tables in blocks and vessels by their values. Raises SceneError with all faults of the
-    scene so far if a table or row cannot be read."""
+def tabled(source: SourceText) -> None:
+    """Replace references to tables in blocks and vessels by the values in the tables. Raises SceneError with all errors
+    of the scene so far if a table or row cannot be read."""
     for base in ((BLOCK,), *(("blocks", name) for name in _names(source.data.get("blocks")))):
         _tabled(source, base)
     for name in _names(source.data.get("vessels")):
@@ -50,7 +50,7 @@ def tabled(source: Source) -> None:
                 _answers(source, base, given, key)
 
 
-def _tabled(source: Source, base: Path) -> None:
+def _tabled(source: SourceText, base: Path) -> None:
     block = source.at(base)
     if not isinstance(block, dict):
         return
@@ -79,11 +79,11 @@ def _tabled(source: Source, base: Path) -> None:
         raise_faults(source, source.faults)
 
 
-def charted(source: Source) -> None:
-    """Replace the charts to which hooks refer, `charts from: rt59.csv`, by the tables.
+def charted(source: SourceText) -> None:
+    """Replace references of hooks to tables of charts, such as `charts from: rt59.csv`, by the charts.
 
-    The head has `radius [m]`, optionally `counterweight [t]` and `outriggers [m]`, and a column of capacities for each
-    length of boom, `boom 24 m [t]`; the cell of a radius without capacity is empty.
+    The columns are `radius [m]`, optionally `counterweight [t]` and `outriggers [m]`, and one column of capacities for
+    each boom length, such as `boom 24 m [t]`; a cell is empty if there is no capacity at its radius.
     """
     several = [(of, name) for of in ("types", "machines") for name in _names(source.data.get(of))]
     for base in (("mechanism", "hooks"), *((*path, "hooks") for path in several)):
@@ -107,7 +107,7 @@ def _names(data: Data) -> list[str]:
 
 
 def _charts(read: SceneTable) -> tuple[list[Data], dict[Path, Mark]]:
-    """Return a chart for each boom, counterweight and base, with the marks of its cells."""
+    """Return a chart for each boom length, counterweight and base, with the places of its cells."""
     file, head, rows = read
     places = {column.key: i for i, column in enumerate(head) if column.unit}
     booms = [i for i, column in enumerate(head) if column.key.startswith("boom ")]
@@ -132,13 +132,14 @@ def _charts(read: SceneTable) -> tuple[list[Data], dict[Path, Mark]]:
     return list(found.values()), marks
 
 
-def _wins(source: Source, path: Path, named: Mark) -> bool:
-    """Return whether a written value takes precedence over a table."""
+def _wins(source: SourceText, path: Path, named: Mark) -> bool:
+    """Return whether a value written in the scene takes precedence over a table; `named`: place of the reference to the
+    table."""
     return source.layer(source.mark(path, on_key=True)) >= source.layer(named)
 
 
-def _block(source: Source, base: Path, read: SceneTable, row: list[TableCell], named: Mark) -> Found:
-    """Return the keys of a row."""
+def _block(source: SourceText, base: Path, read: SceneTable, row: list[TableCell], named: Mark) -> Found:
+    """Return the keys of a block that a row of a table gives."""
     found: Found = {}
     for i, (column, cell) in enumerate(zip(read.head, row, strict=True)):
         path = (*base, column.key)
@@ -167,8 +168,8 @@ def _block(source: Source, base: Path, read: SceneTable, row: list[TableCell], n
     return found
 
 
-def _lugs(source: Source, base: Path, read: SceneTable, block: str) -> Found:
-    """Return the lugs of a block by name."""
+def _lugs(source: SourceText, base: Path, read: SceneTable, block: str) -> Found:
+    """Return the lugs of a block in a table, by name."""
     if others := [c.key for c in read.head if c.unit and (c.axis or c.key) not in AXES]:
         raise SceneError(f"{read.file}: a lug has a place x, y, z and no '{others[0]}'; a remark has no unit")
     chosen, places = _chosen(read, block, " [m]")
@@ -183,8 +184,8 @@ def _lugs(source: Source, base: Path, read: SceneTable, block: str) -> Found:
     return found
 
 
-def _modes(source: Source, base: Path, read: SceneTable, block: str) -> Found:
-    """Return the modes of a block by name, with a row for each displaced place."""
+def _modes(source: SourceText, base: Path, read: SceneTable, block: str) -> Found:
+    """Return the modes of a block in a table, by name; each displaced place has its own row."""
     chosen, places = _chosen(read, block, "")
     first, head = 1 if block else 0, read.head
     numbers = [i for i, column in enumerate(head) if i > first + 1 and i not in places and column.unit]
@@ -209,7 +210,7 @@ def _modes(source: Source, base: Path, read: SceneTable, block: str) -> Found:
 
 
 def _chosen(read: SceneTable, block: str, unit: str) -> tuple[list[list[TableCell]], list[int]]:
-    """Return the rows of a block, and the numbers of the columns x, y and z."""
+    """Return the rows of a block, and the indices of the columns x, y and z."""
     chosen = read.named(block) if block or not read.rows else read.rows
     places = {column.axis or column.key: i for i, column in enumerate(read.head)}
     if lacking := [x for x in AXES if x not in places]:
@@ -220,8 +221,8 @@ def _chosen(read: SceneTable, block: str, unit: str) -> tuple[list[list[TableCel
 Answer = tuple[dict[str, float], list[float], list[TableCell]]  # of a row: its wave, parts of all motions, its cells
 
 
-def _answers(source: Source, base: Path, given: dict[str, Data], key: str) -> None:
-    """Insert the responses of a vessel to the scene's wave from its table."""
+def _answers(source: SourceText, base: Path, given: dict[str, Data], key: str) -> None:
+    """Insert the responses of a vessel to the scene's wave, from its table."""
     word = f"{key} from"
     named, mark = given.pop(word), source.mark((*base, word))
     into = given.setdefault(key, {})
@@ -267,8 +268,8 @@ def _answers(source: Source, base: Path, given: dict[str, Data], key: str) -> No
         lay(source, (*base, key), into, found, mark)
 
 
-def _met(source: Source, vessel: Path) -> dict[str, float]:
-    """Return the wave as encountered by a vessel: period [s], heading against the bow [rad]; empty in still water."""
+def _met(source: SourceText, vessel: Path) -> dict[str, float]:
+    """Return the wave as a vessel meets it: period [s], heading relative to the bow [rad]; empty in still water."""
     waves, own = source.data.get("waves"), source.at(vessel)
     if not isinstance(waves, dict) or not isinstance(own, dict):
         return {}
@@ -279,7 +280,7 @@ def _met(source: Source, vessel: Path) -> dict[str, float]:
 def _between(
     rows: list[Answer], axes: list[str], met: dict[str, float], file: str
 ) -> tuple[list[float], list[TableCell]]:
-    """Return the interpolated responses, and the cells of a neighbouring row."""
+    """Return the responses interpolated between rows, and the cells of a neighbouring row."""
     if not axes:
         if len(rows) > 1:
             raise SceneError(f"{file} has several rows of one wave, such as line {rows[1][2][0].mark.line}")

@@ -1,4 +1,4 @@
-"""Expansion of a crane or frame to the parts of its type: parameters inserted, expressions evaluated, names
+"""Expansion of a crane or frame to the parts of its type: parameters are inserted, expressions evaluated, and names
 prefixed."""
 
 from collections.abc import Mapping
@@ -10,7 +10,7 @@ from heavylift.recordings.format.spellings import GIRDERS
 from .expressions import ExpressionError, value_of
 from .faults import closest
 from .parameters import Parameters
-from .source import Data, Path, Source
+from .source import Data, Path, SourceText
 
 HEADER = {"machine type", "frame type", "extends", "name", "about", "capacity", "source", "parameters", "interlocks"}
 NAMED = (  # sections whose keys are names of parts
@@ -23,10 +23,10 @@ JOINTS = "joint", "slides"  # or joints
 
 @dataclass(frozen=True)
 class MachineType:
-    """A type file: description, parameters, data with marks."""
+    """A machine type as read from its file: description, parameters and data, with the places of all values."""
 
     name: str
-    source: Source
+    source: SourceText
 
     @property
     def data(self) -> Mapping[str, Data]:
@@ -35,19 +35,19 @@ class MachineType:
 
     @property
     def parameters(self) -> Mapping[str, Data]:
-        """The parameters that a scene may override, with defaults."""
+        """The parameters that a scene may override, with their default values."""
         found = self.data.get("parameters")
         return found if isinstance(found, dict) else {}
 
     def about(self, key: str) -> str:
-        """Return the text `about`, `capacity` or `source` of the type."""
+        """Return the text that the type gives under `about`, `capacity` or `source`."""
         return " ".join(str(self.data.get(key, "")).split())
 
 
 class Expansion:
-    """Expansion of the crane or frame `at` a path of the scene by its type."""
+    """Expansion of the crane or frame at the path `at` of a scene by its type."""
 
-    def __init__(self, source: Source, at: Path, crane: Mapping[str, Data], kind: MachineType) -> None:
+    def __init__(self, source: SourceText, at: Path, crane: Mapping[str, Data], kind: MachineType) -> None:
         self.source, self.at, self.name, self.kind = source, at, str(at[-1]), kind
         self.written = {key.replace("_", " "): key for key in crane if key != "type"}  # Python's names are keys, too
         self.given = {key: crane[word] for key, word in self.written.items()}
@@ -58,7 +58,7 @@ class Expansion:
         self.computed = True
 
     def run(self, entry: dict[str, Data]) -> None:
-        """Insert the machine under `machines` of the scene's data; the entry keeps its parameters."""
+        """Insert the machine's parts under `machines` in the scene's data; the crane's entry keeps its parameters."""
         known = self.kind.parameters
         for key in (key for key in self.given if key not in known):
             message = f"the type {self.kind.name} has no parameter '{key}'"
@@ -81,7 +81,7 @@ class Expansion:
         self.source.values[self.base] = self.source.mark(self.at)
 
     def attach(self, entry: dict[str, Data]) -> None:
-        """Insert the parts and parameters of a frame."""
+        """Insert the parts and parameters of a frame into its entry."""
         self.base = (*self.at, "parts")
         for key in (key for key in ("parameters", "parts") if key in entry):  # which the type makes
             self.source.fault((*self.at, key), f"unknown key '{key}'", on_key=True)
@@ -89,7 +89,7 @@ class Expansion:
         entry["parts"] = self._sections()
 
     def _parameters(self, entry: dict[str, Data]) -> None:
-        """Collect all parameters in one place of the entry, given ones and defaults."""
+        """Collect all parameters under one key of the entry, the given ones and the defaults."""
         known = self.kind.parameters
         for key in [key for key in entry if key.replace("_", " ") in known]:
             del entry[key]
@@ -97,7 +97,8 @@ class Expansion:
         self._local()
 
     def _local(self) -> None:
-        """Keep the given parameters that fit; resolve the names of bodies and joints."""
+        """Remove given parameters that do not fit, with an error for each, and collect the names of the type's bodies
+        and joints."""
         known = self.kind.parameters
         for key, value in self.given.items():
             if key in known and not self._fits(key, value):
@@ -108,7 +109,7 @@ class Expansion:
         self.bodies, self.joints = {*local["bodies"], *local["hooks"]}, {*local["joints"]}
 
     def _laid(self, made: Data, given: Data, path: Path) -> Data:
-        """Return the type's parts with the scene's changes merged over them."""
+        """Return the type's parts at a path with the scene's changes merged over them."""
         if not isinstance(made, dict) or not isinstance(given, dict):
             return given
         for key, value in given.items():
@@ -120,7 +121,8 @@ class Expansion:
         return made
 
     def _sections(self) -> dict[str, Data]:
-        """Return all sections of the type except its description; its interlocks are added to those of the scene."""
+        """Return all sections of the type's parts; its description is left out, and its interlocks are added to the
+        scene."""
         made = {name: self._made(x, (name,), (name,)) for name, x in self.kind.data.items() if name not in HEADER}
         self._interlocks()
         return made
@@ -143,7 +145,8 @@ class Expansion:
         return list(found) if isinstance(found, dict) else []
 
     def _made(self, data: Data, path: Path, to: Path) -> Data:
-        """Return the type's part at `path` for the machine's place `to`: names prefixed, expressions evaluated."""
+        """Return the type's data at `path` as data of the machine at `to`: names are prefixed, expressions
+        evaluated."""
         self._mark(path, to)
         if isinstance(data, dict):
             prefix = self.prefix if len(path) == 1 and path[0] in NAMED else ""
@@ -159,7 +162,8 @@ class Expansion:
         return data
 
     def _resolved(self, key: str, value: Data) -> Data:
-        """Return a reference to a part of the machine as its full name."""
+        """Return the full name of a part of the machine to which a value refers; other values are returned
+        unchanged."""
         local = self.bodies if key in BODIES else self.joints if key in JOINTS else ()
         if isinstance(value, list) and local:
             return [self._resolved(key, each) for each in value]
@@ -187,12 +191,12 @@ class Expansion:
 
     @cached_property
     def values(self) -> Parameters:
-        """The values of the parameters, each computed once."""
+        """The values of the parameters, each of them computed once."""
         return Parameters(self.kind.parameters, self.given)
 
     @cached_property
     def arithmetic(self) -> list[str]:
-        """The expressions of the type that are more than one parameter."""
+        """The expressions of the type, except those that consist of a single parameter."""
         found, waiting = list[str](), [self.kind.source.data]
         for data in waiting:  # which grows
             waiting += data.values() if isinstance(data, dict) else data if isinstance(data, list) else ()  # type: ignore[arg-type]
@@ -201,14 +205,14 @@ class Expansion:
         return found
 
     def _fits(self, key: str, given: Data) -> bool:
-        """Return whether a value can replace a parameter's default. If a type computes with the parameter, the value
-        must be of the same kind; otherwise it may be anything that the keys accept in its place."""
+        """Return whether a given value can replace a parameter's default. If the type computes with the parameter, both
+        must be of the same kind; otherwise the value may be anything that the keys accept."""
         default = self.kind.parameters[key]
         whole = value_of(given) is None and not any(key in text for text in self.arithmetic)
         return value_of(default) is None or _alike(given, default) or whole
 
     def _mark(self, path: Path, to: Path) -> None:
-        """Copy the mark at `path` of the type to the place `to` of the machine."""
+        """Copy the place in the text from `path` in the type to `to` in the machine."""
         here, theirs = (*self.base, *to), self.kind.source
         if path in theirs.keys:
             self.source.keys[here] = theirs.keys[path]
@@ -217,7 +221,7 @@ class Expansion:
 
 
 def _alike(given: Data, default: Data) -> bool:
-    """Return whether a value has the same kind as another one, for arithmetic."""
+    """Return whether a given value is of the same kind as a default value, so that the same expressions can use it."""
     if isinstance(given, list) and isinstance(default, list):
         return len(given) == len(default) and all(map(_alike, given, default))
     one, two = value_of(given), value_of(default)

@@ -1,10 +1,10 @@
-"""Numbers with their uncertainty, as written in scenes, maps of logs and options.
+"""Numbers with their uncertainty, as they are written in scenes, maps of log columns, and options.
 
     480 t +- 3 %, 480 t +- 10 t     half-width at a level of 95 %, that is two standard uncertainties; also +/- and ±
     480 t sd 5 t, 480 t sd 1 %      standard uncertainty; also sigma
     460..500 t                      uniform between two ends; the nominal value is the middle
 
-For a value in %, a half-width in % is absolute: `97 % +- 1 %` is 96 to 98 %; for other values it is relative.
+For a value in %, a half-width in % is absolute: `97 % +- 1 %` is 96 to 98 %. For other values it is relative.
 """
 
 import math
@@ -15,7 +15,7 @@ from decimal import Decimal
 from fractions import Fraction
 from typing import Literal, TypeAlias
 
-from .source import Data, Path, Source, mapped
+from .source import Data, Path, SourceText, mapped
 from .spelling import PLUS, number_and_unit, range_of, spread_of, tidy
 from .units import ACCURACY, DURATION, SAMPLING, Dimension, Either, Limited, Quantity, offered
 
@@ -27,7 +27,8 @@ Kind: TypeAlias = Literal["normal", "uniform"]
 
 @dataclass(frozen=True)
 class Stated:
-    """A number with uncertainty, as text: nominal value, `how` it spreads (`+-`, `sd`, `..`), half-width."""
+    """A number with its uncertainty as text: nominal value, `how` the uncertainty is written (`+-`, `sd`, `..`), and
+    half-width."""
 
     value: str
     how: str
@@ -39,9 +40,9 @@ class Stated:
         return "uniform" if self.how == ".." else "normal"
 
 
-def separated(source: Source, is_text: Callable[[Path], bool]) -> dict[Path, Stated]:
-    """Return the stated uncertainties of a scene by path; its data keep nominal values, errors become faults.
-    `is_text`: whether the value at a path is free text, in which no uncertainty is sought."""
+def separated(source: SourceText, is_text: Callable[[Path], bool]) -> dict[Path, Stated]:
+    """Return the stated uncertainties of a scene by path, and replace the numbers by their nominal values; errors are
+    added to the source. `is_text` returns whether the value at a path is free text, which is not searched."""
     found: dict[Path, Stated] = {}
 
     def nominal(data: Data, path: Path) -> Data:
@@ -86,8 +87,8 @@ def standard(stated: Stated, quantity: Quantity) -> float:
 
 
 def half_width(text: str, units: Mapping[str, Fraction], how: str = "+-", relative: bool = True) -> tuple[float, float]:
-    """Return a half-width such as `3 %` or `10 t` as a fraction of the value and in SI units, one of which is 0. Raises
-    ValueError for an invalid text. `relative`: whether % is a part of the value."""
+    """Return a half-width such as `3 %` or `10 t` as (fraction of the value, amount in SI units), one of which is 0.
+    Raises ValueError for an invalid text. `relative`: % means a fraction of the value."""
     number, unit = number_and_unit(text)
     width, text = float(number) if number else math.nan, f"{how} {text.strip()}".strip()
     if not 0.0 <= width < math.inf:
@@ -118,7 +119,8 @@ def _stated(text: str) -> Stated | None:
 
 
 def _plain(dimension: Dimension, unit: str) -> Dimension:
-    """Return the dimension of a unit, for a combined dimension."""
+    """Return the dimension to which a unit belongs if the dimension is a combination of two; else the dimension
+    itself."""
     while isinstance(dimension, Either):
         dimension = dimension.sliding if unit in dimension.sliding.units else dimension.turning
     return dimension

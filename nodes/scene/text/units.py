@@ -1,9 +1,9 @@
-"""Quantities with units, `900 t`, `3 m/min`, `0.15 deg/s`, and the pydantic types that read them into SI.
+"""Quantities with units, such as `900 t`, `3 m/min`, `0.15 deg/s`, and the pydantic types that read them into SI units.
 
 A number without a unit is refused where a unit is needed (0 needs none), and the message for a unit of another
-dimension names that dimension. `Dimension.read` raises ValueError with one sentence, in scene values and in action
-phrases alike. Factors are exact and a quantity is rounded once, so that `300 t` and `300000 kg`, `0.3 m/min` and `5
-mm/s` are equal numbers.
+dimension names that dimension. `Dimension.read` raises ValueError with one sentence, for scene values and for action
+phrases alike. Conversion factors are exact and a quantity is rounded only once, so `300 t` and `300000 kg`, or `0.3
+m/min` and `5 mm/s`, are equal numbers.
 """
 
 from __future__ import annotations
@@ -49,13 +49,13 @@ CUSTOMARY = {  # units of the United States and of sailors: read, but not offere
 
 
 def offered(units: Iterable[str]) -> list[str]:
-    """Return the units offered in messages."""
+    """Return the units that messages suggest."""
     return [unit for unit in units if not any(unit in others for others in CUSTOMARY.values())]
 
 
 @dataclass(frozen=True, eq=False)  # distinguished by identity, so that what was read before is known
 class Dimension:
-    """A dimension: units with factors to SI; messages use the first two."""
+    """A physical dimension: its name, and its units with their factors to SI; messages suggest the first two units."""
 
     name: str
     units: dict[str, Fraction]
@@ -64,7 +64,8 @@ class Dimension:
         self.units.update(CUSTOMARY.get(self.name, {}))
 
     def read(self, value: object) -> float:
-        """Return '900 t', or a number that needs no unit, in SI units."""
+        """Return a quantity such as '900 t' (or a number that needs no unit) in SI units; raises ValueError if it is
+        invalid."""
         number = self.number(value)
         if not math.isfinite(number):
             raise ValueError(f"'{value}' is no finite number")
@@ -74,7 +75,7 @@ class Dimension:
         return number
 
     def number(self, value: object) -> float:
-        """Return a value as `read` does, but possibly infinite or nan."""
+        """Return a quantity in SI units like `read`, but also if it is infinite or nan."""
         if isinstance(value, bool) or not isinstance(value, str | int | float):
             raise ValueError(f"{self.article} is needed here, such as {self._example(1.0)}")
         if not isinstance(value, str):
@@ -102,7 +103,7 @@ class Dimension:
         return _product(written, self.units[unit])
 
     def show(self, si: float) -> str:
-        """Return a value in the dimension's first unit, as text."""
+        """Return a value in SI units as text, in the dimension's first unit."""
         unit, factor = next(iter(self.units.items()))
         return f"{si / float(factor):.10g} {unit}".strip()
 
@@ -113,7 +114,7 @@ class Dimension:
 
     @property
     def article(self) -> str:
-        """The name with its article, for messages."""
+        """The name of the dimension with its article, for messages."""
         return f"{'an' if self.name[0] in 'aeiou' else 'a'} {self.name}"
 
     def _example(self, number: float, text: str = "") -> str:
@@ -127,13 +128,13 @@ class Dimension:
 
 @dataclass(frozen=True, eq=False)
 class Limited(Dimension):
-    """A quantity with a range, whose ends are written as in scenes."""
+    """A dimension whose values must lie in a range; its ends are written as in scenes."""
 
     lowest: str
     highest: str
 
     def read(self, value: object) -> float:
-        """Return a value in SI units, after a check that it is within the range."""
+        """Return a value in SI units; raises ValueError if it is outside the range."""
         number = self.number(value)
         if not self.number(self.lowest) * (1 - 1e-9) <= number <= self.number(self.highest) * (1 + 1e-9):
             message = f"{value:.12g}" if isinstance(value, float) else value
@@ -142,7 +143,8 @@ class Limited(Dimension):
 
 
 def _product(text: str, factor: Fraction) -> float:
-    """Return the float nearest to a decimal number times a factor; nonzero, infinite or nan if the number is."""
+    """Return the float nearest to a decimal number times a factor; the result is 0, infinite or nan only if the number
+    is."""
     number = float(text)
     if number == 0.0 and any(digit in text.lower().partition("e")[0] for digit in "123456789"):
         return LEAST
@@ -198,26 +200,27 @@ DIMENSIONS: tuple[Dimension, ...] = (
 
 @dataclass(frozen=True, eq=False)
 class Either(Dimension):
-    """A dimension with units of two, such as length for sliding and angle for turning joints."""
+    """A dimension that accepts the units of two others, such as length for sliding and angle for turning joints."""
 
     sliding: Dimension
     turning: Dimension
 
 
 def either(first: Dimension, second: Dimension) -> Either:
-    """Return the dimension of both."""
+    """Return a dimension that accepts the units of both."""
     return Either(f"{first.name} or {second.name}", {**first.units, **second.units}, first, second)
 
 
 @dataclass(frozen=True, eq=False)
 class Quantity:
-    """Reader of quantities of a dimension for pydantic; `least`: positive, or zero or more."""
+    """Reader with which pydantic reads quantities of a dimension; `least`: whether they must be positive, or zero or
+    more."""
 
     dimension: Dimension
     least: Literal["", "zero", "positive"] = ""
 
     def read(self, value: object) -> float:
-        """Return the value in SI units."""
+        """Return the value of a quantity in SI units; raises ValueError if it is invalid."""
         number = self.dimension.read(value)
         if self.least and (number < 0 or (number == 0 and self.least == "positive")):
             needed = "greater than zero" if self.least == "positive" else "zero or more"

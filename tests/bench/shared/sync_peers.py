@@ -9,7 +9,7 @@ from itertools import pairwise
 from multiprocessing.synchronize import Event as Signal
 from statistics import median
 
-from heavylift.coordinator.protocol import Done, Grant, encode
+from heavylift.coordinator.protocol import Grant, GrantDone, encode
 from heavylift.coordinator.transport import FrameTopic, Writer
 from heavylift.nodes.devs import Tag
 
@@ -31,7 +31,7 @@ def raw(_: int) -> float:
     there, here = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     tag, crc = Tag(1_000_000), bytes(16)
     ask = Writer("0" * 16, "n0", FrameTopic.IN, 1).frame(encode(Grant(1000, tag, (0, 7), False, [])))
-    answer = Writer("0" * 16, "n0", FrameTopic.OUT, 1).frame(encode(Done(1000, tag, [], tag, [], tag, crc)))
+    answer = Writer("0" * 16, "n0", FrameTopic.OUT, 1).frame(encode(GrantDone(1000, tag, [], tag, [], tag, crc)))
     if os.fork() == 0:
         here.close()
         while there.recv(4096):

@@ -45,7 +45,7 @@ def test_automatic_choice_takes_the_fastest_number_of_processes_and_reports_all_
     assert machine.tried == [1, 2, 4, 6]
 
 
-def test_a_gain_in_speed_within_measurement_noise_is_ignored(on):
+def test_a_speed_up_within_measurement_noise_is_ignored(on):
     machine = on(Machine({1: 0.25, 2: 0.24}))
     assert process_count.paying(machine.run, 8, most=2) == (
         1, "1 process takes 1.25 s for the first 5 s of the run, 2 take 1.20 s",

@@ -42,13 +42,13 @@ def player(path: Path) -> None:
 
 
 @pytest.mark.large
-def test_a_run_with_an_external_crane_has_the_digest_of_the_run_without_it(guest, tmp_path: Path) -> None:
+def test_running_a_crane_as_an_external_program_does_not_change_the_digest(guest, tmp_path: Path) -> None:
     placement = place(node_names(LIFT.plan), {}, external=["crane"])
     with guest(player, "crane.ticket"):
         shared = run(LIFT, tmp_path / "shared.mcap", placement=placement)
     assert shared.digest == run(LIFT, tmp_path / "alone.mcap", in_process=True).digest
 
 
-def test_a_run_with_external_mechanics_has_another_digest() -> None:
+def test_external_mechanics_change_the_digest() -> None:
     with pytest.raises(SceneError, match="--external 'kernel': the kernel cannot be an external program"):
         place(node_names(LIFT.plan), {}, external=["kernel"])

@@ -49,7 +49,7 @@ def test_a_run_with_a_node_in_another_program_has_the_same_digest(guest, tmp_pat
     assert list(tmp_path.iterdir()) == []  # the ticket has gone with the run
 
 
-def test_a_run_without_its_external_node_ends_with_a_sentence(tmp_path: Path, monkeypatch, capsys) -> None:
+def test_a_run_whose_external_node_is_missing_ends_with_a_clear_message(tmp_path: Path, monkeypatch, capsys) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "argv", ["heavylift", "devs", RING, "--external", "s1", "--deadline", "1 s"])
     with pytest.raises(SystemExit) as left:
@@ -64,7 +64,7 @@ def test_a_run_without_its_external_node_ends_with_a_sentence(tmp_path: Path, mo
     assert list(tmp_path.iterdir()) == []
 
 
-def test_an_existing_file_under_the_name_of_the_ticket_is_kept(tmp_path: Path, monkeypatch, guest) -> None:
+def test_an_existing_file_with_the_name_of_the_ticket_is_not_overwritten(tmp_path: Path, monkeypatch, guest) -> None:
     path = tmp_path / "s1.ticket"
     path.write_text("a ticket for the theatre")
     with pytest.raises(OutputError, match="is not the ticket of an ended run; move it"):

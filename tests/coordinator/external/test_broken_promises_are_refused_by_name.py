@@ -26,8 +26,8 @@ def event(t: int, port: str = "out", type_: str = "Token", payload: bytes = TOKE
     return Event(t, 0, "s1", port, 0, type_, payload)
 
 
-def done(spoken: list[Event], reached: int = ms(5), next_: Tag = FOREVER) -> m.Done:
-    return m.Done(1, Tag(reached, 1), spoken, next_, [], next_, b"")
+def done(spoken: list[Event], reached: int = ms(5), next_: Tag = FOREVER) -> m.GrantDone:
+    return m.GrantDone(1, Tag(reached, 1), spoken, next_, [], next_, b"")
 
 
 def bye(path: str, type_: str = "Token") -> m.Bye:
@@ -87,7 +87,7 @@ def test_valid_messages_of_external_nodes_are_accepted() -> None:
         assert external.checked(message) is message
 
 
-def test_the_failure_of_an_external_node_is_one_line_that_names_the_node() -> None:
+def test_the_failure_of_an_external_node_is_reported_in_one_line_with_its_name() -> None:
     external = External("s1", [ring(stations=2, tokens=1, hold=ms(5)).children["s1"]], [], 10_000)
     text = external.checked(m.Fail(Tag(0), "s1", "no\n\x1b[31mline" + "x" * 1000, ""))
     assert isinstance(text, m.Fail)

@@ -38,7 +38,7 @@ def shown(x: object) -> object:
     return [shown(y) for y in x] if isinstance(x, list) else x
 
 
-def test_every_message_on_the_wire_format_page_has_its_byte_dump() -> None:
+def test_every_message_on_the_wire_format_page_is_shown_with_its_bytes() -> None:
     assert sorted(DUMPS) == sorted([*KINDS, "alive", "config", "frame"])
 
 
@@ -49,7 +49,7 @@ def test_the_messages_on_the_wire_format_page_are_valid_messagepack(name: str) -
 
 
 @pytest.mark.parametrize("kind", sorted(KINDS))
-def test_the_example_program_reads_and_writes_the_bytes_of_the_wire_format_page(kind: str) -> None:
+def test_the_example_program_reads_and_writes_the_bytes_shown_on_the_wire_format_page(kind: str) -> None:
     data = dump(kind)[1]
     message = m.decode(data)
     assert type(message) is KINDS[kind]
@@ -83,7 +83,7 @@ def test_frames_are_decoded_by_the_table_of_the_wire_format_page() -> None:
     assert (reader.open(first), writer.frame(done), reader.open(frame)) == (b"", frame, done)
 
 
-def test_the_ticket_is_read_and_written_as_the_wire_format_page_says() -> None:
+def test_the_ticket_is_read_and_written_as_the_wire_format_page_specifies() -> None:
     text = re.search(r"^```json\n(.*?)\n```", PAGE, re.M | re.S)
     assert text is not None
     ticket = msgspec.json.decode(text[1], type=Ticket)

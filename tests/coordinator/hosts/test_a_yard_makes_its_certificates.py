@@ -61,7 +61,7 @@ def refusal(directory: Path, name: str) -> str:
     return str(error.value)
 
 
-def test_missing_wrong_and_publicly_readable_key_files_are_named(tmp_path: Path) -> None:
+def test_missing_invalid_and_publicly_readable_key_files_are_reported_by_name(tmp_path: Path) -> None:
     make_certificates(tmp_path, ["west", "east"])
     make_certificates(tmp_path / "other", ["west"])
     assert refusal(tmp_path, "north") == (

@@ -63,7 +63,7 @@ def over(cable: tuple[str, str], folder: Path, keys: Path) -> str:
 
 
 @pytest.mark.large
-def test_a_run_over_two_hosts_has_the_digest_of_a_run_on_one(
+def test_a_run_on_two_hosts_has_the_same_digest_as_on_one(
     cable: tuple[str, str], tmp_path: Path, keys: Path, truth: str
 ) -> None:
     assert over(cable, tmp_path, keys) == truth

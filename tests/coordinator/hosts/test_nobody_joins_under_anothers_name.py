@@ -83,7 +83,7 @@ def test_many_sessions_of_one_certificate_lock_nobody_else_out(run: Run) -> None
         assert _ask(honest, CRANE, crane) == hub.ticket("crane")
 
 
-def test_text_of_an_unauthenticated_client_is_printed_escaped(run: Run) -> None:
+def test_text_from_an_unauthenticated_client_is_escaped_before_printing(run: Run) -> None:
     _, text, block, _ = run
     nasty = "\x1b]0;owned\x07\nall is well\u202e" + "x" * 1000
     with remote_session(block) as liar:

@@ -29,7 +29,7 @@ def test_nodes_are_distributed_over_processes_and_the_kernel_has_its_own() -> No
 
 
 @pytest.mark.parametrize("count", [7, 12])
-def test_as_many_processes_as_nodes_give_each_node_its_own(count: int) -> None:
+def test_with_as_many_processes_as_nodes_each_node_has_its_own(count: int) -> None:
     assert Placement.spread(LIFT, count) == Placement.apart(LIFT)
 
 
@@ -56,7 +56,9 @@ def test_nodes_that_are_not_placed_have_their_own_process() -> None:
 
 
 @pytest.mark.parametrize(("most", "told"), [(7, True), (8, False)])
-def test_check_suggests_to_share_very_many_processes(monkeypatch: pytest.MonkeyPatch, most: int, told: bool) -> None:
+def test_check_suggests_sharing_processes_between_nodes_when_there_are_very_many(
+    monkeypatch: pytest.MonkeyPatch, most: int, told: bool
+) -> None:
     """A yard of three lifts has two machines for each, a commander and the kernel, unless the scene places them."""
     monkeypatch.setattr(placement, "MANY", most)
     shown = CliRunner().invoke(app, ["check", "yard"]).output

@@ -141,7 +141,7 @@ def test_a_remote_process_without_a_valid_certificate_is_refused_and_the_run_con
 BOTH = Placement({"block": ("block",), "crane": ("crane",)}, frozenset({"block", "crane"}))
 
 
-def test_a_remote_process_of_another_version_or_a_second_one_of_a_name_is_refused(
+def test_a_remote_process_of_another_version_or_with_a_name_already_in_use_is_refused(
     keys: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     endpoint, text = f"tls/127.0.0.1:{free_port()}", list[str]()
@@ -167,7 +167,7 @@ def test_a_remote_process_of_another_version_or_a_second_one_of_a_name_is_refuse
         assert [line for line in text if "refused process block on host" in line] == text[-3:]
 
 
-def test_a_certificate_restricts_its_process_to_its_own_keys(keys: Path) -> None:
+def test_a_certificate_restricts_a_process_to_the_keys_of_its_own_name(keys: Path) -> None:
     """A process of this yard that writes in place of another is not heard, whatever it calls itself."""
     endpoint = f"tls/127.0.0.1:{free_port()}"
     there = RemoteListener.at(endpoint, Credentials.load(keys, "block"))
@@ -224,7 +224,7 @@ def test_a_remote_process_does_not_outlive_its_coordinator(tmp_path: Path, keys:
         (["block"], "tls/127.0.0.1:7447", True, "--in-process: process block is placed on another host"),
     ],
 )
-def test_wrong_options_for_remote_processes_are_refused_before_anything_listens(
+def test_invalid_options_for_remote_processes_are_refused_before_any_port_is_opened(
     keys: Path, remote: list[str], listen: str, in_process: bool, told: str
 ) -> None:
     with pytest.raises(HeavyliftError) as error:
@@ -249,7 +249,7 @@ def test_a_scene_may_place_several_nodes_and_the_kernel_on_another_host(
     assert Recording(tmp_path / "run.mcap").result["digest"] == alone.digest
 
 
-def test_a_remote_node_without_a_coordinator_ends_with_a_sentence(
+def test_a_remote_node_that_finds_no_coordinator_ends_with_a_clear_message(
     tmp_path: Path, keys: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("heavylift.coordinator.transport.session.CONNECT_ms", 300)

@@ -53,7 +53,7 @@ def test_a_certificate_of_a_lift_has_error_estimates_of_ropes_slings_pads_positi
     assert sum(line.startswith("use of ") for line in found.message) == 1  # the largest; all are in its data
 
 
-def test_a_certificate_of_a_scene_without_stated_uncertainties_reports_that(tmp_path: Path) -> None:
+def test_a_certificate_states_that_the_scene_gives_no_uncertainties(tmp_path: Path) -> None:
     found, _, _ = certified("snatch", ["end=1 s"], tmp_path)
     assert found.message[0].endswith(" kN (numerical), no error estimate (model, inputs)")
     assert "no uncertainty is stated; write one behind a value" in found.missing["inputs"]

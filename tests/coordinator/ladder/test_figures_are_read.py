@@ -47,7 +47,7 @@ def test_a_peak_utilisation_between_two_samples_is_reported() -> None:
 
 
 @pytest.mark.parametrize("scene", ["lift", "hall", "spreader", "snatch", "arm", "floating", "jib"])
-def test_every_machine_has_finite_figures_and_each_of_them_once(scene: str) -> None:
+def test_every_machine_has_finite_result_figures_without_duplicates(scene: str) -> None:
     assert scene in bundled()
     found = figures(play(load(scene, ["end=12 s"]).plan), ASKABLE)
     names = [f.name for f in found]
@@ -56,7 +56,7 @@ def test_every_machine_has_finite_figures_and_each_of_them_once(scene: str) -> N
     assert all(np.isfinite(f.value) and f.scale > 0.0 for f in found)
 
 
-def test_slings_have_figures_of_their_own_and_peaks_are_those_of_the_run() -> None:
+def test_slings_have_result_figures_of_their_own_and_peaks_equal_those_of_the_run() -> None:
     run = play(load("lift", ["end=40 s"]).plan)
     found = {f.name.removeprefix("peak tension "): f for f in figures(run, ["rope tension", "sling tension"])}
     assert {name for name, f in found.items() if f.quantity == "rope tension"} == {f"crane.H{i}" for i in (1, 2, 3)}

@@ -62,7 +62,7 @@ def test_a_requested_accuracy_finer_than_the_input_uncertainty_is_reported() -> 
     assert not sensitivities(load("snatch", [*UNDAMPED, *asked, "accuracy=10 %"]), at_once=0).notes
 
 
-def test_a_scene_without_uncertain_inputs_is_told_how_to_state_them() -> None:
+def test_for_a_scene_without_uncertain_inputs_the_message_says_how_to_state_them() -> None:
     with pytest.raises(ModelError, match="states no uncertainty; write one behind a value"):
         sensitivities(load("snatch"), at_once=0)
 

@@ -41,7 +41,7 @@ def kept(monkeypatch: pytest.MonkeyPatch) -> dict[str, bytes]:
     return files
 
 
-def test_empty_full_and_damaged_caches_choose_the_same_level_and_give_one_digest(
+def test_an_empty_a_full_and_a_damaged_cache_give_the_same_level_and_digest(
     kept: dict[str, bytes], tmp_path: Path
 ) -> None:
     scene = load("lift", ASKED)
@@ -67,7 +67,9 @@ def test_empty_full_and_damaged_caches_choose_the_same_level_and_give_one_digest
 @pytest.mark.parametrize(
     "setting", ["accuracy=10 %", "fidelity.girder=elastic", "ask=[sling tension]", "gravity=9.8 m/s2"]
 )
-def test_another_question_or_another_scene_has_its_own_choice_of_level(setting: str, kept: dict[str, bytes]) -> None:
+def test_the_level_is_chosen_anew_for_another_accuracy_question_or_another_scene(
+    setting: str, kept: dict[str, bytes]
+) -> None:
     chosen(load("lift", ASKED))
     chosen(load("lift", [*ASKED, setting]))
     assert len(kept) == 2

@@ -62,12 +62,12 @@ def test_the_command_printed_for_a_level_reproduces_it(measured: MeasuredLadder)
         ("", 1e-3, "too little"),
     ],
 )
-def test_figures_that_cannot_be_measured_are_refused_in_a_sentence(ask: str, budget: float, told: str) -> None:
+def test_a_trade_off_over_figures_that_cannot_be_measured_is_refused(ask: str, budget: float, told: str) -> None:
     with pytest.raises(SceneError, match=told):
         measure(load("pendulum", SCENE), ask, budget=budget)
 
 
-def test_a_time_limit_reports_settings_that_reproduce_the_digest() -> None:
+def test_a_run_with_a_time_limit_reports_settings_that_reproduce_its_digest() -> None:
     found = within("pendulum", SCENE, MEANT, "2 h")  # of which the age of this process is a part
     same = [word for word in shlex.split(found.message.partition("the same run: ")[2]) if word != "--set"]
     assert simulate(found.scene).digest == simulate(load("pendulum", [*SCENE, *same])).digest

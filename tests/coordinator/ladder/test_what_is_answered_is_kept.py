@@ -41,12 +41,13 @@ FINER = {"ropes": ("rigid", "elastic", "massive"), "girder": ("rigid", "elastic"
     ("draw", "seed", "accuracy"),
     [
         (lift_of_kinds, SMALL, 0.1),
-        (lift_of_kinds, UNDAMPED, 0.03),
-        (lift_of_the_world, 30_002, 0.1),
         (lift_of_the_world, 30_002, 0.01),
         (lift_of_the_world, LEAD, 0.003),
+        (lift_of_the_world, 30_002, 0.1),
+        (lift_of_kinds, UNDAMPED, 0.03),
     ],
 )
+@pytest.mark.large(beyond=3)
 def test_random_lifts_are_within_the_requested_accuracy_of_a_reference(draw: Draw, seed: int, accuracy: float) -> None:
     answer, error = answered(draw, seed, accuracy)
     assert not answer.notes
@@ -56,7 +57,7 @@ def test_random_lifts_are_within_the_requested_accuracy_of_a_reference(draw: Dra
 
 @pytest.mark.large
 @pytest.mark.parametrize("accuracy", [0.3, 0.1, 0.03])
-def test_agreement_of_loose_steps_is_not_trusted_where_slings_go_slack(accuracy: float) -> None:
+def test_agreement_between_loose_tolerances_is_not_trusted_when_slings_go_slack(accuracy: float) -> None:
     answer, error = answered(lift_of_the_world, FORKS, accuracy)
     assert error <= max(accuracy, *answer.errors.values())
     assert bool(answer.notes) == (max(answer.errors.values()) > accuracy)

@@ -24,7 +24,7 @@ MOST = 5.0  # times what the errors of steps are, they may be reported to be whe
 
 @pytest.mark.parametrize("named", NAMED)
 @pytest.mark.parametrize("scene", ["lift", "turnover", "tandem"])
-def test_the_accuracy_question_is_asked_by_default_only_if_none_of_six_keys_is_set(scene: str, named: str) -> None:
+def test_errors_are_measured_by_default_only_if_none_of_six_keys_is_set(scene: str, named: str) -> None:
     assert load(scene).question == Question(MEANT, 0.01)
     assert load(scene, ["end=5 s", "samples=4 Hz", "seed=3"]).question == Question(MEANT, 0.01)
     given = load(scene, [named])
@@ -33,7 +33,7 @@ def test_the_accuracy_question_is_asked_by_default_only_if_none_of_six_keys_is_s
     assert chosen(given).plan == given.plan
 
 
-def test_the_summary_has_one_line_for_the_answered_figures(
+def test_the_summary_reports_all_measured_errors_in_one_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(

@@ -35,7 +35,7 @@ class Clock(RealTime):
         self.granted_at.append((self.time - 100.0, first.t))
 
 
-def test_a_tag_is_reached_when_the_clock_has_passed_its_nanosecond() -> None:
+def test_a_real_time_run_waits_until_the_clock_has_passed_the_time_of_an_event() -> None:
     clock = Clock(2.0)
     assert clock.horizon(Tag(0)) == Tag(0)
     assert clock.wait(Tag(seconds(3.0) - 1)) == pytest.approx(1.5, abs=1e-12)

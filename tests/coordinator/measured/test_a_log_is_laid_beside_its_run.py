@@ -44,7 +44,7 @@ def test_the_error_of_a_measured_channel_is_compared_with_its_uncertainty(beside
     assert found["u_val"] == pytest.approx(np.hypot(found["u_D"], found["u_num"]), rel=1e-3)
 
 
-def test_log_channels_are_recorded_next_to_those_of_the_run(beside: Path) -> None:
+def test_measured_channels_are_recorded_next_to_the_simulated_ones(beside: Path) -> None:
     rec = Recording(beside)
     real, off = rec.signal("measured/rope/tension"), rec.signal("error/rope/tension")
     assert rec["measured/wind"].unit == "m/s"
@@ -57,7 +57,7 @@ def test_log_channels_are_recorded_next_to_those_of_the_run(beside: Path) -> Non
     assert "measured  rope/tension/west.H1: E " in info(beside)
 
 
-def test_measuring_with_another_log_replaces_the_first_one(beside: Path, tmp_path: Path) -> None:
+def test_adding_another_measured_log_replaces_the_first_one(beside: Path, tmp_path: Path) -> None:
     t = np.arange(0.0, 39.0, 0.1)
     made = log(tmp_path / "log.csv", {"time [s]": t, "cell [t]": tension(t, 1e6, 0.6)[:, 1] / 9806.65})
     found = measure(beside, made, ["cell=rope/tension/west.H2"], 0.0, out=tmp_path / "again.mcap")
@@ -78,7 +78,7 @@ def test_a_measured_curve_is_dashed_in_the_colour_of_the_simulated_one(beside: P
     assert ("measured/rope/tension", "west.H1") in groups
 
 
-def test_a_log_is_exported_at_the_times_of_the_run(beside: Path, tmp_path: Path) -> None:
+def test_measured_values_are_exported_at_the_sample_times_of_the_run(beside: Path, tmp_path: Path) -> None:
     rows = export(beside, tmp_path / "all.csv").read_text().splitlines()
     assert len(rows) == 1 + len(TIMES)
     assert rows[1].split(",")[3] == "nan"  # before the log begins

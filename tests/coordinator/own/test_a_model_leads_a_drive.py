@@ -47,7 +47,7 @@ def test_the_delay_of_set_points_is_the_lookahead_of_the_port(folder: Path) -> N
     assert [t for t, x in said(play(late.plan), Order) if x.led] == [1.25, 2.25, 3.25]
 
 
-def test_an_axis_led_by_a_user_model_stops_at_its_end_position(folder: Path) -> None:
+def test_an_axis_controlled_by_a_user_model_stops_at_its_end_position(folder: Path) -> None:
     fast = scene(
         folder, SLEDGE, HAND, sets=("models.hand.parameters={one: 1 m/s, two: 1 m/s, three: 1 m/s}", "end=6 s")
     )
@@ -142,13 +142,13 @@ def test_a_bundled_crane_accepts_the_orders_of_a_user_model(folder: Path) -> Non
         play(scene(folder, jib, text, sets=("models.hand.parameters={one: 1 rad/s}",)).plan)
 
 
-def test_user_models_share_nothing_except_messages(folder: Path, tmp_path: Path) -> None:
+def test_user_models_share_no_state_and_communicate_only_by_messages(folder: Path, tmp_path: Path) -> None:
     one = "{model: beside.py:Gossip, period: 1 s, signals: {heard: position of rail}}"
     with pytest.raises(ModelError, match=r"sledge\.one, sledge\.two use beside\.HEARD, which has changed"):
         run(scene(folder, SLEDGE, f"models: {{one: {one}, two: {one}}}\n"), tmp_path / "x.mcap", in_process=True)
 
 
-def test_a_crane_led_by_a_user_model_keeps_its_speed_limits(folder: Path) -> None:
+def test_a_crane_controlled_by_a_user_model_keeps_its_speed_limits(folder: Path) -> None:
     text = HAND.replace("position of rail", "position of crane").replace("speed: pusher", "speed: crane")
     lift = "heavylift: 1\nextends: lift\nname: lift\n"
     with pytest.raises(ModelError, match=r"speed requests 5 of crane.gantry.drive, whose limit is 0.5 m/s or rad/s;"):

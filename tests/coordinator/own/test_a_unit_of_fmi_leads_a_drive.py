@@ -53,7 +53,7 @@ def stepped(file: Path, heard: list[float]) -> list[float]:
     return found
 
 
-def test_an_fmu_gives_the_same_results_here_and_in_fmpy(governed: LoadedScene, folder: Path) -> None:
+def test_an_fmu_gives_the_same_results_in_heavylift_and_in_fmpy(governed: LoadedScene, folder: Path) -> None:
     found = play(governed.plan)
     heard = [(e.t, e.value.value) for e in found.events if isinstance(e.value, Sample)]
     text = [(e.t, e.value.value) for e in found.events if isinstance(e.value, SetPoint)]

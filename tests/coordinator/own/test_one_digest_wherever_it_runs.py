@@ -39,7 +39,7 @@ def test_a_delay_of_a_user_model_changes_the_digest(truth: dict[str, str]) -> No
 
 @pytest.mark.parametrize("delay", DELAYS)
 @pytest.mark.large(beyond=1)
-def test_the_digest_of_a_user_model_is_equal_in_every_placement(
+def test_the_digest_of_a_user_model_does_not_depend_on_its_process(
     tmp_path: Path, truth: dict[str, str], delay: str
 ) -> None:
     scene = damper(delay)

@@ -2,6 +2,7 @@
 
 import random
 import time
+from dataclasses import dataclass
 
 from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out
 
@@ -202,6 +203,13 @@ class Settings:
         self.values = values
 
 
+@dataclass(frozen=True)
+class Frozen:
+    """What is fixed itself, and may refer to what is not."""
+
+    values: object
+
+
 class Counting(Ticker):
     """Writes into what it shares with others, and says what stands there."""
 
@@ -223,6 +231,8 @@ def crowd(what: str, size: int = 3) -> Coupled:
     more: dict[str, dict[str, object]] = {
         "settings": {"settings": Settings(values)},
         "words": {"words": {"hook", "sling"}},
+        "frozen": {"settings": Frozen(values)},
+        "fixed": {"fixed": Frozen((1, Frozen("hook")))},
     }
     ear = root.add(Ear("ear"))
     for i in range(size):

@@ -18,7 +18,7 @@ def yard(lifts: int, scene: str = "hall") -> Plan:
 
 
 @pytest.mark.parametrize("scene", ["turnover", "damper", "crawler", "yard"])
-def test_a_node_builds_its_own_part_of_a_plan_like_the_whole(scene: str) -> None:
+def test_a_node_that_builds_only_its_own_models_builds_them_as_in_the_whole_plan(scene: str) -> None:
     plan = load(scene).plan
     models, wires = build(plan), wiring(plan).all
     for name, part in zip(models, divided(plan, [[name] for name in models]), strict=True):
@@ -41,7 +41,7 @@ def test_the_configuration_of_one_machine_does_not_grow_with_the_number_of_machi
     assert size[4] == size[1] < 12_000
 
 
-def test_a_commander_of_one_action_list_receives_that_lift_only() -> None:
+def test_the_commander_of_one_action_list_receives_only_the_plan_of_its_lift() -> None:
     lists = build(yard(9))["commander"].children
     assert {len(lists[f"l{i}"].plan.machines) for i in range(9)} == {2}
     assert [lists[f"l{i}"].plan.first for i in range(3)] == [0, 7, 14]

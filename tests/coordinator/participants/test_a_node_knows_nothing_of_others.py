@@ -113,7 +113,7 @@ def test_constants_may_be_read_in_any_node(where: dict[str, Any]) -> None:
 
 
 @pytest.mark.filterwarnings("ignore:.*may iterate over a set")
-@pytest.mark.parametrize(("what", "builds"), [("data", 1), ("settings", 3), ("words", 3)])
+@pytest.mark.parametrize(("what", "builds"), [("data", 1), ("settings", 3), ("words", 3), ("frozen", 3), ("fixed", 1)])
 def test_children_built_from_equal_code_are_separate_objects(
     what: str, builds: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -17,7 +17,7 @@ FIRST = ("gust", "girder", "damper")  # forces alone, a beam that bends, a model
 
 @pytest.mark.large(beyond=len(FIRST))
 @pytest.mark.parametrize("name", [*FIRST, *sorted({*bundled()} - {*FIRST})])
-def test_a_bundled_scene_runs_in_memory_as_through_the_protocol(name: str, tmp_path: Path) -> None:
+def test_a_bundled_scene_gives_the_same_run_in_memory_and_through_the_protocol(name: str, tmp_path: Path) -> None:
     scene = load(name)
     played = play(scene.plan)
     recorded = run(scene, tmp_path / "run.mcap", in_process=True)

@@ -96,7 +96,7 @@ class Watched:
 
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.large(beyond=12)
-def test_a_twin_restored_from_any_checkpoint_answers_and_samples_like_its_predecessor(name: str) -> None:
+def test_a_process_restored_from_any_checkpoint_gives_the_same_answers_and_samples(name: str) -> None:
     plan = load(name).plan
     wires = wiring(plan)
     nodes = [Watched(plan, own, Random(i)) for i, own in enumerate(replicas(plan))]

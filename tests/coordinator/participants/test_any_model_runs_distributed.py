@@ -31,7 +31,7 @@ def flat(build, until):
 
 @pytest.mark.parametrize("in_process", [False, True], ids=["processes", "one process"])
 @pytest.mark.parametrize("build", [tokens, work])
-def test_the_log_of_a_distributed_run_is_that_of_the_flat_run(build, in_process):
+def test_a_distributed_run_writes_the_same_log_as_the_flat_simulator(build, in_process):
     lines: list[Transition] = []
     run = run_models(build, until=0.101, in_process=in_process, log=lines.append)
     assert lines == flat(build, ms(101))
@@ -126,7 +126,7 @@ def test_a_mistake_in_a_model_is_reported_with_its_path_and_time(where):
         ("builtins:dict", "builtins:dict: dict() returned dict, it must return a Coupled"),
     ],
 )
-def test_something_that_is_not_a_model_is_reported_in_a_sentence(reference, sentence, monkeypatch, capsys):
+def test_an_object_that_is_not_a_model_is_reported(reference, sentence, monkeypatch, capsys):
     monkeypatch.chdir(HERE)
     monkeypatch.setattr(sys, "argv", ["heavylift", "devs", reference])
     with pytest.raises(SystemExit) as ended:

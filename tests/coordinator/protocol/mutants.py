@@ -12,8 +12,8 @@ import pytest
 from heavylift.coordinator.protocol import (
     Coordinator,
     Delay,
-    Done,
     Grant,
+    GrantDone,
     Hello,
     Matrix,
     Node,
@@ -73,7 +73,7 @@ def who_runs_says_nothing(patch: Patch) -> None:
 
 @mutant
 def who_is_silent_next_stays_silent(patch: Patch) -> None:
-    def take(original: Callable[..., None], core: Coordinator, node: NodeState, text: Done) -> None:
+    def take(original: Callable[..., None], core: Coordinator, node: NodeState, text: GrantDone) -> None:
         original(core, node, text)
         if not text.offer:
             node.quiet = FOREVER
@@ -129,7 +129,7 @@ def granted_at_the_window(patch: Patch) -> None:
 
 @mutant
 def a_commit_lasts(patch: Patch) -> None:
-    def done(original: Callable[..., None], core: Coordinator, name: str, done: Done) -> None:
+    def done(original: Callable[..., None], core: Coordinator, name: str, done: GrantDone) -> None:
         committed = core._nodes[name].committed
         original(core, name, done)
         core._nodes[name].committed = committed
@@ -179,7 +179,7 @@ def who_is_sent_an_input_hears_nothing_more(patch: Patch) -> None:
 
 @mutant
 def a_grant_that_ends_early_counts_as_done(patch: Patch) -> None:
-    def run(original: Callable[..., Done], node: Node, grant: Grant) -> Done:
+    def run(original: Callable[..., GrantDone], node: Node, grant: Grant) -> GrantDone:
         done = original(node, grant)
         return msgspec.structs.replace(done, reached=min(grant.until, done.next))
 

@@ -20,7 +20,7 @@ from heavylift.coordinator.protocol import (
     Coupling,
     Node,
     RunEnd,
-    Stop,
+    StopRun,
     core as core_module,
     node as node_module,
 )
@@ -298,6 +298,6 @@ def distributed(
     with bounds(*TIGHT) if tight else nullcontext():
         chance = Random(order)
         outcome = run_in_memory(coordinator, [Cut(node, chance) for node in nodes] if cut else nodes, chance)
-    left = [node.handle(Stop(coordinator.end)) for node in nodes]
+    left = [node.handle(StopRun(coordinator.end)) for node in nodes]
     results = {result.path: result.value for bye in left if isinstance(bye, Bye) for result in bye.results}
     return Run(logs, events, outcome, coordinator.end, results)

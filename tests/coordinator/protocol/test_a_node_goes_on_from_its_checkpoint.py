@@ -11,9 +11,9 @@ from heavylift.coordinator.protocol import (
     AnyMessage,
     Checkpoint,
     Coordinator,
-    Done,
     Fail,
     Grant,
+    GrantDone,
     Hello,
     Node,
     decode,
@@ -67,7 +67,7 @@ def disturbed(seed: int, together: int | None = None) -> tuple[Logs, list[Event]
 
 @pytest.mark.large
 @pytest.mark.parametrize(("shared", "least"), [(False, 400), (True, 200)], ids=["alone", "in groups"])
-def test_a_node_restored_from_its_checkpoint_gives_every_log_and_event_of_the_undisturbed_run(
+def test_a_node_restored_from_its_checkpoint_reproduces_every_event_of_the_undisturbed_run(
     shared: bool, least: int
 ) -> None:
     lives = 0
@@ -79,7 +79,7 @@ def test_a_node_restored_from_its_checkpoint_gives_every_log_and_event_of_the_un
     assert lives > least
 
 
-def test_a_test_notices_a_checkpoint_without_queued_inputs(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_checkpoint_that_omits_queued_inputs_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
     assert all(disturbed(seed)[0] == distributed(seed).logs for seed in range(5))
     monkeypatch.setattr(node_module, "sorted", lambda kept: [], raising=False)
     assert not all(disturbed(seed)[0] == distributed(seed).logs for seed in range(5))
@@ -110,15 +110,15 @@ class Secret(Atomic):
 def test_a_state_that_cannot_be_saved_is_reported_and_the_node_goes_on() -> None:
     node = Node("secret", Simulator(Secret("secret")))
     node.hello()
-    assert isinstance(node.handle(Grant(1, Tag(5), None, False, [])), Done)
+    assert isinstance(node.handle(Grant(1, Tag(5), None, False, [])), GrantDone)
     answer = node.handle(Checkpoint(1))
     assert isinstance(answer, Checkpoint)
     assert answer.state == b""
     assert answer.why.startswith("secret: no snapshot can be taken (Secret.start.<locals>.<lambda> cannot be saved")
-    assert isinstance(node.handle(Grant(2, Tag(9), None, False, [])), Done)
+    assert isinstance(node.handle(Grant(2, Tag(9), None, False, [])), GrantDone)
 
 
-def test_bytes_that_are_no_saved_state_are_refused() -> None:
+def test_bytes_that_do_not_hold_a_saved_state_are_refused() -> None:
     node = Node("secret", Simulator(Secret("secret")))
     node.hello()
     assert isinstance(node.handle(Checkpoint(1, b"spoiled")), Fail)

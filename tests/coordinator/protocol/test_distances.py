@@ -24,7 +24,7 @@ def said_and_heard(couplings: list[Coupling], lookaheads: Mapping[str, int]) -> 
     return D, R
 
 
-def test_the_delay_along_a_chain_is_the_sum_of_the_lookaheads_between() -> None:
+def test_the_delay_along_a_chain_of_nodes_is_the_sum_of_their_lookaheads() -> None:
     couplings = [link("a", "b"), link("b", "c"), link("c", "d")]
     D, R = said_and_heard(couplings, {"a": 7, "b": 10, "c": 5, "d": 0})
     assert D == [
@@ -49,7 +49,7 @@ def test_a_node_without_lookahead_adds_a_microstep_to_the_delay() -> None:
     assert said_and_heard(couplings, {"a": 0, "b": 0, "c": 5, "d": 0})[0][0][3] == (5, 0)
 
 
-def test_the_shortest_path_counts_and_a_cycle_leads_through_other_nodes() -> None:
+def test_the_delay_between_nodes_is_that_of_the_shortest_path() -> None:
     couplings = [link("a", "b"), link("b", "a"), link("b", "c"), link("c", "a")]
     D, _ = said_and_heard(couplings, {"a": 1, "b": 20, "c": 3})
     assert D == [[(20, 0), (0, 0), (20, 0)], [(0, 0), (1, 0), (0, 0)], [(0, 0), (1, 0), (21, 0)]]
@@ -66,13 +66,13 @@ def test_nothing_arrives_at_a_port_without_coupling() -> None:
     assert distances("ab", [link("a", "b")], {"a.o": NEVER}, heard="a") == ([{}, {}], [{}, {}])
 
 
-def test_the_end_of_a_run_reaches_every_node_after_one_nanosecond() -> None:
+def test_a_finish_event_takes_effect_on_every_node_after_one_nanosecond() -> None:
     nodes, lookaheads = [["commander"], ["west"]], {"commander.finished": 7, "west.o": 0}
     D, R = distances(nodes, [], lookaheads, ("commander", "finished"), heard=["commander"])
     assert (D, R) == ([{0: (1, 0), 1: (1, 0)}, {}], [{1: (8, 0)}, {}])
 
 
-def test_delays_add_to_tags() -> None:
+def test_adding_a_delay_to_a_logical_time_gives_the_next_logical_time() -> None:
     assert plus(Tag(5, 3), (0, 2)) == Tag(5, 5)
     assert plus(Tag(5, 3), (4, 2)) == Tag(9, 2)
     assert plus(Tag(5, 3), None) == plus(FOREVER, (0, 1)) == plus(Tag(5), (NEVER, 0)) == FOREVER

@@ -6,7 +6,7 @@ The truth is one flat simulator that has the operator as a model with a script.
 from random import Random
 
 import pytest
-from heavylift.coordinator.protocol import Done, Hello, Node, OpenCoordinator
+from heavylift.coordinator.protocol import GrantDone, Hello, Node, OpenCoordinator
 from heavylift.kernel import HeavyliftError, ProtocolError
 from heavylift.nodes.devs import FOREVER, Atomic, Event, Out, Simulator, Tag, encode
 from in_memory import answer
@@ -76,7 +76,7 @@ def live(seed: int, order: int, known: Script | None = None, slices: bool = True
         core.inject(event)
     for name in r.sample(sorted(nodes), len(nodes)):
         core.hello(name, nodes[name].hello())  # type: ignore[arg-type]
-    answers: list[tuple[str, Done]] = []
+    answers: list[tuple[str, GrantDone]] = []
     horizon = Tag(0)
     while True:
         if known is None and r.random() < SHARE:
@@ -114,7 +114,7 @@ def test_events_injected_from_outside_have_known_message_types(slices: bool) -> 
     assert late > text / 2 > 300
 
 
-def test_mutant_a_safe_time_that_ignores_the_windows_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_wrong_safe_time_that_ignores_lookahead_windows_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(OpenCoordinator, "safe", property(lambda core: core.floor))
     wrong = 0
     for seed in FEW:
@@ -126,7 +126,7 @@ def test_mutant_a_safe_time_that_ignores_the_windows_is_detected(monkeypatch: py
     assert wrong > 5
 
 
-def test_a_safe_time_respects_committed_offers_that_are_not_granted_yet() -> None:
+def test_the_safe_time_accounts_for_committed_messages_that_are_not_granted_yet() -> None:
     """j runs below x's next tag, 6; through m, which takes 3, it reaches i at 8, and i has its offer there."""
     wires = [
         ("j", "out", "m", "in"),

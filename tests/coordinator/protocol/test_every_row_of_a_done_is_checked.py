@@ -8,7 +8,16 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from heavylift.coordinator.protocol import EVENTS, WHOLE, Coordinator, Done, Hello, NodeState, check_done, check_hello
+from heavylift.coordinator.protocol import (
+    EVENTS,
+    WHOLE,
+    Coordinator,
+    GrantDone,
+    Hello,
+    NodeState,
+    check_done,
+    check_hello,
+)
 from heavylift.kernel import ProtocolError
 from heavylift.nodes.devs import FOREVER, NEVER, Event, Tag, after, succ
 from msgspec.structs import replace
@@ -16,17 +25,17 @@ from mutants import changed
 from random_models import distributed
 
 SEEDS = range(6)
-Spoiled = Callable[[NodeState, Done, Tag], Done | None]
+Spoiled = Callable[[NodeState, GrantDone, Tag], GrantDone | None]
 
 
-def alone(done: Done, **fields: Any) -> Done | None:
+def alone(done: GrantDone, **fields: Any) -> GrantDone | None:
     """One event, changed."""
     if len(done.spoken) != 1:
         return None
     return replace(done, spoken=[replace(done.spoken[0], **fields)])
 
 
-def early(node: NodeState, done: Done, says: Tag) -> Done | None:
+def early(node: NodeState, done: GrantDone, says: Tag) -> GrantDone | None:
     port = f"{node.name}.{done.spoken[0].port}" if len(done.spoken) == 1 else ""
     if not port or port in node.inner:
         return None
@@ -34,7 +43,7 @@ def early(node: NodeState, done: Done, says: Tag) -> Done | None:
     return alone(done, t=soonest.t - 1, k=0) if 0 < soonest.t < NEVER else None
 
 
-def beyond(node: NodeState, done: Done, says: Tag) -> Done | None:
+def beyond(node: NodeState, done: GrantDone, says: Tag) -> GrantDone | None:
     late = max(done.reached, says)
     if late >= FOREVER or done.spoken:
         return None
@@ -43,7 +52,7 @@ def beyond(node: NodeState, done: Done, says: Tag) -> Done | None:
     )
 
 
-def offering(done: Done, **fields: Any) -> Done | None:
+def offering(done: GrantDone, **fields: Any) -> GrantDone | None:
     return replace(done, **fields) if done.offer else None
 
 
@@ -87,7 +96,7 @@ def verdicts(patch: pytest.MonkeyPatch, spoil: Spoiled) -> Counter[str]:
     """What is said of all spoiled DONEs of some random runs; "" of what passes."""
     found: Counter[str] = Counter()
 
-    def done(original: Callable[..., None], core: Coordinator, name: str, honest: Done) -> None:
+    def done(original: Callable[..., None], core: Coordinator, name: str, honest: GrantDone) -> None:
         node = core._nodes[name]
         says = core._tags[node.rank]
         spoiled = spoil(node, honest, says)
@@ -123,7 +132,7 @@ def test_every_check_of_done_messages_has_a_test_case() -> None:
 
 
 @pytest.mark.parametrize("ahead", [-1, NEVER + 1])
-def test_a_declared_lookahead_that_is_no_time_is_refused(ahead: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_declared_lookahead_that_is_not_a_valid_time_is_refused(ahead: int, monkeypatch: pytest.MonkeyPatch) -> None:
     hello = Hello(Tag(0), [], Tag(0), {"a.out": ahead})
     with pytest.raises(
         ProtocolError, match=rf"^a declares a lookahead of {ahead} ns for port a.out, which is not between 0"

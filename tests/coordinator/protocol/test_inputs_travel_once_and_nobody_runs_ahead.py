@@ -9,7 +9,7 @@ from random import Random
 
 import msgspec
 import pytest
-from heavylift.coordinator.protocol import AHEAD, SPOKEN, TAGS, Coordinator, Done, Grant, Node, core as core_module
+from heavylift.coordinator.protocol import AHEAD, SPOKEN, TAGS, Coordinator, Grant, GrantDone, Node, core as core_module
 from heavylift.kernel import ModelError
 from heavylift.nodes.devs import FOREVER, Atomic, Bag, Event, In, Message, Out, Simulator, Tag
 from heavylift.nodes.devs.execution import SILENT, Wire
@@ -76,7 +76,7 @@ def rounds(core: Coordinator, nodes: dict[str, Node], n: int, each: Show, seed: 
     order = Random(seed)
     for name, node in nodes.items():
         core.hello(name, node.hello())  # type: ignore[arg-type]
-    answers: list[tuple[str, Done]] = []
+    answers: list[tuple[str, GrantDone]] = []
     for _ in range(n):
         for name, grant in core.ready():
             each(name, grant)
@@ -130,7 +130,7 @@ def test_a_grant_ends_after_a_limited_number_of_events() -> None:
     node = nodes_of([], Clock("a", 1))["a"]
     node.hello()
     done = node.handle(Grant(1, FOREVER, None, False, []))
-    assert isinstance(done, Done)
+    assert isinstance(done, GrantDone)
     assert (len(done.spoken), done.reached, done.next) == (SPOKEN, Tag(SPOKEN, 1), Tag(SPOKEN + 1))
 
 
@@ -139,7 +139,7 @@ def test_a_grant_without_outputs_ends_after_a_limited_number_of_tags() -> None:
     node.hello()
     for gseq in (1, 2):
         done = node.handle(Grant(gseq, FOREVER, None, False, []))
-        assert isinstance(done, Done)
+        assert isinstance(done, GrantDone)
         assert (done.spoken, done.reached) == ([], Tag(gseq * ((TAGS - 1) * SILENT + 1), 1))
 
 
@@ -197,7 +197,7 @@ def test_a_sampling_node_stops_at_its_output_and_releases_others_before_its_done
     core.ready()
     assert (core.floor, left) == (Tag(400), [250])
     done = a.handle(msgspec.structs.replace(grants["a"], committed=False))
-    assert isinstance(done, Done)
+    assert isinstance(done, GrantDone)
     assert (done.reached, len(done.spoken)) == (Tag(400, 1), 1)
     core.working("a", 700)
     assert (core.floor, left) == (Tag(700), [250, 400, 500])

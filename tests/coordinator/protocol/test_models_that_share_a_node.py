@@ -45,7 +45,7 @@ def shared(seed: int) -> Run:
     return distributed(seed, seed, cut=seed % 2 > 0, tight=seed % 5 < 2, build=_build(seed), together=seed)
 
 
-def test_random_placements_give_the_log_of_the_flat_run_and_the_events_of_separate_nodes() -> None:
+def test_random_distributions_over_processes_give_the_log_of_the_flat_run_and_the_same_events() -> None:
     inside = 0
     for seed in MODELS:
         run = shared(seed)
@@ -162,7 +162,7 @@ MUTANTS = [
 
 
 @pytest.mark.parametrize("mutant", MUTANTS)
-def test_mutants_of_shared_nodes_are_detected(mutant: Callable[[Patch], None], monkeypatch: Patch) -> None:
+def test_deliberate_faults_in_shared_nodes_are_detected(mutant: Callable[[Patch], None], monkeypatch: Patch) -> None:
     mutant(monkeypatch)
     found = (seed for seed in MANY if told(seed))
     assert [next(found, None) is not None for _ in range(2)] == [True] * 2
@@ -179,7 +179,7 @@ def relayed() -> list[tuple[Tag, int]]:
 
 
 @pytest.mark.parametrize("mutant", [no_way_leads_from_model_to_model_within_a_node, inner_ports_are_on_no_way])
-def test_events_between_models_of_one_node_are_waited_for(mutant: Callable[[Patch], None], monkeypatch: Patch) -> None:
+def test_a_node_waits_for_events_between_its_own_models(mutant: Callable[[Patch], None], monkeypatch: Patch) -> None:
     assert relayed() == [(Tag(5, 2), 100)]
     mutant(monkeypatch)
     with pytest.raises(

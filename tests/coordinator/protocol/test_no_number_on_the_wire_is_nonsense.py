@@ -18,10 +18,10 @@ MESSAGES: list[m.AnyMessage] = [
     m.Hello(Tag(1, 2), [EVENT], Tag(3, 4), {"out": 10}),
     m.Welcome(7, b""),
     m.Grant(3, Tag(9, 8), (4, 6), True, [EVENT]),
-    m.Done(3, Tag(9, 8), [EVENT], Tag(11, 1), [EVENT], Tag(12, 3), b""),
+    m.GrantDone(3, Tag(9, 8), [EVENT], Tag(11, 1), [EVENT], Tag(12, 3), b""),
     m.Checkpoint(4),
     m.Fail(Tag(1, 1), "crane", "no", ""),
-    m.Stop(Tag(6, 2)),
+    m.StopRun(Tag(6, 2)),
     m.Bye("", 0.5),
 ]
 

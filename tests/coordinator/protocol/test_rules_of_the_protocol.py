@@ -9,13 +9,13 @@ from heavylift.coordinator.protocol import (
     Bye,
     Coordinator,
     Coupling,
-    Done,
     Fail,
     Grant,
+    GrantDone,
     Hello,
     Node,
     RunEnd,
-    Stop,
+    StopRun,
     Welcome,
     decode,
     encode,
@@ -45,7 +45,7 @@ def test_an_offer_is_committed_to_the_bag_of_its_receiver_at_its_own_tag() -> No
     assert core.ready() == []
 
 
-def test_a_lookahead_widens_the_window_of_others_after_an_input_only() -> None:
+def test_lookahead_lets_other_nodes_advance_further_only_after_an_input() -> None:
     core = Coordinator(["a", "b", "c"], [("a", "out", "b", "into"), ("b", "out", "c", "into")])
     core.hello("a", hello(5, [event(5)]))
     core.hello("b", hello(FOREVER.t, b=10))
@@ -53,7 +53,7 @@ def test_a_lookahead_widens_the_window_of_others_after_an_input_only() -> None:
     assert dict(core.ready())["c"].until == Tag(15)
 
 
-def test_silent_nodes_that_could_only_send_later_do_not_wait_for_each_other() -> None:
+def test_nodes_do_not_wait_for_silent_nodes_that_can_only_send_later() -> None:
     core = Coordinator(["a", "b"], PAIR)
     for name in ("a", "b"):
         core.hello(name, Hello(Tag(5), [], Tag(5)))
@@ -76,10 +76,10 @@ def test_events_are_released_in_total_order_once_no_earlier_one_is_possible() ->
     core.hello("b", hello(3, [event(3, "b")]))
     core.ready()
     assert left == [event(3, "b")]
-    core.done("a", Done(1, FOREVER, [event(9)], FOREVER, [], FOREVER, b""))
+    core.done("a", GrantDone(1, FOREVER, [event(9)], FOREVER, [], FOREVER, b""))
     core.ready()
     assert left == [event(3, "b")]
-    core.done("b", Done(1, FOREVER, [event(7, "b")], FOREVER, [], FOREVER, b""))
+    core.done("b", GrantDone(1, FOREVER, [event(7, "b")], FOREVER, [], FOREVER, b""))
     assert core.ready() == []
     assert (left, core.over) == ([event(3, "b"), event(5), event(7, "b"), event(9)], RunEnd.QUIET)
 
@@ -114,7 +114,7 @@ def test_a_repeated_grant_is_answered_with_the_stored_done() -> None:
     node.hello()
     grant = Grant(1, Tag(6), None, True, [])
     done = node.handle(grant)
-    assert isinstance(done, Done)
+    assert isinstance(done, GrantDone)
     assert (done.reached, done.spoken, done.next) == (Tag(6), [], Tag(7))
     assert done.offer == [event(7, n=1, port="last"), event(7, n=1)]
     assert node.handle(grant) is done
@@ -127,7 +127,7 @@ def test_undelivered_events_stay_with_the_coordinator() -> None:
     node.hello()
     inputs = [event(t, "b") for t in (5, 6)]
     done = node.handle(Grant(1, Tag(100), (0, 1), False, inputs))
-    assert isinstance(done, Done)
+    assert isinstance(done, GrantDone)
     assert (done.reached, [e.tag for e in done.spoken], done.next) == (Tag(5, 2), [Tag(5, 1)], FOREVER)
 
 
@@ -137,12 +137,12 @@ def test_the_digest_depends_on_every_event_and_on_their_order() -> None:
         (node,) = started(Clockwork("a", delay=0))
         node.hello()
         done = node.handle(Grant(1, Tag(100), None, False, [event(5, "b", n)]))
-        assert isinstance(done, Done)
+        assert isinstance(done, GrantDone)
         hashes.append(done.hash)
     assert hashes[0] == hashes[1] != hashes[2]
 
 
-def test_welcome_and_stop_frame_a_run() -> None:
+def test_a_run_begins_with_welcome_and_ends_with_stop_messages() -> None:
     ends: list[Tag] = []
 
     def finish(end: Tag) -> str:
@@ -152,10 +152,10 @@ def test_welcome_and_stop_frame_a_run() -> None:
     node = Node("a", Simulator(Clockwork("a")), finish)
     assert (node.handle(Welcome(3)), node.epoch) == (None, 3)
     node.hello()
-    assert (node.handle(Stop(Tag(9))), ends) == (Bye("still waiting for b"), [Tag(9)])
+    assert (node.handle(StopRun(Tag(9))), ends) == (Bye("still waiting for b"), [Tag(9)])
     (quiet,) = started(Clockwork("c"))
     quiet.hello()
-    assert quiet.handle(Stop(Tag(9))) == Bye()
+    assert quiet.handle(StopRun(Tag(9))) == Bye()
     for message in (Bye(), hello(3), Fail(Tag(0), "a", "", "")):
         with pytest.raises(ProtocolError, match=rf"^a does not accept {type(message).__name__.upper()}$"):
             node.handle(message)
@@ -181,17 +181,17 @@ def test_the_last_message_reports_the_largest_possible_lookaheads() -> None:
     node.hello()
     for gseq, (t, n) in enumerate([(10, 7), (40, 5), (60, 9)], 1):
         node.handle(Grant(gseq, Tag(t + 20), None, True, [event(t, "b", n)]))
-    assert node.handle(Stop(Tag(90))) == Bye(slack=[Slack("a.out", declared_ns=10, observed_ns=15, count=3)])
+    assert node.handle(StopRun(Tag(90))) == Bye(slack=[Slack("a.out", declared_ns=10, observed_ns=15, count=3)])
 
 
-def test_only_valid_messages_are_decoded_and_as_they_were_sent() -> None:
+def test_valid_messages_are_decoded_unchanged_and_invalid_ones_are_refused() -> None:
     messages: list[AnyMessage] = [
         hello(3, [event(3)]),
         Welcome(1, b"x"),
         Grant(1, FOREVER, (5, 0), True, [event(2)]),
-        Done(1, Tag(3), [event(2)], Tag(4), [], Tag(4, 1), b"h", Tag(2)),
+        GrantDone(1, Tag(3), [event(2)], Tag(4), [], Tag(4, 1), b"h", Tag(2)),
         Fail(Tag(3), "a.b", "it broke", ""),
-        Stop(Tag(3), "finished"),
+        StopRun(Tag(3), "finished"),
         Bye("a waits", 0.5, [Slack("a.out", 10, 15, 3)], [AtomicResult("a.b", "Word", b"w")]),
     ]
     for message in messages:

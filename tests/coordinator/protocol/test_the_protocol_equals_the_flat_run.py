@@ -22,7 +22,7 @@ PATIENCE = 20_000  # decisions after which a mutant counts as stuck; no model ne
 truth = cache(flat)
 
 
-def test_logs_equal_the_flat_run_for_any_message_order_any_cut_any_bound_and_any_work_ahead() -> None:
+def test_logs_equal_the_flat_run_for_any_message_order_grant_size_and_lookahead() -> None:
     transitions = confluent = crossing = 0
     for seed in MODELS:
         runs = [
@@ -41,7 +41,7 @@ def test_logs_equal_the_flat_run_for_any_message_order_any_cut_any_bound_and_any
     assert crossing > 3_000
 
 
-def test_a_finish_port_ends_the_run_with_its_time_and_no_node_passes_it() -> None:
+def test_a_finish_event_ends_the_run_at_its_time_and_no_node_advances_beyond_it() -> None:
     finished = 0
     for seed in FEW:
         whole = distributed(seed)
@@ -83,16 +83,16 @@ def told(seed: int) -> bool:
 
 @pytest.mark.parametrize("name", MUTANTS)
 @pytest.mark.large(beyond=8)
-def test_mutants_of_the_protocol_are_detected(name: str, impatient: pytest.MonkeyPatch) -> None:
+def test_deliberate_faults_in_the_protocol_are_detected(name: str, impatient: pytest.MonkeyPatch) -> None:
     MUTANTS[name](impatient)
     found = (seed for seed in MANY if told(seed))
     assert [next(found, None) is not None for _ in range(ENOUGH)] == [True] * ENOUGH
 
 
-def test_mutant_outputs_that_arrive_a_microstep_later_are_detected() -> None:
+def test_a_deliberate_delay_of_outputs_by_one_microstep_is_detected() -> None:
     assert sum(wave(seed) != truth(seed) for seed in FEW) > 10
 
 
-def test_the_end_of_a_grant_is_exclusive() -> None:
+def test_a_grant_excludes_its_end_time() -> None:
     logs: Logs = distributed(3).logs
     assert all(line.tag.t < END for log in logs.values() for line in log)

@@ -21,10 +21,10 @@ SAID: dict[str, m.AnyMessage] = {
     "hello": m.Hello(Tag(5, 1), EVENTS, Tag(9), {"crane.report": 3}, b"declared", f"wire {WIRE}", "of a scene"),
     "welcome": m.Welcome(2, b"config"),
     "grant": m.Grant(4, Tag(10**12, 3), (7, 0), True, EVENTS),
-    "done": m.Done(4, Tag(10), EVENTS, Tag(11), EVENTS[:1], Tag(12, 1), bytes(range(32)), Tag(9)),
+    "done": m.GrantDone(4, Tag(10), EVENTS, Tag(11), EVENTS[:1], Tag(12, 1), bytes(range(32)), Tag(9)),
     "checkpoint": m.Checkpoint(4, b"state", "why"),
     "fail": m.Fail(Tag(3), "yard.crane", "cannot", "Traceback", EVENTS),
-    "stop": m.Stop(Tag(2**63 - 1), "the end"),
+    "stop": m.StopRun(Tag(2**63 - 1), "the end"),
     "bye": m.Bye("nothing", 0.25, [Slack("crane.report", 3, 5, 2)], [AtomicResult("crane", "Report", b"\x91\x07")]),
 }
 FRAMES: dict[str, dict[str, str]] = json.loads(FILE.read_text()) if FILE.exists() else {}
@@ -42,7 +42,7 @@ def test_every_message_type_has_a_stored_frame() -> None:
     assert tags == SAID.keys() == FRAMES[str(WIRE)].keys()
 
 
-def test_frames_are_encoded_as_in_stored_versions() -> None:
+def test_messages_are_encoded_to_the_same_bytes_as_the_stored_ones() -> None:
     assert framed() == FRAMES[str(WIRE)]
 
 

@@ -62,7 +62,7 @@ def ways(*names: str) -> list[tuple[str, str, str, str]]:
 
 
 @pytest.mark.parametrize("order", range(3))
-def test_a_cycle_of_two_nodes_without_delay_is_named(order: int) -> None:
+def test_a_zero_delay_cycle_between_two_nodes_is_reported_by_name(order: int) -> None:
     assert ended([Player("b"), Player("a", serve=ms(5))], ways("a", "b"), order) == (
         "a, b at (0.005 s, 200): zero-time loop between nodes, 200 microsteps in which no time passes: "
         "a.out -> b.into, b.out -> a.into; let one of them hold for more than 0 ns" + LONGER
@@ -70,7 +70,7 @@ def test_a_cycle_of_two_nodes_without_delay_is_named(order: int) -> None:
 
 
 @pytest.mark.parametrize("order", range(3))
-def test_a_cycle_of_three_nodes_without_delay_is_named_even_if_a_fourth_listens(order: int) -> None:
+def test_a_zero_delay_cycle_of_three_nodes_is_reported_even_if_a_fourth_node_receives_its_messages(order: int) -> None:
     players = [Player("c"), Player("a", serve=ms(5)), Player("b"), Player("x")]
     assert ended(players, [*ways("c", "b", "a"), ("b", "aside", "x", "into")], order) == (
         "a, c, b at (0.005 s, 200): zero-time loop between nodes, 200 microsteps in which no time passes: "
@@ -79,7 +79,7 @@ def test_a_cycle_of_three_nodes_without_delay_is_named_even_if_a_fourth_listens(
 
 
 @pytest.mark.parametrize("order", range(3))
-def test_a_cycle_without_delay_inside_another_cycle_is_named(order: int) -> None:
+def test_a_zero_delay_cycle_inside_another_cycle_is_reported_by_name(order: int) -> None:
     """a, b and c go around; b and c go around faster."""
     players = [Player("a", serve=ms(5)), Player("b"), Player("c")]
     assert ended(players, [*ways("a", "b", "c"), ("c", "aside", "b", "into")], order) == (
@@ -96,7 +96,7 @@ def test_a_node_that_reaches_the_microstep_limit_by_messages_is_named(rests: int
     )
 
 
-def test_a_loop_without_delay_inside_a_node_is_named_by_its_atomics() -> None:
+def test_a_zero_delay_loop_inside_a_node_is_reported_with_its_atomic_models() -> None:
     pair = Coupled("pair")
     left, right = pair.add(Player("left", serve=ms(5))), pair.add(Player("right"))
     pair.connect(left.out, right.into)

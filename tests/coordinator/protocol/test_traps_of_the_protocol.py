@@ -4,7 +4,7 @@ from itertools import permutations
 from random import Random
 
 import pytest
-from heavylift.coordinator.protocol import Coordinator, Done, Grant, Hello, Node, RunEnd
+from heavylift.coordinator.protocol import Coordinator, Grant, GrantDone, Hello, Node, RunEnd
 from heavylift.kernel import ProtocolError
 from heavylift.nodes.devs import FOREVER, Atomic, Bag, Event, In, Message, Out, Simulator, Tag, encode
 from in_memory import run_in_memory
@@ -74,7 +74,7 @@ def test_simultaneous_events_are_ordered_by_source_whichever_node_answers_first(
             core.hello(name, Hello(FOREVER if name == "c" else Tag(1), [], FOREVER if name == "c" else Tag(1, 1)))
         assert [name for name, _ in core.ready()] == ["a", "b", "d"]
         for name in order:
-            core.done(name, Done(1, Tag(1, 1), [], Tag(2), [event(2, name)], Tag(2), b""))
+            core.done(name, GrantDone(1, Tag(1, 1), [], Tag(2), [event(2, name)], Tag(2), b""))
         grants = dict(core.ready())
         assert [event.source for event in grants["c"].inputs] == ["a", "b", "d"]
 
@@ -90,7 +90,7 @@ def test_a_node_whose_next_tag_equals_that_of_a_message_is_confluent() -> None:
         assert log["b"] == [(5, 0, "c", [1])]
 
 
-def test_a_node_that_reschedules_with_zero_delay_is_due_one_microstep_later() -> None:
+def test_a_node_that_reschedules_with_zero_delay_is_imminent_one_microstep_later() -> None:
     for order in range(6):
         log = lines(Coordinator("ab", ONE_WAY), Timer("a", 5, 5, 5), Timer("b", 5, 5), order=order)
         assert log["b"] == [(5, 0, "c", [1]), (5, 1, "c", [2]), (5, 2, "e", [3])]
@@ -102,11 +102,11 @@ def test_a_run_ends_while_messages_are_pending_for_later() -> None:
     core.hello("a", Hello(Tag(5), [event(5)], Tag(5)))
     core.hello("b", Hello(FOREVER, [], FOREVER))
     assert [(name, grant.until) for name, grant in core.ready()] == [("a", Tag(9))]
-    core.done("a", Done(1, Tag(9), [], Tag(9), [event(9, n=2)], Tag(9), b""))
+    core.done("a", GrantDone(1, Tag(9), [], Tag(9), [event(9, n=2)], Tag(9), b""))
     assert (core.ready(), core.over, left) == ([], RunEnd.BOUND, [event(5)])
 
 
-def test_a_finish_leaves_pending_what_comes_after_its_time() -> None:
+def test_messages_after_the_time_of_a_finish_event_are_not_delivered() -> None:
     left: list[Event] = []
     core = Coordinator("ab", ONE_WAY, finish=("a", "out"), on_event=left.append)
     log = lines(core, Timer("a", 5, 5, 6), Timer("b", 7))
@@ -121,7 +121,7 @@ def test_repeated_grants_are_answered_with_the_stored_done_and_a_done_counts_onc
     core.hello("a", node.hello())  # type: ignore[arg-type]
     ((_, grant),) = core.ready()
     done = node.handle(grant)
-    assert isinstance(done, Done)
+    assert isinstance(done, GrantDone)
     assert node.handle(grant) is done
     assert timer.log == [(5, 0, "i", [])]
     core.done("a", done)
@@ -147,7 +147,7 @@ def test_a_message_in_the_past_is_refused_with_its_port() -> None:
     core.hello("b", Hello(FOREVER, [], FOREVER, {"b.out": 10, "b.quick": 0}))
     core.ready()
     with pytest.raises(ProtocolError) as error:
-        core.done("b", Done(1, Tag(5, 1), [], Tag(14), [event(14, "b")], Tag(14), b""))
+        core.done("b", GrantDone(1, Tag(5, 1), [], Tag(14), [event(14, "b")], Tag(14), b""))
     assert str(error.value) == (
         "b sent an event on port out at (0.000000014 s, 0), earlier than the (0.000000015 s, 0) that it had declared: "
         "the lookahead of that port is too long"
@@ -168,7 +168,7 @@ def test_outputs_delayed_by_a_microstep_would_miss_the_confluent_transition() ->
     assert log["b"] == [(5, 0, "c", [1])] != [(5, 0, "i", []), (5, 1, "e", [1])]
 
 
-def test_a_window_of_next_event_plus_lookahead_would_admit_late_messages(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_granting_up_to_next_event_plus_lookahead_would_allow_late_messages(monkeypatch: pytest.MonkeyPatch) -> None:
     """Two nodes, one message: a is due at 5 since the start, and its lookahead of 10 says nothing of that."""
 
     def window_of_b() -> Tag:

@@ -2,7 +2,7 @@
 
 import pytest
 from clockwork import PAIR, Clockwork, event, hello, started
-from heavylift.coordinator.protocol import Coordinator, Done, Fail, Grant
+from heavylift.coordinator.protocol import Coordinator, Fail, Grant, GrantDone
 from heavylift.kernel import ProtocolError
 from heavylift.nodes.devs import FOREVER, Tag
 
@@ -15,31 +15,31 @@ def test_forbidden_messages_of_a_node_are_refused() -> None:
     with pytest.raises(ProtocolError, match=r"^a sent HELLO twice"):
         core.hello("a", hello(5))
     core.hello("b", hello(FOREVER.t))
-    done = Done(1, FOREVER, [], FOREVER, [], FOREVER, b"")
+    done = GrantDone(1, FOREVER, [], FOREVER, [], FOREVER, b"")
     with pytest.raises(ProtocolError, match=r"^a sent DONE 1 out of order, its last GRANT is 0$"):
         core.done("a", done)
     core.ready()
     with pytest.raises(ProtocolError, match=r"^a sent an event of b: a node sends events of its own models only$"):
-        core.done("a", Done(1, FOREVER, [event(6, "b")], FOREVER, [], FOREVER, b""))
+        core.done("a", GrantDone(1, FOREVER, [event(6, "b")], FOREVER, [], FOREVER, b""))
     with pytest.raises(ProtocolError, match=r"^a offers a\.out at \(0.000000007 s, 0\): an offer holds its own"):
-        core.done("a", Done(1, Tag(5, 1), [], Tag(8), [event(7)], Tag(8), b""))
+        core.done("a", GrantDone(1, Tag(5, 1), [], Tag(8), [event(7)], Tag(8), b""))
     core = Coordinator(["a", "b"], PAIR)
     core.hello("a", hello(5, [event(5)]))
     core.hello("b", hello(FOREVER.t))
     core.ready()
     early = r"^a sent an event on port out at \(0.000000005 s, 0\), earlier than the \(0.000000005 s, 1\)"
     with pytest.raises(ProtocolError, match=early):
-        core.done("a", Done(1, FOREVER, [event(5)], FOREVER, [], FOREVER, b""))
+        core.done("a", GrantDone(1, FOREVER, [event(5)], FOREVER, [], FOREVER, b""))
 
 
 @pytest.mark.parametrize(("reached", "then"), [(Tag(6), Tag(8)), (Tag(5, 1), Tag(4))])
-def test_a_done_covers_no_more_than_its_grant_and_all_events_in_it(reached: Tag, then: Tag) -> None:
+def test_a_done_message_covers_exactly_the_events_of_its_grant(reached: Tag, then: Tag) -> None:
     core = Coordinator(["a", "b"], PAIR)
     core.hello("a", hello(5, [event(5)]))
     core.hello("b", hello(FOREVER.t))
     core.ready()
     with pytest.raises(ProtocolError) as error:
-        core.done("a", Done(1, reached, [], then, [], then, b""))
+        core.done("a", GrantDone(1, reached, [], then, [], then, b""))
     assert str(error.value) == (
         f"a has done all before {reached} and goes on at {then}: a DONE reaches at most the end of its GRANT, "
         "(0.000000005 s, 1), and leaves nothing undone"

@@ -30,7 +30,7 @@ def test_the_tension_of_a_loaded_rope_oscillates_about_its_static_tension(record
         assert abs(over - 1.0).max() < 1.0 / 6.0, name
 
 
-def test_the_equilibrium_path_has_the_times_of_the_run(recording: Recording) -> None:
+def test_the_equilibrium_path_has_the_same_times_as_the_run(recording: Recording) -> None:
     (t, _), *_ = at_rest(recording).values()
     stages = [start for start, _ in recording.stages()]
     assert np.all(np.diff(t) >= 0.0)

@@ -82,7 +82,7 @@ def test_the_first_sample_that_deviates_is_reported(lift: Path, tmp_path: Path) 
     assert (message.recorded, message.now) == (signal.values[7, 1] + 0.5, signal.values[7, 1])
 
 
-def test_the_exit_code_tells_whether_a_verification_succeeded(
+def test_the_exit_code_of_a_verification_reports_its_success(
     lift: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], request: pytest.FixtureRequest
 ) -> None:
     digest = Recording(lift).result["digest"]

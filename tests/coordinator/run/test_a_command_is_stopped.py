@@ -220,7 +220,7 @@ scene._Run.greet = greet
 
 
 @pytest.mark.parametrize("where", [[], ["--in-process"]], ids=["processes", "one process"])
-def test_a_run_that_fails_during_start_up_ends_in_a_sentence(where, tmp_path):
+def test_a_run_that_fails_during_start_up_ends_with_a_clear_message(where, tmp_path):
     done = patched(FAILING, tmp_path, *where)
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1].startswith("heavylift: the system gives no more memory")
@@ -244,7 +244,7 @@ Conversation.play = play
 
 
 @pytest.mark.parametrize("where", [[], ["--in-process"]], ids=["processes", "one process"])
-def test_a_run_that_has_lost_its_ctrl_c_can_still_be_stopped(where, tmp_path):
+def test_a_run_that_missed_a_ctrl_c_can_still_be_stopped(where, tmp_path):
     done = patched(SWALLOWING, tmp_path, "--rate", "1", *where)
     assert done.returncode == 130
     assert done.stderr.splitlines()[-1].startswith("heavylift: stopped by the user at ")

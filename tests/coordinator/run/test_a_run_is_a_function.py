@@ -112,7 +112,7 @@ def test_a_system_can_be_inspected_by_functions() -> None:
         (lambda: simulate("nowhere"), "there is no scene 'nowhere'"),
     ],
 )
-def test_impossible_arguments_of_simulate_are_one_sentence(asked, told: str) -> None:
+def test_invalid_arguments_of_simulate_are_reported_in_one_sentence(asked, told: str) -> None:
     with pytest.raises(HeavyliftError) as found:
         asked()
     assert told in str(found.value)

@@ -118,7 +118,7 @@ def test_a_result_that_breaks_a_rule_is_reported_by_path(result: Any, sentence: 
     assert str(message.value).startswith(f"yard.one at (7 s, 0): {sentence}")
 
 
-def test_a_port_that_cannot_end_a_run_is_refused() -> None:
+def test_an_invalid_finish_port_is_refused() -> None:
     for stop in ("processor.into", "frame.transducer.stop", "done"):
         with pytest.raises(ModelError, match=rf"^--stop {stop}: no child of workshop has this out port; "):
             run_models(work, stop=stop, **HERE)
@@ -138,7 +138,7 @@ def test_a_script_defines_messages_and_runs_its_model(tmp_path: Path) -> None:
     assert done.stdout == "{'top.one': Answer(value=42)}\n"
 
 
-def test_a_recording_of_models_has_no_scene_to_branch(tmp_path: Path) -> None:
+def test_a_recording_of_devs_models_cannot_be_branched(tmp_path: Path) -> None:
     reference = "heavylift.nodes.zoo.multi_server_queue:mmc(c=2, seed=3)"
     run_models(reference, until=5.0, output=tmp_path / "queue.mcap", in_process=True)
     with pytest.raises(RecordingError) as error:

@@ -44,7 +44,7 @@ main()
 """
 
 
-def test_ctrl_c_while_the_commands_are_still_being_imported_is_one_sentence():
+def test_ctrl_c_during_start_up_ends_in_one_sentence():
     done = subprocess.run([sys.executable, "-c", IMPATIENT], capture_output=True, text=True, timeout=PATIENCE_s)
     assert (done.returncode, done.stderr) == (130, "heavylift: stopped\n")
 
@@ -187,14 +187,14 @@ def test_a_misspelt_scene_name_is_answered_with_the_right_one(tmp_path):
     assert "turnover" in error
 
 
-def test_a_wrong_command_line_is_one_sentence(tmp_path):
+def test_an_invalid_command_line_is_reported_in_one_sentence(tmp_path):
     code, _, error = finish(tmp_path, "rum", "turnover")
     assert code == 2
     assert error.startswith("heavylift: No such command 'rum'")
 
 
 @pytest.mark.parametrize("arguments", [["doctor", "--help"], ["--help"]])
-def test_a_full_disk_behind_standard_output_is_one_sentence(tmp_path, arguments):
+def test_a_full_disk_under_redirected_output_is_reported_in_one_sentence(tmp_path, arguments):
     with Path("/dev/full").open("w") as full:
         done = subprocess.run([HEAVYLIFT, *arguments], cwd=tmp_path, stdout=full, stderr=subprocess.PIPE, text=True)
     assert done.returncode == 1
@@ -203,7 +203,7 @@ def test_a_full_disk_behind_standard_output_is_one_sentence(tmp_path, arguments)
     )
 
 
-def test_a_closed_pipe_after_enough_output_is_no_error(tmp_path):
+def test_closing_the_pipe_after_some_output_is_not_an_error(tmp_path):
     process = start(tmp_path, "--help")
     process.stdout.close()
     assert process.stderr.read() == ""

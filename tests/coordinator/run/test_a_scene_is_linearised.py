@@ -61,7 +61,7 @@ def test_a_scene_is_linearised_in_motion_and_at_rest():
         (("trolley", ["drive"], ["joint/position/*"], -1.0), "at: "),
     ],
 )
-def test_invalid_arguments_of_linearise_are_one_sentence(arguments, sentence):
+def test_invalid_arguments_of_linearise_are_reported_in_one_sentence(arguments, sentence):
     with pytest.raises(HeavyliftError) as error:
         heavylift.linearise(*arguments)
     assert sentence in str(error.value)

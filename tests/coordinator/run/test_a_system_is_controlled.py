@@ -24,7 +24,7 @@ PUSH = Characteristic("push", "rail", "position", (-1.0, 1.0), (1.0, 1.0), Input
 NAMES = "joint/position/rail.travel", "joint/position/pin.angle", "joint/velocity/rail.speed", "joint/velocity/pin.rate"
 
 
-def test_a_pole_that_falls_is_held_upright_by_the_gains_of_its_linear_model():
+def test_an_inverted_pendulum_is_stabilised_by_gains_from_its_linear_model():
     upright = linearise(cart(0.0, forces=(PUSH,)), ["push"], ["joint/position/*"], at=0.0)
     assert max(s.real for s in np.linalg.eigvals(upright.A)) > 1.0
     K = upright.B.T @ solve_continuous_are(upright.A, upright.B, np.eye(4), [[0.1]]) / 0.1
@@ -74,7 +74,7 @@ def test_a_control_function_is_called_every_period_with_all_samples():
         ({"control": lambda t, now: {}, "period": 0.0}, "period"),
     ],
 )
-def test_invalid_control_functions_are_one_sentence(arguments, sentence):
+def test_invalid_control_functions_are_reported_in_one_sentence(arguments, sentence):
     with pytest.raises(HeavyliftError) as error:
         simulate(cart(forces=(PUSH,)), 0.3, **arguments)
     assert sentence in str(error.value)

@@ -76,7 +76,7 @@ def test_an_edited_model_is_loaded_anew_for_each_run(reference: str, helper: boo
     assert message[0] != message[1]
 
 
-def test_a_function_passed_instead_of_a_reference_is_that_of_its_file(here: Path) -> None:
+def test_a_function_passed_as_an_object_is_loaded_from_its_file(here: Path) -> None:
     (here / "beat_given.py").write_text(MODEL.format(helper="WAIT = 1000"))
     from beat_given import build  # type: ignore[import-not-found]
 

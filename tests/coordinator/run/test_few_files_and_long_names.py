@@ -49,7 +49,7 @@ def test_a_run_works_with_a_low_limit_of_open_files(tmp_path: Path, files: int, 
     ]
 
 
-def test_a_scene_with_a_long_name(tmp_path: Path) -> None:
+def test_a_scene_with_a_very_long_name_runs(tmp_path: Path) -> None:
     text = bundled()["pendulum"].read_text().replace("name: pendulum", f"name: {'n' * LONG}")
     (tmp_path / "long.yaml").write_text(text)
     code, answer, left = play(tmp_path, "run long.yaml --set end=1s --in-process")

@@ -76,7 +76,7 @@ def test_arguments_that_name_no_file_are_refused(name: str, no_file: object, tmp
 
 @pytest.mark.parametrize("no_scene", [None, 5, b"lift", {"heavylift": 1}], ids=repr)
 @pytest.mark.parametrize("face", [loaded, check, paused, lambda x: run(x, "x.mcap", in_process=True)])
-def test_a_file_that_is_no_scene_is_refused(face: Callable[[object], object], no_scene: object) -> None:
+def test_a_file_that_is_not_a_scene_is_refused(face: Callable[[object], object], no_scene: object) -> None:
     with pytest.raises(SceneError) as e:
         face(no_scene)
     assert str(e.value) == (

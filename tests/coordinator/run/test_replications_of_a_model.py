@@ -41,7 +41,7 @@ def test_queue_lengths_of_a_jackson_network_agree_with_theory(parameters: tuple[
     assert abs(found["net.station.stay"].mean - stay) < 2 * found["net.station.stay"].half < 0.8 * stay
 
 
-def test_replications_do_not_depend_on_the_executor_and_fewer_seeds_give_the_first_results_of_many() -> None:
+def test_replications_do_not_depend_on_the_executor_or_the_number_of_seeds() -> None:
     with ThreadPoolExecutor(2) as threads:
         some = replicate(MMC, 3, 7, until=20.0, executor=threads)
         other = replicate(MMC, 3, 8, until=20.0, executor=threads)
@@ -60,7 +60,7 @@ def test_a_process_forked_after_a_run_reports_that_it_cannot_simulate() -> None:
         replicate(MMC, 1, until=1.0, executor=forks)
 
 
-def test_the_confidence_interval_is_that_of_students_t() -> None:
+def test_the_confidence_interval_uses_students_t_distribution() -> None:
     found = Replications([1, 2, 3], {"a.x": [1.0, 2.0, 3.0], "a.y": [1.0, float("nan"), 1.0]}).estimates
     assert found["a.x"].half == pytest.approx(4.302652729911275 / sqrt(3), rel=1e-9)
     assert (found["a.x"].mean, found["a.x"].deviation) == (2.0, 1.0)

@@ -151,7 +151,9 @@ def test_a_branch_reports_the_earliest_possible_time(lift: Path, at: str, told: 
     assert told in str(refused.value)
 
 
-def test_changes_that_allow_no_branch_are_reported(lift: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_changes_that_rule_out_a_branch_are_reported(
+    lift: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     with pytest.raises(SceneError, match="the branch changes nothing"):
         RunBranch.of(lift, "stage up")
     with pytest.raises(SceneError, match=r"end 20 s: lies before the branch at 23\.680 s"):
@@ -228,7 +230,9 @@ def test_a_failed_run_is_branched_from_the_point_of_failure(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("name", ["lift", "snatch", "tackle", "linkage", "trolley", "gust"])
-def test_branches_from_different_times_end_alike(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_branches_from_different_times_have_the_same_end(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(conversation, "KEEP_s", 0.0)  # a checkpoint at each GRANT of the kernel
     end = run(name, tmp_path / "a.mcap", in_process=True)
     choice = random.Random(name)

@@ -30,7 +30,7 @@ def pairs(*numbers: int) -> list[tuple[bytes, bytes]]:
 GREETING = (b"WELCOME", b"HELLO")
 
 
-def test_a_node_that_was_never_greeted_has_no_replay_log(tmp_path: Path) -> None:
+def test_a_node_that_never_received_a_welcome_has_no_replay_log(tmp_path: Path) -> None:
     log = ReplayLog(tmp_path / "west.journal")
     assert list(log.retell()) == []
     log.sent(b"WELCOME")

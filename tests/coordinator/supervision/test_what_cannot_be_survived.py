@@ -18,7 +18,9 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="watches process
     ("doom", "how"),
     [("crash", r"was ended by signal 11 \(SIGSEGV\)"), ("leave", "ended with exit code 7")],
 )
-def test_three_process_losses_at_one_tag_end_the_run(monkeypatch: pytest.MonkeyPatch, doom: str, how: str) -> None:
+def test_three_process_losses_at_the_same_logical_time_end_the_run(
+    monkeypatch: pytest.MonkeyPatch, doom: str, how: str
+) -> None:
     monkeypatch.setenv("DOOM", doom)
     with pytest.raises(ProtocolError) as message:
         play({}, "doomed")

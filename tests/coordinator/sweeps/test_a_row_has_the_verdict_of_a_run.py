@@ -9,7 +9,7 @@ from heavylift.nodes.scene import load
 
 
 @pytest.mark.parametrize("limit", [0.5, 7.2, 30.0])
-def test_one_small_clearance_makes_a_row_of_a_study_red(limit: float) -> None:
+def test_a_single_clearance_below_its_limit_makes_a_row_of_a_study_red(limit: float) -> None:
     run = play(load("lift", ["end=30 s", f"limits.clearance={limit} m"]).plan)
     verdict, uses = run.judge.fine
     full = run.verdict

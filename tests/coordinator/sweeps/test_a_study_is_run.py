@@ -200,7 +200,7 @@ def test_a_process_pool_works_from_the_command_line(tmp_path: Path, monkeypatch,
         ("into", 3, "3 names no file"),
     ],
 )
-def test_impossible_study_options_are_one_sentence(tmp_path: Path, option: str, value, told: str) -> None:
+def test_invalid_study_options_are_reported_in_one_sentence(tmp_path: Path, option: str, value, told: str) -> None:
     with pytest.raises(HeavyliftError) as found:
         sweep("pendulum", **{"vary": VARY, "into": tmp_path / "study", option: value})
     assert str(found.value).startswith(told)
@@ -214,7 +214,7 @@ def test_impossible_study_options_are_one_sentence(tmp_path: Path, option: str, 
         ("SALib", {"vary": ["end=1..2 s"], "sample": 8}, "--sample needs SALib; install heavylift[sweep]"),
     ],
 )
-def test_a_missing_optional_package_for_studies_is_one_sentence(
+def test_a_missing_optional_package_for_studies_is_reported_in_one_sentence(
     tmp_path: Path, monkeypatch, missing: str, options, told
 ) -> None:
     monkeypatch.setitem(sys.modules, missing, None)

@@ -166,6 +166,6 @@ def test_runs_that_ended_early_give_no_limit(told) -> None:
 @pytest.mark.parametrize(
     "asked", ["block.mas", "stage up/all hooks/hoist", "block.mass=3 t", "block.mass=3..3 t", "block.mass=3 t..4 kg"]
 )
-def test_limits_of_texts_that_are_no_numbers_are_refused(lift, asked: str) -> None:
+def test_limits_of_inputs_that_are_not_numbers_are_refused(lift, asked: str) -> None:
     with pytest.raises(SceneError, match=f"--of '{asked}'"):
         limiting.limits_of(lift, asked)

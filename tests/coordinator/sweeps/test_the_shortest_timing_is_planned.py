@@ -35,7 +35,7 @@ def test_the_planned_timing_is_quicker_and_green(found) -> None:
     assert found.gain == pytest.approx(87.0, abs=0.5)  # of 137 s
 
 
-def test_a_step_whose_run_is_red_is_halved(found, told: list[str]) -> None:
+def test_the_planner_halves_a_change_whose_run_is_red(found, told: list[str]) -> None:
     runs = [line for line in told if line.startswith("run ")]
     assert len(runs) == 5
     assert all("worst: hook load of crane.H3 was 172." in run for run in runs[1:3])
@@ -88,7 +88,7 @@ def test_the_planner_proposes_speeds_ramps_and_overlaps_of_the_action_list() -> 
 
 
 @pytest.mark.parametrize("crane", sorted(x for x in library() if x.startswith("goliath")))
-def test_loads_are_lifted_off_and_set_down_with_creep_speed(crane: str) -> None:
+def test_the_planner_keeps_creep_speed_at_lift_off_and_set_down(crane: str) -> None:
     """Whether an order waits for that or goes a way; what is written faster stays so."""
     up = ["hoist 0.05 m/min until all slings taut", "hoist 0.05 m/min by 0.2 m", "hoist 0.05 m/min by 0.3 m"]
     orders = [*up, "lower 0.05 m/min by 0.6 m", "lower 0.05 m/min by 0.2 m"]

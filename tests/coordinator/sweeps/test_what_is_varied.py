@@ -39,7 +39,7 @@ def test_a_decimal_range_has_exactly_its_stated_values(lift) -> None:
     ]
 
 
-def test_several_ranges_give_all_combinations(lift) -> None:
+def test_several_ranges_are_combined_to_all_their_combinations(lift) -> None:
     found = planned(
         lift, ["block.mass={200 t, 300 t}", "stage up/all hooks={hoist 1 m/min by 1 m, hoist 3 m/min by 1 m}"]
     )
@@ -96,7 +96,7 @@ def test_one_number_of_a_list_can_be_varied_by_path(path: str) -> None:
         ("block.mass=1..2 t by 0.0000001 t", "at most 1000000"),
     ],
 )
-def test_inputs_that_cannot_be_varied_are_one_sentence(lift, vary: str, told: str) -> None:
+def test_inputs_that_cannot_be_varied_are_reported_in_one_sentence(lift, vary: str, told: str) -> None:
     with pytest.raises(SceneError) as found:
         planned(lift, [vary])
     assert told in str(found.value)

@@ -8,13 +8,13 @@ ORDER = 0.3  # times w h: what the law leaves out
 
 
 @pytest.mark.parametrize("h", [0.02, 0.01, 0.005])
-def test_explicit_coupling_adds_minus_w_h_over_4_to_the_damping_ratio(h):
+def test_explicit_coupling_reduces_the_damping_ratio_by_w_h_over_4(h):
     found = held(PAIR, h, lasts=300.0)
     assert found.law == -PAIR.omega * h / 4.0
     assert found.measured == pytest.approx(found.law, rel=ORDER * PAIR.omega * h)
 
 
-def test_coupling_error_depends_on_the_masses_only_by_their_common_frequency():
+def test_the_coupling_error_depends_on_the_masses_only_through_their_frequency():
     alone = CoupledPair("mass on a spring", 1e15, 1.0, PAIR.omega**2)
     assert held(alone, 0.02, 1.0).measured == pytest.approx(held(PAIR, 0.02, 1.0).measured, rel=1e-6)
 

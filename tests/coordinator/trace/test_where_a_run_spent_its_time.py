@@ -27,7 +27,7 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_the_trace_shows_the_slow_node_working_and_the_fast_one_waiting(file: Path) -> None:
+def test_the_trace_shows_that_the_fast_node_waits_for_the_slow_one(file: Path) -> None:
     nodes = {node["node"]: node for node in data(Timeline(file))["nodes"]}
     slow, quick = nodes["slow"], nodes["quick"]
     assert slow["busy_s"] >= TICKS * PAUSE_s
@@ -122,7 +122,7 @@ def test_a_trace_viewer_reads_the_exported_trace(file: Path) -> None:
     assert all(isinstance(v, int | float) for e in events if e["ph"] == "C" for v in e["args"].values())
 
 
-def test_the_trace_command_prints_and_writes(file: Path, tmp_path: Path) -> None:
+def test_the_trace_command_prints_tables_and_writes_a_file(file: Path, tmp_path: Path) -> None:
     command = [HEAVYLIFT, "trace", file, "--json", "--perfetto", tmp_path / "trace.json"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
     assert json.loads(done.stdout) == data(Timeline(file))

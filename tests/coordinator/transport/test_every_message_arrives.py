@@ -54,7 +54,7 @@ def test_messages_sent_just_before_leaving_arrive(start: Start) -> None:
     assert [hub.receive(5) for _ in range(300)][-1] == ("west", (299).to_bytes(4, "little"))
 
 
-def test_receive_waits_as_long_as_its_timeout(start: Start) -> None:
+def test_receive_waits_until_its_timeout(start: Start) -> None:
     hub, _ = start(west=())
     for timeout in (0.0, 0.05, 0.3):
         begin = time.monotonic()

@@ -14,7 +14,7 @@ def begin(hub: Hub, processes: Processes) -> None:
     assert {hub.receive(5) for _ in hub.nodes} == {(node, b"hello") for node in hub.nodes}
 
 
-def test_messages_of_all_nodes_of_a_process_arrive_in_order_at_their_node() -> None:
+def test_messages_to_all_nodes_of_a_process_arrive_at_the_right_node_in_order() -> None:
     placement = Placement({"yard": ("west", "kernel"), "north": ("north",)})
     with Processes(["echo_node"]) as processes, Hub(placement, directory=processes.directory) as hub:
         begin(hub, processes)

@@ -128,7 +128,7 @@ def test_no_process_outlives_a_killed_coordinator() -> None:
 
 @pytest.mark.parametrize("before", ["stopped", "dead"])
 @pytest.mark.parametrize("whom", ["keeper", "nodes", "all"])
-def test_no_process_outlives_a_coordinator_even_if_it_cannot_notice_the_end(before: str, whom: str) -> None:
+def test_no_process_outlives_its_coordinator_even_if_it_is_not_notified(before: str, whom: str) -> None:
     coordinator, directory, (keeper, *nodes) = launch()
     number = signal.SIGSTOP if before == "stopped" else signal.SIGKILL
     os.kill(coordinator.pid, signal.SIGSTOP)  # it must not replace anybody

@@ -102,7 +102,7 @@ def test_observers_cannot_disturb_a_run(hub: Hub, wire: list[bytes]) -> None:
         assert hub.epoch("west") == 1
 
 
-def test_a_nonsensical_message_of_a_node_ends_the_run_in_a_sentence(wire: list[bytes]) -> None:
+def test_an_invalid_message_from_a_node_ends_the_run_with_a_clear_message(wire: list[bytes]) -> None:
     rng = Random(2)
     for number in range(12):
         with Hub(["west"]) as hub, NodeLink(hub.ticket("west")) as west:

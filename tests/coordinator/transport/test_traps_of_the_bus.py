@@ -24,12 +24,12 @@ SHORT_us = 200_000  # in place of Zenoh's 5 s before a blocked transport is clos
 
 
 @pytest.mark.large
-def test_a_burst_that_zenohs_drop_would_lose_arrives_completely(tmp_path: Path) -> None:
+def test_a_burst_that_zenoh_would_drop_by_default_arrives_completely(tmp_path: Path) -> None:
     assert len(heard_by_a_sleeper(tmp_path, BURST, DROP, SLEEP_s)) < BURST
     assert heard_by_a_sleeper(tmp_path, BURST, BLOCK, SLEEP_s) == list(range(BURST))
 
 
-def test_a_reader_that_pauses_longer_than_zenohs_block_waits_loses_nothing(tmp_path: Path) -> None:
+def test_a_reader_that_pauses_longer_than_zenoh_blocks_loses_no_message(tmp_path: Path) -> None:
     """With the shortened wait the transport is closed without an error; ours waits ten minutes, twice any lease."""
     assert len(heard_by_a_sleeper(tmp_path, BURST, BLOCK, SLEEP_s, SHORT_us)) < BURST
     queue = _config("client")["transport"]["link"]["tx"]["queue"]
@@ -61,7 +61,7 @@ def test_zenoh_loses_messages_before_a_subscriber_is_known_so_the_hub_waits_for_
     assert heard == [b"known"] * 10
 
 
-def test_zenoh_priorities_overtake_each_other_and_all_messages_have_one(tmp_path: Path) -> None:
+def test_all_messages_use_one_priority_since_zenoh_priorities_overtake_each_other(tmp_path: Path) -> None:
     heard: list[int] = []
     with pair(tmp_path) as (hub, client):
 

@@ -96,7 +96,9 @@ def test_the_verdict_is_the_same_in_parts_and_as_a_whole(recorded: Recording, mo
         assert abs(a.distance - b.distance) <= SHARP
 
 
-def test_long_runs_are_searched_for_clearances_in_pieces(recorded: Recording, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_long_runs_are_searched_for_clearances_piece_by_piece(
+    recorded: Recording, monkeypatch: pytest.MonkeyPatch
+) -> None:
     expected = verdict_of(recorded)
     monkeypatch.setattr(intervals, "PIECE", 37)
     assert verdict_of(recorded) == expected

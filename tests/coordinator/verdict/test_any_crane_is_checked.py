@@ -114,7 +114,7 @@ def test_a_load_that_comes_near_an_obstacle_is_reported(gap: float) -> None:
     assert bool(red(run, "clearance")) == (gap < 0.5)
 
 
-def test_an_obstacle_that_begins_inside_a_block_is_refused() -> None:
+def test_an_obstacle_that_overlaps_a_block_at_the_start_is_refused() -> None:
     with pytest.raises(SceneError, match=r"obstacles\.wall: 'block' begins 0\.3 m inside of 'wall'"):
         load("hall", [WALL.format(-16.8)])
 

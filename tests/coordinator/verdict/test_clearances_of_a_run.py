@@ -125,7 +125,7 @@ def test_the_clearance_limit_of_a_scene_decides_what_is_too_near(tmp_path: Path)
     assert all(c.distance < 12.0 for c in near)
 
 
-def test_a_hook_hoisted_into_its_limit_switch_is_two_blocked(tmp_path: Path) -> None:
+def test_hoisting_a_hook_into_its_upper_limit_is_reported_as_two_blocking(tmp_path: Path) -> None:
     up = 'actions=[{crane H1: "unhook"}, {crane H1: "hoist 10 m/min until tension of crane.H1 >= 5 MN"}]'
     result = run(load("lift", [up, "cranes.crane.highest_hook=24 m", "end=20 s"]), tmp_path / RUN, in_process=True)
     assert result.verdict is not None
@@ -147,7 +147,7 @@ def test_connected_bodies_are_not_checked_and_neighbours_only_for_penetration() 
     ropes = known.strands
     block, beam = shapes["block", ""], shapes["loader-3", "beam"]
     leg = shapes["portal of west", "leg"]
-    assert known.relation(block, shapes["stools", "block.lower-1"]) == "joined"
+    assert known.relation(block, shapes["supports", "block.lower-1"]) == "joined"
     assert known.relation(beam, ropes["loader-3.sling-1"]) == "joined"
     assert known.relation(beam, ropes["west.H3"]) == "joined"
     assert known.relation(leg, shapes["upper trolley of west", ""]) == "joined"
@@ -158,7 +158,7 @@ def test_connected_bodies_are_not_checked_and_neighbours_only_for_penetration() 
     assert known.relation(beam, ropes["west.H1"]) == "apart"
 
 
-def test_clearance_of_a_slack_sling_is_not_that_of_a_straight_line(tmp_path: Path) -> None:
+def test_the_clearance_of_a_slack_sling_accounts_for_its_sag(tmp_path: Path) -> None:
     """Its chord may pass through the block; only a taut one does."""
     scene = load("lift", ["end=12 s"])
     run(scene, tmp_path / RUN, in_process=True)

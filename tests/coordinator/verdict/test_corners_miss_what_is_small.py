@@ -38,7 +38,9 @@ actions:
 """
 
 
-def test_a_plinth_smaller_than_the_spacing_of_corner_contacts_is_not_missed(tmp_path: Path) -> None:
+def test_contact_with_a_plinth_smaller_than_a_block_is_reported_even_if_only_corners_make_contact(
+    tmp_path: Path,
+) -> None:
     """Ten metres on four: it hangs on and is 1 m deep, as far as it was lowered after it had landed."""
     result = run(parse(TEXT, passing=True), tmp_path / "run.mcap", in_process=True)
     assert result.verdict is not None

@@ -94,7 +94,7 @@ def test_distances_agree_with_coal() -> None:
     assert exactly(a, b).distance == pytest.approx(np.array([row[9] for row in KNOWN]), abs=CLOSE)
 
 
-def test_distances_of_one_pose_have_the_bits_of_a_batch() -> None:
+def test_distances_of_one_pose_and_of_a_batch_are_bit_identical() -> None:
     rng = np.random.default_rng(2)
     a, b = (random_shapes(rng, Rotation.random(CASES, random_state=rng), 3.0) for _ in range(2))
     together = exactly(a, b)

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import os
+from math import inf
 from pathlib import Path
 
 import pytest
 from heavylift.coordinator.commands import app
+from heavylift.nodes.limits import percent
+from heavylift.nodes.scene import load
 from typer.testing import CliRunner
 
 FOLDER = Path(__file__).parents[2] / "data" / "planners"
+WHOLE = 1e-3  # of the block's weight, which its slings bear
 SCENES = {  # what `check` and `run --strict` say, both with exit code 1
     "boom": "the block went",
     "steep": "bridle angle of legs.sling-",
@@ -34,3 +38,11 @@ def test_check_and_run_agree_on_a_lift_that_is_red(name: str, tmp_path: Path, mo
         assert "error: " in message or ": RED: " in message
     for state in ("red", "undecided", "amber"):
         assert runner.invoke(app, ["check", scene, "--fail-on", state]).exit_code == 1
+
+
+def test_of_loads_where_nothing_may_hang_the_largest_is_reported() -> None:
+    scene = load(str(FOLDER / "steep.yaml"))
+    (row,) = (check for check in scene.checks if check.quantity == "assembly load")
+    assert row.use == inf
+    assert row.value == pytest.approx(30e3, rel=WHOLE), "the whole block, not what the ropes bore first"
+    assert (row.shown, percent(row.use)) == ("30.0 t", "infinite")

@@ -99,7 +99,7 @@ def test_a_reversal_of_motion_between_samples_is_not_missed() -> None:
     assert least < float(np.min(x)) - 1.0 + SHARP
 
 
-def test_the_minimum_of_random_rotating_paths_agrees_with_a_fine_search() -> None:
+def test_the_smallest_distance_along_random_rotating_paths_agrees_with_a_fine_search() -> None:
     rng = np.random.default_rng(6)
     for _ in range(12):
         t = np.arange(7.0)

@@ -66,7 +66,7 @@ def test_a_load_that_is_carried_low_is_red_with_its_place() -> None:
     assert told(went(low)) == [], "up and down in its place"
 
 
-def test_the_smallest_clearance_is_that_of_the_way() -> None:
+def test_ground_clearance_counts_along_the_path_and_not_at_pick_up_and_set_down() -> None:
     """Not that of the last sample before it counts as being set down."""
     y = [0.0] * 6 + [3.0 * i for i in range(1, 5)] + [12.0] * 6
     (found,) = (c for c in near(went([*UP, *[STANDS + 2.0] * 4, *UP[::-1]], y)) if c.a == "block")

@@ -11,7 +11,7 @@ from heavylift.coordinator.workbench import runs, version_of
 from planner import Hands
 
 
-def test_a_save_of_any_editor_is_seen(page: Any, hands: Hands) -> None:
+def test_the_page_follows_a_save_from_any_editor(page: Any, hands: Hands) -> None:
     assert page.locator("#verdict").inner_text().startswith("GREEN")
     assert page.locator(".sheet svg").count() == 3
     wider = hands.text.replace("size: [20 m, 16 m, 8 m]", "size: [22 m, 16 m, 8 m]")
@@ -29,7 +29,7 @@ def test_a_save_of_any_editor_is_seen(page: Any, hands: Hands) -> None:
     assert page.locator("#outline .bad").first.inner_text().startswith("Block"), "the outline shows where the fault is"
 
 
-def test_the_slider_leads_through_the_stages(page: Any) -> None:
+def test_the_slider_steps_through_the_stages(page: Any) -> None:
     stages = page.locator("#stages span")
     assert stages.all_text_contents() == ["at the start", "take up slack", "lift off", "up", "sideways", "swing"]
     before = page.locator(".sheet").nth(1).inner_html()
@@ -44,7 +44,7 @@ def test_the_slider_leads_through_the_stages(page: Any) -> None:
     page.wait_for_selector(f"html[data-pinned='{subject}']")  # and to its place
 
 
-def test_text_and_form_write_the_same_file_and_undo_takes_back(page: Any, hands: Hands) -> None:
+def test_text_editor_and_form_write_the_same_file_and_undo_reverts_both(page: Any, hands: Hands) -> None:
     text = hands.text
     hands.choose("block")
     hands.fill("mass", "310 t")
@@ -63,7 +63,7 @@ def test_text_and_form_write_the_same_file_and_undo_takes_back(page: Any, hands:
     assert hands.text == text
 
 
-def test_what_is_assumed_is_amber_until_it_is_accepted(page: Any, hands: Hands) -> None:
+def test_assumed_values_are_amber_until_the_user_accepts_them(page: Any, hands: Hands) -> None:
     hands.file.write_text(hands.text.replace("limits: {clearance: 0.5 m, ", "limits: {"))
     hands.written("limits: {off-lead")
     hands.choose("limits")
@@ -124,7 +124,7 @@ def test_each_change_of_a_proposed_timing_is_accepted_or_refused(
     assert page.locator("#proposal").is_hidden()
 
 
-def test_a_bundled_scene_is_looked_at_and_copied(page: Any, folder: Path) -> None:
+def test_a_bundled_scene_can_be_viewed_and_copied(page: Any, folder: Path) -> None:
     page.get_by_label("scene", exact=True).select_option("jib")
     page.get_by_text("read only").wait_for()
     page.get_by_role("button", name="Copy into the folder").click()

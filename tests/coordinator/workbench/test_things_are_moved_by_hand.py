@@ -62,12 +62,18 @@ def test_block_obstacle_and_crane_are_dragged_and_undone(page: Any, mover: Hands
     mover.until(lambda: place(mover.text, "cranes", "crane", "at") != [40.0])
 
 
-def test_a_dragged_support_moves_alone(page: Any, mover: Hands) -> None:
+def test_a_support_is_dragged_and_nudged_by_keys(page: Any, mover: Hands) -> None:
     path = ("block", "supports", "at", 3)
-    mover.drag("block", [8.0, 6.0, -4.0], (14, 0))
+    mover.drag("block", [8.0, 6.0, -4.0], (-14, 0))
     mover.until(lambda: place(mover.text, *path) != [8.0, 6.0])
-    assert place(mover.text, *path)[0] > 8.0
+    x, y = place(mover.text, *path)
+    assert x < 8.0
     assert place(mover.text, "block", "supports", "at", 0) == [-8.0, -6.0], "the others stay"
+    page.locator("#views canvas").first.focus()
+    for key in ("ArrowDown", "Shift+ArrowRight", "ArrowDown"):  # not waiting for pictures
+        page.keyboard.press(key)
+    mover.until(lambda: place(mover.text, *path) == [x + 0.01, y - 1.0])
+    mover.previewed()
 
 
 def test_a_lug_that_comes_near_a_hook_snaps_under_it(page: Any, mover: Hands) -> None:

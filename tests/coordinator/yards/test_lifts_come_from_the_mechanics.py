@@ -44,7 +44,7 @@ def written(way):
     return "yard.yaml"
 
 
-def test_wind_that_a_scene_states_begins_stops_and_releases_its_lifts(folder):
+def test_wind_limits_of_a_scene_delay_stop_and_release_its_lifts(folder):
     lift = at_rest(LiftOrder("crane.yaml", ("block.mass=250 t",)))
     assert (lift.wind, lift.stop, lift.resume, lift.state) == (9.0, 10.0, 8.0, "green")
     assert [name for name, _ in lift.stages] == ["take up slack", "lift off", "up", "sideways", "swing"]
@@ -67,13 +67,13 @@ def test_a_lift_at_rest_from_the_table_and_in_place_ends_within_the_stated_error
     assert ends["table"] != ends["rest"]
 
 
-def test_a_limit_of_the_wind_is_what_a_search_in_runs_finds(folder):
+def test_the_computed_wind_limit_agrees_with_a_search_over_runs(folder):
     found = ran(LiftOrder("crane.yaml", ("block.mass=250 t", "limits.wind=6 m/s"), windy=12.0))
     assert found.state == "green"
     assert 5.9 <= found.wind <= 6.0
 
 
-def test_a_table_is_exact_for_what_is_linear_along_each_axis():
+def test_interpolating_a_lift_table_is_exact_for_multilinear_functions():
     import numpy as np
 
     axes = [np.array([1.0, 2.0, 5.0]), np.array([0.0, 10.0])]

@@ -32,7 +32,7 @@ def rows(sheet, n=0):
     return sheet.tables[n].rows
 
 
-def test_all_combinations_are_run_with_the_same_luck(study):
+def test_all_combinations_of_a_yard_study_use_the_same_random_streams(study):
     sheet = study.varied(["resources.crew.units=1..4 by 1", "resources.crane={1, 2}"])
     assert [row[:2] for row in rows(sheet)] == [(f"{n}", f"{m}") for n in range(1, 5) for m in (1, 2)]
     ends = [row[4] for row in rows(sheet)]
@@ -49,7 +49,7 @@ def test_a_limit_lies_between_the_last_green_and_the_first_red_number(study):
     assert study.of(f"resources.crew.units={row[2]}").state == "red"
 
 
-def test_sensitivities_say_what_one_unit_more_gains(study):
+def test_sensitivities_of_a_yard_give_the_gain_from_one_more_resource(study):
     found = {row[0]: row[2] for row in rows(study.sensitivities())}
     assert set(found) == {
         "crane, one more",
@@ -60,13 +60,13 @@ def test_sensitivities_say_what_one_unit_more_gains(study):
     assert found["crew, one more"] > max(0.1, found["crane, one more"])
 
 
-def test_a_plan_beside_itself_is_no_later(study):
+def test_comparing_a_yard_plan_with_itself_shows_no_difference(study):
     Path("other.yaml").write_text(YARD.replace("{units: 2}", "{units: 3}"))
     assert rows(study.beside("yard.yaml"), 1) == ((0.0, 0.0, 0.0),)
     assert rows(study.beside("other.yaml"), 1)[0][1] < 0
 
 
-def test_a_planned_schedule_is_written_and_measured(study):
+def test_an_optimised_schedule_is_written_and_its_robustness_simulated(study):
     pytest.importorskip("ortools")
     sheet = study.planned("planned.csv", 2.0, False)
     assert "gap" in sheet.lead
@@ -75,6 +75,6 @@ def test_a_planned_schedule_is_written_and_measured(study):
 
 
 @pytest.mark.parametrize("text", ["resources.crew", "a=3..1 by 1", "=3"])
-def test_what_is_no_axis_is_refused(text):
+def test_an_invalid_axis_of_a_yard_study_is_refused(text):
     with pytest.raises(SceneError, match="--vary"):
         axis_of(text)

@@ -75,7 +75,7 @@ def bits(flexible: Flexible) -> str:
     return hashlib.sha256(b"".join(np.ascontiguousarray(x).tobytes() for x in parts)).hexdigest()
 
 
-def test_modes_have_the_same_bits_with_and_without_wide_cpu_instructions():
+def test_modes_are_bit_identical_with_and_without_wide_cpu_instructions():
     here = Path(__file__)
     folders = [str(here.parent), str(here.parents[1])]
     code = f"import sys; sys.path[:0] = {folders!r}; from {here.stem} import bits, bodies; "

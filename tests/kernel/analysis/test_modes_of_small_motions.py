@@ -70,7 +70,7 @@ def test_c03_hook_block_and_load_swing_as_a_double_pendulum():
     assert fast.bodies[0] == ("hook", pytest.approx(1.0, abs=0.1))  # the heavy load stays
 
 
-def test_c04_a_pendulum_takes_its_free_trolley_along():
+def test_c04_a_pendulum_on_a_free_trolley_has_its_exact_frequency():
     x, want = FORMS["C04"]["given"], FORMS["C04"]["expected"]
     bodies = (Body("trolley", x["M"]), Body("load", x["m"], (0.0, 0.0, -x["L"])))
     joints = (Joint("rail", "prismatic", "world", "trolley", axis=X), hinge("pivot", "trolley", "load"))

@@ -45,7 +45,7 @@ def test_singular_values_and_null_spaces_agree_with_numpy(m, n, rank):
 
 
 @pytest.mark.parametrize(("m", "n", "rank"), SHAPES)
-def test_the_least_norm_solution_is_that_of_the_pseudo_inverse(m, n, rank):
+def test_the_least_norm_solution_equals_that_of_the_pseudo_inverse(m, n, rank):
     A = matrix(m, n, rank, 1)
     b = np.random.default_rng(m).normal(size=m)
     want = np.linalg.pinv(A, ZERO) @ b

@@ -41,7 +41,7 @@ def end(method):
 
 @pytest.mark.parametrize("method", get_args(MethodName))
 @pytest.mark.large(beyond=4)
-def test_loops_over_long_vectors_and_unrolled_code_agree_to_the_bit(method, monkeypatch):
+def test_loops_over_long_vectors_and_unrolled_code_give_bit_identical_results(method, monkeypatch):
     made, loop = [], wide.Wide._loop
     monkeypatch.setattr(wide.Wide, "_loop", lambda self, *args: (made.append(args), loop(self, *args)))
     unrolled = end(method)

@@ -25,7 +25,7 @@ def falls(s: Simulation) -> None:
     assert s.state[0] == pytest.approx(-9.80665 / 2, rel=1e-12)
 
 
-def test_a_second_start_compiles_nothing_and_has_the_same_bits(folder):
+def test_a_second_start_compiles_nothing_and_gives_bit_identical_results(folder):
     first, second = Simulation(slider()), Simulation(slider())
     assert cache_folder() == folder
     assert (first.native.code.cached, second.native.code.cached) == (False, True)
@@ -78,14 +78,14 @@ def two(first: str, second: str, spring: str) -> System:
     return System(bodies, joints, springs=(JointSpring("spring", spring, 8.0),))
 
 
-def test_the_same_names_in_another_order_are_another_scene(folder):
+def test_listing_the_same_names_in_another_order_gives_another_compiled_scene(folder):
     for scene, pulled in ((two("a", "b", "a"), 0), (two("b", "a", "a"), 1)):
         s = started(scene)
         f = s.X[s.method.layout.at["f"]][2:4]
         assert (f[pulled], f[1 - pulled]) == (-4.0, 0.0)
 
 
-def test_bodies_that_swap_their_names_are_another_scene(folder):
+def test_swapping_the_names_of_two_bodies_gives_another_compiled_scene(folder):
     """A threshold on the angle of `a` looks at the body of that name."""
     found = []
     for names in (("a", "b"), ("b", "a")):
@@ -99,7 +99,7 @@ def test_bodies_that_swap_their_names_are_another_scene(folder):
     assert found == [False, True]
 
 
-def test_a_scene_with_one_more_force_is_another_scene(folder):
+def test_adding_a_force_gives_another_compiled_scene(folder):
     Simulation(slider())
     spring = JointSpring("s", "load-guide", 2.0)
     assert not Simulation(replace(slider(), springs=(spring,))).native.code.cached

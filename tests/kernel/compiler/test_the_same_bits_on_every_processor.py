@@ -36,7 +36,7 @@ def digest(s: Simulation, code: Library) -> str:
 
 
 @pytest.mark.large
-def test_optimisation_levels_and_instruction_sets_give_the_same_bits():
+def test_optimisation_levels_and_instruction_sets_give_bit_identical_results():
     def run(opt, cpu):
         s = Simulation(yard(), 1e-8, 20_000_000)
         return digest(s, Library(s.native.structure, s.method.ir, opt, cpu=cpu))
@@ -128,7 +128,7 @@ def many(n):
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 5, 8, 9, 20])
-def test_concurrent_simulations_have_the_bits_of_separate_ones(n):
+def test_concurrent_and_separate_simulations_give_bit_identical_results(n):
     f = many(n)
     random = np.random.default_rng(n)
     x, p, y = random.normal(size=2 * n), random.normal(size=n), np.zeros(2 * n)

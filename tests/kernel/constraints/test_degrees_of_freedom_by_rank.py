@@ -163,7 +163,7 @@ def test_degrees_of_freedom_do_not_depend_on_size_or_mass(size):
     assert (m.dof, m.conditions - m.rank) == (1, 3)
 
 
-def test_the_printed_digits_of_a_start_pose_determine_its_degrees_of_freedom():
+def test_rounding_a_start_pose_to_printed_digits_does_not_change_its_degrees_of_freedom():
     """Bennett's linkage with angles to four digits: its loop is closed first, then counted."""
     rounded = bennett()
     rounded = replace(rounded, joints=tuple(replace(j, q0=tuple(round(x, 4) for x in j.q0)) for j in rounded.joints))
@@ -181,7 +181,7 @@ def test_many_folded_four_bar_windows_move_as_one_chain_of_branches():
     assert (m.at_start, m.dof) == (4, 1)
 
 
-def test_a_stretched_pair_of_bars_yields_only_by_rounding():
+def test_a_fully_stretched_pair_of_bars_has_no_degree_of_freedom():
     """Two bars in line between two pins: infinitesimally movable, and rigid."""
     bars = (
         Joint("left", "revolute", WORLD, "a", axis=Y),

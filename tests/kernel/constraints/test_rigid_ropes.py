@@ -31,7 +31,7 @@ def on_rope(system, L0, **rope):
     return replace(system, rigid_ropes=(RigidRope("rope", (line,), L0, **rope),))
 
 
-def test_a_load_at_rest_hangs_on_its_weight():
+def test_the_tension_of_a_rope_at_rest_equals_the_weight_of_its_load():
     s = started(on_rope(point(z=-20.0), 20.0))
     _, T = column(s, "rope/tension")
     assert T[0, 0] == pytest.approx(MASS * G, rel=1e-12)

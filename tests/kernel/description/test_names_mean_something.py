@@ -140,7 +140,7 @@ def test_a_name_unlike_any_other_is_answered_with_all_names() -> None:
         _run(replace(SYSTEM, locks=(Lock("k", "z"),)))
 
 
-def test_every_kind_of_named_item_has_a_test_case() -> None:
+def test_the_test_cases_cover_every_kind_of_named_item() -> None:
     spoiled = {case.id.partition(".")[0] for case in CASES}  # type: ignore[union-attr]
     names = {x.name for group in GROUPS for x in getattr(RICH, group)}
     assert names - spoiled == {"upper", "lower", "cart", "master"}

@@ -72,7 +72,7 @@ def test_a_mass_in_irregular_waves_moves_as_scipy_says(method):
 
 
 @pytest.mark.parametrize("piece", [0.5, 0.25, 0.125])
-def test_pieces_keep_the_stated_error(piece):
+def test_piecewise_cubics_of_irregular_waves_stay_within_their_stated_error(piece):
     """Between knots the cubic misses the sum by at most (w h)^4 / 384 of all amplitudes, and uses it up by half."""
     waves = sea(piece=piece)
     system = heaving(drives=(Drive("follow", "heave", "prescribed", waves=waves),))
@@ -154,7 +154,7 @@ def test_the_memory_has_the_damping_and_added_mass_of_its_transform():
         ({"R": ((2.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))}, "not a rotation"),
     ],
 )
-def test_water_that_cannot_be_is_refused(change, words):
+def test_impossible_radiation_data_are_refused(change, words):
     with pytest.raises(KernelError, match=words):
         started(heaving(water(**change)))
 
@@ -166,6 +166,6 @@ def test_water_that_cannot_be_is_refused(change, words):
         (WaveSum((1.0,), (1.0,), (1.0,), 0.0, PIECE), "ramp"),
     ],
 )
-def test_waves_that_cannot_be_are_refused(waves, words):
+def test_impossible_waves_are_refused(waves, words):
     with pytest.raises(KernelError, match=words):
         started(heaving(pushed(waves)))

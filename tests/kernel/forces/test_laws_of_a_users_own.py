@@ -204,7 +204,7 @@ def test_invalid_characteristics_are_refused(x, effort, told):
     assert told in str(e.value)
 
 
-def test_two_forces_of_one_name_are_refused():
+def test_two_forces_with_the_same_name_are_refused():
     loads = (Load("f", Point("load"), X), Load("f", Point("load"), X))
     with pytest.raises(KernelError, match="'f': two of this name"):
         Simulation(replace(slider(), forces=loads))

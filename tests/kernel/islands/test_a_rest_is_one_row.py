@@ -47,7 +47,9 @@ def rested(s: Run, t_ns: int, command: Callable[[Run], object] = lambda s: None)
 
 
 @pytest.mark.parametrize("build", BUILDS)
-def test_rows_of_a_rest_are_the_same_whether_produced_gradually_or_as_one_block(build: Callable[[], Run]) -> None:
+def test_sample_rows_of_a_period_of_rest_are_the_same_whether_written_gradually_or_at_once(
+    build: Callable[[], Run],
+) -> None:
     s = build()
     s.start()
     rested(s, SECOND)
@@ -58,7 +60,7 @@ def test_rows_of_a_rest_are_the_same_whether_produced_gradually_or_as_one_block(
 
 
 @pytest.mark.parametrize("build", BUILDS)
-def test_rows_of_several_rests_are_the_same_whether_produced_gradually_or_at_once(
+def test_sample_rows_of_several_periods_of_rest_are_the_same_whether_written_gradually_or_at_once(
     build: Callable[[], Run], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """With one load or both hoisted after it, at once or one while the other rests on, and with a rope between them."""
@@ -85,7 +87,7 @@ def test_rows_of_several_rests_are_the_same_whether_produced_gradually_or_at_onc
 
 
 @pytest.mark.parametrize("build", BUILDS)
-def test_a_snapshot_taken_before_rows_of_a_rest_are_produced_contains_them(build: Callable[[], Run]) -> None:
+def test_a_snapshot_taken_before_the_rows_of_a_rest_are_written_still_yields_them(build: Callable[[], Run]) -> None:
     first, second = build(), build()
     for s in (first, second):
         s.start()

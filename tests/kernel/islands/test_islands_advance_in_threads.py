@@ -33,7 +33,7 @@ def rows(threads: int, seed: int) -> list[tuple[int, bytes]]:
 
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("threads", THREADS)
-def test_any_number_of_threads_computes_the_same_bits(threads: int, seed: int) -> None:
+def test_the_number_of_threads_does_not_change_a_single_bit(threads: int, seed: int) -> None:
     assert rows(threads, seed) == rows(1, seed)
 
 

@@ -34,7 +34,7 @@ def test_a_hooked_rope_joins_two_islands_and_an_unhooked_one_lets_a_resting_part
         assert np.abs(last[at[group]] - expected[at[group]]).max() < APART * np.abs(expected[at[group]]).max(), group
 
 
-def test_an_unhooked_rope_keeps_its_far_end_until_it_is_hooked() -> None:
+def test_an_unhooked_rope_keeps_its_second_end_until_it_is_hooked_again() -> None:
     """Off the origin of a body of another island: its span is shown, and from there it pulls later."""
     line = Line(Point("load-a", (0.0, 0.1, 0.3)), Point("load-b", (0.2, 0.0, -0.4)))
     scene = replace(TWO, ropes=(*TWO.ropes, Rope("tug", (line,), 1e6, 10.2, 1e4, hooked=False)))

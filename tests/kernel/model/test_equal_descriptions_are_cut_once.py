@@ -22,7 +22,7 @@ def test_equal_descriptions_share_their_compiled_program(seed: int) -> None:
     assert np.array_equal(first.parameters.initial, alone.parameters.initial)
 
 
-def test_the_sign_of_a_zero_makes_another_program() -> None:
+def test_descriptions_that_differ_in_the_sign_of_a_zero_have_separate_programs() -> None:
     system = random_system(3)
     body = system.bodies[0]
     signed = replace(system, bodies=(replace(body, com=(-0.0, *body.com[1:])), *system.bodies[1:]))
@@ -31,7 +31,7 @@ def test_the_sign_of_a_zero_makes_another_program() -> None:
     assert program_of(system, "augmented") is not program_of(system)
 
 
-def test_an_invalid_description_is_refused_again_the_second_time() -> None:
+def test_an_invalid_description_is_refused_each_time_it_is_used() -> None:
     system = random_system(3)
     wrong = replace(system, gravity=float("nan"))
     for _ in range(2):

@@ -132,7 +132,7 @@ def test_only_ropes_that_share_an_indeterminate_load_are_named():
     assert carried.tensions == pytest.approx({"r0": WEIGHT / 4.0, "r1": WEIGHT / 4.0}, rel=SOLVED)
 
 
-def test_no_rope_is_reported_to_push():
+def test_no_rope_is_reported_with_a_negative_tension():
     """The least norm of six would push with one of them: that one is slack, and the others share."""
     carried = asked(hung((-0.1, 0.0), (2.0, 0.0), (0.9, 0.0), (-0.1, 0.0), (-0.1, 0.0), (-0.11, 0.0)))
     assert min(carried.tensions.values()) >= 0.0

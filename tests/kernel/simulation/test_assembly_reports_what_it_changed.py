@@ -224,7 +224,7 @@ def test_only_coordinates_written_in_a_scene_count_as_given():
     assert not [n for n in s.notes if "changed" in n.sentence]
 
 
-def test_a_written_zero_counts_as_given_coordinate():
+def test_a_coordinate_written_as_zero_counts_as_given():
     rocker = "at: [2 m, 0, 0], axis: [0, -1, 0]"
     (mechanism,) = parse(SCENE.replace(f"{rocker}}}", f"{rocker}, start: 0 deg}}")).plan.machines
     assert [j.q0 for j in mechanism.system.joints] == [(pytest.approx(0.8726646),), (), (0.0,), ()]

@@ -89,7 +89,7 @@ def finished(s: Any) -> tuple[Any, ...]:
 @pytest.mark.parametrize("face", [Simulation, Islands])
 @pytest.mark.parametrize("seed", range(25))
 @pytest.mark.large(beyond=16)
-def test_kernel_calls_in_any_order_are_refused_or_act_as_in_order(face: type, seed: int) -> None:
+def test_kernel_calls_out_of_order_are_refused_or_act_as_in_order(face: type, seed: int) -> None:
     random = np.random.default_rng(seed)
     s, kept = build(face), list[tuple[str, int, Callable[[Any], object], str]]()
     for _ in range(CALLS):

@@ -66,7 +66,7 @@ def story(windows, subscribed=frozenset()):
     return s
 
 
-def test_many_small_grants_give_the_bits_of_one_run():
+def test_many_small_grants_and_one_large_grant_give_bit_identical_results():
     random = np.random.default_rng(5)
     whole = story(lambda t: [t])
     assert len(whole.log) > 10
@@ -75,12 +75,12 @@ def test_many_small_grants_give_the_bits_of_one_run():
         assert bits(cut) == bits(whole)
 
 
-def test_observers_do_not_change_the_bits_of_a_run():
+def test_observers_do_not_change_a_run_by_a_single_bit():
     names = frozenset({"sling0", "sling1", "deep"})
     assert bits(story(lambda t: [t], names)) == bits(story(lambda t: [t]))
 
 
-def test_repeated_runs_have_the_same_bits_also_with_code_from_the_cache():
+def test_repeated_runs_are_bit_identical_also_with_cached_code():
     first = bits(story(lambda t: [t]))
     assert bits(story(lambda t: [t])) == first
 
@@ -213,7 +213,7 @@ def test_dense_samples_lie_on_the_trajectory():
         assert row[0] == pytest.approx(3.0 * t - G * t * t / 2, abs=1e-11)
 
 
-def test_the_reference_scene_in_small_windows_has_the_same_bits():
+def test_the_reference_scene_gives_bit_identical_results_in_small_time_windows():
     ends = []
     for cuts in (1, 30):
         s = started(goliath())

@@ -43,7 +43,7 @@ def test_the_reference_agrees_on_floats_and_in_machine_code_at_every_optimisatio
 
 
 @pytest.mark.large
-def test_strict_arithmetic_gives_the_same_bits_at_every_optimisation_level():
+def test_strict_arithmetic_gives_bit_identical_results_at_every_optimisation_level():
     ends = []
     for opt in (0, 1, 2, 3):
         simulation = Simulation(scene(), opt=opt, cache=False)

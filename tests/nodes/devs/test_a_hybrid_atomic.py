@@ -181,7 +181,7 @@ class Relay(Observed):
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_a_flow_that_points_at_its_guard_from_both_sides_is_reported_by_name(seed: int) -> None:
+def test_a_sliding_mode_at_a_guard_is_reported_by_name(seed: int) -> None:
     down, up = (10.0 ** Random(f"{seed} {side}").uniform(-3, 3) for side in "du")
     model = Relay(down, up)
     with pytest.raises(ModelError, match=r"^relay at \(\d.*\): guards 0, 1 of guards\(\) fell 1000 times") as message:
@@ -195,7 +195,7 @@ def test_a_flow_that_points_at_its_guard_from_both_sides_is_reported_by_name(see
 
 @pytest.mark.parametrize("period", [1e-6, 2e-8], ids=["1 MHz", "50 MHz"])
 @pytest.mark.parametrize("duty", [0.2, 0.5, 0.8])
-def test_rapid_switching_is_not_taken_for_chatter(period: float, duty: float) -> None:
+def test_rapid_switching_is_not_mistaken_for_chatter(period: float, duty: float) -> None:
     model = Relay(1 / duty, 1 / (1 - duty), width=period, start=period)
     n = 3 * hybrid.CROWD
     drive(model, until=seconds(n * period))

@@ -115,7 +115,7 @@ def test_random_edits_of_random_modules_are_all_loaded(seed: int, write: Callabl
                 seen[each] = edited
 
 
-def test_what_the_session_has_imported_itself_stays_the_same(write: Callable[[str, str], Path]) -> None:
+def test_modules_that_the_session_has_imported_itself_are_not_reloaded(write: Callable[[str, str], Path]) -> None:
     write("mine.py", "from heavylift.nodes.devs import Message\nclass Mine(Message):\n    x: int = 1\n")
     import mine  # type: ignore[import-not-found]
 

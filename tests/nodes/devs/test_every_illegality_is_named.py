@@ -269,7 +269,7 @@ def test_a_model_whose_init_forgets_its_base_class_is_reported() -> None:
         Coupled("r").add(Forgetful())
 
 
-def test_messages_that_come_late_and_steps_that_go_too_far_are_refused() -> None:
+def test_messages_in_the_past_and_steps_beyond_the_next_event_are_refused() -> None:
     simulator = Simulator(m := M("m"))
     simulator.start()
     simulator.advance(Tag(seconds(1)))

@@ -17,7 +17,7 @@ from random_models import END, build_deep, flat
 MODELS = range(60)
 
 
-def test_sixty_random_models_give_equal_logs_nested_flat_and_distributed() -> None:
+def test_sixty_random_models_give_equal_logs_in_nested_flat_and_distributed_simulators() -> None:
     transitions = confluent = microsteps = 0
     for seed in MODELS:
         by_the_book, flattened, cut = three_ways(seed)

@@ -50,7 +50,7 @@ def test_nothing_stays_in_a_bag_after_a_filter_drops_a_message() -> None:
     assert sink.got == [(Tag(seconds(1), 1), [0])]
 
 
-def test_what_leaves_the_root_is_an_event_with_its_place_in_the_order() -> None:
+def test_outputs_of_the_root_model_are_numbered_events() -> None:
     a, b = Relay("a", first=1), Relay("b", first=2)
     model = coupled("west", [a, b])
     out = model.add_out("report", Item)

@@ -93,7 +93,7 @@ class Holder(Atomic):
         self.hold_in(seconds(1))
 
 
-def test_one_token_in_a_ring_alternates_transitions_and_two_make_every_step_confluent() -> None:
+def test_one_token_in_a_ring_causes_alternating_transitions_and_two_cause_only_confluent_ones() -> None:
     a, b = Holder("a", True), Holder("b", False)
     ring = coupled("ring", [a, b], (a.out, b.into), (b.out, a.into))
     there, back = ("internal", "external"), ("external", "internal")
@@ -109,7 +109,7 @@ def test_one_token_in_a_ring_alternates_transitions_and_two_make_every_step_conf
     }
 
 
-def test_a_chain_of_period_1_is_external_first_and_confluent_from_then_on() -> None:
+def test_models_in_a_chain_of_equal_periods_have_confluent_transitions_after_the_first() -> None:
     g, p = Generator("g", seconds(1)), Relay("p", seconds(1))
     assert run(coupled("r", [g, p], (g.out, p.into)), 4) == [
         (1.0, 0, "r.g", "internal"),

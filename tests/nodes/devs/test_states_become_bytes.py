@@ -82,7 +82,7 @@ def test_a_restored_random_generator_continues_where_it_was() -> None:
     assert [second.gauss(0, 1) for _ in range(5)] == [first.gauss(0, 1) for _ in range(5)]
 
 
-def test_arrays_keep_their_bits() -> None:
+def test_saved_arrays_are_restored_bit_for_bit() -> None:
     x = np.array([[0.1, -0.0], [np.nan, np.inf]])
     again = thawed(frozen(x))
     assert again.tobytes() == x.tobytes()

@@ -50,7 +50,7 @@ class Parts:
         inertias = [i for x in self.loaders for i in (x.upper, x.lower)] + [lift_of(plan).block.body]
         self.mass = np.array([i.mass for i in inertias])
         self.com = np.array([i.com for i in inertias])
-        self.moments = np.array([i.moments for i in inertias])
+        self.moments = np.array([np.diagonal(i.inertia) for i in inertias])
         self._bodies_at_start()
         self._drives()
         self._slings()
@@ -135,7 +135,7 @@ class Parts:
         self.lever = self.exits[:, 2] - np.array([x.height for x in g])[self.on_gantry]
         self.k_girder = pi**4 / 2.0 * np.array([x.stiffness for x in g]) / 48.0
         self.m_girder = np.array([x.mass for x in g]) / 2.0
-        zeta = np.array([x.damping for x in g])
+        zeta = np.array([x.flexible.damping for x in g])
         self.c_girder = 2.0 * zeta * np.sqrt(self.k_girder * self.m_girder)
 
     def _drive(self, name, mass, axis) -> None:

@@ -1,12 +1,12 @@
-"""What the rules of a lift read of its machines: cranes on rails, what hangs on their hooks, the block."""
+"""What the independent reference reads of a lift: cranes on rails, what hangs on their hooks, the block."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Any
 
-from heavylift.kernel.description import Body, Drive, Flexible, Line, Point, Reeving, Sheave, Support, Vector
-from heavylift.nodes.plan import Girder, Mechanism, Plan
+from heavylift.kernel.description import Body, Drive, Line, Point, Reeving, Support, Vector
+from heavylift.nodes.plan import Bend, Mechanism, Plan
 
 
 @dataclass(frozen=True)
@@ -37,8 +37,7 @@ class Crane:
     upper: Trolley
     lower: Trolley
     hooks: tuple[Held, ...]
-    girder: Girder
-    parts: Mechanism
+    girder: Bend
 
 
 @dataclass(frozen=True)
@@ -60,7 +59,6 @@ class HookRope:
     L0: float
     EA: float
     damping: float
-    falls: int
     line: float
 
 
@@ -72,7 +70,7 @@ class Sling:
     lug: str
     L0: float
     EA: float
-    over: tuple[Sheave, ...] = ()
+    damping: float
 
 
 @dataclass(frozen=True)
@@ -94,8 +92,6 @@ class Block:
     pose: tuple[float, ...]
     lugs: tuple[Lug, ...]
     pads: tuple[Pad, ...]
-    flexible: Flexible | None
-    products: tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -106,26 +102,13 @@ class Rig:
 
 @dataclass(frozen=True)
 class Lift:
-    """`tied`: whether another machine acts on it."""
-
     cranes: tuple[Crane, ...]
     loaders: tuple[Loader, ...]
     rig: Rig
     block: Any  # Block | None
-    tied: bool
-
-    @property
-    def lift(self) -> bool:
-        """Whether these cranes lift a block, so that the rules of such lifts hold."""
-        return self.block is not None and bool(self.cranes)
 
 
 _last: list[tuple[Plan, Lift]] = []  # of the plan that was asked for last, which is asked for again and again
-
-
-def drive_name(crane: str, axis: str) -> str:
-    """Name of the actuator that moves a crane or one of its trolleys."""
-    return f"{crane}.gantry.drive" if axis == "gantry" else f"{crane}.{axis}-slide.drive"
 
 
 def lift_of(plan: Plan) -> Lift:
@@ -141,7 +124,7 @@ def _read(plan: Plan) -> Lift:
     eyes = {f"{m.name}.upper" for m in loaders}
     known = all(m.system.joints[0].name == f"{m.name}.gantry" for m in cranes)
     if not known or any(h.eye.body not in eyes for m in cranes for h in m.hooks):
-        return Lift((), (), Rig((), ()), None, tied=True)  # no rule is about such hooks
+        return Lift((), (), Rig((), ()), None)  # no rule is about such hooks
     blocks = [_block(m) for m in parts if m.cargo]
     slings = tuple(sling for m in loaders for sling in _slings(m))
     ropes = tuple(rope for m in cranes for rope in _ropes(m))
@@ -151,7 +134,6 @@ def _read(plan: Plan) -> Lift:
         loaders=tuple(_loader(m) for m in loaders),
         rig=Rig(tuple(sorted(ropes, key=lambda rope: order[rope.carries])), slings),
         block=blocks[0] if len(blocks) == 1 and not plan.lists else None,
-        tied=any(any(m.system.outside) for m in plan.machines if m not in parts),
     )
 
 
@@ -165,7 +147,7 @@ def _crane(m: Mechanism) -> Crane:
     gantry, *slides = map(axis, m.system.drives)
     hooks = tuple(Held(h.rope, h.on.rpartition(".")[2]) for h in sorted(m.hooks, key=lambda h: h.rope))
     trolleys = Trolley("upper", upper, slides[1]), Trolley("lower", lower, slides[0])
-    return Crane(m.name, main, gantry, *trolleys, hooks, m.girders[0], m)
+    return Crane(m.name, main, gantry, *trolleys, hooks, m.girders[0])
 
 
 def _ropes(m: Mechanism) -> list[HookRope]:
@@ -173,7 +155,7 @@ def _ropes(m: Mechanism) -> list[HookRope]:
     return [
         HookRope(
             h.rope, m.name, h.eye.body.rpartition(".")[0], known[h.rope].lines, known[h.rope].L0, known[h.rope].EA,
-            known[h.rope].damping, h.falls, h.line,
+            known[h.rope].damping, h.line,
         )
         for h in m.hooks
     ]  # fmt: skip
@@ -185,15 +167,14 @@ def _loader(m: Mechanism) -> Loader:
 
 
 def _slings(m: Mechanism) -> list[Sling]:
-    straight = {rope.name: (rope.L0, rope.EA, ()) for rope in m.system.ropes}
-    bent = {f.name: (f.signal.value, f.EA, f.sheaves) for f in m.system.forces if isinstance(f, Reeving)}
+    straight = {rope.name: (rope.L0, rope.EA, rope.damping) for rope in m.system.ropes}
+    bent = {f.name: (f.signal.value, f.EA, f.damping) for f in m.system.forces if isinstance(f, Reeving)}
     return [Sling(t.rope, m.name, t.upper, t.lug, *(straight | bent)[t.rope]) for t in m.ties]
 
 
 def _block(m: Mechanism) -> Block:
     (body,), (joint,), (cargo,) = m.system.bodies, m.system.joints, m.cargo
     whole = Body(body.name, cargo.mass, cargo.com, body.inertia)
-    (_, xy, xz), (_, _, yz), _ = body.inertia
     pads = tuple(Pad(s, s.name in m.closed) for s in m.system.supports)
     lugs = tuple(Lug(name, p) for name, p in cargo.lugs.items())
-    return Block(m.name, whole, joint.q0, lugs, pads, body.flexible, (xy, xz, yz))
+    return Block(m.name, whole, joint.q0, lugs, pads)

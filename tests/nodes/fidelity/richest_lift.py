@@ -95,7 +95,7 @@ class _Player:
     def condition(self, until):
         """A function that is positive once it holds."""
         lift = self.lift
-        if type(until).__name__ == "Lifted":
+        if type(until).__name__ == "LiftedCondition":
             return lambda: -float(lift.standing.max())
         return lambda: float(lift.sling_stretch.min())
 

@@ -29,6 +29,8 @@ BUNDLED = sorted(file.stem for file in SCENES.glob("*.yaml"))
 RANDOM = [f"random {seed}" for seed in range(60)]
 TYPE = Path(__file__).parents[2] / "data" / "bending-boom.yaml"
 HANGING = ("crawler", "hall", "jib", "floating", "spreader", "edge", "lift", "in-turn")
+LIFTS = list(dict.fromkeys([*HANGING, *RANDOM[:4], *BUNDLED, *RANDOM]))
+DAILY = 16  # of these lifts; the others with --full
 FIDELITIES = (
     Fidelity(ropes="massive", lumps=1),
     Fidelity(ropes="massive", lumps=4, girder="elastic"),
@@ -69,8 +71,8 @@ def given(plan: Plan, fidelity: Fidelity) -> Iterator[tuple[Mechanism, Fidelity]
         yield machine, planar(fidelity, every)
 
 
-@pytest.mark.parametrize("name", [*BUNDLED, *RANDOM])
-@pytest.mark.large(beyond=len(BUNDLED) + 6)
+@pytest.mark.parametrize("name", LIFTS)
+@pytest.mark.large(beyond=DAILY)
 def test_each_model_level_pass_is_pure_and_idempotent(name: str) -> None:
     for fidelity in FIDELITIES:
         for machine, level in given(plan_of(name), fidelity):
@@ -82,8 +84,8 @@ def test_each_model_level_pass_is_pure_and_idempotent(name: str) -> None:
                 assert each.apply(once, level) == once, each.name
 
 
-@pytest.mark.parametrize("name", [*BUNDLED, *RANDOM])
-@pytest.mark.large(beyond=len(BUNDLED) + 6)
+@pytest.mark.parametrize("name", LIFTS)
+@pytest.mark.large(beyond=DAILY)
 def test_a_lumped_rope_is_as_stiff_and_as_damped_as_its_rope_at_every_length(name: str) -> None:
     for machine, _ in given(plan_of(name), Fidelity()):
         for lumps in (1, 2, 8):
@@ -112,8 +114,8 @@ def level(plan: Plan, fidelity: Fidelity) -> Plan:
     return msgspec.structs.replace(at_level(plan, fidelity), method="radau5", tolerance=1e-4)
 
 
-@pytest.mark.parametrize("name", [*BUNDLED, *RANDOM])
-@pytest.mark.large(beyond=len(BUNDLED) + 6)
+@pytest.mark.parametrize("name", LIFTS)
+@pytest.mark.large(beyond=DAILY)
 def test_lumped_ropes_have_the_mass_and_centre_of_mass_of_the_rope(name: str) -> None:
     for machine, _ in given(plan_of(name), Fidelity()):
         rows = {row.rope: row for row in machine.heavy if not row.why}
@@ -152,7 +154,7 @@ def tensions(run: Played, what: str = "rope/tension") -> dict[str, np.ndarray]:
 
 
 @pytest.mark.parametrize("name", [*HANGING, *RANDOM[:6]])
-@pytest.mark.large(beyond=len(HANGING))
+@pytest.mark.large(beyond=4)
 def test_hook_ropes_start_at_rest_under_their_load_and_weight(name: str) -> None:
     plan = plan_of(name)
     if plan.lists:
@@ -278,7 +280,7 @@ def test_a_drive_that_bears_weight_stays_stiff() -> None:
         ("jib.upper: {span: 5 m, mass: 1 t, stiffness: 1 MN/m, height: 1 m, slides: [x]}", "there is no joint 'x'"),
     ],
 )
-def test_an_impossible_optional_part_of_a_type_is_reported(elastic: str, message: str) -> None:
+def test_an_optional_part_that_a_crane_type_cannot_have_is_reported(elastic: str, message: str) -> None:
     with pytest.raises(SceneError, match=re.escape(message)):
         load("jib", [f"machines.jib.elastic={{{elastic}}}"])
 
@@ -296,6 +298,7 @@ def test_a_scene_with_the_former_keys_of_a_girder_section_is_read(tmp_path: Path
 
 
 @pytest.mark.parametrize("name", ["crawler", "jib", "floating"])
+@pytest.mark.large(beyond=2)
 def test_a_hook_on_a_lumped_rope_keeps_its_height(name: str) -> None:
     """All pieces follow the boom as their rope does."""
     order = "{crane}: luff 0.3 deg/s by 2 deg\n    {crane} main: hold height\n"

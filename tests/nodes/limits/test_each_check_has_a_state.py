@@ -5,12 +5,12 @@ from __future__ import annotations
 import random
 from dataclasses import replace
 from pathlib import Path
-from typing import get_args
+from typing import Any, get_args
 
 import pytest
 from heavylift.coordinator.commands.common import fails
-from heavylift.kernel.description import NOT_CHECKED, STATES, UNKNOWN
-from heavylift.nodes.limits import ABSENT, RatedLimit, checks_of, line_of
+from heavylift.kernel.description import NOT_CHECKED, STATES, UNKNOWN, Check
+from heavylift.nodes.limits import ABSENT, RatedLimit, checks_of, likewise, line_of, table_of
 from heavylift.nodes.plan import Quantity, Use
 from heavylift.nodes.scene import new_scene_with, parse
 from heavylift.nodes.scene.text import library
@@ -75,6 +75,22 @@ def test_the_error_of_a_load_is_that_of_its_rope_tensions_by_default() -> None:
     assert state(use, {"peak tension a": 0.01, "peak tension b": 0.01}) == "green"
     assert state(use, {"peak tension a": 0.01}) == UNKNOWN
     assert state(use, {"peak tension a": 0.1, "peak tension b": 0.1, "use of load hook load": 0.01}) == "green"
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_contact_that_nothing_allows_is_named_before_narrow_clearances(seed: int) -> None:
+    """The deepest contact first, however early and however many things only came near."""
+    rng = random.Random(seed)
+    gaps = [rng.uniform(0.05, 0.4) for _ in range(rng.randint(0, 4))]
+    depths = [-0.5 * rng.random() for _ in range(rng.randint(1, 3))]
+    values = rng.sample(gaps + depths, len(gaps) + len(depths))
+    common: dict[str, Any] = {"quantity": "clearance", "state": "red", "limit": 0.5, "unit": "m"}
+    found = [Check(subject=f"{i}", sentence=f"{x}", t=float(i), value=x, **common) for i, x in enumerate(values)]
+    checks = checks_of(PLAN, [], found, {}, [])
+    assert line_of(checks).endswith(f"; worst: {min(values)}")
+    assert likewise(found)[0].value == min(values)
+    (row,) = (row for row in table_of(checks).rows if row[1] == "clearance")
+    assert str(row[-1]) == f"{min(values)}"
 
 
 def test_what_is_assumed_is_amber_until_the_scene_accepts_it() -> None:

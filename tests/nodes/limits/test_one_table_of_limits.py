@@ -111,7 +111,7 @@ def test_a_load_chart_is_interpolated_between_its_points() -> None:
             assert limit.at(x) == pytest.approx(np.interp(x, *zip(*chart, strict=True)), rel=1e-12)
 
 
-def test_a_hook_is_checked_by_the_chart_at_its_trolley_position() -> None:
+def test_the_capacity_of_a_hook_is_read_from_the_chart_at_its_trolley_position() -> None:
     scene = bare("lift", [CHART])
     use = next(x for x in scene.uses if x.limit.quantity == "hook load" and x.limit.subject == "crane.H3")
     assert use.value == pytest.approx(170e3, rel=2e-3), "the block leans a little as ropes of two lengths give way"

@@ -88,7 +88,7 @@ def test_a_halted_move_ramps_down_and_is_done_where_it_stops() -> None:
     ]
 
 
-def test_a_late_order_to_halt_changes_nothing() -> None:
+def test_an_order_to_halt_after_the_end_of_a_move_changes_nothing() -> None:
     context = drive().put(0.0, "order", run(1.0, 1.0, by=4.0)).put(9.0, "order", end(1))
     assert [type(m) for _, _, m in context.said()] == [SetProfile, Done]
 
@@ -113,7 +113,7 @@ def test_an_actor_ignores_orders_to_others() -> None:
     assert drive().put(0.0, "order", Order("y", 1, (0, 0), Motion(speed=1.0, accel=1.0, by=4.0))).said() == []
 
 
-def test_an_endless_move_stops_at_the_end_of_the_travel() -> None:
+def test_a_move_without_a_distance_stops_at_the_end_position() -> None:
     out = drive(lower=0.0, upper=14.0).put(0.0, "order", run(1.0, 1.0)).said()
     assert out == [
         (0.0, "input", SetProfile("x", 0, 1.0, 1.0, 4.0)),

@@ -90,7 +90,7 @@ def test_taut_and_slack_ropes_are_reported_at_once() -> None:
     ]
 
 
-def test_an_overload_is_reported_at_its_beginning_and_its_end() -> None:
+def test_an_overload_is_reported_when_it_begins_and_when_it_ends() -> None:
     context = loader()
     for t, tension in ((1.0, 2.6e6), (2.0, 2.5e6), (3.0, 2.6e6)):
         context.put(t, "state", StateEvent("loader-3.load", "reached", tension))
@@ -105,7 +105,7 @@ def test_an_overload_is_reported_at_its_beginning_and_its_end() -> None:
     ]
 
 
-def test_lift_off_is_at_the_last_open_support_and_landing_at_the_last_closed_one_of_a_face() -> None:
+def test_lift_off_is_when_the_last_support_opens_and_landing_when_the_last_one_of_a_face_closes() -> None:
     context = Bench(build_one(turnover(), "block"))
     for i in (1, 2, 3, 4):
         context.put(100.0 + i, "state", StateEvent(f"block.lower-{i}", "open", 0.0))
@@ -118,7 +118,7 @@ def test_lift_off_is_at_the_last_open_support_and_landing_at_the_last_closed_one
     ]
 
 
-def test_the_block_reports_its_attitude_every_30_degrees_without_chatter() -> None:
+def test_the_block_reports_its_attitude_once_every_30_degrees() -> None:
     up, down = "block.attitude-up", "block.attitude-down"
     context = Bench(build_one(turnover(), "block")).put(1.0, "state", StateEvent(up, "reached", 0.0))
     context.put(2.0, "state", StateEvent(down, "reached", 0.0))

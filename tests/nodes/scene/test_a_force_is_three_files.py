@@ -1,15 +1,19 @@
 """The recipe for a force in a copy of the product: description, law, row of the table; scenes have its keys by that."""
 
+import ast
 import os
 import subprocess
 import sys
 from math import radians
 from pathlib import Path
 from shutil import copytree
+from typing import get_args
 
 import pytest
+from heavylift.kernel.description import Force
 
 ROOT = Path(__file__).parents[3]
+LISTED = {kind: {"mechanics.py"} for kind in ("Reeving", "UserLaw")}  # systems list ropes and the user's code
 DESCRIPTION = '''
 class EddyBrake(Element, frozen=True, tag=True):
     """An eddy-current brake on a joint: torque = 2 T u / (1 + u^2), u = speed over the critical one (Wouterse 1991)."""
@@ -133,3 +137,21 @@ def test_a_scene_reads_and_runs_a_new_force(copy: Path) -> None:
 def test_faults_in_a_new_force_are_reported_with_their_line(copy: Path, old: str, new: str, sentence: str) -> None:
     message = _answer(copy, SCENE.replace(old, new))[0:-1]
     assert any(sentence in line and line.partition(":")[0] for line in message), message
+
+
+def _naming(kind: str, *folders: str) -> set[str]:
+    """Files of these folders whose code uses a name; a law that is a folder is one file."""
+    found = set()
+    for path in (path for folder in folders for path in (ROOT / folder).rglob("*.py")):
+        names = {getattr(x, "id", "") or getattr(x, "attr", "") for x in ast.walk(ast.parse(path.read_text()))}
+        if kind in names or f"class {kind}(" in path.read_text():
+            found.add(path.parent.name if path.parent.name == "reeving" else path.name)
+    return found
+
+
+@pytest.mark.parametrize("kind", [kind.__name__ for kind in get_args(Force)])
+def test_each_kind_of_force_has_a_description_a_law_and_a_row_of_the_table(kind: str) -> None:
+    found = _naming(kind, "kernel/description", "kernel/forces") - LISTED.get(kind, set())
+    assert len(found) == 3, found
+    assert {"forces.py", "table.py"} < found
+    assert _naming(kind, "nodes/scene/keys") <= {"forces.py", "ropes.py"}, "keys that differ have one class"

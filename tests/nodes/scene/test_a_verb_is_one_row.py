@@ -86,7 +86,7 @@ TURNS = (SCENE, "degrees or radians, not metres")
         (*SLIDES, "turntable: drive 3 m/min until position of pivot <= -10 deg"),
     ],
 )
-def test_a_verb_uses_the_unit_of_its_joint(scene: str, units: str, written: str) -> None:
+def test_the_value_of_an_order_has_the_unit_of_the_joint_that_it_moves(scene: str, units: str, written: str) -> None:
     orders = scene.partition("  - turntable")[0]
     with pytest.raises(SceneError, match=f"'(turntable|pivot)' (turns|slides): write {units}"):
         parse(f"{orders}  - {written}\n")

@@ -119,6 +119,23 @@ def test_all_slings_include_those_next_to_a_lifting_beam() -> None:
     assert {*first.names} == {"one.sling-1", "one.sling-2", "legs.sling-1", "legs.sling-2"}
 
 
+DOWN = """\
+  - all hooks: lower 1 m/min by 0.9 m
+  - one: lower 0.3 m/min until a landed
+  - west H2: lower 0.3 m/min until b landed
+  - all hooks: lower 0.3 m/min until all slings slack
+"""
+
+
+@pytest.mark.parametrize("order", ["all hooks: unhook", "all hooks: unhook\n    legs: unhook"])
+def test_unhooking_a_hook_takes_off_its_slings_with_or_without_a_frame(order: str) -> None:
+    text = MIXED.replace("  - west: travel 10 m/min by 2 m\n", DOWN)
+    for given, left in ((order, set()), ("west H2: unhook", {"one.sling-1", "one.sling-2"})):
+        assert {*scene(f"{text}  - {given}\n").statics.states[-1].hooked} == left
+    with pytest.raises(SceneError, match=r"nothing hangs on west\.H2 that could be unhooked"):
+        scene(f"{text}  - {order}\n  - west H2: unhook\n")
+
+
 def test_a_lug_held_by_a_lifting_beam_takes_no_other_sling() -> None:
     with pytest.raises(SceneError, match=r"the lug a\.P already carries a sling of one"):
         scene(MIXED.replace("to: [b.P, b.Q]", "to: [a.P, b.Q]"))

@@ -12,14 +12,14 @@ from heavylift.nodes.scene import load, parse
 from heavylift.nodes.scene.inputs import inputs
 from heavylift.nodes.scene.keys import below, listed, override
 from heavylift.nodes.scene.keys.validate import validate
-from heavylift.nodes.scene.text import Path, Source, gather, read
+from heavylift.nodes.scene.text import Path, SourceText, gather, read
 from heavylift.nodes.scenes import bundled
 from lifting import cargo
 
 SCENES = ("spreader", "jib", "wind-tandem", "arm")
 
 
-def unwritten(source: Source) -> Iterator[tuple[Path, list[object]]]:
+def unwritten(source: SourceText) -> Iterator[tuple[Path, list[object]]]:
     """Path and values of each list of a scene that stands in no line of it."""
 
     def look(at: object, kind: object, path: Path) -> Iterator[tuple[Path, list[object]]]:

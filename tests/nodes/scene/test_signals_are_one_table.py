@@ -6,7 +6,7 @@ from heavylift.nodes.scene import load, parse
 from heavylift.nodes.scene.construction import build_machines
 from heavylift.nodes.scene.construction.signals import Conditions
 from heavylift.nodes.scene.language import QUANTITIES, PhraseError, read_condition
-from heavylift.nodes.scene.text import Mark, Source
+from heavylift.nodes.scene.text import Mark, SourceText
 from lifting import cranes, slings
 
 JIB = {  # words -> model that watches, quantity of the kernel
@@ -57,7 +57,7 @@ def read():
     scenes = {name: load(name) for name in ("jib", "wind-tandem")}
 
     def found(name, words):
-        source = Source("scene.yaml")
+        source = SourceText("scene.yaml")
         path = ("command",)
         source.keys[path] = source.values[path] = Mark("scene.yaml", 1, 1, words)
         builder = build_machines(source, scenes[name].scene)

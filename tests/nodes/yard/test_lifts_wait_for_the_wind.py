@@ -2,9 +2,11 @@
 
 import random
 from bisect import bisect_left
+from collections import Counter
 from datetime import date, datetime, timedelta
 from itertools import pairwise
 from math import log
+from pathlib import Path
 
 import pytest
 from heavylift.kernel import HeavyliftError, SceneError
@@ -124,12 +126,22 @@ def test_random_lifts_in_wind_are_done_when_a_count_hour_by_hour_says(tmp_path):
         for start, end in zip(starts, ends, strict=True):
             hour = next(n for n in range(hour, 9999) if speeds[n] <= 8)
             assert start == hour
-            left, stands = 4, False
+            hour = next(n for n in range(hour + 1, 9999) if speeds[n] <= 8)  # after an hour of rigging in any wind
+            left, stands = 3, False
             while left:
                 stands = speeds[hour] > (7 if stands else 10)
                 left -= not stands
                 hour += 1
             assert end == hour
+
+
+def test_wind_stops_no_rigging_and_keeps_a_rigged_block_from_being_lifted(tmp_path):
+    speeds = [5, 5, 20, 20, 9, 9, 8, 10, 5] + [5] * 38
+    text = YARD.replace("takes: 1 h", "takes: 3 h")
+    starts, ends, _, model = ran(load(written(tmp_path, speeds, text=text), lifter=three_hours))
+    work = model.children["step-erect"].result()
+    assert (starts[0], ends[0]) == (0, 9), "rigged at 3, lifted from 6, when 8 m/s allow it"
+    assert (work.stopped, work.stops) == (3 * 3600.0, 0)
 
 
 def test_a_lift_whose_wind_limit_is_never_met_is_named(tmp_path):
@@ -194,3 +206,10 @@ def test_a_block_that_cannot_be_lifted_is_listed_as_a_finding(tmp_path):
     assert "1 lift cannot be carried out, first B" in sheet.lead
     (table,) = [x for x in sheet.tables if x.title == "Lifts that cannot be carried out"]
     assert [row[0] for row in table.rows] == ["B"]
+
+
+def test_a_table_is_of_the_scene_of_its_step_and_other_scenes_are_followed_at_rest():
+    """The bundled yard: its table reaches all blocks but those that two goliaths carry."""
+    found = load("vlcc", lifter=three_hours).activities
+    ways = [(one.order.way, Path(one.order.scene).name) for one in found if one.order]
+    assert Counter(ways) == {("table", "vlcc-goliath.yaml"): 194, ("rest", "vlcc-tandem.yaml"): 6}

@@ -69,6 +69,68 @@ def test_the_published_network_of_patterson_has_its_known_duration(rule):
     assert ran(yard, rule).delivery == PARALLEL[RULES[rule]] * DAY / 1e9
 
 
+NEWCASTLE = """block,after,work [days]
+cargo-1,,2
+cargo-2,cargo-1,4
+cargo-3,cargo-2,4
+cargo-4,cargo-3,4
+cargo-5,cargo-4,4
+cargo-6,cargo-5,5
+lower-fore-end,cargo-6,6
+upper-fore-end,lower-fore-end,8
+deck-cranes,cargo-5,10
+lower-engine-room,cargo-1,4
+main-machinery,lower-engine-room,13
+upper-engine-room,main-machinery,6
+aft-end,upper-engine-room,8
+superstructure,upper-engine-room,10
+float-out,upper-fore-end deck-cranes aft-end superstructure,1"""
+
+
+def test_a_published_erection_network_has_its_critical_path_and_floats(tmp_path):
+    """Small yard, from the first unit in the dock to float-out (Newcastle University, MAR 2313, Network Planning)."""
+    yard = load_rows(tmp_path, NEWCASTLE)
+    known, path = dates(yard), chain(yard)[0]
+    blocks = [one.block for one in yard.activities]
+    assert [blocks[n] for n in path] == [*blocks[:8], "float-out"]
+    assert ran(yard).delivery == known.early_finish[-1] / 1e9 == 38 * DAY / 1e9
+    floats = {blocks[n]: (known.late_start[n] - known.early_start[n]) / DAY for n in range(len(blocks))}
+    assert {block: x for block, x in floats.items() if x} == {
+        "deck-cranes": 9, "lower-engine-room": 2, "main-machinery": 2, "upper-engine-room": 2, "aft-end": 4,
+        "superstructure": 2,
+    }  # fmt: skip
+
+
+def load_rows(folder, table, text="resources: {}\nsteps: {work: {}}"):
+    return written(folder, table.split("\n"), text)
+
+
+@pytest.mark.parametrize(("columns", "rows"), [(3, 1), (5, 2), (7, 4)])
+def test_with_short_joining_times_a_hull_waits_for_its_crane_alone(tmp_path, columns, rows):
+    """Blocks upward and from the middle outward; joining no longer than lifting (the second special case of Tokola,
+    Niemi and Remes 2013, Journal of Ship Production and Design 29): the crane waits for the first joint only, so that
+    all lifts, the first joint and the last one remain, by hand."""
+    lift, join, middle = 6, 5, columns // 2
+    table = ["block,after"]
+    for row in range(rows):
+        for column in sorted(range(columns), key=lambda c: (abs(c - middle), c)):
+            inner = column + (column < middle) - (column > middle)
+            below = [f"{column}-{row - 1}"] if row else []
+            table.append(f"{column}-{row},{' '.join(below + ([f'{inner}-{row}'] if inner != column else []))}")
+    text = f"""resources: {{crane: 1}}
+erection: [lift, join]
+steps: {{lift: {{takes: {lift} h, needs: {{crane: 1}}}}, join: {{takes: {join} h, after: lift}}}}"""
+    yard = load_rows(tmp_path, "\n".join(table), text)
+    assert ran(yard, "earliest start").delivery == (columns * rows * lift + 2 * join) * 3600
+
+
+def test_serial_generation_gives_the_schedule_that_is_found_by_hand(tmp_path):
+    """One resource of two units, latest finish: C and D compete; D is the more urgent, and B fits beside neither."""
+    table = "block,after,work [h],work r\nA,,2,1\nB,,3,2\nC,A,2,1\nD,A,4,1\nE,C D,1,2"
+    found = serial(load_rows(tmp_path, table, "resources: {r: 2}\nsteps: {work: {}}"), "latest finish")
+    assert [(a / 3600e9, b / 3600e9) for a, b in found] == [(0, 2), (6, 9), (2, 4), (2, 6), (9, 10)]
+
+
 def random_yard(folder, seed):
     draw = random.Random(seed)
     rows = ["block,after,ready,work [h],work r1,work r2"]

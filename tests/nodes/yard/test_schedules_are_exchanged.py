@@ -2,6 +2,8 @@
 
 import csv
 import io
+import re
+from datetime import datetime, timedelta
 from pathlib import Path
 from xml.etree import ElementTree as Xml
 
@@ -41,6 +43,10 @@ def test_xml_has_links_and_resources_as_the_network(tmp_path):
     yard = random_yard(tmp_path, 2)
     root = Xml.fromstring(project_of(yard, scheduled(yard)))
     names = {x.findtext(f"{{{SPACE}}}UID"): x for x in root.iter(f"{{{SPACE}}}Task")}
+    for task in names.values():
+        begin, end = (datetime.fromisoformat(task.findtext(f"{{{SPACE}}}{key}")) for key in ("Start", "Finish"))
+        hours, minutes = re.fullmatch(r"PT(\d+)H(\d+)M0S", task.findtext(f"{{{SPACE}}}Duration")).groups()
+        assert end - begin == timedelta(hours=int(hours), minutes=int(minutes))
     links = [x for x in root.iter(f"{{{SPACE}}}PredecessorLink")]
     assert len(links) == sum(len(one.after) for one in yard.activities)
     assert {x.findtext(f"{{{SPACE}}}PredecessorUID") for x in links} <= set(names)
@@ -55,6 +61,8 @@ def test_a_calendar_has_an_event_for_each_activity(tmp_path):
     rows = [*csv.DictReader(io.StringIO(table_of(yard, spans)))]
     assert [str(x["summary"]) for x in events] == [f"{row['block']} {row['step']}" for row in rows]
     assert [f"{x['dtstart'].dt:%Y-%m-%d %H:%M}" for x in events] == [row["start"] for row in rows]
+    for event, row in zip(events, rows, strict=True):  # an event takes a minute at least
+        assert f"{event['dtend'].dt:%Y-%m-%d %H:%M}" == row["end"] or row["end"] == row["start"]
 
 
 def test_a_chart_has_a_bar_for_each_activity(tmp_path):

@@ -1,7 +1,7 @@
-"""The environment of the lifts of a scene.
+"""The environment of the lifts of a scene: water, ground, obstacles and intended contacts.
 
 vessels     vessels in waves, which carry cranes and blocks
-hulls       free vessels by a file of hydrodynamics
+hulls       free vessels with hydrodynamics from a file
 obstacles   floor and boxes that blocks can touch
 footings    bases of machines, and their limits
 touching    intended contacts

@@ -1,4 +1,4 @@
-"""Bases and set-up of machines as parts of the plan; limits of ground loads and wind."""
+"""Bases and configurations of machines as parts of the plan, and the limits of ground loads and wind."""
 
 from collections.abc import Collection, Iterator, Sequence
 from typing import Any
@@ -11,7 +11,7 @@ from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.keys.parts.mechanics import HookKeys, Parts
 from heavylift.nodes.scene.keys.parts.standing import Stands
 from heavylift.nodes.scene.text.faults import closest
-from heavylift.nodes.scene.text.source import Path, Source
+from heavylift.nodes.scene.text.source import Path, SourceText
 from heavylift.nodes.scene.text.units import LENGTH, MASS
 
 STATICS = "statics of a rigid base"
@@ -20,9 +20,9 @@ UNKNOWN = "give 'stands' to its type: tracks, outriggers or wheels"
 
 
 def footing_of(
-    source: Source, base: Path, given: Stands | None, bodies: Collection[str], prefix: str
+    source: SourceText, base: Path, given: Stands | None, bodies: Collection[str], prefix: str
 ) -> Footing | None:
-    """Return the base of a machine whose bodies have this prefix; None if it has none."""
+    """Return the base of a machine, whose bodies have this prefix in their names; None if it has no base."""
     if given is None:
         return None
     body = f"{prefix}{given.on}"
@@ -40,7 +40,7 @@ def footing_of(
 
 
 def set_up(builder: SceneBuilder, machines: Sequence[Mechanism]) -> tuple[Mechanism, ...]:
-    """Return the machines with the mats of the scene and their configuration."""
+    """Return the machines with the mats below them, as given in the scene, and with their configuration in words."""
     names = [machine.name for machine in machines if machine.hooks]
     for name in (name for name in builder.scene.ground.mats if name not in names):
         builder.source.fault(("ground", "mats", name), f"there is no crane '{name}'", closest(name, names), on_key=True)
@@ -63,7 +63,7 @@ def _set_up(builder: SceneBuilder, machine: Mechanism) -> Mechanism:
 
 
 def _configuration(machine: Mechanism, given: Parts[Any] | None) -> dict[str, str]:
-    """Return the configuration of a machine: type, boom, counterweight and base of charts, falls, mats."""
+    """Return how a machine is set up, in words: type, boom, counterweight, base of the load charts, falls, mats."""
     found = {key: str(value) for key, value in given.configuration.items()} if given else {}
     hooks: dict[str, HookKeys] = given.hooks if given else {}
     for name, hook in hooks.items():
@@ -81,7 +81,7 @@ def _configuration(machine: Mechanism, given: Parts[Any] | None) -> dict[str, st
 
 
 def standing_limits(builder: SceneBuilder, machine: Mechanism) -> Iterator[RatedLimit]:
-    """Yield the limits of the load of each track, outrigger or wheel, and of the distance to tipping."""
+    """Yield the limits of the load on each track, outrigger or wheel, and of the distance to tipping."""
     name, footing, given = machine.name, machine.footing, _given(builder, machine)
     if footing is None:
         note = UNKNOWN if given is None else "it stands on a foundation"
@@ -114,7 +114,7 @@ def standing_limits(builder: SceneBuilder, machine: Mechanism) -> Iterator[Rated
 
 
 def wind_limits(builder: SceneBuilder, machines: Collection[Mechanism], winds: tuple[str, ...]) -> Iterator[RatedLimit]:
-    """Yield the wind limits of machines with hooks and of the scene."""
+    """Yield the wind limits of machines with hooks and of the whole scene."""
     most, where = builder.scene.limits.wind, builder.source.where(("limits",))
     if not winds:
         by = "the scene" if most is not None else ""
@@ -141,6 +141,6 @@ def _given(builder: SceneBuilder, machine: Mechanism) -> Stands | None:
 
 
 def _parts(builder: SceneBuilder, machine: Mechanism) -> Parts[Any] | None:
-    """Return the keys of a machine."""
+    """Return the keys from which a machine was built; None if it was built otherwise."""
     scene = builder.scene
     return scene.machines.get(machine.name) or scene.mechanism

@@ -1,4 +1,4 @@
-"""Free vessels whose water is a file of hydrodynamics: hydrostatics, radiation with memory, and loads of the waves."""
+"""Free vessels with hydrodynamics from a file: hydrostatics, radiation forces with memory, and wave loads."""
 
 from math import sqrt
 
@@ -19,7 +19,8 @@ AFLOAT = 0.02  # of the displacement, by which the weight may differ from that o
 
 
 def hydrodynamics_of(builder: SceneBuilder, name: str, file: str) -> Hydrodynamics | None:
-    """Return the hydrodynamics in the file of a vessel; None, and a fault of the scene, if it cannot be read."""
+    """Return the hydrodynamic data in a vessel's file; if the file cannot be read, add an error to the scene and return
+    None."""
     source, at = builder.source, ("vessels", name, "floating", "hydrodynamics")
     known = {path.stem: path for path in sorted(vessels_folder().glob("*.json"))}
     try:
@@ -36,7 +37,7 @@ def hydrodynamics_of(builder: SceneBuilder, name: str, file: str) -> Hydrodynami
 
 
 def check_draught(builder: SceneBuilder, name: str, hull: Hydrodynamics, mass: float) -> None:
-    """Check that a vessel with everything on it [kg] floats about as deep as its file assumes."""
+    """Add an error unless a vessel with everything on it (mass [kg]) floats about as deep as its file assumes."""
     displaced = hull.density * hull.volume
     if abs(mass - displaced) > AFLOAT * displaced:
         message = (
@@ -46,8 +47,8 @@ def check_draught(builder: SceneBuilder, name: str, hull: Hydrodynamics, mass: f
 
 
 def restoring(hull: Hydrodynamics, gravity: float, weight: float, height: float) -> tuple[float, float, float]:
-    """Return the stiffness of heave [N/m], roll and pitch [N m] of a floating weight; argument: height of its centre
-    over the waterline [m]."""
+    """Return the hydrostatic stiffness in heave [N/m], roll and pitch [N m] of a floating weight [N] whose centre is
+    `height` [m] above the waterline."""
     across, along = (weight * (metacentre - height) for metacentre in hull.metacentres)
     return hull.density * gravity * hull.waterplane, across, along
 
@@ -58,7 +59,7 @@ def radiation(name: str, hull: Hydrodynamics, vessel: Vessel) -> Radiation:
 
 
 def wave_loads(builder: SceneBuilder, name: str, hull: Hydrodynamics, vessel: Vessel, waves: Waves) -> list[Load]:
-    """Return the six loads of the waves, in the directions of the vessel at rest."""
+    """Return the six wave loads on a vessel, along and about the axes of the vessel at rest."""
     away = (vessel.at[0] - waves.origin[0], vessel.at[1] - waves.origin[1])
     amplitude, frequency = waves.regular
     regular = [Component(frequency, amplitude, waves.heading, 0.0)] if amplitude else []
@@ -73,7 +74,7 @@ def wave_loads(builder: SceneBuilder, name: str, hull: Hydrodynamics, vessel: Ve
 
 
 def _alone(x: WaveSum) -> InputSignal:
-    """Return the signal of a single harmonic, which needs no pieces."""
+    """Return the signal of a sum that has only one harmonic."""
     c, s = x.cosines[0], x.sines[0]
     size = sqrt(c * c + s * s)
     return InputSignal(0.0, wave=Wave(size, x.frequencies[0], x.ramp, float(atan2(-s, c))))

@@ -1,13 +1,13 @@
-"""Floor and obstacles of a scene as a machine made of parts: fixed boxes, and contacts of blocks with them.
+"""Floor and obstacles of a scene as one machine: fixed boxes, and contacts of blocks with them.
 
-If there is a floor or an obstacle, blocks have contacts with each other, too.
+If there is a floor or an obstacle, blocks also have contacts with each other.
 """
 
 from collections.abc import Iterator
 from itertools import combinations, product
 
 from heavylift.kernel.constraints.contact.pairs import check_contact, gap
-from heavylift.kernel.description.forces import Ball, Box, Contact, Plane
+from heavylift.kernel.description.contacts import Ball, Box, Contact, Plane
 from heavylift.kernel.description.mechanics import WORLD, Body, Joint, System, Vector, merge
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.simulation.impacts.unilateral import INSIDE
@@ -25,7 +25,7 @@ TOUCH = 1e-9  # [m]
 
 
 def obstacles_machine(builder: SceneBuilder, around: System) -> plan.Mechanism:
-    """Return all obstacles as a machine; faults are added to those of the scene."""
+    """Return all obstacles as one machine; errors are added to those of the scene."""
     scene, source = builder.scene, builder.source
     blocks = scene.all_blocks
     sizes = {name: block.size for name, block in blocks.items()}
@@ -71,14 +71,14 @@ def obstacles_machine(builder: SceneBuilder, around: System) -> plan.Mechanism:
 
 
 def _overlaps(builder: SceneBuilder, block: str, other: str, depth: float) -> None:
-    """Add the fault of a block that begins inside another thing."""
+    """Add an error if a block starts inside another object by the given depth [m]."""
     path: tuple[str, ...] = (OBSTACLES if other in builder.scene.obstacles else "blocks", other)
     path, of = (("floor",), "the floor") if other == WORLD else (path, f"'{other}'")
     builder.source.fault(path, f"'{block}' begins {depth:.3g} m inside of {of}: move them apart", on_key=True)
 
 
 def _contacts(builder: SceneBuilder, sizes: dict[str, Vector]) -> Iterator[Contact]:
-    """Yield the contacts of each block with obstacles, the floor, and later blocks."""
+    """Yield the contacts of each block with obstacles, with the floor, and with the blocks after it."""
     floor = builder.scene.floor
     for block, size in sizes.items():
         for name, given in builder.scene.obstacles.items():
@@ -91,7 +91,7 @@ def _contacts(builder: SceneBuilder, sizes: dict[str, Vector]) -> Iterator[Conta
 
 
 def _with_obstacle(block: str, size: Vector, name: str, x: Obstacle) -> Iterator[Contact]:
-    """Yield the contact of a block's box, or of its corners, with an obstacle."""
+    """Yield the contacts of a block's box, or of its corners, with an obstacle."""
     other = Box(name, x.box)
     if x.meets == "boxes":
         yield Contact(f"{block}-{name}", Box(block, size), other, x.friction, x.restitution)

@@ -1,7 +1,8 @@
-"""Vessels as machines made of parts: on six prescribed joints that follow the wave, or as a free body in water.
+"""Vessels as machines: on six prescribed joints that follow the wave, or as a free body in water.
 
-Buoyancy of a free vessel balances the weight on it at the start, at the common centre of mass, so that it floats on an
-even keel and its hydrostatic stiffness is that of GM; loads lifted from it or hung on it make it rise, sink and heel.
+The buoyancy of a free vessel balances the weight on it at the start, acting at the common centre of mass, so the vessel
+floats on an even keel with the hydrostatic stiffness given by GM; loads lifted from it or hung on it make it rise, sink
+and heel.
 """
 
 from dataclasses import replace
@@ -33,7 +34,7 @@ MODES = ("surge", "sway", "heave", "roll", "pitch", "yaw")  # in matrices
 
 
 def vessel_machine(builder: SceneBuilder, name: str) -> plan.Mechanism:
-    """Return a vessel with its motion as a machine; faults are added to those of the scene."""
+    """Return a vessel with its motion as a machine; errors are added to those of the scene."""
     given, source = builder.scene.vessels[name], builder.source
     (xx, yy, zz, xy, xz, yz) = (*(given.inertia or box(given.mass, given.size)), 0.0, 0.0, 0.0)[:6]
     body = Body(name, given.mass, given.com, ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)))
@@ -79,7 +80,7 @@ def _hull(builder: SceneBuilder, name: str, floating: Floating) -> Hydrodynamics
 
 
 def _free(given: Vessel, added: Matrix6 | None, body: Body) -> System:
-    """Return a vessel on a free joint; `afloat` adds its forces."""
+    """Return a vessel on a free joint; `afloat` adds the water forces."""
     half = 0.5 * given.heading
     q0 = (*given.at, 0.0, 0.0, float(sin(half)), float(cos(half)))
     free = Joint(f"{body.name}.free", "free", WORLD, body.name, q0=q0, v0=(0.0,) * 6)
@@ -87,13 +88,15 @@ def _free(given: Vessel, added: Matrix6 | None, body: Body) -> System:
 
 
 def _wave(waves: Waves, response: float, phase: float) -> Wave:
-    """Return the motion or load of a response to the regular wave."""
+    """Return the motion or load with which a vessel responds to the regular wave; `response`: amplitude per wave
+    amplitude, `phase` [rad]."""
     amplitude, frequency = waves.regular
     return Wave(amplitude * response, frequency, waves.ramp, phase)
 
 
 def _delay(builder: SceneBuilder, waves: Waves, at: Vector) -> float:
-    """Return the phase lag of the wave at a place to the world's origin [rad]; deep-water wave number w^2 / g."""
+    """Return the phase lag [rad] of the wave at a place relative to the world's origin, with the wave number w^2 / g of
+    deep water."""
     w = waves.regular[1]
     x, y = (a - b for a, b in zip(at[:2], waves.origin[:2], strict=True))
     distance = x * float(cos(waves.heading)) + y * float(sin(waves.heading))
@@ -101,7 +104,7 @@ def _delay(builder: SceneBuilder, waves: Waves, at: Vector) -> float:
 
 
 def check_decks(builder: SceneBuilder) -> None:
-    """Check that blocks stand on existing vessels only."""
+    """Add an error for each block that stands on a vessel that does not exist."""
     scene = builder.scene
     for name, block in scene.all_blocks.items():
         base: Path = ("block",) if block is scene.block else ("blocks", name)
@@ -111,8 +114,8 @@ def check_decks(builder: SceneBuilder) -> None:
 
 
 def afloat(builder: SceneBuilder, built: list[plan.Mechanism], around: System) -> list[plan.Mechanism]:
-    """Return the machines with the water forces of vessels; a load too heavy for a vessel of given motion is a
-    fault."""
+    """Return the machines with the water forces on free vessels; a load that is too heavy for a vessel with prescribed
+    motion is an error."""
     out = []
     for machine in built:
         given = builder.scene.vessels.get(machine.name)
@@ -131,7 +134,8 @@ Masses = list[tuple[float, Vector]]  # each with its place in the world
 
 
 def _standing(builder: SceneBuilder, name: str, around: System) -> tuple[Masses, Masses]:
-    """Return masses and centres of a vessel with all bodies on it, and of the blocks on its deck."""
+    """Return (mass, centre of mass) of a vessel and of each body that joints carry on it, and the same for the blocks
+    on its deck."""
     on, at = _bodies(name, around), kinematics.poses(around)
     masses = [(b.mass, kinematics.place(Point(b.name, b.com), at)) for b in around.bodies if b.name in on]
     blocks = [b for b in builder.scene.all_blocks.values() if b.on == name]
@@ -141,7 +145,7 @@ def _standing(builder: SceneBuilder, name: str, around: System) -> tuple[Masses,
 
 
 def _bodies(name: str, around: System) -> set[str]:
-    """Return a vessel and the bodies that joints carry on it."""
+    """Return the names of a vessel and of the bodies that joints carry on it."""
     on, more = {name}, True
     while more:
         found = {j.child for j in around.joints if j.parent in on}
@@ -150,7 +154,7 @@ def _bodies(name: str, around: System) -> set[str]:
 
 
 def _check_load(builder: SceneBuilder, name: str, displacement: float, built: list[plan.Mechanism]) -> None:
-    """Check that loads on a vessel are small compared with its displacement."""
+    """Add an error unless the loads on a vessel with prescribed motion are small compared with its displacement."""
     scene = builder.scene
     blocks = scene.all_blocks
     load = sum(block.mass for block in blocks.values() if block.on == name)
@@ -174,7 +178,8 @@ def _check_load(builder: SceneBuilder, name: str, displacement: float, built: li
 def _water(
     builder: SceneBuilder, name: str, given: Vessel, floating: Floating, standing: Masses
 ) -> tuple[Bushing | Load | Radiation, ...]:
-    """Return buoyancy, hydrostatics with mooring and damping, radiation, and the loads of the waves."""
+    """Return the water forces on a free vessel: buoyancy, hydrostatics with mooring and damping, radiation, and wave
+    loads."""
     scene, waves = builder.scene, builder.scene.waves
     mass = sum(mass for mass, _ in standing)
     weight = scene.gravity * mass
@@ -204,7 +209,7 @@ def _water(
 
 
 def _wave_loads(builder: SceneBuilder, name: str, given: Vessel, floating: Floating, waves: Waves) -> tuple[Load, Load]:
-    """Return the six wave loads as two loads: their parts in phase with the cosine and with the sine of the wave."""
+    """Return the wave load as two loads, in phase with the cosine and with the sine of the wave."""
     found, delay, R = [], _delay(builder, waves, given.at), given.attitude
     for part, of, phase in (("cosine", cos, 0.0), ("sine", sin, 0.5 * pi)):
         x = [size * float(of(angle - delay)) for size, angle in (getattr(floating.loads, mode) for mode in MODES)]

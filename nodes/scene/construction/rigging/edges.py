@@ -1,7 +1,7 @@
-"""Edges of a scene as its ropes meet them; rigging ropes over edges or sheaves, and the height of their suspension
-above the load.
+"""Edges over which ropes bend; ropes over edges or sheaves, and the height at which they suspend something above the
+load.
 
-Names of rigging entries: their ropes, and the lugs of blocks to which they are hooked.
+Names of the ropes in rigging entries, and of the lugs of blocks to which they are hooked.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -21,7 +21,7 @@ from heavylift.nodes.scene.keys.parts.kinematics import Poses, place
 from heavylift.nodes.scene.keys.parts.rigging import Edge, Equaliser, Frame, SlingKeys, SlingType
 from heavylift.nodes.scene.keys.schema import Scene
 from heavylift.nodes.scene.text.faults import closest
-from heavylift.nodes.scene.text.source import Path, Source
+from heavylift.nodes.scene.text.source import Path, SourceText
 
 PLAIN = 1e-3  # sine below which it is not plain on which side of its edge a rope is
 SPREAD = 1e-6  # [m] less: what holds a frame tells nothing of where it points
@@ -29,7 +29,7 @@ HALVINGS = 60
 
 
 def along_edges(
-    source: Source,
+    source: SourceText,
     path: Path,
     names: Sequence[str],
     edges: Mapping[str, Edge],
@@ -39,8 +39,8 @@ def along_edges(
 ) -> tuple[Sheave, ...]:
     """Return the edges that a rope between two ends may touch, sorted by name.
 
-    `at`: positions of bodies at the start, for edges on other bodies. The rope passes an edge on the side away from the
-    point `inside`; faults are added to those of the source.
+    `at` returns the poses of bodies at the start, which edges on other bodies need. The rope passes an edge on the side
+    away from the point `inside`; errors are added to the source.
     """
     found = []
     for i, name in enumerate(names):
@@ -69,7 +69,8 @@ def along_edges(
 
 
 def _held(ends: tuple[k.Point, k.Point], body: str, at: Callable[[], Poses]) -> tuple[Vector | None, int]:
-    """Return an end of a rope in a body's frame, and its number: that on the body, else the last one known."""
+    """Return an end of a rope in the frame of a body, and the number (0 or 1) of this end: the end on the body or, if
+    there is none, the last end whose position is known."""
     for i in (1, 0):
         if ends[i].body == body:
             return ends[i].p, i
@@ -83,7 +84,7 @@ def _held(ends: tuple[k.Point, k.Point], body: str, at: Callable[[], Poses]) -> 
 
 
 def _why(name: str, edge: Edge, apart: bool, open_: bool) -> str:
-    """Return why a rope cannot bend over an edge."""
+    """Return the reason why a rope cannot bend over an edge."""
     if apart:
         return f"the edge '{name}' is on '{edge.on}', which is not there yet: name edges of what the rope holds"
     if open_:
@@ -98,7 +99,8 @@ def _less(p: Vector, q: Vector) -> Vector:
 def equalising(
     name: str, given: Equaliser, sheave: k.Point, R: np.ndarray, ends: tuple[k.Point, k.Point], at: kinematics.Poses
 ) -> Reeving:
-    """Return the rope of an equaliser over its sheave on a body of attitude R."""
+    """Return the rope of an equaliser over its sheave, which is on a body with the rotation R; `ends`: its lower
+    ends."""
     p, q = (kinematics.place(end, at).tolist() for end in ends)
     d = norm([q[0] - p[0], q[1] - p[1]])
     axis = [(p[1] - q[1]) / d, (q[0] - p[0]) / d, 0.0] if d > SPREAD else [0.0, 1.0, 0.0]
@@ -110,8 +112,8 @@ def equalising(
 def height_of(
     make: Callable[[float], Reeving], low: float, length: float, slack: float, at: kinematics.Poses, what: str
 ) -> float:
-    """Return the height z above `low` of a suspended sheave or edge at which the rope has some slack [m]. Raises
-    ValueError if the rope cannot run over it, or cannot reach `what`."""
+    """Return the height z [m] above `low` at which a suspended sheave or edge leaves the rope the given slack [m].
+    Raises ValueError if the rope cannot run over it or is too short to reach `what`."""
 
     def long(z: float) -> float:
         try:
@@ -129,8 +131,8 @@ def height_of(
 
 
 class Sling(NamedTuple):
-    """A rope of a rigging entry: number of its sling, lower attachment, whether hooked at the start. A sling that is
-    hooked elsewhere later becomes another rope, such as `legs.sling-1.B-N1`."""
+    """A rope of a rigging entry: number of its sling, lower attachment, and whether it is hooked at the start. A sling
+    that is later hooked elsewhere is represented by a further rope, such as `legs.sling-1.B-N1`."""
 
     number: int
     holds: str
@@ -138,7 +140,7 @@ class Sling(NamedTuple):
 
 
 def slings_of(scene: Scene, name: str) -> dict[str, Sling]:
-    """Return the ropes of a rigging entry, by name; none for a frame."""
+    """Return the ropes of a rigging entry by name; a frame has none."""
     given = scene.rigging[name]
     if isinstance(given, Frame):
         return {}
@@ -154,12 +156,12 @@ def slings_of(scene: Scene, name: str) -> dict[str, Sling]:
 
 
 def key_of(lug: str, at: k.Point) -> str:
-    """Return the key of a lug in the plan: `N1` with one block, `B.N1` with several."""
+    """Return the name of a lug in the plan: `N1` if there is one block, `B.N1` if there are several."""
     return lug if at.body == "block" or "." in lug else f"{at.body}.{lug}"
 
 
 def lugs_of(scene: Scene) -> dict[str, k.Point]:
-    """Return the lugs of all blocks by name: `N1` if unique, and `B.N1`."""
+    """Return the lugs of all blocks by name: `N1` if the name is unique, and also `B.N1`."""
     blocks = scene.all_blocks
     named = [lug for block in blocks.values() for lug in block.lugs]
     found = {lug: k.Point(name, p) for name, x in blocks.items() for lug, p in x.lugs.items() if named.count(lug) == 1}
@@ -167,7 +169,7 @@ def lugs_of(scene: Scene) -> dict[str, k.Point]:
 
 
 def terms(given: SlingType, item: str = "") -> Terms:
-    """Return the known properties of a sling, with or without a gear item."""
+    """Return the properties of a sling on which its strength depends; `item`: the gear item, if it is one."""
     chosen, single = "breaking" in given.model_fields_set, given.legs == "single"
     return Terms(
         given.breaking, given.WLL, item, given.termination, given.diameter, given.pin, given.wear, chosen, single
@@ -175,6 +177,6 @@ def terms(given: SlingType, item: str = "") -> Terms:
 
 
 def rated(given: SlingType, gravity: float) -> float:
-    """Return the rated load of a sling, at 100 % utilisation [N]."""
+    """Return the rated tension of a sling [N], which is 100 % utilisation."""
     own = "factor" in given.model_fields_set
     return given.breaking / (given.factor if own else at_rest(terms(given), gravity).factor)

@@ -1,6 +1,7 @@
-"""Limits of machines with hooks: loads of each hook, of a part and of all, ropes, off-lead, travel.
+"""Limits of machines with hooks: loads of single hooks, of several hooks and of the whole machine, ropes, off-lead,
+travel.
 
-The source of a number is the scene if one of its parameters gives it, else the machine type.
+The source of a number is the scene if a parameter in the scene gives it, else the machine type.
 """
 
 from collections.abc import Iterator
@@ -43,7 +44,7 @@ def hook_limits(builder: SceneBuilder, machine: plan.Mechanism) -> Iterator[Rate
 
 
 class _Rows:
-    """The keys of a machine, and limits made from them."""
+    """The keys of a machine, and the rows of the table of limits that are made from them."""
 
     def __init__(self, builder: SceneBuilder, machine: plan.Mechanism) -> None:
         self.yard, self.machine = builder, machine
@@ -51,8 +52,8 @@ class _Rows:
         self.base: Path = ("machines", machine.name) if machine.name in builder.scene.machines else ("mechanism",)
 
     def row(self, path: Path, place: str, /, **more: object) -> RatedLimit:
-        """Return the limit given by a key. Source and line are the scene's if a parameter of the scene sets the key,
-        else the type and the line `place` of its part."""
+        """Return the limit that a key gives. If a parameter of the scene sets the key, the scene is its source and
+        line; else the type is, with the line `place` of the part."""
         at, crane = (*self.base, *path), self.yard.scene.cranes.get(self.machine.name)
         source = f"type {crane.type}" if crane else "its type"
         if self.yard.source.written(at) != at:
@@ -60,25 +61,26 @@ class _Rows:
         return RatedLimit(**{"source": source, "where": place, **more})  # type: ignore[arg-type]
 
     def missing(self, path: Path, message: str) -> dict[str, str]:
-        """Return the note of a limit without a value: which parameter of the type to give, else `message`."""
+        """Return the note of a limit without a value: the parameter of the type that would give the value, or else
+        `message`."""
         offered = self.yard.source.offered.get((*self.base, *path))
         return {"note": f"give '{offered}'" if offered else message, "source": ""}
 
     def part(self, body: str) -> str:
-        """Return the name, for planners, of the thing that carries hooks: the machine, or a part of it."""
+        """Return the name that planners know for a body with hooks: the machine, or a part of it."""
         name = self.machine.name
         return name if is_root(self.machine, body) else f"{name} {body.rpartition('.')[2]}"
 
 
 class _Hook:
-    """A hook with its keys, and its limits."""
+    """A hook of a machine, with its keys and the limits made from them."""
 
     def __init__(self, rows: _Rows, hook: plan.Hoist) -> None:
         self.rows, self.yard, self.hook, self.name = rows, rows.yard, hook, hook.rope
         self.given: HookKeys = rows.keys.hooks[hook.rope]
 
     def row(self, quantity: Quantity, unit: str, key: str, **more: object) -> RatedLimit:
-        """Return a limit of the hook, as the type or the scene gives it by a key."""
+        """Return the limit that a key of the hook gives, in the type or in the scene."""
         of = {"subject": self.name, "quantity": quantity, "unit": unit, "elements": (self.name,), **more}
         return self.rows.row(("hooks", self.name, written(key)), self.hook.where, **of)
 
@@ -95,7 +97,7 @@ class _Hook:
         return self.row("hook load", "kg", "capacity", value=given.capacity, note=note)
 
     def roped(self) -> Iterator[RatedLimit]:
-        """Yield the limits of its rope and drum."""
+        """Yield the limits of the hook's rope and drum."""
         given, (_, _, message) = self.given, reeving(self.given)
         factor, source = rope_factor(given)
         if given.fall_breaking:
@@ -118,7 +120,7 @@ class _Hook:
         yield self.row("drum pull", "N", "drum_pull", **pull)
 
     def leads(self) -> Iterator[RatedLimit]:
-        """Yield the limits of the off-lead of its rope, along and across or in any direction."""
+        """Yield the limits of the off-lead of the hook's rope, along and across the boom or in any direction."""
         limits = self.yard.scene.limits
         for key in [key for key in WAYS if getattr(self.given, key) is not None] or ["off_lead"]:
             own, scene, found = getattr(self.given, key, IN_LIMITS), getattr(limits, key), dict[str, object]()
@@ -131,7 +133,7 @@ class _Hook:
             yield self.row(WAYS.get(key, "off-lead"), "rad", key, value=value, note=note, **found)
 
     def ends(self) -> Iterator[RatedLimit]:
-        """Yield the limits of the hook's height and of the rope length on its winch."""
+        """Yield the limits of the hook's height and of the length of rope on its winch."""
         if self.given.highest is not None:  # else its shortest rope is the upper end
             yield self.row("hook height", "m", "highest", value=self.given.highest)
         winch = next((a for a in self.rows.machine.actuators if a.name == self.name), None)
@@ -140,7 +142,8 @@ class _Hook:
 
 
 def reeving(given: HookKeys) -> tuple[int, float, str]:
-    """Return drum ends and sheave efficiency of a hoist, and a description that names assumptions."""
+    """Return the number of rope ends on the drum, the efficiency of a sheave, and a description that names what is
+    assumed."""
     ends = drum_ends(given.falls, given.drum_ends)
     efficiency = given.sheave_efficiency or ROLLING
     lead = lead_factor(given.falls, ends, efficiency)
@@ -150,7 +153,7 @@ def reeving(given: HookKeys) -> tuple[int, float, str]:
 
 
 def rope_factor(given: HookKeys) -> tuple[float, str]:
-    """Return the design factor of a hoist rope, and its source."""
+    """Return the required design factor of a hoist rope, and its source."""
     if given.rope_factor is not None:
         return given.rope_factor, "the scene"
     own = "mechanism_group" in given.model_fields_set
@@ -158,7 +161,8 @@ def rope_factor(given: HookKeys) -> tuple[float, str]:
 
 
 def _together(rows: _Rows) -> Iterator[RatedLimit]:
-    """Yield limits of the total load of several hooks, of a part and of the machine, reduced in tandem lifts."""
+    """Yield the limits of the total load of several hooks, on one part or on the whole machine; they are reduced in
+    tandem lifts."""
     machine, cells = rows.machine, rows.keys.load_cells if rows.keys else {}
     for body, x in sorted(cells.items(), key=lambda item: is_root(machine, item[0])):
         ropes = tuple(hook.rope for hook in carried_hooks(machine, body))
@@ -180,16 +184,17 @@ def _together(rows: _Rows) -> Iterator[RatedLimit]:
 
 
 def _travels(rows: _Rows) -> Iterator[RatedLimit]:
-    """Yield the travel limits of hooks along the world's x or y, and the limits of drives that carry hooks: horizontal
-    rope forces, moments of what turns."""
+    """Yield the travel limits of hooks along x or y of the world, and the limits of the drives that carry hooks:
+    horizontal rope forces, and moments about axes of rotation."""
     machine, driven = rows.machine, {drive.joint: drive.name for drive in rows.machine.system.drives}
     actuators = {actuator.name: actuator for actuator in machine.actuators}
     turned = {hook.rope for hook in machine.hooks if not _straight(machine, hook.on)}
-    for joint in machine.system.joints if machine.hooks or machine.girders else ():
+    crane = machine.hooks or rows.base[0] == "machines"
+    for joint in machine.system.joints if crane else ():
         along = TRAVELS.get(joint.axis) if joint.kind == "prismatic" else None
         actuator = actuators.get(driven.get(joint.name, ""))
         every = [hook.rope for hook in carried_hooks(machine, joint.child)]
-        if actuator is None or rows.keys is None or not (every or machine.girders):
+        if actuator is None or rows.keys is None:
             continue
         ropes = tuple(rope for rope in every if rope not in turned) if along else ()
         (quantity, over), drive, subject = along or ("", ""), rows.keys.drives[actuator.name], rows.part(joint.child)
@@ -204,14 +209,14 @@ def _travels(rows: _Rows) -> Iterator[RatedLimit]:
             if joint.kind == "revolute":  # a drive also starts what a brake only holds
                 of |= {"quantity": "drive moment", "over": "start"} if key == "force" else MOMENT_OF_BRAKE
             yield rows.row(path, actuator.where, subject=subject, value=most, **of, **note)
-        if along and (ropes or machine.girders) and actuator.lower is not None and actuator.upper is not None:
+        if along and actuator.lower is not None and actuator.upper is not None:
             of = {"quantity": quantity, "unit": "m", "elements": (joint.child,)}
             between, path = (actuator.lower, actuator.upper), ("drives", actuator.name, "range")
             yield rows.row(path, actuator.where, subject=subject, between=between, **of)
 
 
 def _straight(machine: plan.Mechanism, body: str) -> bool:
-    """Return whether only sliding or fixed joints carry a body on the world."""
+    """Return whether a body is connected to the world by sliding or fixed joints only."""
     below = [*beneath(machine, body)]
     stands = below[-1].parent == WORLD if below else body == WORLD
     return stands and all(joint.kind in ("prismatic", "fixed") for joint in below)

@@ -1,4 +1,4 @@
-"""The hooks of a machine and the slings on them: hook blocks on ropes that hang plumb at rest at the start."""
+"""The hooks of a machine and the slings on them: hook blocks that hang vertically at rest at the start."""
 
 from dataclasses import dataclass, field
 from math import sqrt
@@ -15,7 +15,7 @@ from heavylift.nodes.scene.construction.scene_builder import box, ramp_of
 from heavylift.nodes.scene.keys.parts import kinematics
 from heavylift.nodes.scene.keys.parts.mechanics import HookKeys
 from heavylift.nodes.scene.keys.parts.rigging import SlingKeys
-from heavylift.nodes.scene.text.source import Path, Source
+from heavylift.nodes.scene.text.source import Path, SourceText
 
 from .edges import along_edges
 from .hook_ratings import rope_factor
@@ -27,7 +27,7 @@ WIRE = 7.92 / 93.5e6  # kg/m of a wire rope over its EA [N], as portals have it:
 
 @dataclass
 class Hung:
-    """The parts that hooks add to a machine: hook blocks, ropes, slings."""
+    """The parts that hooks add to a machine: hook blocks with their joints, ropes, slings, winches."""
 
     bodies: list[k.Body] = field(default_factory=list)
     joints: list[k.Joint] = field(default_factory=list)
@@ -41,7 +41,7 @@ class Hung:
 
 
 def hang(checks: Checking, whole: k.System, tree: RiggingTree | None, gravity: float) -> Hung:
-    """Return the hook blocks, ropes and slings of a machine; `whole`: its other parts and surroundings."""
+    """Return the hook blocks, ropes and slings of a machine; `whole`: its other parts and the machines around it."""
     at, found = kinematics.poses(whole), Hung()
     for name, hook in checks.given.hooks.items():
         path: Path = (*checks.base, "hooks", name)
@@ -70,8 +70,8 @@ def hang(checks: Checking, whole: k.System, tree: RiggingTree | None, gravity: f
     return found
 
 
-def check_drums(source: Source, path: Path, hook: HookKeys) -> None:
-    """Check that the falls of a hook can be shared by the ends of its rope on drums."""
+def check_drums(source: SourceText, path: Path, hook: HookKeys) -> None:
+    """Add an error unless the number of falls of a hook can be divided by the number of rope ends on its drum."""
     if hook.drum_ends and hook.falls % hook.drum_ends:
         message = f"{hook.falls} falls cannot be shared by {hook.drum_ends} drum ends: give an even number of falls"
         source.fault((*path, "drum ends"), f"{message}, or 'drum ends: 1'", on_key=True)
@@ -136,7 +136,7 @@ def _hang_one(
 
 
 def winch_of(name: str, hook: HookKeys, L0: float, away: float, lower: float, where: str) -> plan.Actuator:
-    """Return the winch of a hook whose rope begins with length L0, of which the length `away` [m] leads to the drum."""
+    """Return the winch of a hook; L0: length of its rope at the start, of which `away` [m] is the part to the drum."""
     return plan.Actuator(
         name=name, start=L0, accel=ramp_of(hook.ramp)[0], lower=lower, upper=hook.longest + away, verb="hoist",
         speed=hook.speed, loaded=hook.loaded_speed, highest=hook.highest, emergency=hook.emergency, where=where,
@@ -144,7 +144,8 @@ def winch_of(name: str, hook: HookKeys, L0: float, away: float, lower: float, wh
 
 
 def hoist_of(name: str, hook: HookKeys, eye: k.Point, L0: float, gravity: float, where: str) -> plan.Hoist:
-    """Return a hook as described by its type; `L0`: length of its rope at the start [m]."""
+    """Return the hook of the plan for the keys of a type; `eye`: point where the rope holds the hook block; `L0`:
+    length of the rope at the start [m]."""
     ends, efficiency = drum_ends(hook.falls, hook.drum_ends), hook.sheave_efficiency or ROLLING
     breaking, line = hook.fall_breaking or 0.0, mass_of(hook)
     most = breaking / rope_factor(hook)[0] - line / hook.falls * gravity * L0  # of its most loaded part
@@ -157,12 +158,12 @@ def hoist_of(name: str, hook: HookKeys, eye: k.Point, L0: float, gravity: float,
 
 
 def mass_of(hook: HookKeys) -> float:
-    """Return the mass of all falls, if a model level includes it [kg/m]."""
+    """Return the mass per length of all falls together [kg/m], for model levels that include it."""
     return hook.falls * (hook.fall_mass or WIRE * hook.fall_EA)
 
 
 def _lines(name: str, hook: HookKeys) -> list[k.Line]:
-    """Return the falls as one line, or as two separate ones."""
+    """Return the falls as one line, or as two lines at a distance from each other."""
     sides = (-hook.apart / 2, hook.apart / 2) if hook.apart else (0.0,)
     x, y, z = hook.at
     return [
@@ -171,7 +172,8 @@ def _lines(name: str, hook: HookKeys) -> list[k.Line]:
 
 
 def _plumb(name: str, hook: HookKeys, tip: tuple[float, ...], tree: RiggingTree | None) -> float:
-    """Distance of a hook below its tip at the start: as written, as its slings require, or as high as it may be [m]."""
+    """Return how far a hook hangs below the tip at the start [m]: as given, else as its slings require, else as high as
+    possible."""
     asked = tree.height(name, lambda _: [tip[0], tip[1], 0.0]) if tree else None
     if hook.hangs is not None or asked is None:
         low = hook.shortest if hook.highest is None else tip[2] - hook.highest
@@ -180,7 +182,7 @@ def _plumb(name: str, hook: HookKeys, tip: tuple[float, ...], tree: RiggingTree 
 
 
 def _slings(found: Hung, key: str, given: SlingKeys, name: str, hook: HookKeys, tree: RiggingTree | None) -> None:
-    """Add the slings of a rigging entry, from the hook to lugs of blocks."""
+    """Add the slings of a rigging entry that lead from the hook to lugs of blocks."""
     assert tree is not None
     found.ties += tree.ties(key)
     for sling, (i, lug, hooked) in tree.ropes(key).items():

@@ -1,4 +1,4 @@
-"""Limits of loads on hooks: several machines together, slings, shackles, frames, lugs."""
+"""Limits of the loads on hooks: several machines together, slings, shackles, frames, lugs."""
 
 from collections.abc import Iterator
 
@@ -25,7 +25,7 @@ from .edges import lugs_of, slings_of, terms
 
 
 def tandem_limits(builder: SceneBuilder) -> Iterator[RatedLimit]:
-    """Yield the reduced capacities of hooks of several machines that carry one load at the start."""
+    """Yield the reduced capacities of the hooks of several machines that carry one load together at the start."""
     lifting: dict[str, dict[str, list[plan.Hoist]]] = {}  # load -> machine -> hooks
     lugs, keys = lug_places(builder.machines), builder.scene.machines
     rated = {name for name, x in keys.items() if any(cell.tandem < 1.0 for cell in x.load_cells.values())}
@@ -72,7 +72,7 @@ def rigging_limits(builder: SceneBuilder, machine: plan.Mechanism) -> Iterator[R
 
 
 def shackle_limit(builder: SceneBuilder, WLL: float | None, sling: str, at: Path) -> RatedLimit:
-    """Return the limit of each shackle of a sling, for gear by its standard."""
+    """Return the limit of each shackle of a sling; if the shackle is an item of gear, by its standard."""
     item = _item(builder, at)
     note = "give its 'shackle'" if WLL is None else shackle(WLL, item.partition(", ")[2]) if item else ""
     return RatedLimit(
@@ -82,13 +82,13 @@ def shackle_limit(builder: SceneBuilder, WLL: float | None, sling: str, at: Path
 
 
 def _item(builder: SceneBuilder, at: Path) -> str:
-    """Return the gear item at a path and its standard; "" if there is none."""
+    """Return the gear item that is used at a path, and its standard, as text; "" if there is none."""
     found = ((name, x.standard) for name, x in builder.scene.gear.items() if shown(at) in x.at)
     return ", ".join(filter(None, next(found, ())))
 
 
 def _on(builder: SceneBuilder) -> dict[str, list[str]]:
-    """Return the slings on each hook and frame point; those over a sheave count twice."""
+    """Return the slings on each hook and on each point of a frame; a sling over a sheave is listed twice."""
     found: dict[str, list[str]] = {}
     for name, given in builder.scene.rigging.items():
         for rope, sling in slings_of(builder.scene, name).items():
@@ -100,7 +100,7 @@ def _on(builder: SceneBuilder) -> dict[str, list[str]]:
 
 
 def lug_limits(builder: SceneBuilder) -> Iterator[RatedLimit]:
-    """Yield the limits of lugs of blocks, and of points of frames."""
+    """Yield the limits of the lugs of blocks and of the points of frames."""
     scene, lugs, held = builder.scene, lugs_of(builder.scene), dict[object, list[str]]()
     for name, given in scene.rigging.items():
         for rope, sling in slings_of(scene, name).items():
@@ -131,7 +131,8 @@ def _lug(builder: SceneBuilder, lug: str, most: float | None, slings: list[str],
 
 
 def bridle_limit(builder: SceneBuilder, sling: str, where: str, *, bent: bool) -> RatedLimit:
-    """Return the limit of the angle between a sling and the vertical."""
+    """Return the limit of the angle between a sling and the vertical; a sling that is `bent` over an edge or sheave has
+    none."""
     limits, row = builder.scene.limits, {"subject": sling, "unit": "rad", "elements": (sling,), "where": where}
     if bent:
         note = "it bends over an edge or a sheave, where no angle to the vertical counts"
@@ -142,7 +143,7 @@ def bridle_limit(builder: SceneBuilder, sling: str, where: str, *, bent: bool) -
 
 
 def sling_limits(builder: SceneBuilder, given: SlingType, name: str, where: str, base: Path) -> Iterator[RatedLimit]:
-    """Yield the limits of a sling, for its static and its peak load."""
+    """Yield the limits of a sling, for its static load and for its peak load."""
     known = terms(given, _item(builder, base))
     own = {"factor": tuple(at_rest(known, builder.scene.gravity)), "partial_factor": tuple(in_a_run(known))}
     own |= {x: (getattr(given, x), "the scene", "") for x in own if x in given.model_fields_set and getattr(given, x)}
@@ -154,7 +155,8 @@ def sling_limits(builder: SceneBuilder, given: SlingType, name: str, where: str,
 def _assembly(
     builder: SceneBuilder, name: str, given: SlingKeys, slings: tuple[str, ...], where: str
 ) -> Iterator[RatedLimit]:
-    """Yield the limits of a certified sling assembly, or the note on load sharing of more than three legs."""
+    """Yield the limits of a certified assembly of slings, or a note on load sharing if there are more than three
+    legs."""
     scene, sling = builder.scene, given.sling
     if given.over_edges or len({*given.holders}) > 1:
         return
@@ -175,7 +177,7 @@ def _assembly(
 
 
 def gear_of(builder: SceneBuilder) -> Iterator[plan.Gear]:
-    """Yield the items of rigging that the scene uses."""
+    """Yield the items of rigging gear that the scene uses."""
     scene = builder.scene
     for name, x in scene.gear.items():
         number = 0

@@ -1,9 +1,9 @@
 """The rigging of a scene as a tree: positions of its frames at the start, and the parts that each entry adds to the
 scene.
 
-Frames are placed level above their load: their tightest sling has the slack that it specifies, and their own hangers
-are stretched by their weight. From there the scene is brought to rest (see `building`). Slings from one hook to lugs
-belong to the machine of the hook; every other entry is a machine of its own.
+Frames are placed level above their load, so that their tightest sling has its specified slack and the slings that hold
+a frame are stretched by the frame's weight. From there the scene is brought to equilibrium (see `building`). Slings
+from one hook to lugs belong to the machine of the hook; every other entry is a machine of its own.
 """
 
 from collections.abc import Callable, Container, Iterator
@@ -20,7 +20,7 @@ from heavylift.nodes.scene.keys.parts import joints, kinematics, mechanics
 from heavylift.nodes.scene.keys.parts.rigging import Equaliser, Frame, Rigging, SlingKeys
 from heavylift.nodes.scene.keys.schema import Scene
 from heavylift.nodes.scene.text.faults import closest
-from heavylift.nodes.scene.text.source import Path, Source
+from heavylift.nodes.scene.text.source import Path, SourceText
 
 from .edges import SPREAD, along_edges, equalising, height_of, lugs_of, rated, slings_of
 
@@ -28,9 +28,10 @@ NOWHERE = k.Point("")
 
 
 class RiggingTree:
-    """All rigging of a scene; faults are added to those of its source. `taken`: hooks that carry frames by `rig`."""
+    """All rigging of a scene; errors are added to those of its source. `taken`: hooks that already carry frames of
+    `rig`."""
 
-    def __init__(self, source: Source, scene: Scene, around: k.System, taken: Container[str]) -> None:
+    def __init__(self, source: SourceText, scene: Scene, around: k.System, taken: Container[str]) -> None:
         blocks = scene.all_blocks
         for name in () if blocks else scene.rigging:
             source.fault(("rigging", name), "there is no block to hold: add 'block'", on_key=True)
@@ -55,17 +56,19 @@ class RiggingTree:
     # ---- names --------------------------------------------------------------------------------------------
 
     def upper(self, word: str) -> k.Point | None:
-        """Return the point of a sling's upper attachment, by name."""
+        """Return the point to which the upper end of a sling is attached, from the words in the scene; None if it is
+        unknown."""
         words = " ".join(word.split())
         hook = words.replace(".", " ", 1) if words in self.hooks else words
         return self.ends.get(hook) or self.points.get(words)
 
     def lower(self, word: str) -> k.Point | None:
-        """Return the point of a sling's lower attachment, by name."""
+        """Return the point to which the lower end of a sling is attached, from the words in the scene; None if it is
+        unknown."""
         return self.lugs.get(word) or self.points.get(word)
 
     def missing(self, word: str) -> tuple[str, str]:
-        """Return the fault of a name that matches nothing, and the nearest known name."""
+        """Return the error for a name that matches nothing, and a hint with the nearest known name."""
         several = [lug for lug in self.lugs if lug.endswith(f".{word}")]
         if len(several) > 1:
             return f"several blocks have a lug '{word}'", f"write {' or '.join(several[:2])}"
@@ -89,14 +92,14 @@ class RiggingTree:
                 yield ("rigging", name), name
 
     def _plain(self, given: Rigging) -> str:
-        """Return the hook of slings that lead from one hook to lugs; "" for other entries."""
+        """Return the hook if all slings of an entry lead from this one hook to lugs; "" for other entries."""
         if not isinstance(given, SlingKeys) or isinstance(given.on, list) or any(x not in self.lugs for x in given.to):
             return ""
         point = self.upper(given.on)
         return point.body if point and point.body in self.hooks else ""
 
     def _check(self) -> None:
-        """Check that all ends exist, and that every lug and lower point has one sling only."""
+        """Add errors for ends that do not exist, and for lugs and lower points with more than one sling."""
         beams = self.scene.rig.beams if self.scene.rig else {}
         used = {lug: beam for beam, given in beams.items() for lug in given.lugs or ()}
         for name, given in self.rigging.items():
@@ -136,7 +139,7 @@ class RiggingTree:
     # ---- places -------------------------------------------------------------------------------------------
 
     def _place(self, name: str, above: tuple[str, ...]) -> None:
-        """Place a frame level above its load, with the load's heading."""
+        """Place a frame level above its load, with the same heading as the load."""
         if name in self.at or self.source.faults:
             return
         if name in above:
@@ -169,7 +172,8 @@ class RiggingTree:
             self.at[name] = np.array([x, y, z]), R
 
     def _below(self, body: str) -> Iterator[tuple[str, int, k.Point, str]]:
-        """Yield the slings and equalisers on a hook or frame: entry, number, upper point, lower attachment."""
+        """Yield the slings and equalisers on a hook or frame, as (entry, number of the sling, upper point, lower
+        attachment)."""
         for name, given in self.rigging.items():
             if isinstance(given, Frame):
                 continue
@@ -179,12 +183,13 @@ class RiggingTree:
                     yield name, i, point, word
 
     def ropes(self, name: str) -> dict[str, tuple[int, k.Point, bool]]:
-        """Return number, lower attachment and start state of each sling rope, without those at unknown lugs."""
+        """Return, for each sling rope of an entry, the number of its sling, its lower attachment, and whether it is
+        hooked at the start; ropes to unknown lugs are left out."""
         ends = {rope: (sling, self.lower(sling.holds)) for rope, sling in slings_of(self.scene, name).items()}
         return {rope: (sling.number, end, sling.hooked) for rope, (sling, end) in ends.items() if end is not None}
 
     def ties(self, name: str) -> list[Tie]:
-        """Return the slings of an entry with upper ends and lugs."""
+        """Return the slings of an entry, with their upper ends and lugs."""
         given, found = self.rigging[name], list[Tie]()
         words = {point: word for word, point in self.lugs.items()}  # the longer ones, where a lug has two
         for rope, sling in slings_of(self.scene, name).items():
@@ -211,15 +216,15 @@ class RiggingTree:
         return sum(found.values())
 
     def _where(self, word: str) -> list[float]:
-        """Return the world position of a sling's lower attachment [m]."""
+        """Return the position of a sling's lower attachment in the world frame [m]."""
         point = self.lower(word)
         assert point is not None
         x, y, z = kinematics.place(point, self.at).tolist()
         return [x, y, z]
 
     def height(self, body: str, at: Callable[[k.Point], list[float]]) -> float | None:
-        """Return the height z of a hook or frame for the required slack of its slings; None without slings. `at`:
-        returns the position of its points in the world for z = 0 [m]."""
+        """Return the height z [m] of a hook or frame at which its slings have their specified slack; None without
+        slings. `at` returns the world position [m] that a point of the hook or frame has for z = 0."""
         found: list[float] = []
         for name, i, point, word in self._below(body):
             given, here = self.rigging[name], ("rigging", name, "to", i)
@@ -245,7 +250,8 @@ class RiggingTree:
         return min(found) if found else None
 
     def _reeved(self, name: str, given: SlingKeys | Equaliser, i: int, p: list[float]) -> float:
-        """Return the height z for the required slack of a rope over a sheave or edges at p for z = 0 [m]."""
+        """Return the height z [m] at which a rope over a sheave or edges has its specified slack; p: position of the
+        sheave or upper end for z = 0 [m]."""
         words = given.to if isinstance(given, Equaliser) else [given.to[i]]
         length = given.length if isinstance(given, Equaliser) else given.lengths[i]
         ends = [end for word in words if (end := self.lower(word)) is not None]
@@ -266,7 +272,7 @@ class RiggingTree:
         return low
 
     def edges(self, name: str, i: int) -> tuple[Sheave, ...]:
-        """Return the edges that a sling may touch."""
+        """Return the edges over which the i-th sling of an entry may bend."""
         given = self.rigging[name]
         assert isinstance(given, SlingKeys)
         ends = self.upper(given.holders[i]) or NOWHERE, self.lower(given.to[i]) or NOWHERE
@@ -275,7 +281,7 @@ class RiggingTree:
         )
 
     def made(self, name: str, around: k.System) -> mechanics.MechanismKeys:
-        """Return a rigging entry as keys of a machine; `around`: its surroundings."""
+        """Return a rigging entry as the keys of a machine; `around`: the machines around it."""
         given, make = self.rigging[name], mechanics.MechanismKeys.model_construct
         if isinstance(given, Frame):
             p, R = self.at[name]

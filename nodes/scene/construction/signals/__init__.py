@@ -1,8 +1,8 @@
-"""Measured signals of a scene, named in words: in conditions, interlocks and user models.
+"""Measured signals that a scene describes in words: in conditions, interlocks and user models.
 
-subjects        hooks, ropes, boxes and winds by their names, and signals of them
+subjects        hooks, ropes, boxes and winds by name, and the signals of their quantities
 conditions      conditions of the action list
-interlocks      interlocks, which stop a machine by themselves
+interlocks      interlocks, which stop a machine without the commander
 limits          the table of limits, including signals that the scene itself limits
 own_models      signals and set-points of user models
 """

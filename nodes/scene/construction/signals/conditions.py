@@ -1,6 +1,6 @@
-"""Conditions of an action list, with names resolved to slings, ropes, joints and the models that watch them.
+"""Conditions of an action list, in which names are resolved to slings, ropes, joints and the models that watch them.
 
-A condition on an empty set is a fault.
+A condition on an empty set of slings or ropes is an error.
 """
 
 from collections.abc import Iterable, Sequence
@@ -10,12 +10,12 @@ import msgspec
 from heavylift.kernel.description.mechanics import JOINTS, WORLD, Point, System
 from heavylift.kernel.description.signals import ScalarSignal, guard_of
 from heavylift.nodes.plan import actions
-from heavylift.nodes.plan.mechanism import called_of
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.language import phrases
 from heavylift.nodes.scene.language.phrases import QUANTITIES
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
+from heavylift.recordings.format.spellings import called_of
 
 from .subjects import Subjects
 
@@ -25,7 +25,7 @@ LANDS = 1e-3  # [m] between a block and what it has landed on
 
 
 class Conditions:
-    """Resolves conditions; each crossing gets a threshold with a unique name."""
+    """Resolves conditions; each crossing of a value gets a threshold with a unique name."""
 
     def __init__(self, builder: SceneBuilder) -> None:
         self.yard, self.source = builder, builder.source
@@ -34,7 +34,7 @@ class Conditions:
         self.thresholds = 0
 
     def read(self, path: Path, phrase: phrases.ConditionPhrase | None) -> actions.Condition | None:
-        """Return a condition with resolved names."""
+        """Return the condition of a phrase, with resolved names; None without a condition."""
         if phrase is None:
             return None
         parts = tuple(self._term(path, test) for test in phrase)
@@ -44,7 +44,7 @@ class Conditions:
     def crossing(
         self, path: Path, signal: ScalarSignal, model: str, value: float, rising: bool, text: str
     ) -> actions.CrossingCondition:
-        """Return a crossing of a signal, with a threshold of its own."""
+        """Return the condition that a signal crosses a value, with its own threshold."""
         self.thresholds += 1
         guard = guard_of(f"{signal.quantity.replace(' ', '-')}-{self.thresholds}", signal)
         where = self.source.where(path)
@@ -76,7 +76,7 @@ class Conditions:
         return msgspec.structs.replace(test, where=named["where"])
 
     def _ropes(self, path: Path, of: str, noun: str, column: int) -> tuple[str, ...]:
-        """Return the names of a set of slings or ropes; an empty set is a fault."""
+        """Return the names of a set of slings or ropes; add an error if the set is empty."""
         slings = [tie.rope for tie in self.yard.slings()]
         ropes = [r.name for m in self.yard.machines for r in m.system.all_ropes if r.name not in slings]
         rigged = [sling for names in self.rigged.values() for sling in names]
@@ -123,7 +123,8 @@ class Conditions:
         return ""
 
     def _lands(self, path: Path, test: phrases.GroundTest) -> tuple[str, ScalarSignal]:
-        """Return the gap of a block to what it lands on, and the model that watches it; a contact is required."""
+        """Return the model that watches whether a block lands on something, and the gap between them as the signal;
+        they must have a contact."""
         blocks = ["block"] if self.yard.scene.block else [*self.yard.scene.blocks]
         block = test.of or (blocks[0] if len(blocks) == 1 else "")
         pairs = [(c.a.body, c.b.body) for m in self.yard.machines for c in m.system.contacts]
@@ -136,7 +137,7 @@ class Conditions:
         return "", ScalarSignal("height")
 
     def signal(self, path: Path, test: phrases.CrossTest) -> tuple[str, ScalarSignal] | None:
-        """Return the model that watches a quantity, and its signal; a fault if there is none."""
+        """Return the model that watches a quantity, and its signal; if there is none, add an error and return None."""
         if test.share:
             return self._share(path, test)
         of, quantity = test.of, test.quantity
@@ -179,7 +180,8 @@ class Conditions:
         return None
 
     def _share(self, path: Path, test: phrases.CrossTest) -> tuple[str, ScalarSignal] | None:
-        """Return the model and signal of a load or tension relative to its rated value; for a set the largest."""
+        """Return the model that watches a load or tension relative to its rated value, and the signal; for a set of
+        ropes the largest ratio."""
         rows, word = self.subjects.ratings[test.quantity], ".".join(test.of.split())
         *front, noun = test.of.split() or [""]
         if test.quantity == "tension" and noun in ("slings", "ropes"):
@@ -212,18 +214,20 @@ class Conditions:
         return (self._watching(ropes), ScalarSignal(kind, ropes=ropes)) if ropes else None
 
     def _watching(self, ropes: Sequence[str]) -> str:
-        """Return the model that watches ropes: theirs, or that of the block if they have several."""
+        """Return the model that watches these ropes: the model that they belong to or, if there are several, the
+        block."""
         models = sorted({self.subjects.ropes[rope] for rope in ropes})
         return "block" if len(models) > 1 and self.yard.scene.block else models[0]
 
 
 def wrong_units(*, turns: bool) -> str:
-    """Return the error message for a unit of the wrong kind (length or angle)."""
+    """Return the error message for a length where an angle is needed, or the other way round."""
     return "turns: write degrees or radians, not metres" if turns else "slides: write metres, not degrees or radians"
 
 
 def _coordinates(system: System) -> dict[str, tuple[str, str, bool]]:
-    """Return joint, coordinate and whether it is an angle, by name: the joint, or joint.coordinate."""
+    """Return (joint, coordinate, whether it is an angle) by name; the name is that of the joint or, if it has several
+    coordinates, joint.coordinate."""
     found = {}
     for joint in system.joints:
         kind = JOINTS[joint.kind]
@@ -234,7 +238,7 @@ def _coordinates(system: System) -> dict[str, tuple[str, str, bool]]:
 
 
 def unit_of(test: phrases.Test) -> str | None:
-    """Return the SI unit of a compared quantity; None if unknown."""
+    """Return the SI unit of the compared quantity; None if it is unknown."""
     if not isinstance(test, phrases.CrossTest) or test.quantity in UNJUDGED:
         return None
     return "" if test.share else UNITS.get(QUANTITIES[test.quantity].dimension.name)

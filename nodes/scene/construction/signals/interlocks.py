@@ -1,4 +1,5 @@
-"""Interlocks of the plan, from machine types and the scene: watched quantity, stopped actuators, blocked directions."""
+"""Interlocks of the plan, made from machine types and the scene: watched quantity, stopped actuators, blocked
+directions."""
 
 import msgspec
 from heavylift.kernel.algebra.dense import dot
@@ -24,7 +25,8 @@ MOVES = ("drive", "hook", "winch")  # kinds of actors that can be stopped
 
 
 def build_interlocks(yard: SceneBuilder) -> tuple[Interlock, ...]:
-    """Return the interlocks of the scene and its types, one in every machine that they stop."""
+    """Return the interlocks of the scene and of its machine types; one that stops several machines is built once for
+    each."""
     if not yard.scene.interlocks:
         return ()
     builder = _Builder(yard)
@@ -40,7 +42,7 @@ class _Builder:
                 self.moving.setdefault(actor.model, {})[actor.name] = actor
 
     def built(self, name: str, given: Keys) -> list[Interlock]:
-        """Return an interlock for each of its machines."""
+        """Return an interlock for each machine that it stops."""
         path: Path = ("interlocks", name)
         tests = [test for test in given.when if isinstance(test, CrossTest)]
         if len(given.when) != 1 or not tests:
@@ -89,7 +91,8 @@ class _Builder:
         return found
 
     def _each(self, machine: str, test: CrossTest) -> list[CrossTest]:
-        """Return the test for each hook or sling (for `any`), with the machine's prefix for its parts."""
+        """Return the tests that an interlock of a machine watches: one for each hook or sling if the test says `any`,
+        else one, with the machine's name put before the names of its parts."""
         subjects = self.conditions.subjects
         if test.of == "any hook":
             ropes = dict.fromkeys(hook.rope for hook in subjects.hooks.values() if subjects.ropes[hook.rope] == machine)
@@ -104,7 +107,7 @@ class _Builder:
         return [msgspec.structs.replace(test, of=" ".join(words))]
 
     def _resets(self, path: Path, given: Keys, test: CrossTest) -> float:
-        """Return the reset value: as written, or slightly behind the trip value."""
+        """Return the value at which an interlock resets: as given, or slightly on the safe side of the trip value."""
         away = -1.0 if test.rising else 1.0
         if given.until is None:
             by = CLEARS if test.quantity in LENGTHS else RESETS * abs(test.value)
@@ -133,7 +136,7 @@ class _Builder:
         return found
 
     def _way(self, path: Path, words: str) -> tuple[Verb | None, int]:
-        """Return verb and direction of a phrase such as `hoist` or `luff out`."""
+        """Return the verb and the direction that a phrase such as `hoist` or `luff out` means."""
         name, _, distance = " ".join(words.split()).partition(" ")
         verb = VERBS.get(name)
         known = [x.name for x in VERBS.values() if x.becomes == "move"]
@@ -144,7 +147,7 @@ class _Builder:
         return verb, verb.sign if not distance else 1 if distance == verb.ways[0] else -1
 
     def _towards(self, path: Path, actor: OrderTarget, test: CrossTest) -> int:
-        """Return the direction of a straight drive that closes a gap, at the start positions."""
+        """Return the direction (+1 or -1) in which a straight drive closes a gap, from the positions at the start."""
         boxes, sides = self.conditions.subjects.boxes, dict[bool, Array]()
         axis, poses = self._axis(actor)
         for model, point, _ in (boxes[name] for name in test.of.split() if test.quantity == "gap" and name in boxes):
@@ -157,7 +160,7 @@ class _Builder:
         return 1 if distance > 0.0 else -1
 
     def _axis(self, actor: OrderTarget) -> tuple[list[float], Poses]:
-        """Return the world direction of a straight drive at the start, and the positions of all machines."""
+        """Return the direction of a straight drive in the world frame at the start, and the poses of all bodies."""
         whole = merge([m.system for m in self.yard.machines], self.yard.scene.gravity)
         moved = System(whole.bodies, whole.joints)
         at = poses(moved) if not any(moved.outside) else {}

@@ -1,4 +1,4 @@
-"""The complete table of limits of a scene, including the signals that the scene itself limits."""
+"""The complete table of limits of a scene, including limits that the scene itself sets on signals."""
 
 import re
 from collections.abc import Iterator
@@ -17,12 +17,12 @@ SIGNAL = tuple(x.name for x in fields(ScalarSignal))
 
 
 def build_limits(builder: SceneBuilder) -> tuple[RatedLimit, ...]:
-    """Return all limits, load-carrying parts first."""
+    """Return all limits, those of load-carrying parts first."""
     return (*rated_limits(builder), *_signals(builder), *_interlocks(builder), *scene_limits(builder))
 
 
 def _signals(builder: SceneBuilder) -> Iterator[RatedLimit]:
-    """Yield the limits that the scene sets on signals, as conditions that must hold."""
+    """Yield the limits that the scene sets on signals, written as conditions that must hold."""
     conditions = Conditions(builder)
     for i, phrase in enumerate(builder.scene.limits.signals):
         path: Path = ("limits", "signals", i)
@@ -40,7 +40,7 @@ def _signals(builder: SceneBuilder) -> Iterator[RatedLimit]:
 
 
 def _interlocks(builder: SceneBuilder) -> Iterator[RatedLimit]:
-    """Yield a limit for each guard of the interlocks that stop something."""
+    """Yield a limit for each threshold of the interlocks that stop something."""
     for x in (x for x in builder.interlocks if x.stops and x.unit is not None):
         by = "its type" if x.name.rpartition(".")[0] in builder.scene.machines else "the scene"
         for guard in x.guards:

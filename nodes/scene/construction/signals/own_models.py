@@ -1,4 +1,4 @@
-"""The user models of a scene's key `models`: signals and set-points, named as in conditions and orders."""
+"""The user models under a scene's key `models`: their signals and set-points, named as in conditions and orders."""
 
 import re
 
@@ -7,7 +7,6 @@ from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.models import UserModelNode
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move
-from heavylift.nodes.plan.mechanism import called_of
 from heavylift.nodes.plan.user_models import Led, UserModel
 from heavylift.nodes.plan.verbs import VERBS
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
@@ -16,7 +15,8 @@ from heavylift.nodes.scene.keys.nodes import ModelKeys as Keys
 from heavylift.nodes.scene.language.phrases import QUANTITIES, CrossTest
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.files import within
-from heavylift.nodes.scene.text.source import Path, Source
+from heavylift.nodes.scene.text.source import Path, SourceText
+from heavylift.recordings.format.spellings import called_of
 
 from .conditions import Conditions
 
@@ -24,11 +24,11 @@ LED_BY = {"drive": "drive", "hook": "lower", "winch": "lower"}  # by kind
 
 
 def build_models(builder: SceneBuilder) -> tuple[UserModel, ...]:
-    """Return the user models of the plan; faults are added to those of the scene."""
+    """Return the user models of the plan; errors are added to those of the scene."""
     return _Models(builder).all()
 
 
-def check_models(source: Source, built: plan.Plan) -> None:
+def check_models(source: SourceText, built: plan.Plan) -> None:
     """Build each user model once, to check that its code is trusted and has the named ports."""
     if source.faults:
         return
@@ -69,7 +69,7 @@ class _Models:
         )  # fmt: skip
 
     def code(self, path: Path, model: str) -> str:
-        """Return the reference, with an absolute path for a file in the scene's folder."""
+        """Return the reference to a model's code, with an absolute path if it is a file in the scene's folder."""
         file, colon, name = model.partition(":")
         if not file.endswith((".py", ".fmu")):
             return model
@@ -80,7 +80,7 @@ class _Models:
             return model
 
     def signal(self, path: Path, text: str) -> ScalarSignal | None:
-        """Return the signal of a port: a quantity as in conditions."""
+        """Return the signal for a port of a model; its text names a quantity as conditions do."""
         words = " ".join(text.split())
         match = re.fullmatch(rf"({'|'.join(sorted(QUANTITIES, key=lambda x: -len(x)))})(?: (?:of )?(.+))?", words)
         if match is None:
@@ -102,12 +102,12 @@ class _Models:
         return found[1] if found else None
 
     def moved(self, actor: OrderTarget) -> tuple[str, str] | None:
-        """Return joint and coordinate that a drive moves; None if it moves none."""
+        """Return the joint and the coordinate that a drive moves; None if it moves none."""
         drives = (drive for m in self.builder.machines for drive in m.system.drives)
         return next(((drive.joint, drive.coordinate) for drive in drives if drive.name == actor.name), None)
 
     def led(self, path: Path, model: str, port: str, target: str) -> Led | None:
-        """Return the actuator that a port leads."""
+        """Return the actuator that the set-points from a port control; None, with an error added, if there is none."""
         words = " ".join(target.split())
         found = self.targets.get(words, ())
         found = tuple(x for x in found if called_of(x.name) == (words, "")) or found  # the drive called as its machine

@@ -1,4 +1,4 @@
-"""Subjects of signals by name: hooks, ropes, points, boxes and winds; and the signals of them."""
+"""Subjects of signals by name (hooks, ropes, points, boxes and winds), and the signals of their quantities."""
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
@@ -23,7 +23,7 @@ EMPTY = 1.1  # times its hook block: with less on its rope a hook is empty, as i
 
 
 class Subjects:
-    """All subjects of signals in a scene by name, with the model that watches each."""
+    """All subjects of signals in a scene by name, with the model that watches each of them."""
 
     def __init__(self, builder: SceneBuilder) -> None:
         self.yard, self.gravity, machines = builder, builder.scene.gravity, builder.machines
@@ -43,7 +43,8 @@ class Subjects:
         self.winds = [(m.name, f) for m in machines for f in m.system.forces if isinstance(f, Wind)]
 
     def signal(self, quantity: str, of: str) -> tuple[str, ScalarSignal] | None:
-        """Return model and signal of a quantity of hooks, ropes, points, boxes or wind; None if there is none."""
+        """Return the watching model and the signal for a quantity of a hook, rope, point, pair of boxes or wind; None
+        if there is none."""
         kind, word = cast(Quantity, quantity), ".".join(of.split())
         hook, names = self.hooks.get(word), of.split()
         model = self.ropes[hook.rope] if hook else ""
@@ -84,7 +85,8 @@ class Subjects:
         return found
 
     def share(self, row: RatedLimit) -> tuple[str, ScalarSignal] | None:
-        """Return model and signal of a load or tension relative to its limit, as in `check`; None without one."""
+        """Return the watching model and the signal of a load or tension relative to its limit, as `check` computes it;
+        None if there is no such limit."""
         if row.over == "radius":
             return self.signal("moment", row.elements[0])
         if row.over == "trolley":
@@ -118,7 +120,8 @@ class Subjects:
 
 
 def _boxes(builder: SceneBuilder) -> dict[str, tuple[str, Point, Vector]]:
-    """Return the boxes of loads, portals, the floor and machine bodies: model, centre, half edges."""
+    """Return the boxes of loads, portals, the floor and machine bodies, as (watching model, centre, half-extents) by
+    name."""
     found: dict[str, tuple[str, Point, Vector]] = {}
     for cargo in builder.cargo:
         found[cargo.body] = cargo.body, Point(cargo.body), _half(cargo.size)

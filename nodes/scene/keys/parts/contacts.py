@@ -1,11 +1,11 @@
 """The keys of `mechanism: contacts:` in a scene file, and the kernel's contacts made from them.
 
-A contact is between a body and another one or, if none is named, the ground: a `box`, or a ball of some `radius` (none:
-a point), against the plane, box or ball given by `against`.
+A contact is between one body and another body or, if none is named, the ground: a `box`, or a ball of some `radius`
+(without it: a point), against the plane, box or ball given under `against`.
 """
 
 from heavylift.kernel.constraints.contact.pairs import gap
-from heavylift.kernel.description.forces import Ball, Box, Contact, Plane, Shape
+from heavylift.kernel.description.contacts import Ball, Box, Contact, Plane, Shape
 from heavylift.kernel.description.units import WORLD
 from heavylift.nodes.scene.keys.base import Base, Direction, Place, Quaternion, quaternion_matrix
 from heavylift.nodes.scene.text.units import Extent, Ratio
@@ -24,14 +24,14 @@ class _Side(Base):
 
 
 class Against(_Side):
-    """The other side of a contact: a plane, unless it has a box or radius."""
+    """The other side of a contact: a plane, unless a box or a radius is given."""
 
     body: str = WORLD
     normal: Direction = (0.0, 0.0, 1.0)
 
 
 class ContactKeys(_Side):
-    """A rigid contact with friction; impacts return `restitution` of the speed of approach."""
+    """A rigid contact with friction; `restitution`: ratio of the speeds after and before an impact."""
 
     body: str
     against: Against = Field(default_factory=Against)
@@ -40,7 +40,7 @@ class ContactKeys(_Side):
 
 
 def built(name: str, x: ContactKeys) -> Contact:
-    """Return the kernel's contact."""
+    """Return the kernel's contact made from the keys."""
     b: Shape = Plane(x.against.body, x.against.at, x.against.normal)
     if x.against.box or x.against.radius:
         b = _solid(x.against.body, x.against)
@@ -54,5 +54,5 @@ def _solid(body: str, x: _Side) -> Ball | Box:
 
 
 def touches(contact: Contact, at: Poses, width: float) -> bool:
-    """Return whether the shapes of a contact are closer than `width` [m]."""
+    """Return whether the two shapes of a contact are closer than `width` [m]."""
     return gap(contact, at[contact.a.body], at[contact.b.body]) < width

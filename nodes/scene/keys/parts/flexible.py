@@ -1,7 +1,7 @@
 """Flexible bodies of a mechanism: the keys `beam` and `matrices`, and the kernel's description made from them.
 
-A beam lies along x of its body's frame; joints, ropes and forces on it are placed by `at: 30 m`. Matrices come from
-files beside the scene: .csv, or the array of the key's name in an .npz.
+A beam lies along the x axis of its body's frame; joints, ropes and forces are placed on it by `at: 30 m`. Matrices come
+from files in the scene's folder: .csv, or an array in an .npz that has the name of the key.
 """
 
 import re
@@ -25,7 +25,7 @@ BROKEN = (BadZipFile, MemoryError, zlib.error, EOFError, OverflowError, NotImple
 
 
 class Section(Base):
-    """A cross-section: area, second moments about y and z, torsion constant."""
+    """Cross-section of a beam: area, second moments of area about y and z, torsion constant."""
 
     area: u.Area = 0.0
     Iy: u.SecondMoment = 0.0
@@ -34,7 +34,8 @@ class Section(Base):
 
 
 class Stiffness(keys_of(k.Beam, "length", "mass_per_length", "polar", "start")):  # type: ignore[misc]
-    """Section stiffness of a uniform beam: EI, EA, GJ directly or from E, G and `section`; omitted ones are rigid."""
+    """Section stiffness of a uniform beam: EI, EA and GJ, given directly or by E, G and `section`; a beam is rigid in a
+    stiffness that is omitted."""
 
     E: u.Modulus = 0.0
     G: u.Modulus = 0.0
@@ -45,13 +46,13 @@ class Stiffness(keys_of(k.Beam, "length", "mass_per_length", "polar", "start")):
 
     @property
     def stiffness(self) -> tuple[float, float, float, float]:
-        """EI about y and z, EA and GJ."""
+        """EI about y, EI about z, EA and GJ."""
         s, E, G = self.section, self.E, self.G
         return self.EI_y or E * s.Iy, self.EI_z or E * s.Iz, self.EA or E * s.area, self.GJ or G * s.J
 
 
 class BeamKeys(Stiffness):
-    """A uniform beam of a length and a mass."""
+    """A uniform beam with its length and mass."""
 
     length: u.Extent
     mass: u.Mass | None = None
@@ -66,14 +67,15 @@ class BeamKeys(Stiffness):
         return self
 
     def built(self, folder: Path, root: Path) -> k.Flexible:
-        """Return the kernel's description."""
+        """Return the kernel's description of the beam."""
         per_length = self.mass_per_length or (self.mass or 0.0) / self.length
         beam = k.Beam(self.length, per_length, *self.stiffness, self.rotary_inertia, self.elements)
         return k.Flexible(self.modes, beam, frame=self.frame, damping=self.damping, loads=tuple(self.loads))
 
 
 class GirderKeys(Base):
-    """The part of a body that bends as a beam along its y at some model levels, between legs at y = 0 and `span`."""
+    """The part of a body that bends, at some model levels, as a beam along the body's y axis, between legs at y = 0 and
+    `span`."""
 
     slides: list[str] = Field(default_factory=list)  # joints of what slides on it
     mass: u.Mass
@@ -84,8 +86,8 @@ class GirderKeys(Base):
 
 
 class Elastic(Base):
-    """A body that bends as a uniform beam along x from its frame, equally about y and z. Defaults: the `length` of its
-    box and the `mass` of the body."""
+    """A body that bends, at some model levels, as a uniform beam along the x axis of its frame, with the same stiffness
+    about y and z. By default the `length` is that of its box and the `mass` that of the body."""
 
     EI: u.Rigidity
     length: u.Extent | None = None
@@ -103,13 +105,13 @@ class ServoKeys(Base):
 
 
 class RopeMass(Base):
-    """A rope with mass."""
+    """A rope that has mass at some model levels."""
 
     mass_per_length: u.MassPerLength
 
 
 def _optional(given: object) -> str:
-    """Return which optional part has these keys."""
+    """Return the kind of optional part (boom, girder, rope or drive) that the given keys describe."""
     keys = {key.replace("_", " ") for key in given} if isinstance(given, dict) else {*vars(given)}
     marks = {"EI": "boom", "span": "girder", "slides": "girder", "mass per length": "rope"}
     return next((part for key, part in marks.items() if key.replace(" ", "_") in keys or key in keys), "drive")
@@ -123,13 +125,13 @@ Optional = Annotated[
 
 
 class Hull(Stiffness):
-    """A block as a uniform beam along its x from end to end, relative to its mean frame."""
+    """A block that bends as a uniform beam along its x axis from end to end, relative to its mean frame."""
 
     mass: u.Mass | None = None  # that bends with it; left out: all of the block's
 
 
 class ModeKeys(Base):
-    """A free-free mode of a block; lugs and supports not listed move with the block's frame."""
+    """A free-free vibration mode of a block; lugs and supports that are not listed move with the block's frame."""
 
     frequency: u.Frequency
     mass: u.Mass  # at the scale of its shape
@@ -138,8 +140,9 @@ class ModeKeys(Base):
 
 
 class Matrices(Base):
-    """Mass and stiffness of a finite-element model with 3 or 6 degrees of freedom at each node (rows of `nodes`, in m).
-    `held`: degrees of freedom, from 0, fixed to the body's frame; `shapes` (columns) replace the eigenmodes."""
+    """Mass and stiffness matrices of a finite-element model with 3 or 6 degrees of freedom at each node; the rows of
+    `nodes` are positions [m]. `held`: degrees of freedom, counted from 0, that are fixed to the body's frame; `shapes`
+    (columns) are used instead of the eigenmodes."""
 
     nodes: str
     mass: str
@@ -157,7 +160,8 @@ class Matrices(Base):
         return file
 
     def built(self, folder: Path, root: Path) -> k.Flexible:
-        """Return the kernel's description; raises ValueError for a file that is unreadable or outside `root`."""
+        """Return the kernel's description of the body; raises ValueError for a file that is unreadable or outside the
+        folder `root`."""
         nodes = tuple((float(x), float(y), float(z)) for x, y, z in self._array(folder, root, "nodes", 3))
         nodal = k.Nodal(
             nodes=nodes,
@@ -197,7 +201,8 @@ class Matrices(Base):
 
 
 def _member(data: bytes, key: str) -> NDArray[np.float64]:
-    """Return an array of an .npz file; KeyError, ValueError or one of BROKEN if missing, non-numeric, too large."""
+    """Return an array of an .npz file; raises KeyError, ValueError or an error in BROKEN if it is missing, not numeric
+    or too large."""
     with ZipFile(BytesIO(data)) as archive, archive.open(f"{key}.npy") as member:
         if archive.getinfo(f"{key}.npy").file_size > LARGEST:
             raise ValueError

@@ -1,7 +1,7 @@
 """The keys of `mechanism: forces:` in a scene file, generated from the kernel's force elements.
 
-A history is a list of [time, value], linear between; the value is a factor of the force, or the wind speed. The laws
-themselves and their conventions: `heavylift.kernel.description.forces`.
+A history is a list of [time, value], linear in between; the value is a factor of the force, or the wind speed.
+`heavylift.kernel.description.forces` defines the force laws and their sign conventions.
 """
 
 import re
@@ -23,13 +23,13 @@ OVER = one("over", Literal["position", "speed"])
 
 
 def _column(i: int) -> Spelling:
-    """Return the spelling of the places (i = 0) or efforts (1) of a curve."""
+    """Return the spelling of one column of a curve: the positions or speeds (i = 0) or the efforts (i = 1)."""
     curve = Annotated[list[tuple[u.Reach, u.Thrust]], Field(min_length=1)]
     return one("curve", curve, lambda pairs: tuple(pair[i] for pair in pairs))
 
 
 def _matrix(key: str, word: str, slide: Any, turn: Any) -> Spelling:
-    """Return the spelling of a matrix, given completely or by its diagonal."""
+    """Return the spelling of a matrix that is given completely or by its diagonal."""
     zero = (0.0, 0.0, 0.0)
     keys = {word: (tuple[slide, slide, slide], zero), f"turning_{word}": (tuple[turn, turn, turn], zero)}
     return Spelling(
@@ -39,7 +39,8 @@ def _matrix(key: str, word: str, slide: Any, turn: Any) -> Spelling:
 
 
 class WindForceKeys(keys_of(f.Wind, word="wind", signal=history("speed", "gusts", u.Velocity, 0.0))):  # type: ignore[misc]
-    """Drag force of wind on an area at a point of a body, or on the `sides` of a box; `gusts`: wind speed over time."""
+    """Drag force of the wind on an area at a point of a body, or on the `sides` of a box; `gusts`: history of the wind
+    speed."""
 
     area: u.Area = 0.0
 
@@ -51,20 +52,21 @@ MATRICES = {
 
 
 class BushingKeys(keys_of(f.Bushing, word="bushing", **MATRICES)):  # type: ignore[misc]
-    """A six-dimensional spring and damper between two frames; K and D are full matrices in SI units."""
+    """A spring and damper between two frames, in all six directions; K and D are full matrices in SI units."""
 
 
 class CharacteristicKeys(keys_of(f.Characteristic, word="characteristic", x=_column(0), effort=_column(1), of=OVER)):  # type: ignore[misc]
-    """An actuator characteristic: a `curve` of [position or speed, effort] of a joint, times `factor` or `history`."""
+    """An actuator characteristic: a `curve` of [position or speed, effort] for a joint, multiplied by `factor` or
+    `history`."""
 
 
 class LawKeys(keys_of(f.UserLaw, word="law")):  # type: ignore[misc]
-    """A user-defined force law: "package.module:function", or "file.py:function" in the scene's folder."""
+    """A user's force law, given as "package.module:function", or "file.py:function" in the scene's folder."""
 
     modes: int = Field(default=0, ge=0)
 
     def built(self, *first: str, folder: Path | None = None, **other: Any) -> Any:
-        """Return the law with its functions; files are found from the scene's folder."""
+        """Return the law with its functions; files are searched in the scene's folder."""
         assert folder is not None
         function, guards = (_beside(x, folder) for x in (self.function, self.guards))
         named(x for x in (function, guards) if x)
@@ -86,6 +88,6 @@ def _diagonal(values: tuple[float, ...]) -> Matrix6:
 
 
 def _beside(function: str, folder: Path) -> str:
-    """Return a function reference with its file found from the scene's folder."""
+    """Return a reference to a function, with the full path of its file if it is in the scene's folder."""
     module, colon, name = function.rpartition(":")
     return f"{(folder / module).resolve()}{colon}{name}" if module.endswith(".py") else function

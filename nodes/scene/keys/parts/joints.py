@@ -1,8 +1,9 @@
-"""The joints of `mechanism:` in a scene file: one model per type, with its own units, and the kernel's joint from it.
+"""The joints of `mechanism:` in a scene file: one model of keys for each type of joint, with its own units, and the
+kernel's joint made from them.
 
 `at` and `rotation` place the joint's frame on its parent; axes are written in that frame. `start` and `speed` follow
-the order of the coordinates in the kernel's joint table. `limits` and `friction` of a coordinate are end stops and a
-permanently engaged brake, written with the joint.
+the order of the coordinates in the kernel's table of joints. `limits` and `friction` of a coordinate are end stops and
+a brake that is always engaged, written with the joint.
 """
 
 from collections.abc import Iterable, Iterator
@@ -37,11 +38,12 @@ POSITIONS, SPEEDS = ("start", "position", "attitude"), ("speed", "velocity", "ra
 
 
 class Limits(keys_of(k.Stop, "joint", "coordinate", **ENDS)):  # type: ignore[misc]
-    """Elastic end stops of a coordinate."""
+    """Elastic end stops of a joint coordinate."""
 
 
 class Friction(Base):
-    """Friction of a coordinate: `viscous` per velocity, and `dry`, a spring-damper that slips at this effort."""
+    """Friction of a joint coordinate: `viscous` is effort per velocity; `dry` is the effort at which a spring and
+    damper begin to slip."""
 
     viscous: AnyDamping = 0.0
     dry: Effort | None = None
@@ -50,8 +52,8 @@ class Friction(Base):
 
 
 class AnyJoint(Base):
-    """Keys common to all joints; `at child` is the joint's place on the child. `rotation` turns the frame about the
-    parent's x, then its y, then its z."""
+    """Keys that all joints have; `at child` is the place of the joint on the child. `rotation` turns the joint's frame
+    about the parent's x axis, then its y axis, then its z axis."""
 
     type: k.JointKind
     parent: str = "world"
@@ -66,7 +68,7 @@ class AnyJoint(Base):
 
     @property
     def coordinates(self) -> tuple[str, ...]:
-        """The coordinates along which laws can act."""
+        """Names of the coordinates on which laws can act."""
         return JOINTS[self.type].actable
 
     def turns(self, coordinate: str) -> bool:
@@ -74,7 +76,7 @@ class AnyJoint(Base):
         return JOINTS[self.type].turns(self.coordinates.index(coordinate))
 
     def values(self, keys: Iterable[str]) -> tuple[float, ...]:
-        """Return the values of those keys that exist for its type; quaternions are normalised."""
+        """Return the values of those of the given keys that a joint of this type has; quaternions are normalised."""
         found: list[float] = []
         for key in keys:
             value = getattr(self, key, ())
@@ -83,7 +85,8 @@ class AnyJoint(Base):
         return tuple(found)
 
     def built(self, name: str) -> k.Joint:
-        """Return the kernel's joint; unset coordinates and speeds of a loop joint are computed."""
+        """Return the kernel's joint; coordinates and speeds that are not given are computed if the joint closes a
+        loop."""
         written = self.model_fields_set
         q0, v0 = (self.values(keys) if written & {*keys} else () for keys in (POSITIONS, SPEEDS))
         axes = [getattr(self, key.replace(" ", "_")) for key in self.directions]
@@ -94,7 +97,7 @@ class AnyJoint(Base):
         return k.Joint(name, self.type, *place, unit(axis), unit(second), pitch, q0=q0, v0=v0, p_CJ=self.at_child)
 
     def laws(self, name: str) -> Iterator[k.Stop | k.Brake | k.JointSpring]:
-        """Yield the kernel's laws for its `limits` and `friction`."""
+        """Yield the kernel's laws made from `limits` and `friction`."""
         for c, x in self.limits.items():
             yield x.built(f"{name}.{c}.limits", name, coordinate=c)
         for c, f in self.friction.items():
@@ -105,7 +108,8 @@ class AnyJoint(Base):
 
 
 class Spherical(AnyJoint):
-    """Turns about all axes; `attitude` is a quaternion x y z w, `rate` in the child's axes."""
+    """A joint that turns about all axes; `attitude` is a quaternion (x, y, z, w), `rate` the angular velocity in the
+    child's axes."""
 
     type: Literal["spherical"]
     attitude: Quaternion = (0.0, 0.0, 0.0, 1.0)
@@ -113,7 +117,7 @@ class Spherical(AnyJoint):
 
 
 class Free(AnyJoint):
-    """All six degrees of freedom; velocity and angular velocity in the child's axes."""
+    """A joint with all six degrees of freedom; velocity and angular velocity are given in the child's axes."""
 
     type: Literal["free"]
     position: Place = (0.0, 0.0, 0.0)
@@ -149,7 +153,7 @@ ABOVE: Literal["above its lugs"] = "above its lugs"
 
 
 def _model(kind: k.JointKind, about: str, own: dict[str, Any]) -> Any:
-    """Return the model of a joint type, with its axes and start values."""
+    """Return the model of keys for a type of joint, with its axes and start values."""
     turns = [JOINTS[kind].turns(i) for i in range(JOINTS[kind].n_q)]
     fields: dict[str, Any] = {"type": (Literal[kind], ...)}
     fields |= {key: (each, None if NoneType in get_args(each) else ...) for key, each in own.items()}

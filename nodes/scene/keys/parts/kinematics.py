@@ -1,6 +1,6 @@
-"""Positions of the bodies of a mechanism at the start, which determine the ropes and supports that carry then.
+"""Poses of the bodies of a mechanism at the start, which determine the ropes and supports that carry a load then.
 
-The joints are followed from the world outwards, by the kernel's joint table.
+The joints are followed from the world outwards, with the kernel's table of joints.
 """
 
 import numpy as np
@@ -16,7 +16,8 @@ Poses = dict[str, tuple[Array, Array]]  # body -> position [m], rotation matrix
 
 
 def poses(system: System) -> Poses:
-    """Return position and rotation of each body connected with the world, along the spanning tree; KernelError."""
+    """Return the position (3,) [m] and rotation (3, 3) of each body connected to the world, found along the spanning
+    tree; raises KernelError if that is impossible."""
     found: dict[str, tuple[Array, Array]] = {WORLD: (exact(np.zeros(3)), exact(np.eye(3)))}
     waiting = list(spanning_tree(system, {joint.name: joint for joint in system.joints})[0].values())
     while ready := [joint for joint in waiting if joint.parent in found]:
@@ -35,7 +36,7 @@ def poses(system: System) -> Poses:
 
 
 def length(rope: Rope | RigidRope, at: Poses) -> float:
-    """Return the geometric length of a rope: weighted sum over its lines [m]."""
+    """Return the geometric length of a rope [m]: the weighted sum over its lines."""
     return sum(line.share * norm((place(line.a, at) - place(line.b, at)).tolist()) for line in rope.lines)
 
 

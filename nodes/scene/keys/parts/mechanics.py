@@ -1,7 +1,7 @@
 """The keys of `mechanism:` in a scene file: user-defined bodies, joints and laws.
 
-A body's frame is that of its joint. Laws name the joint on which they act and, if it has several, the coordinate, which
-determines whether their units are those of sliding or turning.
+The frame of a body is that of its joint. A law names the joint on which it acts and, if the joint has several
+coordinates, one of them; the coordinate determines whether the units are those of a displacement or of an angle.
 """
 
 from math import inf
@@ -25,17 +25,18 @@ from .standing import Stands
 
 
 def _shape(given: object) -> str:
-    """Return the kind of a list of moments, with or without products; raises ValueError for another length."""
+    """Return whether a list of moments of inertia includes products of inertia; raises ValueError if it does not have 3
+    or 6 values."""
     if isinstance(given, list | tuple) and len(given) not in (3, 6):
         raise ValueError(f"Ixx, Iyy, Izz or Ixx, Iyy, Izz, Ixy, Ixz, Iyz are needed here, not {len(given)} values")
     return "with products" if isinstance(given, list | tuple) and len(given) > 3 else "moments"
 
 
 class RampQuantity(u.Quantity):
-    """A positive acceleration, or a ramp without swing, as in orders."""
+    """Reader of a ramp: a positive acceleration, or a ramp without swing as in orders."""
 
     def ramp(self, value: object) -> float | SwingRamp:
-        """Return an acceleration in SI units, or a ramp without swing."""
+        """Return the acceleration in SI units, or the ramp without swing."""
         found = read_ramp(value, self.dimension)
         return found if isinstance(found, SwingRamp) else self.read(value)
 
@@ -68,11 +69,11 @@ Chart = Annotated[list[tuple[u.Length, u.Mass]], Field(min_length=2), AfterValid
 
 
 class BodyKeys(Base):
-    """A body; `inertia` about its centre of mass: Ixx, Iyy, Izz, optionally Ixy, Ixz, Iyz. It may have no mass if it
-    carries bodies with mass.
+    """A body; `inertia` is about its centre of mass: Ixx, Iyy, Izz, optionally Ixy, Ixz, Iyz. A body that carries
+    bodies with mass may have no mass itself.
 
-    `box`: it has the moments of a uniform box of these edges, and is drawn as one. `beam` or `matrices` make it
-    flexible; mass, com and inertia are then those of the parts fixed rigidly to its frame.
+    `box`: the body has the moments of inertia of a uniform box with these edges, and is drawn as one. `beam` or
+    `matrices` make the body flexible; mass, com and inertia then describe only the parts fixed rigidly to its frame.
     """
 
     mass: u.AnyMass | None = None
@@ -84,11 +85,11 @@ class BodyKeys(Base):
 
 
 class LineKeys(keys_of(Line)):  # type: ignore[misc]
-    """A straight part of a rope, with its weight in the rope's length."""
+    """A straight part of a rope, with the factor by which its length counts in the rope's length."""
 
 
 class Winch(Base):
-    """The rope's length is driven: ramp and shortest and longest unstretched length."""
+    """A winch that winds the rope: its ramp, and the shortest and longest unstretched length of the rope."""
 
     ramp: u.Ramp
     shortest: u.Extent
@@ -96,23 +97,24 @@ class Winch(Base):
 
 
 class Over(keys_of(Sheave, "edge", "span")):  # type: ignore[misc]
-    """A point or sheave under a rope; the sheave turns positively about its axis.
+    """A point or sheave over which a rope runs; the sheave turns positively about its axis.
 
-    Where the rope slips, the tension ratio is exp(friction * wrap) / efficiency. The rope leaves a sheave with a radius
-    when its wrap falls to zero, and can return to it.
+    If the rope slips, the ratio of tensions is exp(friction * wrap) / efficiency. The rope leaves a sheave with a
+    radius when its wrap angle falls to zero, and can return to it.
     """
 
     @property
     def plain(self) -> bool:
-        """Whether it is a point without friction."""
+        """Whether it is a point without radius and friction."""
         return not (self.radius or self.friction) and self.efficiency == 1.0
 
 
 class RopeKeys(Base):
-    """A tension-only elastic rope; `length` is unstretched. `rigid`: inextensible, without EA and damping.
+    """A tension-only elastic rope; `length` is its unstretched length. A `rigid` rope is inextensible, without EA and
+    damping.
 
-    It runs from `start` to `end`, optionally `over` points and sheaves or `over edges`, or along separate `lines` with
-    one tension.
+    It runs from `start` to `end`, possibly `over` points and sheaves or `over edges`, or along separate `lines` with
+    the same tension.
     """
 
     start: BodyPoint | None = None
@@ -129,32 +131,33 @@ class RopeKeys(Base):
 
     @property
     def plain(self) -> bool:
-        """Whether it runs over frictionless points only."""
+        """Whether the rope runs over frictionless points only."""
         return not self.over_edges and all(x.plain for x in self.over)
 
 
 class SupportKeys(keys_of(k.Support, "on")):  # type: ignore[misc]
-    """A point that a horizontal pad can push up and hold by friction, but never pull."""
+    """A point of a body that a horizontal pad can push up and hold by friction, but never pull down."""
 
 
 class SpringKeys(keys_of(k.JointSpring)):  # type: ignore[misc]
-    """A linear spring and damper on a joint."""
+    """A linear spring and damper on a joint coordinate."""
 
 
 class StopKeys(keys_of(k.Stop, **ENDS)):  # type: ignore[misc]
-    """End stops of a joint."""
+    """End stops of a joint coordinate."""
 
 
 class BrakeKeys(keys_of(k.Brake, moment=one("holds", u.Effort))):  # type: ignore[misc]
-    """A dry brake on a joint, slipping at `holds`."""
+    """A dry-friction brake on a joint, which slips at the effort `holds`."""
 
 
 class LockKeys(keys_of(k.Lock)):  # type: ignore[misc]
-    """A joint that orders can lock and unlock; `engaged`: locked at the start."""
+    """A lock with which orders can lock and unlock a joint; `engaged`: locked at the start."""
 
 
 class DriveKeys(keys_of(k.Drive, "wave", "waves")):  # type: ignore[misc]
-    """A drive of a joint, controlled by the action list; with a `verb`, its machine accepts the orders for it."""
+    """A drive of a joint, controlled by the action list. If it has a `verb`, orders with this verb to its machine move
+    the drive."""
 
     stiffness: u.AnyStiffness = 0.0  # servo: per displacement
     damping: u.AnyDamping = 0.0  # servo and speed: per velocity
@@ -168,7 +171,7 @@ class DriveKeys(keys_of(k.Drive, "wave", "waves")):  # type: ignore[misc]
 
 
 class BoomChart(Base):
-    """Capacity over radius for a boom length and counterweight."""
+    """Capacity over radius for one boom length and counterweight."""
 
     boom: u.Extent
     counterweight: u.Mass | None = None
@@ -177,8 +180,9 @@ class BoomChart(Base):
 
 
 class HookKeys(Base):
-    """A hook on the falls of a winch; its elastic rope from the body `on` represents all falls. With a `drum` the rope
-    leads on from `at` to it, as one fall: motion of `at` relative to the drum, as in luffing, moves the hook."""
+    """A hook on the falls of a winch. One elastic rope from the body `on` stands for all falls. If a `drum` is given, a
+    single part of the rope continues from `at` to the drum, so that the hook moves when `at` moves relative to the
+    drum, for example in luffing."""
 
     on: str
     at: Place
@@ -222,8 +226,9 @@ class HookKeys(Base):
 
     @property
     def chart(self) -> list[tuple[float, float]] | None:
-        """The applicable chart: same boom or next longer, same counterweight or next lighter, same base or next
-        narrower. Raises ValueError if there is none."""
+        """The chart that applies: for the same boom length or the next longer one, the same counterweight or the next
+        lighter one, the same base or the next narrower one; None if the hook has no chart. Raises ValueError if none
+        applies."""
         if not self.capacity_charts:
             return self.capacity_chart
         boom, more = (self.boom or inf) * (1.0 - ROUNDING), 1.0 + ROUNDING
@@ -236,7 +241,7 @@ class HookKeys(Base):
 
 
 class Drawn(Base):
-    """A drawing and collision box of a body instead of its `box`: centre and edges."""
+    """A box that represents a body in drawings and collision checks instead of its `box`: centre and edges."""
 
     at: Place = (0.0, 0.0, 0.0)
     size: tuple[u.Extent, u.Extent, u.Extent]
@@ -245,14 +250,14 @@ class Drawn(Base):
 
 
 class LoadCellKeys(Base):
-    """A load cell of all hooks that a body carries; `capacity`: allowed total load below their blocks."""
+    """A load cell for all hooks that a body carries; `capacity`: allowed total load below their hook blocks."""
 
     capacity: u.Mass
     tandem: u.Ratio = 1.0  # of it, where machines lift together
 
 
 class Parts(Base, Generic[PartKey]):
-    """Bodies, joints and laws by their names."""
+    """Bodies, joints and laws of a mechanism, by name."""
 
     name: Name = "mechanism"
     bodies: dict[PartKey, BodyKeys] = Field(default_factory=dict)
@@ -276,10 +281,10 @@ class Parts(Base, Generic[PartKey]):
 
     @property
     def laws(self) -> dict[str, dict[PartKey, Any]]:
-        """All laws along joint coordinates, by key."""
+        """All laws along joint coordinates, by the key under which they are written."""
         return {"springs": self.springs, "stops": self.stops, "brakes": self.brakes, "drives": self.drives}
 
 
 class MechanismKeys(Parts[Name]):
-    """A system of bodies, joints and laws; becomes one coupled model. In a scene with a lift it may refer to the lift's
-    bodies and joints, and need have none of its own."""
+    """A system of bodies, joints and laws, which becomes one coupled model. In a scene with a lift it may refer to
+    bodies and joints of the lift, and need not have any of its own."""

@@ -1,7 +1,7 @@
-"""Rigging on the hooks of machines made of parts: a tree of slings, equalisers and frames, down to lugs of a block.
+"""Rigging on the hooks of machines: a tree of slings, equalisers and frames, down to the lugs of a block.
 
-Ends are named by words: `jib main` is a hook, `F1` a lug of the block, `beam.west` a point of the frame `beam`, and
-`beam` alone its origin.
+Ends are given by words: `jib main` is a hook, `F1` a lug of the block, `beam.west` a point of the frame `beam`, and
+`beam` alone the origin of the frame.
 """
 
 from typing import Annotated, Literal
@@ -14,8 +14,9 @@ from pydantic import Discriminator, Field, Tag
 class Edge(Base):
     """A rounded edge of a body over which ropes may bend, given by its axis from end to end.
 
-    A rope slides along it freely; over it the tension ratio is exp(friction * wrap). The edges of one rope are parallel
-    and stay so: on one body, or on several that slide along one another or turn about the edges.
+    A rope slides freely along the edge; over it the ratio of tensions is exp(friction * wrap). The edges over which one
+    rope bends must be parallel and stay so: on the same body, or on bodies that slide along one another or turn about
+    the direction of the edges.
     """
 
     on: str
@@ -32,7 +33,7 @@ Termination = Literal[
 
 
 class SlingType(Base):
-    """A sling wire, by default of 96 mm."""
+    """The wire rope of a sling; the default is one of 96 mm diameter."""
 
     EA: u.Force = u.FORCE.read("445 MN")
     breaking: u.Force = u.FORCE.read("6.43 MN")
@@ -48,7 +49,7 @@ class SlingType(Base):
 
 
 class SlingKeys(Base):
-    """Slings that are hooked at the start, from hooks or frames to lugs of the block or frames below."""
+    """Slings from hooks or frames to lugs of the block or to frames below, hooked at the start."""
 
     type: Literal["slings"] = "slings"
     on: str | Annotated[list[str], Field(min_length=1)]  # for all slings, or for each: hook, frame, point of a frame
@@ -61,7 +62,7 @@ class SlingKeys(Base):
 
     @property
     def holders(self) -> list[str]:
-        """The upper attachment of each sling."""
+        """The upper attachment of each sling, as written."""
         return self.on if isinstance(self.on, list) else [self.on] * len(self.to)
 
     @property
@@ -71,7 +72,8 @@ class SlingKeys(Base):
 
 
 class Equaliser(Base):
-    """A rope from a lug over a sheave to another lug, equally loaded except for friction."""
+    """A rope that runs from one lug over a sheave to another lug, so that both ends carry the same load except for
+    friction."""
 
     type: Literal["equaliser"]
     on: str  # where the sheave hangs: hook, frame, point of a frame
@@ -86,12 +88,12 @@ class Equaliser(Base):
 
     @property
     def holders(self) -> list[str]:
-        """The upper attachment."""
+        """The attachment of the sheave, as written."""
         return [self.on]
 
 
 class Frame(Base):
-    """A rigid body between slings above and slings below: spreader, lifting beam, master link of a bridle."""
+    """A rigid body between slings above and slings below it: spreader, lifting beam, or master link of a bridle."""
 
     type: Literal["spreader", "lifting beam", "link"]
     mass: u.Mass
@@ -103,7 +105,7 @@ class Frame(Base):
 
 
 class GearKeys(Base):
-    """An item of rigging by ID, used in scenes as `gear: ID`."""
+    """An item of rigging gear with an ID, which scenes use by `gear: ID`."""
 
     kind: Literal["sling", "shackle", "spreader", "lifting beam", "link"]
     WLL: u.Mass | None = None  # of one leg, of each shackle, of what hangs below a frame
@@ -120,7 +122,7 @@ class GearKeys(Base):
 
 
 def _type(given: object) -> str:
-    """Return the name of the model that reads an entry."""
+    """Return the name of the model of keys that reads a rigging entry."""
     word = given.get("type", "slings") if isinstance(given, dict) else getattr(given, "type", "slings")
     return "frame" if word in ("spreader", "lifting beam", "link") else str(word)
 

@@ -1,4 +1,4 @@
-"""The keys of a machine's base, and of the ground below."""
+"""The keys of a machine's base and of the ground below it."""
 
 from typing import Annotated
 
@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 
 class Tracks(Base):
-    """Two tracks along the x of their body."""
+    """Two crawler tracks, parallel to the x axis of their body."""
 
     length: u.Extent  # of each that bears
     width: u.Extent  # of each
@@ -16,7 +16,7 @@ class Tracks(Base):
 
 
 class Outriggers(Base):
-    """Four outriggers."""
+    """Four outriggers, at the corners of a rectangle."""
 
     length: u.Extent  # between front and rear ones
     width: u.Extent  # between left and right ones
@@ -24,7 +24,7 @@ class Outriggers(Base):
 
 
 class Wheels(Base):
-    """Wheels at four corners, on rails or on the ground."""
+    """Wheels at the four corners of a rectangle, on rails or on the ground."""
 
     length: u.Extent  # between front and rear corners
     width: u.Extent  # between left and right corners
@@ -33,7 +33,7 @@ class Wheels(Base):
 
 
 class Stands(Base):
-    """Base of a machine; without tracks, outriggers and wheels a foundation, which is not checked."""
+    """The base of a machine; without tracks, outriggers or wheels it is a foundation, which is not checked."""
 
     on: str  # the body that has them
     at: Place = (0.0, 0.0, 0.0)  # middle of the base on the ground, in the frame of that body
@@ -56,7 +56,7 @@ class Mats(Base):
 
 
 class GroundKeys(Base):
-    """Ground below cranes on tracks and outriggers."""
+    """The ground below cranes on tracks or outriggers: its allowed pressure, and the mats."""
 
     bearing: u.Pressure | None = None  # permissible pressure; left out: not checked
     mats: dict[Name, Mats] = Field(default_factory=dict)  # by crane

@@ -53,7 +53,7 @@ const post = async <T = string>(name: string, body: object): Promise<T> =>
 
 export const api = {
   save: (text: string, version: string) => post("save", { text, version }),
-  edit: (edits: { path: Path; value: string | number | null }[], version: string) => post("edit", { edits, version }),
+  edit: (edits: { path: Path; value: string | number | null }[], version: string) => post<{ text: string; version: string }>("edit", { edits, version }),
   open: (name: string) => post("open", { name }),
   copy: (name: string) => post("copy", { name }),
   begin: (name: string, like: string) => post("new", { name, like }),

@@ -10,8 +10,14 @@ const GRID_m = 0.5, FINE_m = 0.01;
 const NEAR_m = 0.6; // from a hook that a lug snaps under, from a lug that a support snaps under, in plan
 const GRIP_px = [5, 14]; // around a lug or support: the least and the most, between them a third of the way to the next one
 const STILL_m = 1e-6;
+const LENGTHS: Record<string, number> = { m: 1, mm: 1e-3, cm: 1e-2, km: 1e3 };
 const ARROWS: Record<string, [number, number, number]> = {
   ArrowLeft: [-1, 0, 0], ArrowRight: [1, 0, 0], ArrowUp: [0, 1, 0], ArrowDown: [0, -1, 0], PageUp: [0, 0, 1], PageDown: [0, 0, -1],
+};
+
+const length = (text: string) => {
+  const [, number, unit] = /^([-+]?[\d.]+(?:e[-+]?\d+)?)\s*([a-z]+)$/i.exec(text) ?? [];
+  return Number(number) * (LENGTHS[unit] ?? NaN);
 };
 
 interface Held { handle: Handle; from: Vector3; plane: Plane; places: Map<string, Vector3>; by: Vector3 }
@@ -24,7 +30,8 @@ export class Drag {
   private readonly mark = new Mesh(new SphereGeometry(1, 16, 12), new MeshBasicMaterial({ color: 0xd0342c, depthTest: false, transparent: true }));
 
   constructor(private readonly stage: () => Stage, private readonly picture: () => Picture | null,
-    private readonly edit: (edits: Edit[]) => Promise<string>, private readonly picked: (path: Path) => void) {}
+    private readonly edit: (edits: () => Edit[]) => Promise<string>, private readonly picked: (path: Path) => void,
+    private readonly written: (path: Path) => string[]) {}
 
   attach(canvas: HTMLCanvasElement): void {
     Object.assign(canvas, { tabIndex: 0 });
@@ -60,9 +67,20 @@ export class Drag {
     return new Vector3(...p).applyMatrix4(this.stage().frames.get(body)!.matrixWorld);
   }
 
+  // Where it is by the text, which may be ahead of the picture.
+  private now(handle: Handle): Handle {
+    const at = this.written(handle.path).map(length);
+    if (at.length !== handle.at.length || !at.every(Number.isFinite)) return handle;
+    return { ...handle, at, p: handle.p?.map((x, i) => x + (at[i] ?? 0) - (handle.at[i] ?? 0)) };
+  }
+
+  private get moving(): Handle[] {
+    return this.picture()?.moving.map((x) => this.now(x)) ?? [];
+  }
+
   // The lug or support near the pointer, else the smallest thing under it.
   private found(e: PointerEvent): { handle: Handle; at: Vector3 } | null {
-    const { moving } = this.picture()!;
+    const { moving } = this;
     const box = (e.target as HTMLElement).getBoundingClientRect();
     const points = moving.filter((x) => x.point && this.on).map((handle) => {
       const at = this.place(handle.body!, handle.p!);
@@ -134,7 +152,8 @@ export class Drag {
 
   // To the grid of what is written; lugs that come near a hook in plan go right under it, supports under a lug.
   private snapped({ handle, places }: Held, by: Vector3, fine: boolean): Vector3 {
-    const { moving, hooks } = this.picture()!;
+    const { moving } = this;
+    const { hooks } = this.picture()!;
     const support = handle.path.includes("supports");
     const lugs = moving.filter((x) => x.path.includes("lugs"));
     const own = handle.point ? [handle] : lugs.filter((x) => places.has(x.body ?? ""));
@@ -162,7 +181,7 @@ export class Drag {
     const p = by.clone();
     if (handle.point && by.length() > 0) p.transformDirection(this.stage().frames.get(handle.body!)!.matrixWorld.clone().invert()).multiplyScalar(by.length());
     const moved = handle.free === "y" ? [p.y] : [p.x, p.y, p.z];
-    const written = handle.at.map((x, i) => `${Number((x + (moved[i] ?? 0)).toFixed(3))} m`);
+    const written = this.now(handle).at.map((x, i) => `${Number((x + (moved[i] ?? 0)).toFixed(3))} m`);
     return handle.listed ? `[${written.join(", ")}]` : written[0];
   }
 
@@ -180,7 +199,7 @@ export class Drag {
 
   // Arrow keys move what was clicked last by a step of the grid, with Shift by a fine one.
   private nudge(e: KeyboardEvent): void {
-    const handle = this.on && ARROWS[e.key] && this.picture()?.moving.find((x) => x.path.join() === this.chosen.join());
+    const handle = this.on && ARROWS[e.key] && this.moving.find((x) => x.path.join() === this.chosen.join());
     if (!handle) return;
     e.preventDefault();
     e.stopPropagation();
@@ -195,16 +214,16 @@ export class Drag {
   private async put(): Promise<void> {
     const { held } = this;
     if (!held) return;
-    const value = this.value(held);
+    const picture = this.picture();
     this.drop();
     this.choose(held.handle);
     if (held.by.length() < STILL_m) return;
-    const refused = await this.edit([{ path: held.handle.path, value }]);
-    if (refused) {
-      this.told.hidden = false;
-      this.told.textContent = refused;
-      for (const [name, p] of held.places) this.stage().frames.get(name)!.position.copy(p);
-      this.stage().moved();
-    }
+    const refused = await this.edit(() => [{ path: held.handle.path, value: this.value(held) }]);
+    if (!refused) return;
+    this.told.hidden = false;
+    this.told.textContent = refused;
+    if (this.picture() !== picture) return;
+    for (const name of held.places.keys()) this.stage().frames.get(name)!.position.sub(held.by);
+    this.stage().moved();
   }
 }

@@ -41,6 +41,7 @@ export class Editor {
   readonly tools = element("div", { className: "tools", role: "group", "aria-label": words.changes }, button("↶", () => undo(this.view), { title: words.undo, "aria-label": words.undo }),
     button("↷", () => redo(this.view), { title: words.redo, "aria-label": words.redo }));
   private timer = 0;
+  private last: Promise<unknown> = Promise.resolve(); // the edit before
 
   constructor(private readonly moved: () => void) {
     this.conflict.append(words.conflict, " ", button(words.keepMine, () => this.resolve(true)), button(words.takeTheirs, () => this.resolve(false)));
@@ -170,11 +171,18 @@ export class Editor {
     }
   }
 
-  // Change values of the file: what has been typed first.
-  async edit(edits: Edit[]): Promise<string> {
+  // Change values of the file, one edit after the other, each made of the text as it is then: what has been typed first.
+  edit(edits: () => Edit[]): Promise<string> {
+    const made = this.last.then(() => this.change(edits));
+    this.last = made.catch(() => {});
+    return made;
+  }
+
+  private async change(edits: () => Edit[]): Promise<string> {
     if (!(await this.save())) return words.conflict;
     try {
-      await api.edit(edits, this.base);
+      const { text, version } = await api.edit(edits(), this.base);
+      if (!this.dirty && this.base !== version) this.put(text.replaceAll("\r\n", "\n"), version);
       return "";
     } catch (error) {
       if (!(error instanceof Refused)) throw error;

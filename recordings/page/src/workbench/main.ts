@@ -12,7 +12,7 @@ import { Runs } from "./runs";
 import { Schema } from "./schema";
 import { Start } from "./start";
 import { Studies } from "./studies";
-import { type Template, templates } from "./templates";
+import { type Edit, type Template, templates } from "./templates";
 import { Tree } from "./tree";
 import { Views } from "./views";
 import { words } from "./words";
@@ -32,17 +32,21 @@ const editor = new Editor(() => {
   selected = tree.path(editor.view.state.selection.main.head);
   showForm();
 });
-const edit = async (edits: Parameters<Editor["edit"]>[0]) => {
-  const refused = await editor.edit(edits);
+const edit = async (edits: Edit[] | (() => Edit[])) => {
+  const refused = await editor.edit(typeof edits === "function" ? edits : () => edits);
   if (refused) status.textContent = refused;
   return refused;
 };
 const form = new Form(edit, go, () => views.hooks);
-const outline = new Outline(go, (template) => void edit(template.edit(tree!, views.hooks)));
+const outline = new Outline(go, (template) => void edit(() => template.edit(tree!, views.hooks)));
 const views: Views = new Views({
   edit,
   picked: go,
-  stretch: (action, factor) => void edit(stretched(orders(action), factor).map(([key, value]) => ({ path: ["actions", action, key], value }))),
+  written: (path) => {
+    const node = tree?.at(path) ?? null;
+    return node && tree!.collection(node) ? tree!.entries(node).map((x) => tree!.plain(x.value)) : node ? [tree!.plain(node)] : [];
+  },
+  stretch: (action, factor) => void edit(() => stretched(orders(action), factor).map(([key, value]) => ({ path: ["actions", action, key], value }))),
   actions: () => (tree?.entries(tree.at(["actions"])) ?? []).map((x, i) => {
     const written = orders(i);
     const of = (key: string) => written.find(([name]) => name === key)?.[1] ?? "";

@@ -17,7 +17,7 @@ const AT_FIRST = ["names", "loads", "gravity"];
 const SPEEDS = [1, 5, 10, 20, 60];
 
 export interface Action { name: string; pace: string; wait: number } // as it is written; wait: [s], 0 if it does not only wait
-export interface Hands { edit(edits: Edit[]): Promise<string>; picked(path: Path): void; stretch(action: number, factor: number): void; actions(): Action[]; reached(t: number): void; left(): void }
+export interface Hands { edit(edits: Edit[] | (() => Edit[])): Promise<string>; written(path: Path): string[]; picked(path: Path): void; stretch(action: number, factor: number): void; actions(): Action[]; reached(t: number): void; left(): void }
 
 export class Views {
   readonly host = element("section", { id: "views", "aria-label": words.views3 });
@@ -52,7 +52,7 @@ export class Views {
   private readonly measured = element("output", { className: "moving", hidden: true });
 
   constructor(private readonly hands: Hands) {
-    this.drag = new Drag(() => this.stage!, () => (this.motion.run ? null : this.picture), (edits) => hands.edit(edits), (path) => hands.picked(path));
+    this.drag = new Drag(() => this.stage!, () => (this.motion.run ? null : this.picture), (edits) => hands.edit(edits), (path) => hands.picked(path), (path) => hands.written(path));
     this.bar = new StageBar((x) => (this.motion.run ? this.motion.player!.jump(x.from) : this.at(x.to, x.name)),
       (action, to) => void this.tried(hands.edit([{ path: ["actions", action], value: to }])), (action, factor) => hands.stretch(action, factor));
     const move = button(words.move, () => {

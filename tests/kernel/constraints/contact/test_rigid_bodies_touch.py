@@ -109,7 +109,7 @@ def test_rocking_comes_to_rest():
     assert s.next_ns > 20 * SECOND
 
 
-def test_of_three_balls_in_a_row_the_last_flies_off_with_and_without_gaps():
+def test_only_the_last_of_three_balls_in_a_row_leaves_if_there_are_gaps_between_them():
     touching = started(row_of_balls(0.0, 1.0), **FINE)
     touching.run(2 * SECOND)
     nq = touching.program.nq

@@ -56,7 +56,7 @@ def test_an_equaliser_beam_shares_its_load_by_its_tilt():
     assert s.X[s.native.at["f"]][n : n + 6] == pytest.approx(np.zeros(6), abs=1e-6)
 
 
-def test_an_equaliser_is_insensitive_to_length_errors():
+def test_length_errors_do_not_unbalance_an_equaliser():
     """C08d: four ropes share a block by their lengths, +-k dL/4 on the diagonals; one rope over four eyes does not."""
     given, expected = FORMS["C08d"]["given"], FORMS["C08d"]["expected"]
     k, dL, h, W = given["k"], given["dL"], 50.0, 6e6

@@ -75,7 +75,7 @@ def test_c07c_accelerating_a_hanging_load_gives_the_expected_peak_tension():
     assert T[ramp].max() / (m * G) - 1.0 == pytest.approx(want["phi_in_ramp"] - 1.0, rel=0.01)
 
 
-def test_c22_losing_a_part_of_the_load_lets_the_rest_spring_up():
+def test_c22_after_losing_part_of_a_load_the_rest_rebounds_as_in_the_closed_form():
     x, want = FORMS["C22"]["given"], FORMS["C22"]["expected"]
     m, k, part, L = x["m"], x["k"], x["dm_over_m"], 60.0
     kept, lost = m * (1.0 - part), m * part

@@ -79,7 +79,7 @@ def test_a_rope_without_mass_costs_nothing():
 
 
 @pytest.mark.parametrize("rope", [ELASTIC, RIGID], ids=lambda r: type(r).__name__)
-def test_a_massless_rope_has_code_of_its_own(rope):
+def test_ropes_with_and_without_mass_have_separate_code(rope):
     with_mass, without = (Simulation(hung(r), native=False).native.structure for r in (rope, replace(rope, mass=0.0)))
     assert with_mass != without
 
