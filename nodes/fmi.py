@@ -125,7 +125,7 @@ class FmuUnit:
         kind, python = found.type, KINDS[self._version].get(found.type)
         if python is None or found.dimensions:
             what = "an array" if found.dimensions else f"of type {kind}"
-            raise ModelError(f"{self.name}: variable {name} of {self.file.name} is {what}, and no number")
+            raise ModelError(f"{self.name}: variable {name} of {self.file.name} is {what}, not a number")
         return found, ENUMERATION[self._version] if kind == "Enumeration" else kind, python
 
     def check(self, names: Iterable[str]) -> None:
@@ -134,7 +134,7 @@ class FmuUnit:
             found, _, _ = self._kind(name)
             if found.causality != "input" and (found.causality, found.variability) != ("parameter", "tunable"):
                 raise ModelError(
-                    f"{self.name}: {name} of {self.file.name} is no input, but its {found.causality}; its inputs are "
+                    f"{self.name}: {name} of {self.file.name} is not an input but {found.causality}; the inputs are "
                     f"{', '.join(v for v, x in self._variables.items() if x.causality == 'input') or 'none'}"
                 )
 
@@ -215,9 +215,11 @@ def description(file: Path, name: str) -> Any:
     try:
         message = library(name).read_model_description(str(file))
     except Exception as error:
-        raise ModelError(f"{name}: {file} is no unit that can be read ({' '.join(str(error).split())})") from None
+        raise ModelError(f"{name}: {file} cannot be read as an FMU ({' '.join(str(error).split())})") from None
     if message.fmiVersion.partition(".")[0] not in ("2", "3") or message.coSimulation is None:
-        raise ModelError(f"{name}: {file.name} is of FMI {message.fmiVersion} and must be of 2 or 3, for co-simulation")
+        raise ModelError(
+            f"{name}: {file.name} is for FMI {message.fmiVersion}; it must be for co-simulation by FMI 2 or 3"
+        )
     return message
 
 
@@ -232,4 +234,4 @@ def unpacked(file: Path) -> Path:
 
 def library(name: str) -> Any:
     """Import FMPy; raises ModelError that explains its installation if it is missing."""
-    return extra("fmpy", ModelError(f"{name}: a unit of FMI needs FMPy: pip install 'heavylift[fmi]'"))
+    return extra("fmpy", ModelError(f"{name}: an FMU needs FMPy: pip install 'heavylift[fmi]'"))

@@ -17,6 +17,7 @@ from statistics import fmean, stdev
 import msgspec
 from heavylift.coordinator.participants.building import seeded
 from heavylift.coordinator.supervision.pool import Pool, cores, submits
+from heavylift.kernel import errors
 from heavylift.kernel.errors import HeavyliftError, ModelError, ProtocolError, Stopped
 from heavylift.nodes.devs import Coupled, Message
 from heavylift.nodes.devs.execution.rules import LIMIT
@@ -78,7 +79,7 @@ def replicate(
     try:
         with nullcontext(executor) if executor else Pool(min(workers or cores(), count)) as pool:
             begun = [pool.submit(_once, task) for task in tasks]
-            runs += [future.result() for future in begun]
+            runs += [_read(future.result()) for future in begun]
     except BrokenExecutor as error:
         raise ProtocolError(
             f"the executor has lost a worker ({error}); take fewer workers if memory is short"
@@ -101,14 +102,23 @@ def _seeds(seed: int, count: int) -> list[int]:
     return [int(child.generate_state(1, "u8")[0]) >> 1 for child in SeedSequence(seed).spawn(count)]
 
 
-def _once(task: tuple[int, str, float | None, str, int]) -> dict[str, float]:
+def _read(answer: bytes) -> dict[str, float]:
+    """Return the numbers in an answer of `_once`, or raise its error."""
+    values, kind, sentence = msgspec.msgpack.decode(answer, type=tuple[dict[str, float], str, str])
+    if sentence:
+        raise getattr(errors, kind, ModelError)(sentence)
+    return values
+
+
+def _once(task: tuple[int, str, float | None, str, int]) -> bytes:
     """Run the model once and return the numbers of its results, by "path.field"."""
     number, reference, until, stop, microsteps = task
     try:
         run = run_models(reference, until, in_process=True, stop=stop, microsteps=microsteps)
     except HeavyliftError as error:
-        raise type(error)(f"replication {number}, {reference}: {error}") from None
-    return {name: x for path, result in run.results.items() for name, x in numbers(path, result)}
+        return msgspec.msgpack.encode(({}, type(error).__name__, f"replication {number}, {reference}: {error}"))
+    values = {name: x for path, result in run.results.items() for name, x in numbers(path, result)}
+    return msgspec.msgpack.encode((values, "", ""))
 
 
 def numbers(path: str, result: Message | msgspec.Struct) -> Iterator[tuple[str, float]]:

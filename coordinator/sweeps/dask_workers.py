@@ -20,6 +20,7 @@ from heavylift.kernel.errors import ProtocolError, extra
 
 WORKERS_s = 30.0  # for the first worker of a scheduler to come
 FETCH_s = 30.0  # for an answer that a worker says it has; dask itself would ask for ever
+POLL_s = 0.02  # between two looks for an answer
 SILENCE_s = 900.0  # without an answer of anybody, after which none is waited for
 HARMLESS = {("builtins", "bytes")}  # what dask says of the type of a row
 
@@ -57,6 +58,7 @@ class _Answer:
 
     def __init__(self, future: Any, workers: "_Workers") -> None:
         self.cancel, self._future, self._workers = future.cancel, future, workers
+        self._answer: object = None
 
     def done(self) -> bool:
         """Return whether the result is available, or no longer expected."""
@@ -66,6 +68,8 @@ class _Answer:
         """Return the error of the call, or None."""
         if not self._future.done():
             return ProtocolError(f"no worker has answered for {SILENCE_s:g} s")
+        if self._answer is not None:
+            return None
         try:
             self._answer = self._future.result(timeout=FETCH_s)
             self._workers.heard = time.monotonic()
@@ -74,7 +78,11 @@ class _Answer:
         return None
 
     def result(self) -> object:
-        """Return the result."""
+        """Return the result as soon as it is there; raises the error of the call."""
+        while not self.done():
+            time.sleep(POLL_s)
+        if error := self.exception():
+            raise error
         return self._answer
 
 

@@ -186,6 +186,7 @@ def _written(text: str, keys: Keys, value: str) -> str:
     nodes, known = _found(text, keys)
     node = nodes[-1]
     start, end = int(node.start_mark.index), _end(node)
+    indent, plain = " " * int(node.start_mark.column), value
     for key in reversed(keys[known + 1 :]):
         value = "{" + f"{_key(key)}: {value}" + "}"
     if known == len(keys):
@@ -203,8 +204,10 @@ def _written(text: str, keys: Keys, value: str) -> str:
         inside = text[: end - 1].rstrip()
         return f"{inside}{comma}{entry}{text[end - 1 :]}"
     line = _line_end(text, end)
-    dash = "- " if isinstance(node, SequenceNode) else ""
-    return f"{text[:line]}\n{' ' * int(node.start_mark.column)}{dash}{entry}{text[line:]}"
+    if isinstance(node, SequenceNode):
+        return f"{text[:line]}\n{indent}- {entry}{text[line:]}"
+    steps = [f"\n{indent}{'  ' * i}{_key(key)}:" for i, key in enumerate(keys[known:])]
+    return f"{text[:line]}{''.join(steps)} {plain}{text[line:]}"
 
 
 def _key(key: str | int) -> str:

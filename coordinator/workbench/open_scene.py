@@ -28,6 +28,18 @@ STEP_ms, QUIET_ms = 10, 50  # between looks at the system's list of changes; aft
 AGAIN_ms = 2000  # until folders are looked for again
 MOST_FOLDERS = 200  # that are watched
 
+EMPTY = """heavylift: 1
+name: {}
+
+practice: 0027/ND                          # factors from the load at rest to the design load
+factors: {{weight: 1.03, cog factor: 1.05, dynamics: included, heights: 1.05, wind: 8 m/s}}
+limits: {{clearance: 0.5 m, off-lead: 3 deg, touch: 2 m/min, impact: 1.5}}
+
+actions:
+  - stage: at rest
+    wait: 5 s
+"""
+
 
 class PageMessage(NamedTuple):
     """A message to the pages: serial number, kind, content as JSON."""
@@ -174,10 +186,10 @@ class OpenScene:
         self._begin(name, lambda _: present(scene))
 
     def new(self, name: str, like: str) -> None:
-        """Write a new scene into the folder, a copy of a bundled one, and open it."""
-        if like not in bundled():
+        """Write a new scene into the folder, a copy of a bundled one or an empty one, and open it."""
+        if like and like not in bundled():
             raise SceneError(f"there is no scene '{like}' to begin with")
-        self._begin(name, lambda stem: new_scene(stem, like))
+        self._begin(name, lambda stem: new_scene(stem, like) if like else EMPTY.format(stem))
 
     def _begin(self, name: str, text: Callable[[str], str]) -> None:
         stem = name.removesuffix(".yaml")

@@ -10,11 +10,13 @@ from __future__ import annotations
 import asyncio
 import hashlib
 import hmac
+import re
 import secrets
 import socket
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -115,7 +117,7 @@ class SceneName(msgspec.Struct):
 
 
 class New(msgspec.Struct):
-    """Request for a new scene as a copy of a bundled one."""
+    """Request for a new scene as a copy of a bundled one, or an empty one."""
 
     name: str
     like: str
@@ -124,8 +126,12 @@ class New(msgspec.Struct):
 @cache
 def _bundled() -> dict[str, str]:
     """What each scene that comes with heavylift is, by name."""
-    first = {name: path.read_text(encoding="utf-8").partition("\n")[0] for name, path in sorted(bundled().items())}
-    return {name: line.lstrip("# ") for name, line in first.items()}
+    heads = {
+        name: takewhile(lambda x: x[:1] == "#", path.read_text(encoding="utf-8").splitlines())
+        for name, path in bundled().items()
+    }
+    texts = {name: " ".join(line.lstrip("# ") for line in lines) for name, lines in sorted(heads.items())}
+    return {name: re.split(r"(?<=\w\w\.)\s", text)[0] for name, text in texts.items()}
 
 
 def application(opened: OpenScene, word: str, port: int) -> ASGIApp:

@@ -59,8 +59,8 @@ def beyond(wait: int) -> str:
     """Return the error message for a wait [ns] that ends after the largest representable time."""
     long = wait if wait <= NEVER else f"2**{wait.bit_length() - 1} or more"
     return (
-        f"hold_in({long}) [ns] ends beyond 2**63 ns, 292 years, as time does; hold for less, or call passivate() to "
-        "wait for ever"
+        f"hold_in({long}) [ns] ends after the largest time, 2**63 ns or 292 years; hold for less, or call "
+        "passivate() to wait for ever"
     )
 
 
@@ -81,7 +81,9 @@ def ms(milliseconds: float) -> int:
 
 def ns(t: float) -> int:
     """Deprecated: the former name of `seconds`."""
-    warnings.warn(f"ns({t!r}) reads as nanoseconds; write seconds({t!r})", DeprecationWarning, stacklevel=2)
+    warnings.warn(
+        f"ns({t!r}) looks like nanoseconds but takes seconds; write seconds({t!r})", DeprecationWarning, stacklevel=2
+    )
     return seconds(t)
 
 

@@ -46,7 +46,9 @@ class Hybrid(Atomic):
 
     def _port_name(self, name: str) -> str:
         if hasattr(Hybrid, name) or name in ("state", "ahead", "fallen"):
-            raise ModelError(f"{self.path}: a port cannot be called {name}: every hybrid model has that already")
+            raise ModelError(
+                f"{self.path}: a port cannot be named {name}: every hybrid model has an attribute of this name"
+            )
         return super()._port_name(name)
 
     def flow(self, x: State) -> Sequence[float]:
@@ -119,7 +121,7 @@ class Hybrid(Atomic):
             named = f"guard{'s' * (len(guards) > 1)} {', '.join(map(str, guards))}"
             raise ModelError(
                 f"{named} of guards() fell {many} times, each at most {RESOLVED} ns after the one before: the flow "
-                "points at the guard from both sides; give it hysteresis, or a state in which it stays"
+                "leads to the guard's zero from both sides; give the guard hysteresis, or let the model rest there"
             )
 
     def external(self, e: int, x: Bag) -> None:
@@ -138,7 +140,7 @@ class Hybrid(Atomic):
             if number == STEPS:
                 raise ModelError(
                     f"the flow from {self.state} needs more than {STEPS} steps for {step.t0:g} s: it is stiff, or the "
-                    f"horizon of {self.horizon:g} s is too far"
+                    f"horizon of {self.horizon:g} s is too long"
                 )
             for look in LOOKAHEADS:
                 t = min(end, max(last + 1, step.begin + ceil(look * step.h * 1e9)))
@@ -153,7 +155,7 @@ class Hybrid(Atomic):
     def _guards(self, x: State) -> Sequence[float]:
         found = tuple(self.guards(x))
         if any(map(isnan, found)):  # it would never fall
-            raise ModelError(f"guards() gave {found} at {x}; give numbers")
+            raise ModelError(f"guards() returned {found} at {x}; return numbers")
         return found
 
     def _falls(
@@ -162,7 +164,9 @@ class Hybrid(Atomic):
         """Return the first time [ns] in (last, t] at which guards are no longer positive, and the indices of these
         guards; None if there is none."""
         if len(now) != len(before):
-            raise ModelError(f"guards() gave {len(before)} numbers and then {len(now)}; give always as many")
+            raise ModelError(
+                f"guards() returned {len(before)} numbers, then {len(now)}; always return the same number of them"
+            )
         found = dict[int, int]()
         for i, (a, b) in enumerate(zip(before, now, strict=True)):
             low, high = last, t
@@ -235,13 +239,13 @@ def _steps(flow: Flow, x: State, tolerance: float, longest: float) -> Iterator[_
         factor = 0.9 * power(max(wrong, 1e-10), -0.2) if isfinite(wrong) else 0.1
         h = min(longest, h * min(5.0, max(0.1, factor)))
         if h < ALONE * max(1.0, t):
-            raise ModelError(f"the flow cannot be followed from {x}, {t:g} s on: it is stiff, jumps or is not finite")
+            raise ModelError(f"the flow cannot be integrated from {x} at {t:g} s: it is stiff, jumps or is not finite")
 
 
 def _flowing(flow: Flow, x: State) -> State:
     f = tuple(flow(x))
     if len(f) != len(x):
-        raise ModelError(f"flow() gave {len(f)} numbers for a state of {len(x)}")
+        raise ModelError(f"flow() returned {len(f)} numbers for a state of {len(x)}")
     return f
 
 

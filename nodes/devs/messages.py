@@ -41,10 +41,10 @@ class _MessageType(msgspec.StructMeta):
         if known is not None and _place(known) != _place(cls) and not _left(known):
             raise ModelError(
                 f"message {name} is defined in {known.__module__} and again in {cls.__module__}: "
-                f"recordings distinguish messages by class name, rename one of them"
+                f"recordings distinguish messages by class name; rename one of them"
             )
         if not cls.__struct_config__.frozen:
-            raise ModelError(f"message {name} is not frozen: a receiver could change it, remove frozen=False")
+            raise ModelError(f"message {name} is not frozen: a receiver could change it; remove frozen=False")
         try:
             hints = hints_of(cls)
         except NameError as error:
@@ -54,7 +54,7 @@ class _MessageType(msgspec.StructMeta):
         for field, hint in hints.items():
             if not _immutable(hint, cls):
                 raise ModelError(
-                    f"message {name}, field {field}: {shown(hint)} can be changed by a receiver, "
+                    f"message {name}, field {field}: {shown(hint)} can be changed by a receiver; "
                     f"use numbers, str, bytes, tuple[...], enums or other messages"
                 )
         cls.__plain__ = _plain
@@ -107,7 +107,7 @@ class Message(msgspec.Struct, frozen=True, metaclass=_MessageType):
             if type(x) not in _SCALARS and _changeable(x):
                 raise ModelError(
                     f"message {type(self).__name__}, field {self.__struct_fields__[i]}: the {type(x).__name__} {x!r} "
-                    "can be changed by a receiver, use numbers, str, bytes, tuples, enums or other messages"
+                    "can be changed by a receiver; use numbers, str, bytes, tuples, enums or other messages"
                 )
 
 

@@ -49,8 +49,8 @@ def out_of_reach(path: str, name: str) -> ModelError:
     """Return the error for access to an attribute that models must not use during a run."""
     root = path.partition(".")[0]
     return ModelError(
-        f"{path}.{name} is out of reach: in a run each child of {root} is a node of its own; send messages, or put "
-        "what belongs together into one Coupled"
+        f"{path}.{name} cannot be accessed: in a run each child of {root} is a separate node; send messages, or put "
+        "models that need each other into one Coupled"
     )
 
 
@@ -72,7 +72,7 @@ class Model:
 
     def __init__(self, name: str) -> None:
         if not _NAME.fullmatch(name):
-            raise ModelError(f"{name!r} cannot name a model: use letters, digits, _ and - only")
+            raise ModelError(f"{name!r} is not a valid name of a model: use letters, digits, _ and - only")
         self.name = name
         self.parent: Coupled | None = None
         self._path = ""  # known while it runs
@@ -102,7 +102,11 @@ class Model:
         """Add an output port with a lookahead [ns] to this instance only, and return it."""
         if not isinstance(lookahead, int) or not 0 <= lookahead <= NEVER:
             big = isinstance(lookahead, int) and lookahead > 0
-            message = "2**63 ns or more, where time ends" if big else f"{lookahead!r} is not a number of ns >= 0"
+            message = (
+                "of 2**63 ns or more is longer than the largest time"
+                if big
+                else f"{lookahead!r} is not a number of ns >= 0"
+            )
             raise ModelError(f"{self.path}: port {name}: lookahead {message}")
         port: OutPort[M] = OutPort(self, self._port_name(name), checked_type(type), lookahead)
         self.ports[name] = port
@@ -120,9 +124,9 @@ class Model:
 def _wrong(name: str) -> str:
     """Return why a name is invalid for a port; "" if it is valid."""
     if not _NAME.fullmatch(name):
-        return f"{name!r} cannot name a port: use letters, digits, _ and - only"
+        return f"{name!r} is not a valid name of a port: use letters, digits, _ and - only"
     if hasattr(Atomic, name) or name in ("name", "parent", "ports", "children", "couplings"):
-        return f"a port cannot be called {name}: every model has that already"
+        return f"a port cannot be named {name}: every model has an attribute of this name"
     return ""
 
 
@@ -152,10 +156,10 @@ class Atomic(Model):
     def hold_in(self, wait: int) -> None:
         """Schedule the next internal transition `wait` [ns] after now (0: at the next microstep)."""
         if type(wait) is not int:
-            raise ModelError(f"hold_in({wait!r}): the wait must be an int in ns, use seconds(1.5)")
+            raise ModelError(f"hold_in({wait!r}): the wait must be an int in ns; use seconds(1.5)")
         if not 0 <= wait <= NEVER:
             if wait < 0:
-                raise ModelError(f"negative time advance: hold_in({wait}) [ns], the wait must be >= 0")
+                raise ModelError(f"negative time advance: hold_in({wait}) [ns]; the wait must be >= 0")
             raise ModelError(beyond(wait))
         self._wait = wait
 
@@ -176,7 +180,7 @@ class Atomic(Model):
 
     def internal(self) -> None:
         """Make the internal transition at the scheduled logical time."""
-        raise ModelError("the scheduled tag came, but the model defines no internal()")
+        raise ModelError("the scheduled time came, but the model defines no internal()")
 
     def result(self) -> Message | None:
         """Return the result of this model at the end of a run, or None if it has none; must not change the state."""
@@ -239,7 +243,7 @@ class Coupled(Model):
         if not hasattr(child, "ports"):
             raise ModelError(f"{self.path}: {type(child).__name__}.__init__ must call super().__init__(name)")
         if child.name in self.children:
-            raise ModelError(f"{self.path}: two children are called {child.name}, rename one of them")
+            raise ModelError(f"{self.path}: two children are named {child.name}; rename one of them")
         if child.parent is not None or child is self:
             raise ModelError(f"{self.path}: {child.path} already has a parent and cannot be added here")
         child.parent = self
@@ -276,7 +280,7 @@ class Coupled(Model):
 
     def _disconnect(self, source: Port[Message], target: Port[Message]) -> None:
         if (source, target) not in self._coupled:
-            raise ModelError(f"{self.path}: there is no coupling {source!r} -> {target!r} to undo")
+            raise ModelError(f"{self.path}: there is no coupling {source!r} -> {target!r} to remove")
         del self._coupled[source, target]
 
     def _connect(self, source: Port[Message], target: Port[Message]) -> None:
@@ -293,14 +297,18 @@ class Coupled(Model):
             if port.owner.ports.get(port.name) is not port:
                 return f"{port!r} is not a port of {port.owner.path}"
         if isinstance(source, InPort) != (source.owner is self):
-            return f"{source!r} cannot be a source here, take an out port of a child"
+            return f"{source!r} cannot be a source here; use an output port of a child"
         if isinstance(target, OutPort) != (target.owner is self):
-            return f"{target!r} cannot be a target here, take an in port of a child"
+            return f"{target!r} cannot be a target here; use an input port of a child"
         if source.owner is target.owner:
-            through = "passes straight through" if source.owner is self else "feeds a model back to itself"
-            return f"{through}, which the formalism excludes; put an atomic between"
+            through = (
+                "it connects an input directly to an output"
+                if source.owner is self
+                else "it connects a model to itself"
+            )
+            return f"{through}, which the formalism excludes; put an atomic model in between"
         if source.type is not target.type and not issubclass(source.type, target.type):
             return f"{source.type.__name__} does not fit a port of {target.type.__name__}"
         if (source, target) in self._coupled:
-            return "it is there already, a second one would double every message"
+            return "it exists already; a second one would duplicate every message"
         return ""

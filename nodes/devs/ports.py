@@ -67,7 +67,8 @@ def _misfit(value: msgspec.Struct, within: str = "") -> str:
             big = isinstance(x, int) and not -(2**63) <= x < 2**64
             message = f"of {x.bit_length()} bits" if big else f"{x!r:.60}"
             cure = "an int has at most 64" if big else f"convert it to {shown(hint)} first"
-            return f"field {within}{name}: the {type(x).__name__} {message} does not travel as {shown(hint)}, {cure}"
+            where = f"field {within}{name}: the {type(x).__name__} {message}"
+            return f"{where} does not arrive unchanged as {shown(hint)}; {cure}"
     return "which does not arrive as it was sent"
 
 
@@ -158,8 +159,8 @@ class OutPort(Port[Message], Generic[Sent]):
         present = owner._present
         if present.speaker is not owner:
             if present.speaker is None:
-                raise ModelError(f"port {self.name} was sent to outside output(): only output() may send")
-            raise ModelError(f"{self!r} was sent to by another model: output() may send to its own ports only")
+                raise ModelError(f"port {self.name} was used outside output(); only output() may send")
+            raise ModelError(f"{self!r} was used by another model; output() may send only on ports of its own model")
         if value is not self._sent:  # what is sent over and over is looked at once
             if type(value) is not self.type or not value.__plain__():
                 if not isinstance(value, self.type):
@@ -233,4 +234,4 @@ class Arrived(dict[InPort[Message], list[Message]]):
         if isinstance(port, InPort) and owner in (None, port.owner):
             return []
         ports = ", ".join(f"self.{name}" for name, x in (owner.ports if owner else {}).items() if isinstance(x, InPort))
-        raise ModelError(f"x[{port!r:.60}]: a bag has the in ports of its model, {ports}")
+        raise ModelError(f"x[{port!r:.60}]: this is not an input port of the model, which has {ports}")

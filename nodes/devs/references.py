@@ -27,7 +27,7 @@ def read(reference: str) -> tuple[str, str, list[object], dict[str, object]]:
     be parsed."""
     where = reference.partition("(")[0].rpartition(":")[0]
     if any("\ud800" <= c <= "\udfff" for c in reference):
-        raise ModelError(f"{reference!r} names no model: its name has bytes that are no UTF-8; rename the file")
+        raise ModelError(f"{reference!r} does not refer to a model: the file name is not valid UTF-8; rename the file")
     try:
         tree = ast.parse(reference[len(where) + 1 :], mode="eval").body
         if isinstance(tree, ast.Name) and where:
@@ -38,7 +38,7 @@ def read(reference: str) -> tuple[str, str, list[object], dict[str, object]]:
     except (SyntaxError, ValueError):
         pass
     raise ModelError(
-        f"{reference!r} names no model: write module:function, such as my_models:build or my_models:ring(4, hold=5)"
+        f"{reference!r} does not refer to a model: write module:function, such as my_models:build or my_models:ring(4)"
     )
 
 

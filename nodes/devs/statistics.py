@@ -70,7 +70,7 @@ class TimeWeighted:
 
     def _until(self, now: Tag) -> float:
         if now.t < self._changed:
-            raise ModelError(f"a mean over time cannot go back from {Tag(self._changed)} to {now}")
+            raise ModelError(f"a time average cannot go back in time from {Tag(self._changed)} to {now}")
         return self._area + self.value * (now.t - self._changed)
 
 
@@ -81,4 +81,4 @@ def stream(seed: int, name: str) -> Random:
 
 
 def _no_observation(x: float) -> ModelError:
-    return ModelError(f"{x} is no observation: give a finite number")
+    return ModelError(f"{x} is not a valid observation: give a finite number")

@@ -56,7 +56,7 @@ def checks_of(
         message = "practice: none; write 'practice: 0027/ND', or 'factors: {...}'"
         found.append(Check(quantity="factor sheet", subject="all", state="amber", why=NOT_CHECKED, sentence=message))
     if any(_irregular(m.system) for m in plan.machines):
-        message = "an irregular sea: one seed is no quantile of its extremes; 'sweep --vary seed=1..30' draws others"
+        message = "an irregular sea: one seed gives no quantile of the extremes; 'sweep --vary seed=1..30' runs others"
         found.append(Check(quantity="sea state", subject="all", state="amber", why=NOT_CHECKED, sentence=message))
     return sorted(found, key=lambda check: STATES.index(check.state))
 
@@ -107,8 +107,8 @@ def _state_of(use: Use, error: float | None, accepted: bool, *, at_rest: bool) -
         return "amber", UNKNOWN, f"{name}: the error of its value was not measured"
     if use.excess > -error and error > 0.0:
         needed = abs(use.excess / use.value) if use.value else 0.0
-        message = f"{name}, {shown(limit, use.value)}, is right to {100.0 * error / abs(use.value or 1.0):.2g} %"
-        return "undecided", "", f"{message}; an accuracy of {100.0 * needed:.2g} % decides"
+        message = f"{name}, {shown(limit, use.value)}, is accurate to {100.0 * error / abs(use.value or 1.0):.2g} %"
+        return "undecided", "", f"{message}; an accuracy of {100.0 * needed:.2g} % would decide"
     if "assumed" in f"{limit.source} {limit.note}" and not accepted:
         return "amber", ASSUMED, f"{name}: a limit that heavylift assumes; confirm it, or write 'assumed: accept'"
     return "green", "", ""

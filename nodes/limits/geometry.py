@@ -32,7 +32,7 @@ def _of(cargo: Cargo) -> Iterator[Check]:
     for lug, p in cargo.lugs.items():
         off = outside((u, v, w), p)
         if off > REACH + ROUNDING:
-            message = f"the lug {lug} is {off:.4g} m off the block, no lug of it can be more than {REACH:g} m off"
+            message = f"the lug {lug} is {off:.4g} m away from the block; a lug must be within {REACH:g} m of it"
             numbers = {"where": cargo.marks[lug], "value": off, "limit": REACH, "unit": "m"}
             yield finding("red", "geometry", lug, message, **numbers)
     off = outside((u, v, w), cargo.com)
@@ -53,10 +53,10 @@ def _densities(plan: Plan) -> Iterator[Check]:
         volume, mass = sum(a * b * c for a, b, c in sizes), masses.get(cargo.body, 0.0)
         if mass and volume and not low <= mass / volume <= high:
             message = (
-                f"the mass of {cargo.body}, {mass / 1e3:.4g} t in {volume:.4g} m3, means {mass / volume:.3g} kg/m3"
+                f"the mass of {cargo.body}, {mass / 1e3:.4g} t in {volume:.4g} m3, gives {mass / volume:.3g} kg/m3"
             )
-            basis = f"what is lifted has {low:g} (light frames, assumed) to {high:g} kg/m3 (solid steel)"
-            limit, message = low if mass / volume < low else high, f"{message}; {basis}: look at its mass and size"
+            basis = f"loads have {low:g} (light frames, assumed) to {high:g} kg/m3 (solid steel)"
+            limit, message = low if mass / volume < low else high, f"{message}; {basis}: check its mass and size"
             numbers = {"where": machine.where, "value": mass / volume, "limit": limit, "unit": "kg/m3"}
             yield finding("amber", "geometry", cargo.body, message, **numbers)
 

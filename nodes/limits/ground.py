@@ -237,9 +237,9 @@ def shared(plan: Plan) -> list[str]:
     if not many:
         return []
     message = f"{many} hooks carry the block: their shares are statically indeterminate"
-    message += ", shown as lengths and stiffness make them"
+    message += ", computed from the given lengths and stiffness"
     required = "; ".join(f"{s.when}: {s.message} ({s.source})" for s in SHARING.values())
-    return [message, f"standards allow for it where parts should carry alike: {required}"]
+    return [message, f"factors of standards for parts that should carry equal loads: {required}"]
 
 
 def dynamics_required(plan: Plan) -> tuple[float, str] | None:

@@ -78,9 +78,9 @@ def sentence(use: Use, ran: bool) -> str:
     verb is "was" after a run (`ran`), and "would be" otherwise."""
     limit, load = use.limit, use.limit.unit in ("N", "kg")
     used = f", {percent(use.use or 0.0)}" if load and bound(use) else ""
-    most = allowed(use) if bound(use) or not load else f"nothing at that {limit.over or 'place'}"
+    most = allowed(use) if bound(use) or not load else f"no load at that {limit.over or 'place'}"
     if not use.beyond and limit.warning is not None:
-        most = f"more than {shown(limit, limit.warning)} is to be looked at"
+        most = f"more than {shown(limit, limit.warning)} needs a closer look"
     else:
         most = f"{most} is {'needed' if limit.least else 'allowed'}"
     at_rest = (

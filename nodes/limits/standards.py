@@ -191,7 +191,9 @@ def at_rest(x: Terms, gravity: float) -> Rated:
     known = TERMINATIONS[x.termination or "ferrule"]
     if known.kt is None:
         peak = in_a_run(x)
-        return Rated(peak.factor, peak.source, "what its largest tension may be, so the least that is asked at rest")
+        return Rated(
+            peak.factor, peak.source, "the limit of its peak tension, which its static load must not exceed either"
+        )
     heavy = (x.diameter or 0.0) > LARGEST_ROPE or x.breaking * known.kt / ZP > LARGEST_LEG * gravity * (1.0 + ROUNDED)
     if heavy and not x.termination:
         return _skewed(x, Rated(ZP, f"assumed: {ENDS}", "give 'termination' or 'WLL'"))
@@ -226,7 +228,7 @@ def in_a_run(x: Terms) -> Rated:
     pins = f", bent over {x.pin / x.diameter:.3g} d" if x.pin and x.diameter else f", pins of {STRAIGHT:g} d assumed"
     pins = "" if name in SOCKETS else pins
     message = f"{ND_0027}, 7.3.1: {_force(x)} over 1.3 x 1.3 x 1.5 x {reduced:.4g} ({end}{pins}) x {wear:g}"
-    half = f" x {whole:g} (of a grommet half its quoted force counts, 7.2.3)" if whole > 1.0 else ""
+    half = f" x {whole:g} (a grommet counts with half its quoted force, 7.2.3)" if whole > 1.0 else ""
     return Rated(factor, f"{message} (wear){half}, {factor:.4g}; {SUCCESSOR}")
 
 
@@ -256,5 +258,5 @@ def assembly(x: Terms, legs: int, gravity: float) -> tuple[tuple[tuple[float, fl
 def shackle(WLL: float, standard: str) -> str:
     """Return a remark on a shackle with this WLL [kg] under a standard, or "" if the two fit together."""
     if standard.startswith(EN_13889) and WLL > LARGEST_SHACKLE:
-        return f"{EN_13889} ends at {LARGEST_SHACKLE / 1e3:g} t, assumed: RR-C-271 or its maker's certificate counts"
+        return f"{EN_13889} ends at {LARGEST_SHACKLE / 1e3:g} t, assumed: RR-C-271 or the maker's certificate applies"
     return "EN 1677 is for hooks, links and components, assumed" if standard.startswith("EN 1677") else ""

@@ -180,7 +180,7 @@ def _body(rope: Rope | RigidRope | Reeving) -> str:
         for point in (line.a, line.b):
             if point.body != WORLD:
                 return point.body
-    raise ModelError(f"rope {rope.name} hangs between two points of the ground, give it a body")
+    raise ModelError(f"rope {rope.name} has both ends on the ground; attach one end to a body")
 
 
 def _first(force: Force) -> str:

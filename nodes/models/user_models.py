@@ -82,7 +82,7 @@ class SetPointDelay(Atomic):
             if self.heard % self.of == self.number:
                 if self.point is not None:
                     raise ModelError(
-                        "set-points come more often than one in a period; send fewer, or shorten the period"
+                        "set-points come more often than once in a period; send fewer, or shorten the period"
                     )
                 self.point = point
                 self.hold_in(self.wait)
@@ -105,7 +105,7 @@ class _Unit(Stepped):
     def __init__(self, own: UserModel) -> None:
         given = {key: x for key, x in own.parameters.items() if not isinstance(x, str)}
         if text := sorted(own.parameters.keys() - given.keys()):
-            raise ModelError(f"{own.name}: the parameter '{text[0]}' of a unit must be a number or a truth value")
+            raise ModelError(f"{own.name}: the parameter '{text[0]}' of an FMU must be a number, true or false")
         super().__init__("model", own.model, own.period, [led.port for led in own.leads], given, own.name)
         self.heard = {port: self.add_in(port, Sample) for port in own.signals}
         self.says = {led.port: self.add_out(led.port, SetPoint, own.period) for led in own.leads}
@@ -129,7 +129,7 @@ def _made(own: UserModel) -> Model:
         raise ModelError(f"{own.name}: {why}")
     make, file = getattr(imported(where), name, None), where.rpartition("/")[2]
     if not callable(make):
-        raise ModelError(f"{own.name}: {file} has no model {name}; define a class or a function of that name")
+        raise ModelError(f"{own.name}: {file} has no model {name}; define a class or a function with that name")
     if why := foreign(make, own.model):
         raise ModelError(f"{own.name}: {name} of '{file}' must not be called: {why}")
     try:
@@ -139,7 +139,7 @@ def _made(own: UserModel) -> Model:
     except Exception as error:
         raise ModelError(f"{own.name}: {name}() of {file} raised {raised(error)}") from error
     if not isinstance(model, Model) or model.name != "model":
-        raise ModelError(f"{own.name}: {name}() of {file} must return a DEVS model of the name that it is given")
+        raise ModelError(f"{own.name}: {name}() of {file} must return a DEVS model with the name that it gets")
     return model
 
 
@@ -148,7 +148,7 @@ def _port(own: UserModel, model: Model, name: str, kind: type, carries: type) ->
     direction or type."""
     port = model.ports.get(name)
     if port is None or not isinstance(port, kind) or port.type is not carries:
-        distance, file = "in" if kind is InPort else "out", own.model.rpartition("/")[2]
+        distance, file = "input" if kind is InPort else "output", own.model.rpartition("/")[2]
         known = ", ".join(p.name for p in model.ports.values() if isinstance(p, kind) and p.type is carries) or "none"
         raise ModelError(f"{own.name}: {file} has no {distance} port '{name}' for a {carries.__name__}; it has {known}")
     return port  # type: ignore[return-value]

@@ -7,8 +7,7 @@ the total energy. In a short-crested sea each component has its own direction, d
 (Jefferys, Applied Ocean Research 9 (1987) 237-244).
 """
 
-from collections.abc import Callable, Sequence
-from itertools import pairwise
+from collections.abc import Callable
 from math import pi, sqrt
 from random import Random
 from typing import NamedTuple
@@ -47,19 +46,6 @@ def jonswap(w: float, Hs: float, Tp: float, gamma: float) -> float:
     peak = 2.0 * pi / Tp
     off = (w / peak - 1.0) / WIDTHS[w > peak]
     return pierson_moskowitz(w, Hs, Tp) * float(power(gamma, exp(-0.5 * off * off)))
-
-
-def tabulated(rows: Sequence[tuple[float, float]]) -> Density:
-    """Return a function for the spectral density S(w) given by rows of (frequency [rad/s], density [m2 s]), linear in
-    between and zero outside."""
-
-    def density(w: float) -> float:
-        for (a, x), (b, y) in pairwise(rows):
-            if a <= w <= b:
-                return x + (y - x) * (w - a) / (b - a)
-        return 0.0
-
-    return density
 
 
 def components(

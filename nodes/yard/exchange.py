@@ -128,10 +128,10 @@ def figure(yard: Yard, spans: Spans) -> "Figure":
 
     drawing: Any = dates  # without types
 
-    first = dict[str, float]()
-    for one, (start, _, _) in zip(yard.activities, spans, strict=True):
-        first[one.block] = min(start, first.get(one.block, start))
-    blocks = sorted(first, key=lambda block: first[block])
+    last = dict[str, float]()
+    for one, (_, end, _) in zip(yard.activities, spans, strict=True):
+        last[one.block] = max(end, last.get(one.block, end))
+    blocks = sorted(last, key=lambda block: last[block])
     place, steps = {block: n for n, block in enumerate(blocks)}, [*dict.fromkeys(x.step for x in yard.activities)]
     with styled("none"):
         made = Figure(figsize=(11.0, min(2.0 + 0.16 * len(blocks), 12.0)), facecolor=PAPER, layout="constrained")

@@ -35,10 +35,8 @@ KEYS = {
     *(HEAD, "name", "start", "calendar", "resources", "blocks", "steps", "erection", "rule", "order", "contract"),
     *("quantile", "weather", "plan"),
 }
-OF_CALENDAR, OF_STEP = (
-    {"days", "country", "holidays", "shifts"},
-    {"takes", "needs", "until", "after", "works", "source", "lift", "by", "set", "over", "wind"},
-)
+OF_CALENDAR = {"days", "country", "holidays", "shifts"}
+OF_STEP = {"takes", "needs", "until", "after", "works", "source", "lift", "by", "set", "over", "wind"}
 REMARKS = {"mass", "size", "com", "lugs", "stage", "remark", "scene"}
 DELIVERY = "delivery"
 
@@ -250,10 +248,11 @@ class _Reading(Taking):
         """Return the activities with the results of their lifts."""
         steps = len(made) // len(marks)
         for (n, order), lift in zip(orders.items(), self.lifter([*orders.values()]) if orders else (), strict=True):
-            made[n] = replace(made[n], lift=lift, order=order)
+            at = marks[n // steps]
+            placed = f"{at.file}:{at.line}:{at.column}: {lift.why}" if lift.state == "red" else lift.why
+            made[n] = replace(made[n], lift=replace(lift, why=placed), order=order)
             if lift.state == "wrong":
-                step = ("steps", made[n].step, "set")
-                self.source.fault(step, f"block '{made[n].block}': {lift.why}", mark=marks[n // steps])
+                self.source.fault(("steps", made[n].step, "set"), f"block '{made[n].block}': {lift.why}", mark=at)
                 break
         return tuple(made)
 

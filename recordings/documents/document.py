@@ -1,6 +1,7 @@
-"""The planner's document of a run as a sheet: approval, verdict, tables, tensions, the lift in pictures, drawings.
+"""The planner's document of a run as a sheet: approval, verdict, tables, tensions, pictures and drawings of the lift.
 
-Comparison of two alternatives: verdicts, the maximum utilisation of each quantity, tensions, clearances, stages.
+Also the comparison of two alternatives: verdicts, the highest utilisation of each quantity, tensions, clearances,
+stages.
 """
 
 import datetime
@@ -30,7 +31,7 @@ DRAWN = (".dxf",)
 
 
 class Project(NamedTuple):
-    """Project data of the document, from the scene or the command line."""
+    """Project data of the document, from the scene or from the command line."""
 
     name: str = ""
     number: str = ""
@@ -40,7 +41,7 @@ class Project(NamedTuple):
 
 
 def project_of(rec: Recording, **given: str) -> Project:
-    """Return the project data of the scene, overridden by `given`."""
+    """Return the project data of the recorded scene, with the fields in `given` overridden."""
     known = {name: str(text) for name, text in rec.fact("project", {}).items() if name in Project._fields}
     stated = Project(**known | {name: text for name, text in given.items() if text})
     return stated if stated.date else stated._replace(date=datetime.date.today().isoformat())
@@ -54,9 +55,9 @@ def report(
     **given: str,
 ) -> Path:
     """Write the document of a recording to a .html, .pdf, .xlsx, .json or .txt file, or its drawings to a .dxf file;
-    raises RecordingError if one of these files cannot be used.
+    raises RecordingError if one of the files cannot be used.
 
-    `verdict`: for a recording that has none (`heavylift report` computes it); `given`: fields of `Project`, which
+    `verdict`: verdict for a recording that has none (`heavylift report` computes it); `given`: fields of `Project` that
     override those of the scene.
     """
     out = output_path(out, "a report", (*FORMATS, *DRAWN))
@@ -69,7 +70,7 @@ def report(
 
 
 def report_sheet(rec: Recording, verdict: RecordedVerdict | None = None, pictures: bool = False, **given: str) -> Sheet:
-    """Return the document of a recording as a sheet; pictures only for printable formats."""
+    """Return the document of a recording as a sheet; with `pictures`, which only printable formats need."""
     found, project = facts(rec, verdict), project_of(rec, **given)
     lead, state = _lead(rec, found)
     first, *rest = tables_of(found) or [Table("", ())]
@@ -83,7 +84,7 @@ def report_sheet(rec: Recording, verdict: RecordedVerdict | None = None, picture
 
 
 def _issue(rec: Recording, project: Project) -> Table:
-    """Return the table of revision and date, with three lines to be signed."""
+    """Return the table of revision and date, with three lines for signatures."""
     rows = [
         ("revision", project.revision, project.date, ""),
         ("prepared", project.author, project.date if project.author else "", ""),
@@ -105,9 +106,11 @@ def _origin(rec: Recording) -> str:
 
 
 def _lead(rec: Recording, found: Facts) -> tuple[str, str]:
-    """Return the document in a few sentences, and its state: that of the verdict, or `bad`."""
+    """Return a summary of the document in a few sentences, and its state: that of the verdict, or `bad`."""
     status, verdict = rec.result.get("status", "cut off"), found.verdict
-    message = f"The run {status}." if status == "finished" else f"The run is {status}: {rec.result.get('reason', '')}"
+    reason = rec.result.get("reason", "")
+    ended = {"finished": "The run finished.", "failed": f"The run failed: {reason}."}
+    message = ended.get(status, f"The run is {status}: {reason}")
     recorded = ", as recorded" if "verdict" in rec.result else ""
     line = f"Verdict{recorded}: {verdict.line}." if verdict else "It has no verdict."
     message = f"{line} {message}" if verdict else f"{message} {line}"
@@ -120,7 +123,7 @@ def _lead(rec: Recording, found: Facts) -> tuple[str, str]:
 
 
 def picture(rec: Recording, draw: Callable[[Recording, Path], Path], title: str) -> Iterator[Chart]:
-    """Yield a figure as PNG; nothing if the recording lacks the data."""
+    """Yield a figure as PNG; yield nothing if the recording lacks the data for it."""
     with tempfile.TemporaryDirectory() as folder:
         try:
             yield Chart(title, draw(rec, Path(folder) / "drawn.png").read_bytes())
@@ -167,7 +170,7 @@ def _names(a: Facts, b: Facts) -> tuple[str, str]:
 
 
 def _short(a: Facts, b: Facts) -> Iterable[tuple[str, str, str]]:
-    """Return the rows in which scene, block and durations differ: name and both values."""
+    """Return rows for differences in scene, block and durations: name and both values."""
     facts = [{"duration": duration(f.rec.fact("sim_s", 0.0))} for f in (a, b)]
     for known, f in zip(facts, (a, b), strict=True):
         known |= {what: f"{', '.join(f'{x:g}' for x in values)} {unit}" for what, values, unit in block_rows(f.plan)}
@@ -179,7 +182,7 @@ def _short(a: Facts, b: Facts) -> Iterable[tuple[str, str, str]]:
 
 
 def _uses(a: Facts, b: Facts, names: tuple[str, str]) -> Table:
-    """Return a table with the governing check of each quantity in each recording."""
+    """Return the table of the governing check of each quantity in both recordings."""
     one, other = (_worst(f.verdict.checks if f.verdict else ()) for f in (a, b))
     each = (heading for name in names for heading in (f"{name}: worst of", "value", "use [%] .1", "state"))
     rows = tuple((quantity, *_cells(one.get(quantity)), *_cells(other.get(quantity))) for quantity in {**one, **other})
@@ -204,7 +207,7 @@ def _cells(c: Check | None) -> tuple[Cell, ...]:
 def _table(
     title: str, what: str, names: tuple[str, str], values: list[dict[str, float]], unit: tuple[str, int]
 ) -> Table:
-    """Return a table of values of both recordings by name, and their difference (second less first)."""
+    """Return the table of values by name in both recordings, with their differences (second minus first)."""
     one, other = values
     rows = tuple(
         (name, one.get(name), other.get(name), other[name] - one[name] if name in one and name in other else None)

@@ -1,6 +1,6 @@
-"""What the tables of a report read: the recording with its verdict, plan and peaks.
+"""The data from which the tables of a report are made: a recording with its verdict, plan and peaks.
 
-Description of a recorded lift as a table of names and values: block, machines, and the computation.
+Also the description of a recorded lift as a table of names and values: block, machines, and how the run was computed.
 """
 
 from dataclasses import dataclass, field
@@ -17,7 +17,7 @@ from heavylift.recordings.write.sink import Peak
 
 @dataclass(frozen=True)
 class Facts:
-    """Data of a report: a recording, its verdict, if any, and its plan as plain data."""
+    """Data of a report: a recording, its verdict (None if it has none), and its plan as plain data."""
 
     rec: Recording
     verdict: RecordedVerdict | None
@@ -25,12 +25,12 @@ class Facts:
 
     @cached_property
     def peaks(self) -> dict[str, Peak]:
-        """Peak tension of each rope, from the recorded result; those of its pieces are not shown."""
+        """Peak tension of each rope, from the recorded result; pieces of ropes are left out."""
         return {name: peak for name, peak in recorded_peaks(self.rec).items() if "~" not in name}
 
     @cached_property
     def stages(self) -> list[tuple[float, str]]:
-        """Begin of each stage [s], and its name."""
+        """Start [s] and name of each stage."""
         return [*self.rec.stages()]
 
     def stage_at(self, t: float) -> str:
@@ -39,7 +39,8 @@ class Facts:
 
 
 def facts(rec: Recording, verdict: RecordedVerdict | None = None) -> Facts:
-    """Return the data of a report; `verdict`: replaces a missing one. Raises RecordingError for a DEVS model."""
+    """Return the data of a report; `verdict`: used if the recording has none. Raises RecordingError for a recording of
+    a DEVS model without a scene."""
     with rec.reading():
         if "model" in rec.run:
             raise RecordingError(
@@ -52,7 +53,7 @@ COMPUTED = ("samples_hz", "seed")
 
 
 def scene_table(rec: Recording, plan: dict[str, Any]) -> list[tuple[str, str]]:
-    """Return the rows of the table of a recorded scene: name and value."""
+    """Return the rows (name, value) of the table that describes a recorded scene."""
     rows: list[tuple[str, str]] = [("scene", rec.run.get("scene", rec.path.stem))]
     if message := machines.unread(plan):
         rows.append(("plan", message))
@@ -85,7 +86,7 @@ def scene_table(rec: Recording, plan: dict[str, Any]) -> list[tuple[str, str]]:
 
 
 def block_rows(plan: dict[str, Any]) -> list[tuple[str, list[float], str]]:
-    """Return data of the block: name, one or three numbers, unit; u, v, w are its axes."""
+    """Return the data of the block as (name, one or three numbers, unit); u, v, w are the axes of the block."""
     block = machines.block(plan)
     if not block:
         return []

@@ -1,7 +1,7 @@
-"""The tables of a report, for all kinds of cranes: each is a function of the facts, in the order of `TABLES`.
+"""The tables of a report, for all kinds of cranes: each table is a function of `Facts`; `TABLES` gives their order.
 
-Each checked limit automatically has a row in the table of its quantity; a table that needs the scene is stored in the
-verdict (`RecordedVerdict.tables`). To add another table, write its function and name it in `TABLES`.
+Each checked limit automatically has a row in the table of its quantity; a table for which the scene is needed is stored
+with the verdict (`RecordedVerdict.tables`). To add another table, write its function and add it to `TABLES`.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -30,7 +30,7 @@ ELSEWHERE = ("rope tension", "sling tension", "clearance")  # quantities that ha
 
 
 def _findings(f: Facts) -> Iterator[Table]:
-    """Yield the table of findings, red ones first."""
+    """Yield the table of findings, with red ones first."""
     rows: list[tuple[Cell, ...]] = []
     for x in f.verdict.findings if f.verdict else ():
         message = f"{x.sentence} [{x.where}]" if x.where else x.sentence
@@ -41,7 +41,7 @@ def _findings(f: Facts) -> Iterator[Table]:
 
 
 def _checks(f: Facts) -> Iterator[Table]:
-    """Yield the table of all checks in short, with the governing one of each quantity."""
+    """Yield the short table of all checks, with the governing check of each quantity."""
     yield from f.verdict.tables[:1] if f.verdict else ()
 
 
@@ -68,7 +68,7 @@ def _scene(f: Facts) -> Iterator[Table]:
 
 
 def _ropes(f: Facts) -> Iterator[Table]:
-    """Peak tension of each rope with its limit."""
+    """Yield the table of the peak tension of each rope, with its limit."""
     limits = {c.subject: c for c in (f.verdict.checks if f.verdict else ()) if c.quantity in ELSEWHERE[:2]}
     rated, rows = f.rec.fact("rated", {}), list[tuple[Cell, ...]]()
     for name, peak in f.peaks.items():
@@ -86,7 +86,7 @@ def _ropes(f: Facts) -> Iterator[Table]:
 
 
 def _quantities(f: Facts) -> Iterator[Table]:
-    """Yield a table for each limited quantity, from hook to ground."""
+    """Yield a table for each quantity that has a limit, from hook to ground."""
     groups: dict[tuple[str, str], list[Check]] = {}
     for c in f.verdict.checks if f.verdict else ():
         if c.basis and c.quantity not in ELSEWHERE and c.value is not None:
@@ -110,7 +110,7 @@ def _quantities(f: Facts) -> Iterator[Table]:
 
 
 def _errors(f: Facts) -> Iterator[Table]:
-    """Error estimates of the figures that no other table has."""
+    """Yield the table of error estimates for results that are in no other table."""
     known = f.rec.fact("errors", {}).items()
     errors = [(name, 100.0 * x) for name, x in known if isinstance(x, float) and not name.startswith(LISTED)]
     large = tuple(sorted((x for x in errors if x[1] >= LEAST), key=lambda x: -x[1]))

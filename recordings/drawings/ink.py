@@ -1,4 +1,5 @@
-"""Elements of a drawn view: lines, fills, texts and dimensions, on paper [mm], y upwards; each view has its scale."""
+"""Elements of a drawn view: lines, fills, texts and dimensions, in paper coordinates [mm] with y upwards; each view has
+its own scale."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -17,7 +18,7 @@ SCALES = [a * 10.0**k for k in range(1, 5) for a in (1.0, 1.25, 1.5, 2.0, 2.5, 3
 
 
 class Path(NamedTuple):
-    """A line through points (n, 2), or the outline of an area."""
+    """A polyline through points (n, 2), or the outline of an area."""
 
     points: Floats
     style: Style
@@ -25,7 +26,7 @@ class Path(NamedTuple):
 
 
 class Text(NamedTuple):
-    """A text at a place on paper; `angle` [deg]."""
+    """A text at a position on paper; `angle` [deg]."""
 
     at: tuple[float, float]
     words: str
@@ -36,7 +37,7 @@ class Text(NamedTuple):
 
 
 class DimensionLine(NamedTuple):
-    """A dimension between two points, horizontal (h) or vertical (v), with its line at y or x = `at`."""
+    """A dimension between two points, horizontal (h) or vertical (v); its line is at y = `at` or x = `at`."""
 
     a: tuple[float, float]
     b: tuple[float, float]
@@ -50,7 +51,7 @@ Item = Path | Text | DimensionLine
 
 @dataclass
 class View:
-    """Items of a view at scale 1 : `scale`, in its own coordinates with origin `place`."""
+    """A view at scale 1 : `scale`, with its items in the view's own coordinates; `place` is its origin on the sheet."""
 
     title: str
     scale: float
@@ -59,12 +60,12 @@ class View:
     centre: tuple[float, float] = (0.0, 0.0)  # of its items, where it keeps its place at another scale
 
     def paper(self, points: Floats) -> Floats:
-        """Return points (..., 2) [m] on paper [mm]."""
+        """Return the paper coordinates [mm] of points (..., 2) given in metres."""
         out: Floats = points * 1e3 / self.scale
         return out
 
     def length(self, mm: float) -> str:
-        """Return the true length [m] of a distance on paper [mm], as text."""
+        """Return, as text, the true length [m] of a distance on paper [mm]."""
         return f"{abs(mm) * self.scale / 1e3:.2f}"
 
     def across(self, a: Floats, b: Floats, at: float, words: str = "") -> None:
@@ -81,13 +82,13 @@ def _pair(p: Floats) -> tuple[float, float]:
 
 
 def fitting(width: float, height: float, room: tuple[float, float]) -> float:
-    """Return the largest standard scale at which width x height [m] fits into `room` [mm]."""
+    """Return the largest standard scale at which an area of width x height [m] fits into `room` [mm]."""
     fits = (s for s in SCALES if width * 1e3 / s <= room[0] and height * 1e3 / s <= room[1])
     return next(fits, SCALES[-1])
 
 
 def hull(points: Floats) -> Floats:
-    """Return the convex outline (n, 2) of points, by Andrew's monotone chain."""
+    """Return the convex hull (n, 2) of points, by Andrew's monotone chain."""
     found = sorted(set(map(tuple, np.round(points, 6).tolist())))
     sides = []
     for row in (found, found[::-1]):
@@ -101,7 +102,7 @@ def hull(points: Floats) -> Floats:
 
 
 def within(outline: Floats, p: Floats) -> bool:
-    """Return whether a point is inside a convex counterclockwise outline."""
+    """Return whether the point p is inside a convex counterclockwise outline."""
     along, to = np.roll(outline, -1, axis=0) - outline, p - outline
     return bool((along[:, 0] * to[:, 1] >= along[:, 1] * to[:, 0]).all())
 
@@ -137,12 +138,13 @@ def points_of(item: Item) -> Floats:
 
 
 def parts(item: Item) -> Sequence[Path | Text]:
-    """Return the lines and texts of an item."""
+    """Return the lines and texts from which an item is drawn."""
     return _dimension(item) if isinstance(item, DimensionLine) else (item,)
 
 
 def _dimension(d: DimensionLine) -> list[Path | Text]:
-    """Return a dimension as lines with slashes and its number, which is beside it if there is no room."""
+    """Return a dimension as lines with slashes, and its number, which is placed beside the line if there is no room on
+    it."""
     flip = d.way == "v"  # drawn as if it were horizontal, then mirrored at the diagonal
     a, b = sorted((d.a[::-1], d.b[::-1])) if flip else sorted((d.a, d.b))
     ends = [(a[0], d.at), (b[0], d.at)]

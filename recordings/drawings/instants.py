@@ -1,7 +1,7 @@
-"""The key instants of a lift, and world positions [m] of solids, ropes, hooks and lugs in each.
+"""The key instants of a lift, and the world positions [m] of solids, ropes, hooks and lugs at each of them.
 
-Key instants are the ends of stages in which something has moved, evenly thinned, the instant of the largest utilisation
-of the verdict and that of the smallest clearance.
+Key instants are the ends of stages in which something has moved (a limited number, evenly chosen), the instant of the
+verdict's highest utilisation, and the instant of the smallest clearance.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -30,7 +30,7 @@ Kind = Literal["block", "deck", "hook", "frame", "crane", "world"]
 
 
 class DrawnSolid(NamedTuple):
-    """A solid as drawn: its kind, body, and corners (8, 3) [m]."""
+    """A solid to draw: its kind, its body, and its corners (8, 3) [m]."""
 
     kind: Kind
     body: str
@@ -38,7 +38,7 @@ class DrawnSolid(NamedTuple):
 
 
 class DrawnLine(NamedTuple):
-    """A straight part of a rope with tension [N]; `sling`: whether the rope is a sling."""
+    """A straight part of a rope to draw, with its tension [N]; `sling`: whether the rope is a sling."""
 
     rope: str
     a: Floats
@@ -48,7 +48,7 @@ class DrawnLine(NamedTuple):
 
 
 class DrawnHook(NamedTuple):
-    """A hook block: position of its eye, and the slewing axis of its crane, if any."""
+    """A hook block to draw: position of its eye, and the slewing axis of its crane, if there is one."""
 
     rope: str
     eye: Floats
@@ -56,7 +56,8 @@ class DrawnHook(NamedTuple):
 
 
 class DrawnInstant(NamedTuple):
-    """Positions at a time [s]; mass [kg] of the block; the smallest clearance if it occurs then."""
+    """All positions at a time [s], with the mass of the block [kg], and the smallest clearance of the run if it occurs
+    at this time."""
 
     title: str
     t: float
@@ -75,7 +76,7 @@ class DrawnInstant(NamedTuple):
 
 
 def instants_of(rec: Recording, verdict: RecordedVerdict | None) -> list[DrawnInstant]:
-    """Return the key instants of a recording with suspended loads, with all positions; else none."""
+    """Return the key instants of a recording in which loads are suspended and all positions are known."""
     plan = msgspec.json.decode(rec.attachments.get("resolved.json", b"{}"))
     if not _hooks(plan) or "/poses" not in rec.topics:
         return []
@@ -96,12 +97,12 @@ def instants_of(rec: Recording, verdict: RecordedVerdict | None) -> list[DrawnIn
 
 
 def _hooks(plan: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return the hooks whose bodies are known."""
+    """Return the hooks on bodies that are known."""
     return [hook for machine in plan.get("machines", []) for hook in machine.get("hooks", []) if "eye" in hook]
 
 
 def _wanted(rec: Recording, verdict: RecordedVerdict | None) -> list[tuple[float, str, Clearance | None]]:
-    """Return the times [s] of the key instants, with their captions, and the smallest clearance at its instant."""
+    """Return (time [s], caption, smallest clearance or None) for each key instant."""
     stages = rec.stages()
     end = rec.fact("sim_s", 0.0)
     found: list[tuple[float, str, Clearance | None]] = [
@@ -120,7 +121,7 @@ def _wanted(rec: Recording, verdict: RecordedVerdict | None) -> list[tuple[float
 
 
 def _thinned(frames: Sequence[DrawnInstant]) -> list[DrawnInstant]:
-    """Return a limited number of instants, without stage ends at which nothing has moved."""
+    """Return a limited number of instants, without ends of stages in which nothing has moved."""
     ends = list[DrawnInstant]()
     for x in (x for x in frames if x.title.startswith("end of")):
         if not ends or _moved(ends[-1], x) > MOVED:
@@ -156,8 +157,8 @@ def instant(
     hanging: Collection[str],
     near: Clearance | None = None,
 ) -> DrawnInstant:
-    """Return what is drawn of a plan (as data) with its bodies at poses (7,); `hanging`: machines on the hooks of
-    others."""
+    """Return everything to draw at time t [s], for a plan given as data and bodies at poses (7,); `hanging`: machines
+    on the hooks of others."""
 
     def world(body: str, p: object) -> Floats:
         pose, point = poses.get(body), np.asarray(p, np.float64)

@@ -2,9 +2,8 @@
 
 As SVG, a drawing is an <svg> element in millimetres of its sheet.
 
-As DXF, drawings are in metres: each view in its true size, with real dimensions; the drawings side by side.
-
-Paper is at the scale of plan and elevation; the rigging sketch is drawn in its own true size beside them.
+As DXF, drawings are in metres and side by side: each view is in true size, with real dimensions. The sheet has the
+scale of plan and elevation; the rigging sketch beside them is drawn in its own true size.
 """
 
 import io
@@ -101,19 +100,19 @@ def svg_alone(view: View, room: tuple[float, float]) -> str:
 
 
 class Drawing(NamedTuple):
-    """Views on a sheet, the last of which is its frame."""
+    """The views on a sheet; the last one is the frame of the sheet."""
 
     title: str
     views: list[View]
 
 
 def drawings(rec: Recording, verdict: RecordedVerdict | None, project: Mapping[str, str]) -> list[Chart]:
-    """Return the drawings of a recording with suspended loads as SVG."""
+    """Return the drawings of a recording with suspended loads, as SVG charts."""
     return [Chart(x.title, svg_of(x.views, SIZE, x.title)) for x in drawn(rec, verdict, project)]
 
 
 def drawn(rec: Recording, verdict: RecordedVerdict | None, project: Mapping[str, str]) -> list[Drawing]:
-    """Return the drawings of a recording with suspended loads as views."""
+    """Return the drawings of a recording with suspended loads, as views."""
     with rec.reading():
         found = instants_of(rec, verdict)
         return [_drawing(x, i, len(found), rec, project) for i, x in enumerate(found, 1)]
@@ -157,7 +156,7 @@ def _extent(view: View) -> tuple[tuple[float, float], tuple[float, float]]:
 
 
 def _frame() -> View:
-    """Return the frame of a sheet: border, strip of the title block, line between the views."""
+    """Return the frame of a sheet: border, title block, and the line between the views."""
     frame, (width, height) = View("", 1.0), SIZE
     corners = [[EDGE, EDGE], [width - EDGE, EDGE], [width - EDGE, height - EDGE], [EDGE, height - EDGE], [EDGE, EDGE]]
     frame.items.append(Path(np.array(corners), "frame line"))
@@ -167,7 +166,7 @@ def _frame() -> View:
 
 
 def _title_block(frame: View, cells: Sequence[tuple[str, str, str]]) -> None:
-    """Add a title block: a heading and two lines in each cell of the strip."""
+    """Add a title block to a frame: a heading and two lines in each cell."""
     for (x, right), (head, first, second) in zip(pairwise(CELLS), cells, strict=True):
         size = min(2.8, (right - x - 4.0) / (BOLD * max(1, len(first))))
         frame.items.append(Path(np.array([[x, EDGE], [x, STRIP]]), "thin"))
@@ -188,8 +187,8 @@ def write_dxf(
     project: Mapping[str, str],
     force: bool = False,
 ) -> FilePath:
-    """Write the drawings of a recording to a .dxf file; raises RecordingError without its library, or if nothing is
-    suspended."""
+    """Write the drawings of a recording to a .dxf file; raises RecordingError if the library for it is missing or
+    nothing is suspended."""
     path = output_path(out, "a drawing", ENDINGS)
     missing = "drawings as DXF need ezdxf: pip install 'heavylift[drawings]'; or write the report as .html or .pdf"
     library: Any = extra("ezdxf", RecordingError(missing))
@@ -215,7 +214,7 @@ def write_dxf(
 
 
 def _view(space: Any, view: View, scale: float, place: Any) -> None:
-    """Draw the items of a view at their true size [m]."""
+    """Draw the items of a view in true size [m]."""
     for item in view.items:
         if isinstance(item, Path):
             points = np.asarray(item.points) * scale + place

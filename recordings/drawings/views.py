@@ -1,7 +1,7 @@
-"""Plan, elevation and rigging sketch of an instant, with their dimensions.
+"""Plan, elevation and rigging sketch at an instant, with their dimensions.
 
-The elevation is in the plane of the jib, or along the girder of a crane that does not slew; the plan is seen from
-above, with the same axis to the right.
+The elevation shows the plane of the jib or, for a crane that does not slew, the direction along the girder; the plan is
+seen from above, with the same axis to the right.
 """
 
 from collections.abc import Sequence
@@ -29,7 +29,7 @@ LEVEL = 0.02  # [m] below which a height is no dimension
 
 
 def main_axis(x: DrawnInstant) -> Floats:
-    """Return the horizontal direction (3,) that is to the right in all views."""
+    """Return the horizontal direction (3,) that points to the right in all views."""
     hook = next((hook for hook in x.hooks if hook.axis is not None), None)
     if hook is not None and hook.axis is not None:
         distance = (hook.eye - hook.axis) * [1.0, 1.0, 0.0]
@@ -41,7 +41,7 @@ def main_axis(x: DrawnInstant) -> Floats:
 
 
 def general(x: DrawnInstant, room: tuple[float, float]) -> tuple[View, View]:
-    """Return plan and elevation at one scale, one above the other, with dimensions, within `room` [mm]."""
+    """Return plan and elevation at the same scale, one above the other, with dimensions, in the area `room` [mm]."""
     h = main_axis(x)
     v = np.cross(UP, h)
     seen = x.of("crane", "block", "hook", "frame")
@@ -53,8 +53,8 @@ def general(x: DrawnInstant, room: tuple[float, float]) -> tuple[View, View]:
 
 
 def three(x: DrawnInstant, room: tuple[float, float]) -> tuple[View, View, View]:
-    """Return plan and two elevations, each at the scale that fits `room` [mm]; the second elevation is seen from the
-    right of the first."""
+    """Return the plan and two elevations, each at the largest scale that fits into `room` [mm]; the second elevation is
+    seen from the right-hand side of the first."""
     h = main_axis(x)
     v = np.cross(UP, h)
     seen = x.of("crane", "block", "hook", "frame")
@@ -71,7 +71,7 @@ def three(x: DrawnInstant, room: tuple[float, float]) -> tuple[View, View, View]
 
 
 def _named_axis(way: Floats) -> str:
-    """A horizontal direction in words."""
+    """Return a horizontal direction in words."""
     for name, axis in (("x", way[0]), ("y", way[1])):
         if abs(abs(axis) - 1.0) < LEVEL:
             return f"{'+' if axis > 0 else '-'}{name}"
@@ -84,7 +84,7 @@ def _bearing(way: Floats) -> str:
 
 
 def _drawn(x: DrawnInstant, view: View, right: Floats, up: Floats, last: Sequence[str] = LAST) -> tuple[Floats, Floats]:
-    """Draw solids from far to near and ropes; returns the lower and upper corner on paper [mm]."""
+    """Draw solids from far to near, then ropes; return the lower and upper corner of the drawing on paper [mm]."""
     axes, ahead = np.column_stack([right, up]), np.cross(right, up)
     seen = view.paper(x.of("crane", "block", "hook", "frame") @ axes)
     low, high = seen.min(axis=0), seen.max(axis=0)
@@ -98,7 +98,8 @@ def _drawn(x: DrawnInstant, view: View, right: Floats, up: Floats, last: Sequenc
 
 
 def _elevation(x: DrawnInstant, view: View, h: Floats, places: bool = True) -> View:
-    """`places`: with distances of the hooks from the left."""
+    """Draw an elevation with its dimensions, and return it; `places`: also the distances of the hooks from the
+    left-hand edge."""
     low, high = _drawn(x, view, h, UP)
     low[1] = min(low[1], 0.0)
     view.items.append(Path(np.array([[low[0] - 4.0, 0.0], [high[0] + 4.0, 0.0]]), "frame line"))
@@ -122,7 +123,8 @@ def _elevation(x: DrawnInstant, view: View, h: Floats, places: bool = True) -> V
 
 
 def _heights(x: DrawnInstant, view: View, h: Floats, eyes: list[Floats], low: Floats, high: Floats) -> None:
-    """Draw the heights of block, hooks and crane above ground: hooks on one side, crane on the other."""
+    """Draw the heights of block, hooks and crane above ground: hooks on one side of the view, the crane on the
+    other."""
     right = sum(p[0] for p in eyes) / len(eyes) > (low[0] + high[0]) / 2
     side, other = (high[0], low[0]) if right else (low[0], high[0])
     out = 1.0 if right else -1.0
@@ -168,7 +170,7 @@ def _plan(x: DrawnInstant, view: View, h: Floats, v: Floats) -> View:
 
 
 def clipped_line(points: Floats, low: Floats, high: Floats) -> Floats:
-    """Return the points of a line that are within a box."""
+    """Return the points of the part of a line that is inside a box."""
     inside: Floats = points[((points >= low) & (points <= high)).all(axis=1)]
     return inside
 
@@ -202,7 +204,7 @@ def _near(x: DrawnInstant, view: View, right: Floats, up: Floats) -> None:
 
 
 def _beside(p: Floats, side: float, message: str) -> Text:
-    """Return a text to the right (1) or left (-1) of a point."""
+    """Return a text to the right (side 1) or to the left (side -1) of a point."""
     return Text((float(p[0] + side * 0.6), float(p[1] - 0.8)), message, "start" if side > 0 else "end", bold=True)
 
 
@@ -214,7 +216,7 @@ def _covered(box: Floats, outlines: list[Floats], texts: list[Floats]) -> bool:
 
 
 def _spread(points: list[Floats], axis: int) -> list[Floats]:
-    """Return points on paper in order along an axis, without those too close to the one before."""
+    """Return points on paper sorted along an axis, without points too close to the one before."""
     found = list[Floats]()
     for p in sorted(points, key=lambda p: float(p[axis])):
         if not found or p[axis] - found[-1][axis] > CLOSE:
@@ -261,7 +263,8 @@ def rigging(x: DrawnInstant, room: tuple[float, float]) -> View:
 
 
 def _close(x: DrawnInstant, line: DrawnLine) -> tuple[Floats, Floats] | None:
-    """Return the ends of a rope's drawn part in a rigging sketch: hook ropes near the hook; None if not drawn."""
+    """Return the ends of the part of a rope that a rigging sketch shows (of hook ropes only the part near the hook);
+    None if it shows none."""
     if line.sling:
         return line.a, line.b
     if all(np.linalg.norm(line.b - hook.eye) > STRETCH for hook in x.hooks):
@@ -270,7 +273,8 @@ def _close(x: DrawnInstant, line: DrawnLine) -> tuple[Floats, Floats] | None:
 
 
 def _named(x: DrawnInstant) -> list[tuple[Floats, str]]:
-    """Return the labels of a rigging sketch with places (3,): ropes with lug, tension and angle, centre of gravity."""
+    """Return the labels of a rigging sketch with their positions (3,): ropes with lug, tension and angle, and the
+    centre of gravity."""
     found: dict[str, tuple[Floats, str]] = {}
     for line in x.lines:
         if line.rope not in found and PIECE not in line.rope and (ends := _close(x, line)) is not None:
@@ -289,7 +293,8 @@ def _gravity(view: View, p: Floats) -> None:
 
 
 def _labels(view: View, notes: list[tuple[Floats, str]], x: float, top: float) -> None:
-    """Labels in a column; no two leader lines are shorter with their labels exchanged, so none cross."""
+    """Draw labels in a column, sorted so that exchanging two labels would not shorten their leader lines; so no two
+    leader lines cross."""
     if not notes:
         return
     middle = (max(p[1] for p, _ in notes) + min(p[1] for p, _ in notes)) / 2

@@ -1,14 +1,17 @@
-"""The digest of a run: SHA-256 over the sorted events, the sample rows and the sampler's notes; equal for equal runs.
+"""The digest of a run: SHA-256 over the sorted events, the sample rows and the notes of the sampler; identical runs
+have identical digests.
 
-Events are those on the ports of coupled models, keyed (t, microstep, source path, port, index), with type and canonical
-bytes; rows are keyed by their number and are the recorded numbers of `/samples` and then of `/poses` (for a single lift
-of `/samples/NAME` and `/poses/NAME`), notes are those of `/log`, so that a reader can compute the digest again. The
-order in which they are added does not matter: events are sorted at the end, of a row only the hash is kept. Their
-counts are hashed first, so all wait for the end; what is added in order, as in any run, goes to a temporary file once
-it is much. Attachments, facts and results derived from samples (verdicts, clearances, collisions) are not part of the
-digest; no message holds a file name or a line number (DIGEST.md has the table).
+Events are those on the ports of coupled models, keyed by (t, microstep, source path, port, index), with type and
+canonical bytes. Rows are keyed by their number and are the recorded numbers of `/samples` and then of `/poses` (for a
+single lift of `/samples/NAME` and `/poses/NAME`); notes are those of `/log`. So a reader of the file can compute the
+digest again. The order in which data are added does not matter: events are sorted at the end, and of each row only a
+hash is kept. The numbers of events and rows are hashed first, so all data wait for the end; data added in order, as in
+any run, go to a temporary file once there is much of it. Attachments, facts and results derived from samples (verdicts,
+clearances, collisions) are not part of the digest; no message contains a file name or a line number (DIGEST.md has the
+table).
 
-Also a temporary file for waiting data of a long run: in memory while it is small, then on disk, deleted after the run.
+Also a temporary store for the waiting data of a long run: in memory while it is small, then in a file that is deleted
+after the run.
 """
 
 import hashlib
@@ -26,7 +29,7 @@ IN_MEMORY = 1 << 20  # bytes; what is more goes into a file
 
 
 class Spool:
-    """Append-only storage; `what`: its content, for the error of a full disk."""
+    """Append-only temporary store; `what`: its content, named in the error for a full disk."""
 
     def __init__(self, what: str) -> None:
         self._file = tempfile.SpooledTemporaryFile(IN_MEMORY)  # noqa: SIM115 - closed with its last reference
@@ -48,7 +51,7 @@ class Spool:
         self._size += len(data)
 
     def read(self, size: int, at: int | None = None) -> bytes:
-        """Return `size` bytes from a place, or after the last read; fewer at the end."""
+        """Return `size` bytes from the position `at`, or after the last read; fewer bytes at the end."""
         self._end = False
         if at is not None:
             self._file.seek(at)
@@ -62,7 +65,7 @@ _BLOCK = 4096  # rows that are read back at once
 
 
 class Digest:
-    """Digest of a run, computed incrementally and independently of the order of calls."""
+    """Digest of a run, computed step by step and independent of the order of calls."""
 
     def __init__(self) -> None:
         self._events, self._rows = _Sorted(), _RowHashes()
@@ -71,23 +74,23 @@ class Digest:
         self._total = ""
 
     def event(self, t_ns: int, k: int, source: str, port: str, index: int, type: str, payload: bytes) -> None:
-        """Add one event with its canonical bytes."""
+        """Add an event with its canonical bytes."""
         self._total = ""
         self._events.add((t_ns, k, source, port, index, type, payload))
 
     def samples(self, number: int, t_ns: int, row: bytes, lift: str = "") -> None:
-        """Add the sample row of this number, of all or of one lift: simulation time [ns] and its float64 bytes."""
+        """Add the sample row with this number, of all lifts or of one lift: simulation time [ns] and float64 bytes."""
         self._total = ""
         rows = self._lifts.setdefault(lift, _RowHashes()) if lift else self._rows
         rows.add(number, hashlib.sha256(_NUMBERS.pack(number, t_ns) + row).digest())
 
     def note(self, number: int, t_ns: int, sentence: str) -> None:
-        """Add the sampler's note of this number."""
+        """Add the sampler's note with this number."""
         self._total = ""
         self._notes[number] = hashlib.sha256(msgspec.msgpack.encode((number, t_ns, sentence))).digest()
 
     def hexdigest(self) -> str:
-        """SHA-256 of everything added so far, hexadecimal."""
+        """Return the SHA-256 of everything added so far, in hexadecimal."""
         if self._total:
             return self._total
         total = hashlib.sha256(_NUMBERS.pack(self._events.count, self._rows.count))
@@ -106,7 +109,7 @@ class Digest:
 
 
 class _Sorted:
-    """Sorted collection of tuples; those added in order are stored on disk."""
+    """Sorted collection of tuples; tuples that are added in order are stored on disk."""
 
     def __init__(self) -> None:
         self._file = Spool("what the digest is made of")
@@ -134,7 +137,7 @@ class _Sorted:
 
 
 class _RowHashes:
-    """Hashes by number; those added in order are stored on disk."""
+    """Hashes of rows by number; hashes that are added in order are stored on disk."""
 
     def __init__(self) -> None:
         self._file = Spool("what the digest is made of")

@@ -1,8 +1,8 @@
 """Cranes, slings and the block of a recorded plan.
 
-Also the settings of a run in one or two lines: what was requested, what its model leaves out, how it was integrated.
+Also the settings of a run in one or two lines: quantities asked for, omissions of its model, integration method.
 
-The tolerance of the integrator bounds the error of a step and says nothing about the model, so it is never called the
+The tolerance of the integrator limits the error of a step and says nothing about the model, so it is never called the
 accuracy of a run.
 """
 
@@ -16,7 +16,7 @@ Data = dict[str, Any]
 
 
 class HookMachine(NamedTuple):
-    """A machine with hooks: permanent mass on each rope [kg], and its configuration in words."""
+    """A machine with hooks: mass that always hangs on each rope [kg], and the configuration of the machine in words."""
 
     name: str
     dead: dict[str, float]
@@ -40,7 +40,8 @@ def plan_of(attachments: Mapping[str, bytes]) -> Data:
 
 
 def unread(plan: Data) -> str:
-    """Return a sentence for a plan of an earlier version, whose cranes, slings and block cannot be read; else ""."""
+    """Return a sentence if the plan is from an earlier version whose cranes, slings and block cannot be read; else
+    ""."""
     if not plan or "machines" in plan:
         return ""
     return "of an earlier version: cranes, slings and block are not listed; run the scene again for them"
@@ -52,7 +53,7 @@ def ties(plan: Data) -> list[Data]:
 
 
 def block(plan: Data) -> Data:
-    """Return the lifted block with its start pose; empty for none or several."""
+    """Return the lifted block with its pose at the start; empty if there is none or more than one."""
     found = [(machine, cargo) for machine in plan.get("machines", []) for cargo in machine.get("cargo", [])]
     if len(found) != 1:
         return {}
@@ -65,7 +66,7 @@ FACTS = ("asked", "modelled", "steps")  # names of the lines
 
 
 def settings(run: Mapping[str, str]) -> dict[str, str]:
-    """Return the settings of a run as lines by name, from its facts; missing ones are omitted."""
+    """Return the settings of a run as lines of text by name, from its facts; missing ones are omitted."""
     asked = run.get("asked", "")
     found = {}
     if asked:
@@ -79,7 +80,7 @@ def settings(run: Mapping[str, str]) -> dict[str, str]:
 
 
 def _answer(text: str) -> str:
-    """Return the measured errors of the requested quantities, in words; "" if there are none."""
+    """Return the measured errors of the quantities asked for, in words; "" if there are none."""
     try:
         return str(json.loads(text)["told"])
     except (ValueError, KeyError, TypeError):

@@ -1,11 +1,12 @@
-"""A thin MCAP writer: chunks built from byte strings, rare records by the mcap library.
+"""A small MCAP writer: chunks are built from byte strings, rare records by the mcap library.
 
-The library's Writer takes some twenty microseconds per message, this one takes one and a half: a message is one
-header packed into the growing chunk and one entry in its channel's index.  The file follows the specification: zstd
+The library's Writer takes some twenty microseconds for each message, this one takes one and a half: a message is one
+header packed into the growing chunk and one entry in the index of its channel. The file follows the specification: zstd
 chunks with message indexes, a summary with statistics and indexes, checksums of chunks, data section, attachments and
 summary.
 
-What goes wrong where a file is read: errors of its bytes, and libraries that fail by themselves.
+Also the classification of errors in reading a file: damaged bytes, failing libraries, and errors of the operating
+system.
 """
 
 import errno
@@ -37,7 +38,7 @@ FOOTER = struct.Struct("<BQQQ")
 
 
 class McapFile:
-    """Writer of an MCAP file to `stream`, from its start; `finish` writes the summary and leaves the stream open."""
+    """Writer of an MCAP file to `stream`; `finish` writes the summary and leaves the stream open."""
 
     def __init__(self, stream: BinaryIO, library: str) -> None:
         self._stream, self._place, self._crc = stream, 0, 0
@@ -80,13 +81,13 @@ class McapFile:
         )
 
     def schema(self, name: str, language: str, data: bytes) -> int:
-        """Add a schema; returns its number."""
+        """Add a schema, and return its number."""
         self._schemas.append(r.Schema(id=len(self._schemas) + 1, data=data, encoding=language, name=name))
         self._chunk += _bytes(self._schemas[-1])
         return len(self._schemas)
 
     def channel(self, topic: str, encoding: str, schema: int, facts: Mapping[str, str]) -> int:
-        """Add a channel of messages with the schema of this number; returns its number."""
+        """Add a channel for messages with the schema of this number, and return the channel's number."""
         number = len(self._channels) + 1
         record = r.Channel(id=number, topic=topic, message_encoding=encoding, metadata=dict(facts), schema_id=schema)
         self._channels.append(record)
@@ -119,7 +120,7 @@ class McapFile:
         self._stream.flush()
 
     def finish(self) -> None:
-        """Write the end of the data, the summary and the footer."""
+        """Write the end of the data section, the summary and the footer."""
         self._close_chunk()
         self._record(r.DataEnd(data_section_crc=self._crc))
         start = self._place
@@ -146,7 +147,7 @@ class McapFile:
         self._write(MAGIC)
 
     def _close_chunk(self) -> None:
-        """Write the chunk with its message indexes; a chunk without messages is kept until there are some."""
+        """Write the chunk with its message indexes; a chunk without messages is kept until it has some."""
         if not self._entries:
             return
         data = bytes(self._chunk)
@@ -195,7 +196,7 @@ class McapFile:
         )  # fmt: skip
 
     def _record(self, record: r.McapRecord) -> tuple[int, int]:
-        """Write a record; returns its place in the file and its length."""
+        """Write a record; return its position in the file and its length."""
         place, data = self._place, _bytes(record)
         self._write(data)
         return place, len(data)
@@ -226,7 +227,8 @@ READERS = {"heavylift", "__main__", "mcap", "msgspec", "zstandard", "google", "n
 
 
 def failing(error: BaseException) -> str:
-    """Return the library that caused an error by a failed import or a defect; "" for errors of reading bytes."""
+    """Return the name of the library whose failed import or defect caused an error; "" if the error is one of reading
+    bytes."""
     if isinstance(error, ImportError):
         return (error.name or str(error)).partition(".")[0]
     if isinstance(error, AttributeError) and isinstance(error.obj, ModuleType):
@@ -240,7 +242,7 @@ def failing(error: BaseException) -> str:
 
 
 def refused(error: BaseException) -> str:
-    """Return a sentence for an error of the system (disk, memory); "" for other errors."""
+    """Return a sentence for an error of the operating system (disk, memory); "" for other errors."""
     if isinstance(error, MemoryError):
         return "there is too little memory; end other programs and try again"
     if isinstance(error, OSError) and error.errno not in (None, errno.EINVAL, errno.EOVERFLOW):

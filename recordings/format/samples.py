@@ -1,4 +1,4 @@
-"""Rows of samples: which columns of a kernel sample belong to which topic, and their rounding in the file.
+"""Rows of samples: the assignment of the columns of a kernel sample to topics, and the rounding of numbers in the file.
 
 A sample is one float64 row; the layout is announced once and divides the row into channels. Batches are sent as msgpack
 `[first number, [t_ns, ...], rows, notes, period, lift]`: `rows` are little-endian float64 in C order, or a single row
@@ -37,7 +37,7 @@ _PAIRS = {"m or rad": ("m", "rad"), "m/s or rad/s": ("m/s", "rad/s"), POSE_UNIT:
 
 
 class SamplerNote(msgspec.Struct, frozen=True, array_like=True):
-    """A sentence of the sampling node for the user, with number and simulation time [ns]."""
+    """A sentence for the user from the node that takes samples, with its number and simulation time [ns]."""
 
     number: int
     t_ns: int
@@ -45,7 +45,7 @@ class SamplerNote(msgspec.Struct, frozen=True, array_like=True):
 
 
 class _Wire(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True):
-    """Wire form of a batch."""
+    """A batch of samples in the form in which it is sent."""
 
     first: int
     times: list[int]
@@ -59,12 +59,12 @@ _decode_batch = msgspec.msgpack.Decoder(_Wire).decode
 
 
 def reeved(part: str) -> str:
-    """Return the rope over sheaves to which a part belongs."""
+    """Return the name of the rope over sheaves to which a part of a rope belongs."""
     return part.rpartition(".")[0]
 
 
 def unit_of(unit: str, column: str) -> str:
-    """Return the unit of one column of a signal that has both positions and angles, or their rates."""
+    """Return the unit of one column, for a signal with both positions and angles, or their rates."""
     along, turning = _PAIRS.get(unit, (unit, unit))
     last = column.rpartition(".")[2]
     if along != turning and _QUATERNION.fullmatch(last):
@@ -73,7 +73,8 @@ def unit_of(unit: str, column: str) -> str:
 
 
 class SampleChannel(msgspec.Struct, frozen=True):
-    """Columns start to stop of a row: topic such as "rope/tension", a name per column, a common unit."""
+    """Columns `start` to `stop` of a row: topic such as "rope/tension", a name for each column, and their common
+    unit."""
 
     topic: str
     names: list[str]
@@ -83,8 +84,8 @@ class SampleChannel(msgspec.Struct, frozen=True):
 
 
 class SampleLayout(msgspec.Struct, frozen=True):
-    """All channels of a row; the first `recalled` rows come from another recording, with largest values `most` of
-    columns. `lifts`: layouts of lifts that have rows of their own at events."""
+    """All channels of a row. The first `recalled` rows come from another recording, in which the largest values of the
+    columns were `most`. `lifts`: layouts of lifts that have rows of their own at events."""
 
     channels: list[SampleChannel]
     recalled: int = 0
@@ -101,7 +102,7 @@ class SampleLayout(msgspec.Struct, frozen=True):
         return next((channel for channel in self.channels if channel.topic == topic), None)
 
     def check(self) -> "SampleLayout":
-        """Return the layout after checking that topics are unique and names match columns; raises RecordingError."""
+        """Return the layout; raises RecordingError unless topics are unique and names match columns."""
         topics: set[str] = set()
         for channel in self.channels:
             columns = channel.stop - channel.start
@@ -121,10 +122,10 @@ class SampleLayout(msgspec.Struct, frozen=True):
 
 
 class Batch(msgspec.Struct, frozen=True):
-    """Consecutive samples: number of the first, simulation times [ns], rows (n, width); and notes.
+    """Consecutive samples: number of the first one, simulation times [ns], rows (n, width), and notes.
 
-    `period` [ns]: 0 for actual samples, else these are predicted ones with this period, valid unless an event occurs.
-    `lift`: the single lift to which they belong; "" for samples of all.
+    `period` [ns]: 0 for actual samples; otherwise these are predicted samples with this period, valid unless an event
+    occurs. `lift`: the single lift to which they belong; "" for samples of all lifts.
     """
 
     first: int
@@ -136,7 +137,7 @@ class Batch(msgspec.Struct, frozen=True):
 
 
 def decode_batch(payload: bytes, layout: SampleLayout) -> Batch:
-    """Decode a batch; raises RecordingError unless it holds complete rows."""
+    """Decode a batch; raises RecordingError unless it contains complete rows."""
     try:
         wire = _decode_batch(payload)
     except UNREADABLE as error:
@@ -156,7 +157,7 @@ def decode_batch(payload: bytes, layout: SampleLayout) -> Batch:
 
 
 class Field(msgspec.Struct, frozen=True):
-    """A signal in the messages of `/samples`: name, message field, unit, name per column."""
+    """A signal in the messages of `/samples`: name, message field, unit, and a name for each column."""
 
     signal: str
     field: str
@@ -165,7 +166,7 @@ class Field(msgspec.Struct, frozen=True):
 
 
 def sample_fields(channels: Sequence[SampleChannel]) -> list[Field]:
-    """Return the message fields of the channels: `rope/peak_time` is rope_peak_time."""
+    """Return the message fields for these channels; `rope/peak_time` becomes rope_peak_time."""
     fields: list[Field] = []
     taken: set[str] = set()
     for channel in channels:
@@ -179,7 +180,8 @@ def sample_fields(channels: Sequence[SampleChannel]) -> list[Field]:
 
 
 def thinned(columns: Sequence[NDArray[np.float64]], rows: int) -> NDArray[np.intp]:
-    """Return numbers of at most `rows` rows: first, last, and the minima and maxima of these columns in equal parts."""
+    """Return the numbers of at most `rows` rows: the first, the last, and those with the minima and maxima of these
+    columns in equal parts."""
     n = len(columns[0])
     if n <= rows or rows < 4:
         return np.arange(n)
@@ -195,7 +197,8 @@ NOTHING = -40  # power of two of what is no value
 
 
 class Columns:
-    """Recorded columns of the rows of one layout: `fields` of numbers, then `bodies` with seven columns each."""
+    """The recorded columns of rows with one layout: first the `fields` of numbers, then seven columns for each of the
+    `bodies`."""
 
     def __init__(self, layout: SampleLayout) -> None:
         poses = [channel for channel in layout.channels if channel.topic.startswith(POSE)]
@@ -216,18 +219,18 @@ class Columns:
         return len(self._columns)
 
     def spread(self, recorded: NDArray[np.float64], width: int) -> NDArray[np.float64]:
-        """Return full rows (n, width) from recorded ones; missing columns are 0."""
+        """Return complete rows (n, width) made from recorded columns; columns that are not recorded are 0."""
         rows = np.zeros((len(recorded), width))
         rows[:, self._columns] = recorded
         return rows
 
     def __call__(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the recorded columns, rounded, of consecutive rows (n, width)."""
+        """Return the recorded columns, rounded, for consecutive rows (n, width)."""
         return self._rounded(rows[:, self._columns])
 
 
 def _picked(channel: SampleChannel) -> tuple[SampleChannel, list[int]]:
-    """Return the channel without coordinates of free joints, and the columns that it keeps."""
+    """Return the channel without coordinates of free joints, and the indices of the columns that it keeps."""
     parts, names = [name.rpartition(".") for name in channel.names], {*channel.names}
     free = {joint for joint, _, _ in parts if all(f"{joint}.{x}" in names for x in POSE_COLUMNS)}
     if channel.topic != "joint/position":
@@ -238,10 +241,11 @@ def _picked(channel: SampleChannel) -> tuple[SampleChannel, list[int]]:
 
 
 class Rounding:
-    """Rounding of the columns of these channels, in their order; called with the rows of a run one after the other."""
+    """Rounding of the columns of these channels; must be called with the rows of a run in their order."""
 
     def __init__(self, channels: list[SampleChannel], recalled: int = 0, most: Sequence[float] = ()) -> None:
-        """The first `recalled` rows are rounded already; `most`: largest values of their columns."""
+        """Prepare the rounding; the first `recalled` rows are rounded already, and `most` are the largest values of
+        their columns."""
         steps: list[tuple[int, int] | None] = []
         for channel in channels:
             pose = channel.topic.startswith(POSE)
@@ -256,12 +260,12 @@ class Rounding:
         self._scale = self._scaled(self._largest)
 
     def _scaled(self, largest: NDArray[np.int32]) -> NDArray[np.float64]:
-        """Return the rounding steps in the unit of each column, for largest values of these powers of two."""
+        """Return the rounding step of each column in its unit, given the exponents of two of the largest values."""
         scale: NDArray[np.float64] = np.ldexp(1.0, np.maximum(self._finest, self._digits - largest))
         return scale
 
     def __call__(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the rows (n, columns) rounded; zeros are positive."""
+        """Return the rows (n, columns) rounded; negative zeros become positive."""
         if self._recalled:
             known, rows = np.split(rows, [self._recalled])
             self._recalled -= len(known)
@@ -282,5 +286,5 @@ class Rounding:
 
 
 def _powers(sizes: NDArray[np.float64]) -> NDArray[np.int32]:
-    """Return the exponent of the power of two above each size."""
+    """Return the exponent of the smallest power of two above each value."""
     return np.where(sizes > 0.0, np.maximum(np.frexp(sizes)[1], NOTHING), NOTHING)

@@ -1,4 +1,4 @@
-"""The schemas of a recording: protobuf descriptors for numbers, JSON Schema for events and protocol traffic.
+"""The schemas of a recording: protobuf descriptors for numbers, JSON Schema for events and messages of the protocol.
 
 `heavylift.Samples` is one row of numbers, with a field per signal; columns and units are in the channel's metadata. It
 is built here from a descriptor, so no protoc is needed, and each protobuf schema of a file has its whole
@@ -49,8 +49,8 @@ def stamp_bytes(times: Sequence[int]) -> NDArray[np.uint8]:
 
 
 class Template:
-    """Template of messages that differ in numbers and time only; `build(timestamp, numbers)` makes one by the library;
-    `stamps`: number of places with the time."""
+    """Template for messages that differ only in numbers and time; `build(timestamp, numbers)` makes one message with
+    the protobuf library; `stamps`: number of places where the time occurs."""
 
     def __init__(self, build: Callable[[Timestamp, list[float]], Message], numbers: int, stamps: int) -> None:
         markers = b"".join(struct.pack("<HIH", 0xA7F5, i, 0x7E5A) for i in range(numbers))  # finite doubles
@@ -72,7 +72,7 @@ class Template:
             self._fixed[place] = False
 
     def encode(self, times: Sequence[int], numbers: NDArray[np.float64]) -> NDArray[np.uint8]:
-        """Return the messages (n, bytes) at these simulation times [ns] with these numbers (n, numbers)."""
+        """Return the encoded messages (n, bytes) for these simulation times [ns] and numbers (n, numbers)."""
         out = np.tile(self._image, (len(times), 1))
         data, at = np.ascontiguousarray(numbers, "<f8").view(np.uint8).reshape(len(times), -1), 0
         for run in self._runs:
@@ -81,7 +81,8 @@ class Template:
         return out
 
     def decode(self, data: NDArray[np.uint8], *wanted: slice) -> list[NDArray[np.float64]]:
-        """Return numbers (n, numbers) of messages (n, bytes) made by `encode`; raises ValueError for others."""
+        """Return the numbers (n, numbers) in messages (n, bytes) that `encode` made; raises ValueError for other
+        messages."""
         if data.shape[1] != len(self._image) or ((data != self._image) & self._fixed).any():
             raise ValueError(WRONG)
         starts = (self._starts[x] for x in wanted)
@@ -110,7 +111,7 @@ def samples_descriptor(fields: Sequence[str], name: str = "Samples") -> Descript
 
 
 def samples_template(fields: Sequence[Field]) -> Template:
-    """Return the template of a run's `heavylift.Samples` messages: the columns of the fields in order."""
+    """Return the template for a run's `heavylift.Samples` messages, with the columns of the fields in order."""
     message = GetMessageClass(samples_descriptor([field.field for field in fields]))
 
     def build(_: Timestamp, numbers: list[float]) -> Message:
@@ -121,13 +122,13 @@ def samples_template(fields: Sequence[Field]) -> Template:
 
 
 def field_places(fields: Sequence[Field]) -> dict[str, slice]:
-    """Return the places of each signal among the numbers of a `heavylift.Samples` message."""
+    """Return, for each signal, the slice of its numbers in a `heavylift.Samples` message."""
     ends = [*accumulate((len(field.columns) for field in fields), initial=0)]
     return {field.signal: slice(*place) for field, place in zip(fields, pairwise(ends), strict=True)}
 
 
 def file_descriptor_set(descriptor: Descriptor) -> bytes:
-    """Return the serialised FileDescriptorSet of a protobuf message descriptor, dependencies first."""
+    """Return the serialised FileDescriptorSet of a protobuf message descriptor, with its dependencies first."""
     files: dict[str, FileDescriptor] = {}
 
     def visit(file: FileDescriptor) -> None:
@@ -161,7 +162,7 @@ class RecordedEvent(msgspec.Struct, frozen=True):
 
 
 def event_schema(value: Mapping[str, object]) -> bytes:
-    """Return the JSON Schema of an event record with this schema of `value`; its $defs move to the root."""
+    """Return the JSON Schema of an event record whose `value` has this schema; its $defs are moved to the root."""
     inner = {name: part for name, part in value.items() if name != "$defs"}
     schema = _record(
         t_ns=INTEGER, microstep=INTEGER, source=STRING, port=STRING, index=INTEGER, type=STRING, value=inner

@@ -1,4 +1,4 @@
-"""Former spellings that stay valid in scenes and recordings, with the constants used for them here."""
+"""Former spellings that are still valid in scenes and recordings, with the constants needed here."""
 
 from collections.abc import Iterator
 from typing import Any, Literal
@@ -30,7 +30,7 @@ OPTIONAL = {"drives": ("stiffness", "damping"), "ropes": ("mass per length", "ma
 
 
 def old_parts(parts: dict[str, Any]) -> Iterator[tuple[tuple[str, ...], tuple[str, ...]]]:
-    """Yield former and present paths of what stands under `elastic`, for the parts of a machine."""
+    """Yield the former and the present path of each entry that stands under `elastic` in the parts of a machine."""
     sections = {key: x for key in (GIRDERS, *OPTIONAL) if isinstance(x := parts.get(key), dict)}
     for name in sections.pop(GIRDERS, {}):
         yield (GIRDERS, name), ("elastic", name)
@@ -41,7 +41,8 @@ def old_parts(parts: dict[str, Any]) -> Iterator[tuple[tuple[str, ...], tuple[st
 
 
 def old_type(data: dict[str, Any]) -> bool:
-    """Let a type of the former family extend the smallest type of that family; return whether it was one."""
+    """If a machine type refers to a former family of types, let it extend the smallest type of that family; return
+    whether it did."""
     if data.get("family") != FAMILY:
         return False
     del data["family"]

@@ -1,7 +1,7 @@
-"""Messages for viewers, in the standard foxglove protobuf schemas: frames, boxes, ropes, log.
+"""Messages for viewers in the standard foxglove protobuf schemas: frames, boxes, ropes, log.
 
-Frames are written with each sample and unrounded; ropes are a picture only, rounded to a millimetre and written again
-only when they have moved, as their ends follow from the frames.
+Frames are written with each sample, unrounded. Ropes are only a picture: they are rounded to a millimetre and written
+again only when they have moved, since their ends follow from the frames.
 """
 
 from collections.abc import Sequence
@@ -34,8 +34,8 @@ STILL = 0.02  # [m], and about [rad]: a body that has moved less leaves its rope
 
 
 class DrawnBox(msgspec.Struct, frozen=True):
-    """A shape on a body: box, ball or cylinder along z; centre, edges [m], quaternion x y z w in the body's frame, RGBA
-    from 0 to 1; "world" is the ground."""
+    """A shape on a body: a box, a ball, or a cylinder along z. Centre and edges [m] and quaternion (x, y, z, w) in the
+    body's frame; RGBA colour from 0 to 1; the body "world" is the ground."""
 
     body: str
     centre: Vector
@@ -46,7 +46,7 @@ class DrawnBox(msgspec.Struct, frozen=True):
 
 
 class RopeLine(msgspec.Struct, frozen=True):
-    """A straight part of a rope between two points in their bodies' frames [m]; "world" is the ground."""
+    """A straight part of a rope between two points [m] in the frames of their bodies; "world" is the ground."""
 
     rope: str
     a_body: str
@@ -56,14 +56,14 @@ class RopeLine(msgspec.Struct, frozen=True):
 
 
 class Rig(msgspec.Struct, frozen=True):
-    """A set of rope lines to draw, valid from simulation time `t_ns` [ns] on."""
+    """A set of rope lines to draw, valid from the simulation time `t_ns` [ns] on."""
 
     t_ns: int
     lines: list[RopeLine]
 
 
 def boxes_message(boxes: Sequence[DrawnBox]) -> bytes:
-    """Return a SceneUpdate at time 0 with an entity per body, locked to its frame."""
+    """Return a SceneUpdate at time 0 with an entity for each body, fixed to the body's frame."""
     update = SceneUpdate()
     for body in dict.fromkeys(box.body for box in boxes):
         entity = update.entities.add(frame_id=body, id=body, frame_locked=True)
@@ -81,7 +81,7 @@ def boxes_message(boxes: Sequence[DrawnBox]) -> bytes:
 
 
 def boxes_of(data: bytes) -> list[DrawnBox]:
-    """Return the shapes in a SceneUpdate of `boxes_message`."""
+    """Return the shapes in a SceneUpdate that `boxes_message` made."""
     out: list[DrawnBox] = []
     kinds: dict[str, Literal["box", "ball", "cylinder"]] = {"cubes": "box", "spheres": "ball", "cylinders": "cylinder"}
     for entity in SceneUpdate.FromString(data).entities:
@@ -96,13 +96,14 @@ def boxes_of(data: bytes) -> list[DrawnBox]:
 
 
 def log_message(t_ns: int, level: str, name: str, message: str, number: int = 0) -> bytes:
-    """Return a foxglove.Log; level: debug, info, warning, error, fatal; `number` of a note, in the field `line`."""
+    """Return a foxglove.Log with a level (debug, info, warning, error or fatal); the `number` of a note is in the field
+    `line`."""
     log = Log(timestamp=stamp(t_ns), level=Log.Level.Value(level.upper()), name=name, message=message, line=number)
     return bytes(log.SerializeToString())
 
 
 def frames_template(bodies: Sequence[str]) -> Template:
-    """Return the template of FrameTransforms of all bodies from the world: x y z qx qy qz qw, body after body."""
+    """Return the template for FrameTransforms of all bodies relative to the world: x y z qx qy qz qw for each body."""
 
     def build(time: Timestamp, numbers: list[float]) -> FrameTransforms:
         out = FrameTransforms()
@@ -116,7 +117,8 @@ def frames_template(bodies: Sequence[str]) -> Template:
 
 
 def ropes_template(lines: int) -> Template:
-    """Return the template of a SceneUpdate of the entity "ropes", two points per line; numbers: x y z in the world."""
+    """Return the template for a SceneUpdate of the entity "ropes" with two points for each line; its numbers are x y z
+    in the world frame."""
 
     def build(time: Timestamp, numbers: list[float]) -> SceneUpdate:
         out = SceneUpdate()
@@ -132,25 +134,27 @@ def ropes_template(lines: int) -> Template:
 
 
 def turned(q: Floats, points: Floats) -> Floats:
-    """Return points (..., 3) rotated by unit quaternions (..., 4) x y z w: x + 2 u x (u x x + w x) for q = (u, w)."""
+    """Return points (..., 3) rotated by unit quaternions (..., 4) with components x y z w: x + 2 u x (u x x + w x) for
+    q = (u, w)."""
     u, w = q[..., :3], q[..., 3:]
     out: Floats = points + 2.0 * _cross(u, _cross(u, points) + w * points)
     return out
 
 
 def _cross(a: Floats, b: Floats) -> Floats:
-    """Return cross products (..., 3); three times as fast as NumPy's."""
+    """Return cross products (..., 3), three times as fast as NumPy's function."""
     (x, y, z), (u, v, w) = np.moveaxis(a, -1, 0), np.moveaxis(b, -1, 0)
     return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=-1)
 
 
 def corners(box: DrawnBox) -> Floats:
-    """Return the corners (8, 3) of a shape in its body's frame [m]; a ball or cylinder counts as its box."""
+    """Return the corners (8, 3) [m] of a shape in its body's frame; for a ball or cylinder those of its bounding
+    box."""
     return np.array(box.centre) + turned(np.array(box.turn), CORNERS * np.array(box.size))
 
 
 class Ropes:
-    """Rope lines that follow their bodies."""
+    """Rope lines that move with their bodies."""
 
     def __init__(self, lines: Sequence[RopeLine], bodies: Sequence[str]) -> None:
         rank = {WORLD: len(bodies), **{body: i for i, body in enumerate(bodies)}}
@@ -162,14 +166,14 @@ class Ropes:
         self._drawn = np.full((len(bodies), 7), np.inf)
 
     def moved(self, poses: NDArray[np.float64]) -> bool:
-        """Return whether a body has moved since lines were drawn at `poses`; if so, these poses count as drawn."""
+        """Return whether any body has moved since lines were last drawn; if so, remember `poses` as drawn."""
         moved = bool(np.abs(poses - self._drawn).max(initial=0.0) >= STILL)
         if moved:
             self._drawn = poses
         return moved
 
     def messages(self, times: Sequence[int], poses: NDArray[np.float64]) -> NDArray[np.uint8]:
-        """Return SceneUpdates (n, bytes) at these times [ns]; poses (n, bodies, 7) [m, quaternion x y z w]."""
+        """Return SceneUpdates (n, bytes) at these times [ns], for poses (n, bodies, 7) [m, quaternion x y z w]."""
         ground = np.broadcast_to(self._ground, (len(poses), 1, 7))
         pose = np.concatenate([poses, ground], axis=1)[:, self._body]
         places = pose[:, :, :3] + turned(pose[:, :, 3:], self._points)

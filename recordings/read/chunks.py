@@ -1,6 +1,7 @@
-"""Chunks of an MCAP file of unknown origin: unpacked within limits, cut into records and messages, or into tables.
+"""Chunks of an MCAP file of unknown origin: decompressed within size limits and divided into records and messages, or
+into tables.
 
-Also reading its records one after the other without an index, if some are damaged.
+Also reading of all records one after the other without an index, for files with damaged records.
 """
 
 import re
@@ -47,7 +48,7 @@ class RawMessage(NamedTuple):
 
 
 class MessageTable(NamedTuple):
-    """Messages of equal length of a channel: times (n,) [ns] and bytes (n, length)."""
+    """Messages of equal length in a channel: times (n,) [ns] and bytes (n, length)."""
 
     channel: int
     times: NDArray[np.int64]
@@ -55,7 +56,8 @@ class MessageTable(NamedTuple):
 
 
 def unpacked(chunk: Chunk) -> bytes:
-    """Return a chunk's records as bytes; raises ValueError if it is too large, damaged or unknown."""
+    """Return the records of a chunk as bytes; raises ValueError if the chunk is too large, damaged or of an unknown
+    kind."""
     size = chunk.uncompressed_size
     if size > LIMIT:
         raise ValueError(f"a chunk of {size} bytes is beyond the limit")
@@ -73,7 +75,8 @@ def unpacked(chunk: Chunk) -> bytes:
 
 
 def records(data: bytes, place: int = 0) -> Iterator[tuple[int, int, int]]:
-    """Yield opcode, begin and end of the content of each record of an unpacked chunk; raises ValueError."""
+    """Yield opcode, start and end of the content for each record of a decompressed chunk; raises ValueError if it is
+    damaged."""
     while place < len(data):
         opcode, length = RECORD.unpack_from(data, place)
         begin, place = place + RECORD.size, place + RECORD.size + length
@@ -83,7 +86,7 @@ def records(data: bytes, place: int = 0) -> Iterator[tuple[int, int, int]]:
 
 
 def attached(body: bytes) -> Attachment:
-    """Return an attachment from its record; raises ValueError for a wrong checksum."""
+    """Return an attachment from its record; raises ValueError if its checksum is wrong."""
     if body[-4:] not in (bytes(4), struct.pack("<I", zlib.crc32(body[:-4]))):
         raise ValueError("an attachment's checksum is wrong")
     found: Attachment = Attachment.read(ReadDataStream(BytesIO(body)))
@@ -91,12 +94,12 @@ def attached(body: bytes) -> Attachment:
 
 
 def numbers_of(data: bytes) -> Iterator[int]:
-    """Yield the channel of each message in an unpacked chunk."""
+    """Yield the channel number of each message in a decompressed chunk."""
     return (data[begin] | data[begin + 1] << 8 for opcode, begin, _ in records(data) if opcode == Opcode.MESSAGE)
 
 
 def messages_of(data: bytes, channels: set[int]) -> Iterator[RawMessage]:
-    """Yield the messages of these channels in an unpacked chunk."""
+    """Yield the messages of these channels in a decompressed chunk."""
     for opcode, begin, end in records(data):
         if opcode == Opcode.MESSAGE and data[begin] | data[begin + 1] << 8 in channels:
             channel, sequence, log_time, publish_time = MESSAGE.unpack_from(data, begin)
@@ -104,7 +107,7 @@ def messages_of(data: bytes, channels: set[int]) -> Iterator[RawMessage]:
 
 
 def tables_of(data: bytes, channels: set[int]) -> Iterator[MessageTable]:
-    """Yield the messages of these channels in an unpacked chunk as tables of equal records, as rows of bytes."""
+    """Yield the messages of these channels in a decompressed chunk as tables of messages with equal length."""
     flat, place = np.frombuffer(data, np.uint8), 0
     while place < len(data):
         heads: list[tuple[int, int, int]] = []  # of records until a channel recurs: it, begin and end of content
@@ -136,8 +139,8 @@ def tables_of(data: bytes, channels: set[int]) -> Iterator[MessageTable]:
 
 
 def salvaged(stream: BinaryIO, size: int, lost: list[str], beyond: bool = False) -> Iterator[object]:
-    """Yield readable records of the data section in order, including those in chunks, from the stream's position, with
-    `beyond` also after the section; `lost` receives sentences on what is unreadable."""
+    """Yield the readable records of the data section from the stream's position on, including those inside chunks; with
+    `beyond`, also records after the section. Sentences about unreadable parts are appended to `lost`."""
     room = LIMIT + RATIO * size
     while (place := stream.tell()) < size:
         head = stream.read(RECORD.size)
@@ -171,7 +174,7 @@ def salvaged(stream: BinaryIO, size: int, lost: list[str], beyond: bool = False)
 
 
 def _begins(stream: BinaryIO, place: int, size: int, chain: int = 1) -> bool:
-    """Return whether a chain of records begins at this place; the stream is then at it."""
+    """Return whether a sequence of `chain` records begins at this place; the stream is then at this place."""
     at, opcode, sound = place, 0, True
     while sound and chain and at != size and opcode != Opcode.DATA_END:
         stream.seek(at)
@@ -184,14 +187,14 @@ def _begins(stream: BinaryIO, place: int, size: int, chain: int = 1) -> bool:
 
 
 def _next(stream: BinaryIO, place: int, size: int) -> int | None:
-    """Return the place of the next record that others follow; None if there is none."""
+    """Return the place of the next record that is followed by other records; None if there is none."""
     stream.seek(place)
     rest = stream.read(2 * LIMIT)
     return next((place + x.start() for x in NEXT.finditer(rest) if _begins(stream, place + x.start(), size, 3)), None)
 
 
 def _span(opcode: int, body: bytes) -> str:
-    """Return the time span of a damaged chunk, from its first bytes, as text; "" if it is unknown."""
+    """Return, as text, the time span of a damaged chunk from its first bytes; "" if it is unknown."""
     if opcode != Opcode.CHUNK or len(body) < CHUNK.size:
         return ""
     first, last, _ = (x * 1e-9 for x in CHUNK.unpack_from(body))
@@ -199,7 +202,7 @@ def _span(opcode: int, body: bytes) -> str:
 
 
 def _parsed(opcode: int, record: bytes) -> Iterator[object]:
-    """Yield a record, or those of a chunk; raises one of BROKEN for damage."""
+    """Yield a record, or the records in a chunk; raises one of the errors in BROKEN if it is damaged."""
     stream = ReadDataStream(BytesIO(record[RECORD.size :]))
     if opcode in READERS:
         yield READERS[opcode](stream)

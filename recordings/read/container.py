@@ -1,9 +1,9 @@
-"""Safe access to an MCAP file of unknown origin: sizes are checked before anything is read or unpacked.
+"""Safe access to an MCAP file of unknown origin: sizes are checked before anything is read or decompressed.
 
-The summary at the end is read first and its CRC checked, then only the chunks that hold the wanted channels; a damaged,
-cut-off, foreign or hostile file ends in one sentence (RecordingError), never in a traceback or without memory. Before a
-sentence says that a file is damaged, `damage` has checked all of its bytes, as it does for `recover`, so that both
-always agree.
+The summary at the end is read first and its checksum verified, then only the chunks that contain the requested
+channels. A damaged, cut-off, foreign or hostile file results in an error of one sentence (RecordingError), never in a
+traceback or in running out of memory. Before an error says that a file is damaged, `damage` has checked all of its
+bytes, as it does for `recover`, so both always agree.
 """
 
 import struct
@@ -48,7 +48,7 @@ STATED = 300  # characters of what a library says of an error
 
 
 class FileChannel(NamedTuple):
-    """A channel of the file: topic, schema name, encoding, metadata, number of messages, schema."""
+    """A channel of the file: topic, name of its schema, encoding, metadata, number of messages, schema."""
 
     name: str
     schema: str
@@ -59,12 +59,13 @@ class FileChannel(NamedTuple):
 
 
 def is_recording(head: bytes) -> bool:
-    """Return whether bytes begin an MCAP file, or one of heavylift with damaged first bytes."""
+    """Return whether bytes are the beginning of an MCAP file, or of a recording of heavylift with damaged first
+    bytes."""
     return head.startswith(MAGIC) or head[HEADER:].startswith(GENERATOR.encode())
 
 
 class Container:
-    """A finished MCAP file, read safely."""
+    """A finished MCAP file that is read safely."""
 
     def __init__(self, path: str | Path) -> None:
         self.path = file_path(path)
@@ -75,7 +76,7 @@ class Container:
 
     @contextmanager
     def reading(self) -> Iterator[None]:
-        """Context that converts errors of reading into a RecordingError with a sentence about this file."""
+        """Return a context that turns errors of reading into a RecordingError with a sentence about this file."""
         try:
             yield
         except RecordingError:
@@ -165,7 +166,7 @@ class Container:
             raise ValueError("the summary's checksum is wrong")
 
     def damage(self) -> str:
-        """Return what is damaged, by checksums and indexes; "" if nothing is."""
+        """Return what is damaged, found by checksums and indexes; "" if nothing is."""
         try:
             self._check_data()
             found: Counter[int] = Counter()
@@ -186,7 +187,7 @@ class Container:
             return str(error) or type(error).__name__
 
     def _check_data(self) -> None:
-        """Raise ValueError if data records and summary differ, or a checksum is wrong."""
+        """Raise ValueError if data records and summary disagree, or if a checksum is wrong."""
         indexed = {
             Opcode.CHUNK: {x.chunk_start_offset for x in self.summary.chunk_indexes},
             Opcode.METADATA: {x.offset for x in self.summary.metadata_indexes},
@@ -210,7 +211,7 @@ class Container:
             raise ValueError("its summary does not list all records")
 
     def _at(self, offset: int, length: int, opcode: Opcode) -> bytes:
-        """Return the body of the record of this kind at this place."""
+        """Return the body of the record at this place; raises ValueError if it is of another kind."""
         if not 9 <= length <= LIMIT or not 0 <= offset <= self.size - length:
             raise ValueError(f"a {opcode.name.lower()} of {length} bytes is beyond the limit or the end")
         self._stream.seek(offset)
@@ -244,7 +245,7 @@ class Container:
             return {record.name: dict(record.metadata) for record in found}
 
     def attachments(self, wanted: Callable[[str], bool] = lambda name: True) -> dict[str, bytes]:
-        """Return the attached files by name, all or those with `wanted` names."""
+        """Return the attached files by name: all, or those for whose names `wanted` returns true."""
         with self.reading():
             found = (
                 attached(self._at(index.offset, index.length, Opcode.ATTACHMENT))
@@ -261,8 +262,8 @@ class Container:
             yield from found
 
     def tables(self, channels: set[int], only: Sequence[int] | None = None) -> Iterator[MessageTable]:
-        """Yield the messages of these channels as tables of equal length; `only`: numbers of the messages wanted of
-        each channel, rising. Other chunks are not unpacked."""
+        """Yield the messages of these channels as tables of messages with equal length; `only`: numbers, in ascending
+        order, of the messages wanted from each channel. Chunks without wanted messages are not decompressed."""
         before, wanted = dict.fromkeys(channels, 0), np.array([] if only is None else only, np.int64)
         for index in self._chunks(channels):
             with self.reading():
@@ -278,13 +279,13 @@ class Container:
                 before[channel] += len(times)
 
     def _chunks(self, channels: set[int]) -> Iterator[ChunkIndex]:
-        """Yield the indexes of chunks that may hold messages of these channels, in file order."""
+        """Yield the indexes of the chunks that may contain messages of these channels, in file order."""
         for index in sorted(self.summary.chunk_indexes, key=lambda index: index.chunk_start_offset):
             if not index.message_index_offsets or not channels.isdisjoint(index.message_index_offsets):
                 yield index
 
     def _count(self, offset: int, channel: int) -> int:
-        """Return the number of messages of a channel, by the message index of a chunk."""
+        """Return the number of messages of a channel in a chunk, from the chunk's message index."""
         self._stream.seek(offset)
         opcode, _, found, size = INDEX.unpack(self._stream.read(INDEX.size))
         if opcode != Opcode.MESSAGE_INDEX or found != channel:
@@ -302,6 +303,6 @@ class Container:
 
 
 def _between(numbers: NDArray[np.int64], first: int, count: int) -> NDArray[np.int64]:
-    """Return those of the rising `numbers` from `first` to before `first` + `count`, less `first`."""
+    """Return those of the ascending `numbers` that are at least `first` and below `first` + `count`, minus `first`."""
     found: NDArray[np.int64] = numbers[slice(*np.searchsorted(numbers, (first, first + count)))] - first
     return found

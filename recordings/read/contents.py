@@ -1,11 +1,11 @@
-"""What a recording says, computed again from the messages in it: digest, peaks, numbers of events and rows.
+"""The contents of a recording, computed again from its messages: digest, peaks, numbers of events and rows.
 
-Messages are taken one after the other, from a whole file or from what is left of one.  Of an event the file holds its
-value as JSON, and the schema tells which text was bytes; of a number that was none JSON keeps nothing, so a run with
-such an event has no digest that can be computed again.
+Messages are taken one after the other, from a whole file or from the rest of a damaged one. The file contains the value
+of an event as JSON, and the schema tells which texts were bytes. JSON does not preserve values that are not numbers
+(nan), so the digest of a run with such an event cannot be computed again.
 
-Messages of several channels made numbers in one pass through the file, some thousand at a time; rows of one of
-several lifts alone, which show what events have changed in it between the samples of all.
+Also decoding of the messages of several channels into numbers in one pass through the file, some thousand at a time,
+with the rows of single lifts that show the changes by events between the common samples.
 """
 
 from base64 import b64decode
@@ -32,13 +32,13 @@ EVENT = msgspec.json.Decoder(RecordedEvent).decode
 
 
 class Unknown(ValueError):
-    """Error for a value that cannot be determined from the file."""
+    """Raised for a value that cannot be determined from the file."""
 
 
 class Contents:
-    """Contents of a file, computed from its messages in order until `end`: `digest`, `peaks` of ropes from rounded
-    rows, numbers of `events` and `rows`. There is no digest if values are `unknown` or rows `torn`; both are
-    sentences."""
+    """Contents of a file, computed from its messages in order until `end` is called: `digest`, `peaks` of ropes from
+    rounded rows, numbers of `events` and `rows`. There is no digest if values are `unknown` or rows are `torn`; both
+    are sentences."""
 
     def __init__(self) -> None:
         self.peaks: dict[str, Peak] = {}
@@ -49,7 +49,8 @@ class Contents:
         self._notes: list[tuple[int, int, str]] = []
 
     def take(self, topic: str, facts: Mapping[str, str], schema: bytes, t_ns: int, data: bytes) -> None:
-        """Add the next message of a topic with this metadata, published at this time [ns]; fails on damaged bytes."""
+        """Add the next message of a topic, with the metadata and schema of its channel and its time [ns]; fails for
+        damaged bytes."""
         kind, _, lift = topic.removeprefix("/").partition("/")
         if "port" in facts:
             self._event(schema, data)
@@ -73,7 +74,7 @@ class Contents:
         return "" if self.unknown or self.torn else self._digest.hexdigest()
 
     def agrees(self, result: Mapping[str, str]) -> bool:
-        """Return whether the digest of a recorded result equals that of the messages."""
+        """Return whether the digest in a recorded result equals that of the messages."""
         return bool(self.digest) and self.digest == result.get("digest")
 
     def _event(self, schema: bytes, data: bytes) -> None:
@@ -89,14 +90,14 @@ class Contents:
         self._digest.event(e.t_ns, e.microstep, e.source, e.port, e.index, e.type, msgspec.msgpack.encode(value))
 
     def end(self) -> None:
-        """Complete rows and digest after the last message."""
+        """Complete the rows and the digest after the last message."""
         for lift in self._lifts.values():
             self._add(lift)
         for number, (_, t_ns, sentence) in enumerate(sorted(self._notes, key=lambda note: note[0])):
             self._digest.note(number, t_ns, sentence)
 
     def _add(self, lift: "_Lift") -> None:
-        """Add the pending rows of a lift to digest and peaks."""
+        """Add the pending rows of a lift to the digest and to the peaks."""
         times, numbers, rows = lift.joined()
         if rows is None:
             self.torn = self.torn or f"rows of /samples and /poses are not of the same times, from row {lift.count} on"
@@ -109,7 +110,7 @@ class Contents:
 
 
 class _Lift:
-    """Pending samples and poses of all lifts together or of a single lift; `count`: number of rows before these."""
+    """Pending samples and poses of all lifts together, or of a single lift; `count`: number of rows before these."""
 
     def __init__(self, name: str = "") -> None:
         self.name, self.count = name, 0
@@ -141,7 +142,8 @@ class _Lift:
         return min(len(self._waiting[kind]) for kind in self._forms) >= BLOCK
 
     def joined(self) -> tuple[list[int], Floats, Floats | None]:
-        """Return the times [ns] of pending rows, their numbers, and numbers with poses, None if their times differ."""
+        """Return the times [ns] of pending rows, their numbers, and the numbers joined with poses (None if their times
+        differ)."""
         at, parts = list[list[int]](), list[Floats]()
         for kind in sorted((kind for kind in self._forms if self._waiting[kind]), reverse=True):  # samples, then poses
             waiting, self._waiting[kind] = self._waiting[kind], []
@@ -161,7 +163,7 @@ def _table(messages: list[bytes]) -> NDArray[np.uint8]:
 
 
 def sampler_note(data: bytes) -> tuple[int, int, str] | None:
-    """Return number, time [ns] and sentence of a log line of the sampler; None for another line."""
+    """Return the number, time [ns] and sentence in a log message of the sampler; None for any other log message."""
     line = Log.FromString(data)
     if line.name != SAMPLER or line.level != Log.Level.WARNING:
         return None
@@ -169,7 +171,7 @@ def sampler_note(data: bytes) -> tuple[int, int, str] | None:
 
 
 def _written(value: Any, schema: Mapping[str, Any], defs: Mapping[str, Any]) -> Any:
-    """Return a value from JSON with bytes where the schema has them; raises Unknown for null as a number."""
+    """Return a value read from JSON, with bytes where the schema has bytes; raises Unknown if a number is null."""
     while "$ref" in schema:
         schema = defs[schema["$ref"].rpartition("/")[2]]
     if "anyOf" in schema:
@@ -194,7 +196,7 @@ KINDS: dict[str, type | tuple[type, ...]] = {
 
 
 def _fits(value: Any, schema: Mapping[str, Any], defs: Mapping[str, Any]) -> bool:
-    """Return whether a value matches this part of a union."""
+    """Return whether a value matches this member of a union."""
     while "$ref" in schema:
         schema = defs[schema["$ref"].rpartition("/")[2]]
     kind = schema.get("type")
@@ -208,7 +210,7 @@ Rows = tuple[list[int], dict[str, NDArray[np.float64]]]  # times [ns] and signal
 
 
 def decoded(tables: Iterable[MessageTable], forms: Mapping[int, Form]) -> Iterator[list[Rows]]:
-    """Yield blocks of rows of these channels, with equal numbers of rows."""
+    """Yield blocks of decoded rows of these channels, with the same number of rows from each."""
     waiting: dict[int, list[MessageTable]] = {channel: [] for channel in forms}
     counts = dict.fromkeys(forms, 0)
     for table in tables:
@@ -222,7 +224,7 @@ def decoded(tables: Iterable[MessageTable], forms: Mapping[int, Form]) -> Iterat
 
 
 def _rows(waiting: list[MessageTable], form: Template, places: dict[str, slice]) -> Rows:
-    """Decode the first pending messages of a channel."""
+    """Decode the first pending messages of a channel into rows."""
     times, rows = list[int](), list[NDArray[np.uint8]]()
     while waiting and len(times) < BLOCK:
         channel, t, data = waiting.pop(0)
@@ -237,7 +239,8 @@ def _rows(waiting: list[MessageTable], form: Template, places: dict[str, slice])
 def with_own_rows(
     signal: Signal, topics: Iterable[FileChannel], decoded: Callable[[Mapping[str, Form]], Iterator[list[Rows]]]
 ) -> Signal:
-    """Return columns of a signal with additional rows of single lifts merged; at equal times these come last."""
+    """Return the columns of a signal, with the additional rows of single lifts merged in; at equal times these rows
+    come last."""
     for topic in topics:
         found = _form(topic.name, topic.metadata, signal)
         if found is None:
@@ -254,7 +257,7 @@ def with_own_rows(
 
 
 def _form(topic: str, facts: dict[str, str], signal: Signal) -> tuple[Form, list[str]] | None:
-    """Return the format of the rows of a lift, and its columns of the signal; None if it does not have all."""
+    """Return the format of the rows of a single lift, and its columns of the signal; None if it lacks one of them."""
     if topic.startswith("/samples/"):
         fields = msgspec.json.decode(facts["signals"], type=list[Field])
         columns = next((x.columns for x in fields if x.signal == signal.name), [])

@@ -1,16 +1,15 @@
-"""The samples of a recording as one table for other programs: CSV, or Parquet where pyarrow is installed.
+"""The samples of a recording as one table for other programs: CSV, or Parquet if pyarrow is installed.
 
-First column is the time in seconds; every other one is named `signal/column [unit]`.  Numbers are written with all
-their digits, so that nothing is lost on the way.  A DEVS run, which has no samples, is a table of its events.
+The first column is the time in seconds; every other column is named `signal/column [unit]`. Numbers are written with
+all digits, so nothing is lost. A DEVS run without samples is exported as a table of its events.
 
-What the ports of a DEVS run said, as numbers over time and as a table: such a recording has events and no samples.
+Also the values sent on the ports of a DEVS run, as numbers over time and as a table: `station/left` is a signal with a
+column for each number in its messages, such as `number` or `job.born`; for messages without numbers it is the `count`
+of messages so far.
 
-`station/left` is a signal with a column for each number in its messages, such as `number` or `job.born`; of messages
-without any it is their `count` so far.
-
-A recording with more signals or facts beside its own: whatever stood in the old file is copied as it is.
-
-The signals, which have times of their own in common, stand in the topic `/measured` as those of the run in `/samples`.
+Also copies of a recording with additional signals or facts: everything in the old file is copied unchanged. The
+additional signals have common times of their own and are in the topic `/measured`, as those of the run are in
+`/samples`.
 """
 
 import csv
@@ -42,12 +41,13 @@ HEAD = ["time [s]", "microstep", "model", "port", "index", "type"]
 
 
 def silent(rec: Recording) -> bool:
-    """Return whether a recording has events only and no samples."""
+    """Return whether a recording contains events only and no samples."""
     return "model" in rec.run and not rec.signals()
 
 
 def port_signals(rec: Recording, patterns: Sequence[str] = ()) -> list[Signal]:
-    """Return a signal for each port with outputs, with the columns that match one of the patterns (all without one)."""
+    """Return a signal for each port with outputs; it has the columns that match one of the patterns (all if there are
+    none)."""
     found = [_signal(name, events) for name, events in _ports(rec).items()]
     chosen = {id(x): [c for c in x.names if _fits(x.name, c, patterns)] for x in found}
     for pattern in patterns:
@@ -61,7 +61,7 @@ def port_signals(rec: Recording, patterns: Sequence[str] = ()) -> list[Signal]:
 
 
 def log(rec: Recording, patterns: Sequence[str] = ()) -> tuple[list[str], list[list[object]]]:
-    """Return head and rows of a table of the events of matching ports in order, with a column for each field."""
+    """Return the column heads and the rows of a table of the events on matching ports, with a column for each field."""
     names = {x.name: x.names for x in port_signals(rec, patterns)} if patterns else {}
     fields: dict[str, None] = {}
     kept: list[tuple[RecordedEvent, dict[str, object]]] = []
@@ -107,7 +107,7 @@ def _numbers(value: object) -> Iterator[tuple[str, float]]:
 
 
 def _flat(value: object, name: str = "") -> Iterator[tuple[str, object]]:
-    """Yield the fields of a message; names of nested messages and values are joined by dots; tuples are JSON."""
+    """Yield the fields of a message; names of nested fields are joined by dots, and tuples are written as JSON."""
     if value and isinstance(value, list) and all(isinstance(x, list) and len(x) == 2 for x in value):
         value = dict(value) if all(isinstance(name, str) for name, _ in value) else value
     if isinstance(value, dict):
@@ -121,7 +121,8 @@ Tables = Iterator[list[NDArray[np.float64]]]  # times and columns, a few thousan
 
 
 def export(path: str | Path, out: str | Path, patterns: Sequence[str] = (), force: bool = False) -> Path:
-    """Write the signals whose `signal/column` matches one of the patterns (default: all) to a .csv or .parquet file."""
+    """Write the signals whose `signal/column` matches one of the patterns (default: all) to a .csv or .parquet file,
+    and return its path."""
     out = output_path(out, "a table", (".csv", ".parquet"))
     rec = Recording(path)
     if silent(rec):
@@ -169,7 +170,8 @@ def _parquet_rows(stream: BinaryIO, heads: list[str], rows: list[list[object]]) 
 
 
 def _alike(column: list[object]) -> list[object]:
-    """Return a column with values of a single type, since fields of one name may differ between message classes."""
+    """Return a column with all values converted to one type, since fields with the same name may have different types
+    in different messages."""
     kinds = {type(x) for x in column if x is not None}
     return column if len(kinds) < 2 or kinds == {int, float} else [None if x is None else str(x) for x in column]
 
@@ -183,7 +185,7 @@ def _parquet(stream: BinaryIO, heads: list[str], tables: Tables) -> None:
 
 
 def matching(rec: Recording, patterns: Sequence[str]) -> list[tuple[str, str]]:
-    """Return the (signal, column) pairs that match a pattern (all without one), in the recording's order."""
+    """Return the pairs (signal, column) that match a pattern (all if there are none), in the order of the recording."""
     every = chosen(rec, "*")
     wanted: set[tuple[str, str]] = set()
     for pattern in patterns:
@@ -198,7 +200,7 @@ def extended(
     path: str | Path, out: str | Path, signals: Sequence[Signal], facts: Mapping[str, object],
     files: Mapping[str, bytes], force: bool = False,
 ) -> Path:  # fmt: skip
-    """Write a copy of a recording with these signals and further facts and files; returns the new path."""
+    """Write a copy of a recording with additional signals, facts and files; return the path of the copy."""
     out = output_path(out)
     if out.resolve() == file_path(path).resolve():
         raise RecordingError(f"{out}: is the recording itself, which stays as it is; choose another name with -o")
@@ -206,7 +208,7 @@ def extended(
 
 
 def amended(path: str | Path, facts: Mapping[str, object]) -> Path:
-    """Add facts to the result of a recording; the file is replaced atomically."""
+    """Add facts to the result of a recording; the file is replaced atomically. Return its path."""
     return _copied(path, file_path(path), (), facts, {}, force=True)
 
 

@@ -1,7 +1,7 @@
-"""The log of a machine: columns of numbers over time from a CSV file; errors name file, row and column.
+"""The log of a real machine: columns of numbers over time in a CSV file; errors name file, row and column.
 
-The separator is comma, semicolon or tab; with the latter two a decimal comma is possible. Rows are counted as in the
-file, its head being row 1. A head may contain its unit: `force [kN]`. Times are numbers or dates by ISO 8601.
+The separator is a comma, semicolon or tab; with the latter two a decimal comma is allowed. Rows are counted as in the
+file, whose head is row 1. A column head may contain its unit: `force [kN]`. Times are numbers, or dates by ISO 8601.
 """
 
 import csv
@@ -27,7 +27,8 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class LogTable:
-    """A CSV table as text: `head` with (name, unit) by column; `rows`: row numbers in the file; `decimal`: sign."""
+    """A CSV table as text: `head` has (name, unit) for each column; `rows`: row numbers in the file; `decimal`: the
+    decimal sign."""
 
     path: Path
     head: list[tuple[str, str]]
@@ -36,11 +37,11 @@ class LogTable:
     decimal: str
 
     def error(self, row: int, column: str, what: str) -> RecordingError:
-        """Return the error for a cell."""
+        """Return the error about a cell."""
         return RecordingError(f"{self.path}: row {row}, column '{column}': {what}")
 
     def unit(self, column: str) -> str:
-        """Return the unit in a column's head, "" if it has none."""
+        """Return the unit in a column's head, or "" if it has none."""
         return self.head[self._number(column)][1]
 
     def _number(self, column: str) -> int:
@@ -67,7 +68,8 @@ class LogTable:
         return out
 
     def seconds(self, column: str = "", unit: str = "") -> Floats:
-        """Return the times (n,) [s], which must increase and be complete; dates are counted from the first row."""
+        """Return the times (n,) [s]; raises RecordingError unless they are complete and in ascending order. Dates are
+        counted from the first row."""
         column = column or next((name for name, _ in self.head if name.lower() in TIMES), TIMES[0])
         k = self._number(column)
         dates = [_date(cells[k]) for cells in self.cells]
@@ -98,7 +100,8 @@ class LogTable:
 
 
 def read_log(path: str | Path) -> LogTable:
-    """Read a CSV table; raises RecordingError for a missing, empty, binary or ragged file."""
+    """Read a CSV table; raises RecordingError if the file is missing, empty or binary, or its rows have different
+    lengths."""
     path = file_path(path)
     if not os.path.isfile(path):  # False also for names that no file can have
         raise RecordingError(f"{path}: there is no such log; check the name")

@@ -39,7 +39,7 @@ NUMBERS, BESIDE = "/samples", "/measured"  # topics of numbers
 
 
 class Recording:
-    """A finished recording; raises RecordingError for a file that is missing, cut off, damaged or foreign."""
+    """A finished recording; raises RecordingError if the file is missing, cut off, damaged or foreign."""
 
     def __init__(self, path: str | Path) -> None:
         self._file = Container(path)
@@ -60,7 +60,7 @@ class Recording:
         self.topics = self._file.topics()
 
     def _check_format(self) -> None:
-        """Raise RecordingError for a file of an incompatible version."""
+        """Raise RecordingError if the file was written in an incompatible format."""
         found = self.run.get("format", "1")
         if found not in map(str, range(OLDEST, FORMAT + 1)):
             with self.reading():
@@ -78,7 +78,8 @@ class Recording:
         return printable(self.library.removeprefix("heavylift ").partition(" ")[0], SHOWN)
 
     def fact(self, name: str, default: Any = None) -> Any:
-        """Return a fact of `result` or `run`, of JSON; RecordingError for another type than the default's."""
+        """Return a fact of `result` or `run`, decoded from JSON; raises RecordingError if its type differs from that of
+        the default."""
         found = text = self.result.get(name, self.run.get(name))
         if text is None or isinstance(default, str):
             return default if text is None else text
@@ -92,7 +93,7 @@ class Recording:
 
     @property
     def checkpoints(self) -> dict[tuple[int, int], int]:
-        """Checkpoints of the mechanics for `heavylift branch`: sizes in bytes by tag (ns, microstep)."""
+        """Checkpoints of the mechanics for `heavylift branch`: sizes in bytes by logical time (ns, microstep)."""
         with self.reading():
             found = self._file.summary.attachment_indexes
             sizes = {x.name.removeprefix(CHECKPOINT): x.data_size for x in found if x.name.startswith(CHECKPOINT)}
@@ -100,7 +101,7 @@ class Recording:
             return dict(sorted(((int(t), int(k)), sizes[name]) for name, (t, _, k) in tags.items()))
 
     def checkpoint(self, at: tuple[int, int]) -> bytes:
-        """Return the checkpoint at a tag."""
+        """Return the checkpoint at a logical time (ns, microstep)."""
         with self.reading():
             name = "{}{}.{}".format(CHECKPOINT, *at)
             packed = self._file.attachments(name.__eq__)[name]
@@ -113,21 +114,21 @@ class Recording:
         return self._file.messages({self._channels[topic] for topic in topics if topic in self._channels})
 
     def stream(self, *topics: str) -> Iterator[tuple[str, RawMessage]]:
-        """Yield the undecoded messages of these topics, each with its topic."""
+        """Yield the undecoded messages of these topics, each together with its topic."""
         names = {number: topic for topic, number in self._channels.items()}
         return ((names[raw.channel], raw) for raw in self.messages(*topics))
 
     def numbers(self, forms: Mapping[str, Form], only: Sequence[int] | None = None) -> Iterator[list[Rows]]:
-        """Yield blocks of decoded rows of these topics; `only`: numbers of the rows wanted."""
+        """Yield blocks of decoded rows of these topics; `only`: numbers of the wanted rows."""
         numbers = {self._channels[topic]: form for topic, form in forms.items()}
         return decoded(self._file.tables(set(numbers), only), numbers)
 
     def reading(self) -> AbstractContextManager[None]:
-        """Context that turns errors of decoding into a RecordingError about this file."""
+        """Return a context that turns errors of decoding into a RecordingError about this file."""
         return self._file.reading()
 
     def events(self, source: str | None = None, port: str | None = None) -> list[RecordedEvent]:
-        """Return all events in total order, or those of a model or port."""
+        """Return all events in total order, or only those of a model or port."""
         wanted = [
             topic.name
             for topic in self.topics.values()
@@ -141,23 +142,23 @@ class Recording:
         return sorted(found, key=lambda e: (e.t_ns, e.microstep, e.source, e.port, e.index))
 
     def stages(self) -> list[tuple[float, str]]:
-        """Return begin [s] and name of each stage."""
+        """Return the start [s] and the name of each stage."""
         text = ((e.t_ns / 1e9, e.value) for e in self.events(port="stage"))
         return [(t, shown(str(value["name"]))) for t, value in text if isinstance(value, dict) and value.get("name")]
 
     def notes(self) -> list[tuple[float, str]]:
-        """Return the notes of the kernel on the run: simulation time [s] and text."""
+        """Return the notes that the kernel made about the run: simulation time [s] and text."""
         with self._file.reading():
             found = [note for raw in self.messages("/log") if (note := sampler_note(raw.data))]
         return [(t_ns * 1e-9, shown(sentence)) for _, t_ns, sentence in sorted(found, key=lambda note: note[0])]
 
     def __getitem__(self, name: str) -> Any:
-        """Return a signal, some of its columns by a pattern, or all data of a part of the scene; raises SignalError
-        otherwise.
+        """Return a signal, some of its columns selected by a pattern, or all data of a part of the scene; raises
+        SignalError if there is none.
 
         rec["rope/tension"], rec["rope/tension/west.*"], rec["block"].pose, rec["legs/1"].tension
 
-        Use `signal` or `part` to get one kind only.
+        Use `signal` or `part` to get only one kind of data.
         """
         if name in self.signals():
             return self.signal(name)
@@ -171,11 +172,12 @@ class Recording:
         return RecordedPart(self, name, found) if found else self.part(name)
 
     def part(self, name: str) -> RecordedPart:
-        """Return the data of a crane, rope, joint or body, "legs/1" for legs-1; raises SignalError if there is none."""
+        """Return the data of a crane, rope, joint or body ("legs/1" stands for legs-1); raises SignalError if there is
+        none."""
         return RecordedPart.of(self, name)
 
     def _repr_html_(self) -> str:
-        """Return HTML for notebooks: facts, tensions, stages, available signals."""
+        """Return HTML for notebooks with facts, tensions, stages and the available signals."""
         with self.reading():
             signals = [[name, field.unit, ", ".join(field.columns)] for name, field in self._fields.items()]
             signals += [[f"{POSE}*", "m, quaternion", ", ".join(self._bodies)]] if self._bodies else []
@@ -188,12 +190,13 @@ class Recording:
         return f"<Recording {self.path}: {self.run.get('scene', '')}, {status}, {len(self.signals())} signals>"
 
     def message(self, fact: str) -> list[str]:
-        """Return the sentences of a fact: `measured`, comparison with the log of a real lift; `certified`, error
-        estimates (`heavylift run --certify`)."""
+        """Return the sentences of a fact: `measured` (comparison with the log of a real lift) or `certified` (error
+        estimates of `heavylift run --certify`)."""
         return [str(x) for x in self.fact(fact, {}).get("told", "")]
 
     def results(self) -> dict[str, dict[str, Any]]:
-        """Return the final results of the atomics of a DEVS model by path: class `type`, and fields as `value`."""
+        """Return the final results of the atomic models in a DEVS model, by path: the class as `type` and the fields as
+        `value`."""
         return dict(self.fact("results", {}))
 
     def rigs(self) -> list[Rig]:
@@ -207,7 +210,7 @@ class Recording:
             return [box for raw in self.messages("/scene") for box in boxes_of(raw.data)]
 
     def signals(self) -> list[str]:
-        """Return the names of all signals, as arguments for `signal`."""
+        """Return the names of all signals, which can be passed to `signal`."""
         return [*self._fields, *(POSE + body for body in self._bodies)]
 
     def columns(self, name: str) -> list[str]:
@@ -224,7 +227,7 @@ class Recording:
         return self._signals[name]
 
     def load(self, names: Sequence[str]) -> None:
-        """Read these signals in one pass through the file, and keep them for `signal`."""
+        """Read these signals in one pass through the file, and keep them for later calls of `signal`."""
         for name in names:
             if name not in self._fields and name.removeprefix(POSE) not in self._bodies:
                 raise SignalError(f"{self.path}: has no signal {name}; {meant(name, self.signals())}")
@@ -239,8 +242,8 @@ class Recording:
         self, names: Sequence[str], only: Sequence[int] | None = None
     ) -> Iterator[tuple[list[int], list[Floats]]]:
         """Yield times [ns] and values of these signals in blocks of some thousand rows, up to the last row that all of
-        them have. Measured signals among signals of the run are interpolated at its times (`Signal.at`). `only`: rising
-        numbers of samples."""
+        them have. Measured signals that are requested together with signals of the run are interpolated at the times of
+        the run (`Signal.at`). `only`: numbers of the wanted samples, in ascending order."""
         topic = BESIDE if all(name in self._tables.get(BESIDE, {}) for name in names) else NUMBERS
         numbers = [name for name in names if name in self._tables.get(topic, {})]
         poses = [name for name in names if name not in self._fields]
@@ -263,12 +266,12 @@ class Recording:
         return {name: self._joined(name, t, (values[i] for _, values in parts)) for i, name in enumerate(names)}
 
     def _joined(self, name: str, t: Floats, parts: Iterable[Floats]) -> Signal:
-        """Return a signal made of its blocks."""
+        """Return a signal made from its blocks."""
         columns = self.columns(name)
         return Signal(t, np.concatenate([np.zeros((0, len(columns))), *parts]), columns, self.unit(name), name)
 
     def _forms(self, names: Sequence[str]) -> dict[str, Form]:
-        """Return the topics of these signals, with the formats of their messages."""
+        """Return the topics that contain these signals, with the formats of their messages."""
         forms: dict[str, Form] = {}
         for topic, fields in self._tables.items():
             if any(name in fields for name in names):
@@ -282,7 +285,7 @@ class Recording:
 
     @cached_property
     def _tables(self) -> dict[str, dict[str, Field]]:
-        """Fields by signal, for each topic."""
+        """The message fields by signal, for each topic."""
         with self._file.reading():
             texts = {name: self.topics[name].metadata["signals"] for name in (NUMBERS, BESIDE) if name in self.topics}
             tables = {name: msgspec.convert(shown(msgspec.json.decode(x)), list[Field]) for name, x in texts.items()}

@@ -1,10 +1,10 @@
-"""Recovery of a cut-off or damaged file: its readable contents become a finished recording.
+"""Recovery of a cut-off or damaged file: the readable part of its contents becomes a finished recording.
 
-A killed run leaves `NAME.mcap.part`: everything that was flushed, without summary and without end. Records are read one
-after the other (never by an index, which such a file lacks); a damaged chunk is skipped, and after a damaged length the
-next record is searched for. Metadata, attachments, channels and messages are copied unchanged; the new `result` says
-that the run was cut off, until when, and what was lost. If only the end after all data is damaged and the digest,
-computed again, is that of the old result, nothing was lost: the old result is kept.
+A killed run leaves `NAME.mcap.part`, which contains everything written so far, but no summary and no end. Records are
+read one after the other (never by an index, which such a file lacks); a damaged chunk is skipped, and after a damaged
+length the next record is searched for. Metadata, attachments, channels and messages are copied unchanged; the new
+`result` says that the run was cut off, at what time, and what was lost. If only the end of the file after all data is
+damaged, and the digest computed again equals that of the old result, nothing was lost and the old result is kept.
 """
 
 import zlib
@@ -29,7 +29,8 @@ TORN = "rows of numbers without poses, or poses without numbers"
 
 @dataclass
 class Recovered:
-    """Result of a recovery: the new file, its number of messages, time of the last one [s], unreadable parts."""
+    """Result of a recovery: the new file, its number of messages, the time of the last one [s], and sentences about
+    unreadable parts."""
 
     path: Path
     messages: int = 0
@@ -42,7 +43,7 @@ class Recovered:
 
 
 def recover(path: str | Path, out: str | Path | None = None, force: bool = False, begun: bool = False) -> Recovered:
-    """Copy everything readable into `out` (default: NAME-recovered.mcap); raises RecordingError if the file holds no
+    """Copy everything readable into `out` (default: NAME-recovered.mcap); raises RecordingError if the file contains no
     run. `begun`: accept any run that did not reach its end, even if it has no messages yet or its file is undamaged."""
     path = file_path(path)
     if refused := unnamable(path):
@@ -74,7 +75,7 @@ def recover(path: str | Path, out: str | Path | None = None, force: bool = False
 
 
 def _crc(stream: BinaryIO, end: int) -> int:
-    """Return the CRC of all bytes before a place."""
+    """Return the CRC of all bytes before the position `end`."""
     stream.seek(0)
     crc = 0
     while data := stream.read(min(LIMIT, end - stream.tell())):
@@ -83,7 +84,8 @@ def _crc(stream: BinaryIO, end: int) -> int:
 
 
 class _Copy:
-    """Copy of the readable records; the new file is opened at the first channel, after facts and attachments."""
+    """Copy of the readable records; the new file is opened when facts and attachments are known, at the first
+    channel."""
 
     def __init__(self, path: Path, out: Path, begun: bool, force: bool, ended: bool) -> None:
         self._path, self._out, self._begun, self._force = path, out, begun, force
@@ -138,7 +140,7 @@ class _Copy:
                 self._sink.mcap.attachment(record.create_time, record.name, record.media_type, record.data)
 
     def _message(self, message: Message) -> None:
-        """Copy a message; the numbers of a row are held until its poses arrive, since a row needs both."""
+        """Copy a message; the numbers of a row wait until its poses arrive, since a row needs both."""
         self._open()
         if not self._known(message) and self._described:
             self._described = False
@@ -168,7 +170,7 @@ class _Copy:
         self.found.lost += [what] if what not in self.found.lost else []
 
     def _known(self, message: Message) -> bool:
-        """Return whether the channel of a message and its schema are described."""
+        """Return whether the channel of a message and its schema are known."""
         channel = self._channels.get(message.channel_id)
         return channel is not None and channel.schema_id in self._schemas
 
@@ -202,7 +204,7 @@ class _Copy:
         return self._numbers[channel.id]
 
     def _understood(self, take: Callable[..., None], *what: object) -> None:
-        """Evaluate a copied record by `take`, until one does not follow the format of this version."""
+        """Evaluate a copied record with `take`, until a record does not follow the format of this version."""
         try:
             if self._readable:
                 take(*what)
@@ -210,7 +212,7 @@ class _Copy:
             self._readable = False
 
     def finish(self) -> Recovered:
-        """Write the result and give the new file its name."""
+        """Write the result, and rename the new file to its final name."""
         sink = self._open()
         if self._held:
             self._lose(TORN)
@@ -254,7 +256,7 @@ class _Copy:
 
 
 def _undamaged(path: Path) -> bool:
-    """Return whether a recording is readable in all parts."""
+    """Return whether all parts of a recording are readable."""
     try:
         return not Container(path).damage()
     except RecordingError:

@@ -1,4 +1,4 @@
-"""A signal over time, as it is handed to people and to other programs.
+"""A signal over time, in the form in which people and other programs get it.
 
 signal = Recording("run.mcap")["rope/tension"]
 signal.t, signal["west.H1"], signal.unit      # (n,) [s], (n,), "N"
@@ -48,7 +48,8 @@ def recording_html(
     signals: Sequence[Sequence[str]],
     state: str,
 ) -> str:
-    """Return HTML with facts of a run, a picture, stages [s], and available signals: name, unit, columns."""
+    """Return HTML with the facts of a run, a picture, the stages [s], and the available signals: name, unit,
+    columns."""
     message = {name: text for name in FACTS if (text := run.get(name))} | settings(run)
     message |= {"status": result.get("status", "cut off"), "digest": result.get("digest", "none")}
     message |= {"simulated": duration(float(result["sim_s"]))} if "sim_s" in result else {}
@@ -58,7 +59,7 @@ def recording_html(
 
 
 def signal_html(name: str, unit: str, names: Sequence[str], t: Floats, values: Floats) -> str:
-    """Return HTML with minimum and maximum of each column of `values` (n, m) at times (n,) [s], and a curve."""
+    """Return HTML with the minimum and maximum of each column of `values` (n, m) at times (n,) [s], and a curve."""
     rows = []
     for title, column in zip(names, values.T, strict=True):
         if len(column) and not np.isnan(column).all():
@@ -70,7 +71,7 @@ def signal_html(name: str, unit: str, names: Sequence[str], t: Floats, values: F
 
 
 def drawing(name: str, unit: str, t: Floats, values: Floats) -> str:
-    """Return the curves of a signal as SVG; for many samples minima and maxima of equal parts."""
+    """Return the curves of a signal as SVG; of many samples only the minima and maxima in equal parts are drawn."""
     good = values[np.isfinite(values)]
     if len(t) < 2 or not good.size or t[-1] <= t[0]:
         return ""
@@ -104,7 +105,7 @@ def _table(head: Sequence[str], rows: Iterable[Iterable[Cell]]) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Signal:
-    """A signal: times (n,) [s], values (n, m), names of the m columns, their unit, the signal's name."""
+    """A signal: times (n,) [s], values (n, m), names of the m columns, their unit, and the name of the signal."""
 
     t: Floats
     values: Floats
@@ -119,27 +120,27 @@ class Signal:
         return len(self.t)
 
     def __getitem__(self, column: str) -> Floats:
-        """Return the column of this name (n,); raises SignalError if there is none."""
+        """Return the column (n,) with this name; raises SignalError if there is none."""
         if column not in self.names:
             raise SignalError(f"{self.name or 'the signal'} has no column {column}; {meant(column, self.names)}")
         return self.values[:, self.names.index(column)]
 
     def at(self, t: Floats) -> "Signal":
-        """Return the signal at other times [s], linearly interpolated; NaN outside."""
+        """Return the signal linearly interpolated at other times [s]; NaN outside its time span."""
         if np.array_equal(t, self.t):
             return self
         columns = [np.interp(t, self.t, x, left=np.nan, right=np.nan) for x in self.values.T]
         return Signal(t, np.column_stack(columns), self.names, self.unit, self.name)
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """Return a DataFrame: index time [s], units in the column names."""
+        """Return a DataFrame with the time [s] as index and units in the column names."""
         missing = "a DataFrame needs pandas; install heavylift[pandas] or use .t and .values"
         library = extra("pandas", RecordingError(missing))
         index = library.Index(self.t, name="time [s]")
         return library.DataFrame(dict(zip(titles(self), self.values.T, strict=True)), index=index)
 
     def to_arrow(self) -> "pyarrow.Table":
-        """Return a pyarrow Table: the time [s] first, units in the column names."""
+        """Return a pyarrow Table with the time [s] as first column and units in the column names."""
         missing = "a Table needs pyarrow; install heavylift[parquet] or use .t and .values"
         return extra("pyarrow", RecordingError(missing)).table(
             {"time [s]": self.t, **dict(zip(titles(self), self.values.T, strict=True))}
@@ -166,13 +167,13 @@ def joined(name: str, parts: list[Signal]) -> Signal:
 
 
 def only(signal: Signal, columns: list[str]) -> Signal:
-    """Return the signal with selected columns."""
+    """Return the signal with only these columns."""
     picks = [signal.names.index(column) for column in columns]
     return Signal(signal.t, signal.values[:, picks], columns, signal.unit, signal.name)
 
 
 class SignalSource(Protocol):
-    """Interface of a recording that its parts need (`reader.Recording`)."""
+    """Interface of a recording as `RecordedPart` needs it (implemented by `reader.Recording`)."""
 
     @property
     def path(self) -> Path: ...
@@ -185,13 +186,13 @@ class SignalSource(Protocol):
 
 
 def chosen(rec: SignalSource, pattern: str) -> list[tuple[str, str]]:
-    """Return the (signal, column) pairs selected by `signal`, `signal/column` or a pattern such as "rope/tension/*"."""
+    """Return the pairs (signal, column) selected by `signal`, `signal/column` or a pattern such as "rope/tension/*"."""
     every = [(name, column) for name in rec.signals() for column in rec.columns(name)]
     return [(name, column) for name, column in every if name == pattern or fnmatchcase(f"{name}/{column}", pattern)]
 
 
 class RecordedPart:
-    """Signals of a part of the scene as attributes: `part.tension`, `part.pose`; `part.signals` lists them."""
+    """The signals of a part of the scene as attributes: `part.tension`, `part.pose`; `part.signals` lists them."""
 
     def __init__(self, rec: SignalSource, name: str, columns: dict[str, list[str]]) -> None:
         self._rec, self.name, self._columns = rec, name, columns
@@ -203,7 +204,7 @@ class RecordedPart:
 
     @staticmethod
     def of(rec: SignalSource, name: str) -> "RecordedPart":
-        """Return the part of this name; "legs/1" is legs-1. Raises SignalError if there is none."""
+        """Return the part with this name ("legs/1" stands for legs-1); raises SignalError if there is none."""
         names = (name, name.replace("/", "-"))
         carried = {rope for hung, rope in rec.fact(BEAMS, {}).items() if hung in names}
         found: dict[str, list[str]] = {}
@@ -227,7 +228,7 @@ class RecordedPart:
 
     @property
     def signals(self) -> list[str]:
-        """Names of the signals with columns of this part."""
+        """Names of the signals that have columns for this part."""
         return list(self._columns)
 
     @property

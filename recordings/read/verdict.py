@@ -1,7 +1,7 @@
-"""What a recording says of its run: the verdict, with what was found, smallest clearances and limits; peaks; and where
-its result is not what its events and rows give.
+"""The statements of a recording about its run: the verdict with its checks, smallest clearances and limits; peaks; and
+contradictions between the recorded result and its events and rows.
 
-The verdict is made by who knows the scene (`coordinator.verdict`) and kept as the fact `verdict` of the result.
+The verdict is made with knowledge of the scene (`coordinator.verdict`) and stored as the fact `verdict` of the result.
 It is also in the text of `heavylift info FILE`.
 """
 
@@ -30,8 +30,8 @@ Vector = tuple[float, float, float]
 
 
 class Clearance(msgspec.Struct, frozen=True, kw_only=True):
-    """A clearance: two things, their smallest distance [m] and its time [s], nearest points in the world [m], and the
-    parts in words; `limit` [m], 0 if only penetration counts."""
+    """The smallest distance [m] of two objects, with its time [s], the nearest points in the world frame [m], and the
+    parts in words; `limit` [m], 0 if only penetration is checked."""
 
     a: str
     b: str
@@ -49,10 +49,11 @@ class Clearance(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class RecordedVerdict(msgspec.Struct, frozen=True, kw_only=True):
-    """All of a verdict: its state and line, all checks, worst first.
+    """The verdict on a run: its state and summary line, and all checks, worst first.
 
-    `dynamic`: the amplification that a standard foresees for this lift, and its source.  `tables`: first the checks as
-    people read them, those of one kind and state in one row; then what only the scene knows, for the report.
+    `dynamic`: the dynamic amplification that a standard requires for this lift, and its source. `tables`: first the
+    checks in the form for people, with those of the same kind and state in one row; then tables for the report that
+    need the scene.
     """
 
     red: bool
@@ -66,12 +67,12 @@ class RecordedVerdict(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def findings(self) -> tuple[Check, ...]:
-        """What was found, in order of severity: exceeded limits, warnings, notes."""
+        """Findings in order of severity: exceeded limits, warnings, notes."""
         return findings(self.checks)
 
 
 def contents(rec: Recording) -> Contents:
-    """Return the contents of a whole recording, read once."""
+    """Return the contents of a whole recording, which is read only once."""
     with rec.reading():
         if rec.contents is not None:
             return rec.contents
@@ -93,7 +94,8 @@ def recorded_verdict(rec: Recording) -> RecordedVerdict | None:
 
 
 def as_recorded(rec: Recording) -> list[str]:
-    """Return what only the result stores: the verdict, times of peaks, a digest that cannot be computed again."""
+    """Return, as sentences, the values that only the result stores and that cannot be computed again: the verdict,
+    times of peaks, some digests."""
     compared = ["verdict"] if "verdict" in rec.result else []
     compared += ["times of peaks"] if rec.fact("peaks", {}) else []
     return compared + (["digest"] if contents(rec).unknown and "digest" in rec.result else [])
@@ -110,7 +112,8 @@ def recorded_peaks(rec: Recording) -> dict[str, Peak]:
 
 
 def complaints(rec: Recording) -> list[str]:
-    """Return the contradictions in a recording: damaged bytes; digest, samples or peaks unlike events and rows."""
+    """Return the contradictions in a recording as sentences: damaged bytes; a digest, samples or peaks that disagree
+    with events and rows."""
     if rec.complaints is None:
         rec.complaints = [f"{rec.path}: {what}" for what in _contradictions(rec) if what]
     return rec.complaints
@@ -135,12 +138,12 @@ def _contradictions(rec: Recording) -> list[str]:
 
 
 def opened(path: str | Path | Recording) -> Recording:
-    """Return the recording at a path; an open one is returned unchanged."""
+    """Return the recording at a path; a Recording is returned unchanged."""
     return path if isinstance(path, Recording) else Recording(path)
 
 
 def info(path: str | Path | Recording, verdict: RecordedVerdict | None = None) -> str:
-    """Return a description of the recording at `path` as text; `verdict`: replaces a missing one."""
+    """Return a description of the recording at `path` as text; `verdict`: used if the recording has none."""
     rec = opened(path)
     verdict = verdict or recorded_verdict(rec)
     with rec.reading():
@@ -152,8 +155,8 @@ def info(path: str | Path | Recording, verdict: RecordedVerdict | None = None) -
 
 
 def info_data(path: str | Path | Recording, verdict: RecordedVerdict | None = None) -> dict[str, Any]:
-    """Return plain data in SI units: facts of run and result, verdict, file, signals, channels, attachments. `wrong`:
-    contradictions; `as_recorded`: values not computed again."""
+    """Return the description of a recording as plain data in SI units: facts of run and result, verdict, file, signals,
+    channels, attachments. `wrong`: contradictions; `as_recorded`: values that were not computed again."""
     rec = opened(path)
     verdict = verdict or recorded_verdict(rec)
     with rec.reading():

@@ -36,6 +36,15 @@ def test_the_code_on_the_page_about_studies_runs(tmp_path: Path, capfd, monkeypa
     assert follow(STUDIES, tmp_path, capfd, monkeypatch) == 3
 
 
+YARD = """
+heavylift yard: 1
+start: 2027-01-04
+resources: {crew: 1}
+blocks: {from: blocks.csv}
+steps: {weld: {takes: uniform 4 h 8 h, needs: {crew: 1}}}
+"""
+
+
 @pytest.mark.large
 def test_dask_runs_a_study_behind_certificates(tmp_path: Path, monkeypatch) -> None:
     pytest.importorskip("distributed", reason="no package 'distributed': no scheduler")
@@ -49,16 +58,24 @@ def test_dask_runs_a_study_behind_certificates(tmp_path: Path, monkeypatch) -> N
     monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}:{os.environ['PATH']}")
     monkeypatch.chdir(tmp_path)
     subprocess.run(certificates, check=True, timeout=60)
+    Path("yard.yaml").write_text(YARD)
+    Path("blocks.csv").write_text("block\nA\nB\nC\n")
+    yard = [sweep[0], *shlex.split("sweep yard.yaml --vary 'resources.crew={1, 2}' --sample 4 --json -o answers")]
+    workers = sweep[sweep.index("--scheduler") :][:2]
     engine = [subprocess.Popen(command, stderr=subprocess.DEVNULL) for command in (scheduler, worker)]
     try:
         _listening(int(port))
         done = subprocess.run(sweep, capture_output=True, text=True, timeout=120)
+        there = subprocess.run([*yard, *workers], capture_output=True, text=True, timeout=120)
     finally:
         for process in engine:
             process.send_signal(signal.SIGTERM)
         for process in engine:
             process.wait(timeout=60)
     assert done.returncode == 0, done.stderr
+    here = subprocess.run(yard, capture_output=True, text=True, timeout=120)
+    assert (there.returncode, there.stderr) == (here.returncode, here.stderr) == (0, here.stderr)
+    assert there.stdout == here.stdout
     assert "3 variants of pendulum: 3 done" in done.stdout
     assert "the same digest again" in done.stdout
     processes = {row["process"] for row in parquet.read_table("study/rows.parquet").to_pylist()}

@@ -94,7 +94,7 @@ def entry(model: Model, name: str) -> InPort[Message]:
     port = model.ports.get(name)
     if not isinstance(port, InPort):
         ins = ", ".join(key for key, port in model.ports.items() if isinstance(port, InPort)) or "none"
-        raise ModelError(f"{model.path}: there is no in port {name}; its in ports: {ins}")
+        raise ModelError(f"{model.path}: there is no input port {name}; its input ports: {ins}")
     return port
 
 
@@ -102,7 +102,7 @@ def received(entries: Entries, event: Event) -> tuple[Port[Message], Message]:
     """Return the port at which an event from another node enters, and its decoded message, which all receivers in this
     node share. Raises ModelError if no port here is coupled to the event's source."""
     if (event.source, event.port) not in entries:
-        raise ModelError(f"{event.source}.{event.port} at {event.tag}: no port here is coupled to it")
+        raise ModelError(f"{event.source}.{event.port} at {event.tag}: no port of this node is coupled to this output")
     start, targets = entries[event.source, event.port]
     target = targets[0]
     try:

@@ -244,7 +244,7 @@ def _value(module: str, name: str) -> tuple[str, str]:
     computes = (module in _COMPUTING and "." not in name) or name in _BUILTIN.get(module, ())
     if isinstance(found, type | FunctionType | BuiltinFunctionType) and (own or types or computes):
         return module, name
-    raise TypeError(f"{name} of {module} cannot be saved, it is not part of a model")
+    raise TypeError(f"{name} of {module} cannot be saved: it is not part of a model")
 
 
 def _method(owner: object, name: str) -> object:
@@ -253,7 +253,7 @@ def _method(owner: object, name: str) -> object:
     found = next((vars(base)[name] for base in cls.__mro__ if name in vars(base)), None)
     function = getattr(found, "__func__", found)
     if found is None or not isinstance(function, FunctionType) or not _of_models(function.__module__):
-        raise TypeError(f"{name} is no method of a model's {cls.__name__}")
+        raise TypeError(f"{name} is not a method that a model defines in {cls.__name__}")
     return found.__get__(None if owner is cls else owner, cls)
 
 
@@ -267,7 +267,7 @@ def _class(name: list[Any], fits: Callable[[type], bool]) -> Any:
     """Return the class with this module and name; raises TypeError if there is none or `fits` rejects it."""
     found = _named(*name[:2])
     if not isinstance(found, type) or not fits(found):
-        raise TypeError(f"{name[1]} of {name[0]} makes no such value")
+        raise TypeError(f"{name[1]} of {name[0]} is not a class of this kind")
     return found
 
 
@@ -275,14 +275,14 @@ def _name(x: type | FunctionType | BuiltinFunctionType) -> tuple[str, str]:
     """Return module and qualified name of a class or function; raises TypeError if they do not lead back to it."""
     module, name = getattr(x, "__module__", None) or "", x.__qualname__
     if "<" in name or _found(module, name) is not x:
-        raise TypeError(f"{name} cannot be saved, it has no name in a module")
+        raise TypeError(f"{name} cannot be saved: no module has it under this name")
     return module, name
 
 
 def _named(module: str, name: str) -> object:
     found = _found(module, name)
     if found is None:
-        raise LookupError(f"{name} is not defined in {module}, or that is not imported")
+        raise LookupError(f"{name} is not defined in {module}, or the module is not imported")
     return found
 
 

@@ -42,7 +42,7 @@ class MicrostepLimit:
         """Set the limit; raises ModelError unless `microsteps` is an int between 1 and 2**31 - 1."""
         if type(microsteps) is not int or not 0 < microsteps < 2**31:
             raise ModelError(
-                f"microsteps={microsteps!r}: the limit of microsteps at one time must be an int > 0, and < 2**31"
+                f"microsteps={microsteps!r}: the limit of microsteps at one time must be an int from 1 to 2**31 - 1"
             )
         self.microsteps, self.start = microsteps, microsteps - TAIL
         self._seen: set[str] = set()
@@ -56,8 +56,8 @@ class MicrostepLimit:
         self._seen.update(paths)
         if k >= self.microsteps:
             raise ModelError(
-                f"{', '.join(sorted(self._seen))} at {Tag(t, k)}: zero-time loop, {self.microsteps} microsteps in "
-                f"which no time passes; let one of them hold for more than 0 ns{LONGER}"
+                f"{', '.join(sorted(self._seen))} at {Tag(t, k)}: zero-time loop: {self.microsteps} microsteps "
+                f"without time passing; let one of these models hold for more than 0 ns{LONGER}"
             )
 
 
@@ -138,7 +138,7 @@ class Witness:
                 if (then := _changeable(now)) != kept:
                     changed |= {key for key in kept if kept[key] != then.get(key)}
             if changed:
-                message = f"output() must not change the state: it changed {min(changed)}, do that in a transition"
+                message = f"output() must not change the state: it changed {min(changed)}; do that in a transition"
                 fail(m, tag, "output", ModelError(message))
 
 
@@ -157,7 +157,7 @@ def _named(now: dict[str, object], known: list[object], found: list[object]) -> 
         return {"an attribute, which it deleted"}
     if len(known) < len(found):
         was = {*map(id, known)}
-        return {key for key, x in now.items() if id(x) not in was} or {"what attributes there are"}
+        return {key for key, x in now.items() if id(x) not in was} or {"the set of attributes"}
     values = list(now.values())
     shift = next(
         (i for i in range(len(found)) if len(found) - i >= len(values) and all(map(is_, found[i:], values))), 0
@@ -167,8 +167,8 @@ def _named(now: dict[str, object], known: list[object], found: list[object]) -> 
     more = Counter(map(id, found)) - Counter(map(id, known))  # an attribute in place of another moves those between
     new = [i for i in places if id(found[i]) in more]
     if len(new) > more.total() or (not new and len(places) > len(values)):
-        return {"what attributes there are"}
-    return {keys.get(i, "what attributes there are") for i in new or places}
+        return {"the set of attributes"}
+    return {keys.get(i, "the set of attributes") for i in new or places}
 
 
 def _is_still(x: object) -> bool:
@@ -227,7 +227,7 @@ def thawed(snapshot: bytes, former: Sequence[Model]) -> tuple[list[Model], Insta
         staged = [put for _, (_, waiting) in found for put in waiting]
         return [model for model, _ in found], found[0][1][0], staged
     except (TypeError, ValueError, LookupError, AttributeError, *UNREADABLE) as error:
-        raise ModelError(f"this is no snapshot of a model that is defined here ({error}); take a new one") from None
+        raise ModelError(f"this is not a snapshot of a model that is defined here ({error}); take a new one") from None
 
 
 def _around(model: Model) -> list[object]:

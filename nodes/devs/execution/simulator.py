@@ -91,13 +91,13 @@ class Simulator:
         """The logical time of the next internal transition; FOREVER if all atomic models are passive."""
         if self._present.busy:
             at = f"{self.model.path} at {Tag(*self._present.now)}"
-            raise ModelError(f"{at}: a transition of this tag failed, or runs the simulator itself; start again")
+            raise ModelError(f"{at}: a transition at this time failed, or called the simulator itself; start again")
         if self._present.changes:
             self._restructure()
         # a changed structure may have changed schedule and routes before the next tag is known
         if self._due is None:
             if not hasattr(self, "_schedule"):
-                raise ModelError(f"{self.model.path}: nothing has begun, call start() first")
+                raise ModelError(f"{self.model.path}: the simulation has not begun; call start() first")
             self._due = tag_of(self._schedule.next(self._last))
         return self._due
 
@@ -139,9 +139,9 @@ class Simulator:
             text = self._lambda(due)
             imminent, sources, values = self._schedule.imminent, text.sources, text.values
         elif tag <= self._last:
-            raise ModelError(f"{self.model.path} at {Tag(*self._last)}: late message, {tag} is past already")
+            raise ModelError(f"{self.model.path} at {Tag(*self._last)}: late message: {tag} has already passed")
         elif tag > due:
-            raise ModelError(f"{self.model.path}: cannot advance to {tag}, the next transition is at {due}")
+            raise ModelError(f"{self.model.path}: cannot advance to {tag}: the next transition is due before, at {due}")
         else:
             # an input comes first: what is imminent stays scheduled at its own tag
             self._schedule.wait()

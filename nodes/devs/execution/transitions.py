@@ -171,10 +171,10 @@ class Border:
         for port, ahead in before._promised.items():
             now = self._promised[port]
             if now < ahead:
-                was = f"{ahead} ns" if ahead < NEVER else "that of a port by which nothing leaves"
+                was = f"{ahead} ns" if ahead < NEVER else "unlimited, as it sent nothing to other nodes,"
                 raise ModelError(
-                    f"{port.owner.path} at {at}: the lookahead of port {port.name} falls from {was} to {now} ns, but "
-                    "others rely on it; give what is added no less lookahead"
+                    f"{port.owner.path} at {at}: the lookahead of port {port.name} drops from {was} to {now} ns, but "
+                    "other nodes rely on it; give the added models at least the former lookahead"
                 )
 
 
@@ -187,8 +187,8 @@ def keep_promises(tag: Instant, sources: Sequence[Port[Message]]) -> None:
             since = tag[0] - m._set
             if since < port.lookahead:
                 raise ModelError(
-                    f"{m.path} at {Tag(*tag)}: port {port.name} promises a lookahead of {port.lookahead} ns and speaks "
-                    f"{since} ns after the transition that scheduled it; hold for longer or declare less"
+                    f"{m.path} at {Tag(*tag)}: port {port.name} promises a lookahead of {port.lookahead} ns but sends "
+                    f"{since} ns after the transition that scheduled the output; hold for longer or declare less"
                 )
 
 

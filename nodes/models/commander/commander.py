@@ -154,7 +154,7 @@ class Commander(Orders):
         answer = m.OperatorAnswer(command.text, self.now.t)
         try:
             if self.plan.lists and (self.over or not {*asked} <= {*self.own}):
-                many = "it orders machines of several lifts, which are ordered one by one"
+                many = "it addresses machines of several lifts; give one command for each lift"
                 raise OrderRejected("the action list of this lift is over" if self.over else many)
             if fall := self.known.lets_fall(orders, self.picture, self.lugs):
                 raise OrderRejected(fall)

@@ -200,7 +200,7 @@ def _hooked(term: scene.SlingsCondition, state: ObservedState) -> list[str]:
     names = [name for name in term.names if state.ropes.get(name, OFF) != OFF]
     if not names:
         what, whom = term.text or f"{term.each} slings {term.state}", _list(list(term.names))
-        raise OrderRejected(f"`{what}` refers to no sling, none of {whom} is hooked")
+        raise OrderRejected(f"`{what}` refers to no sling: none of {whom} is hooked")
     return names
 
 

@@ -75,13 +75,13 @@ def make_way(jobs: list[CommanderJob], actor: str) -> None:
             jobs.remove(job)
         elif actor == job.actor and not job.halting:
             raise OrderRejected(
-                f"{actor} gets an order while its {job.verb} ({numbered(job.at)}) is not done, wait for "
+                f"{actor} gets an order while its {job.verb} ({numbered(job.at)}) is not done; wait for "
                 f"`moves done` or end that order with `until`",
                 job.at,
             )
         elif any(actor == f.actuator for f in job.followers):
             what = "the turn" if job.verb == "turn" else job.actor
-            raise OrderRejected(f"{actor} gets an order while it follows {what}, wait until it is done")
+            raise OrderRejected(f"{actor} gets an order while it follows {what}; wait until that is done")
 
 
 def clock(t_ns: int) -> str:

@@ -60,7 +60,7 @@ class Machines:
                 asked = []
         for actuator in asked:
             if who := self.plan.leader(actuator):
-                raise OrderRejected(f"{actuator} is led by the model {who} and takes no other orders")
+                raise OrderRejected(f"{actuator} is controlled by the model {who} and takes no other orders")
 
     def followers(self, order: Turn, lugs: Mapping[str, str], master: str = TURN) -> list[Follow]:
         """Return the actuators that must follow a turn, with their laws; raises OrderRejected if a hook cannot follow
@@ -89,7 +89,9 @@ class Machines:
         stands = {name.rpartition(":")[2] for name in state.grounded}
         cargo = {cargo.body for machine in self.parts for cargo in machine.cargo} - stands
         fall = next((body for body, slings in held.items() if body in cargo and slings <= off), "")
-        return f"{fall} hangs in what is unhooked and would fall: land it or slacken the slings first" if fall else ""
+        return (
+            f"{fall} hangs only in slings to be unhooked and would fall: land it or slacken them first" if fall else ""
+        )
 
     def _check_ground(self, order: Move, state: ObservedState, lugs: Mapping[str, str]) -> None:
         """Raise OrderRejected if a crane is to travel while its load stands on supports."""
@@ -99,7 +101,7 @@ class Machines:
             if held and state.ropes[tie.rope] == "taut" and state.on_ground(held.body):
                 raise OrderRejected(
                     f"{order.model} cannot {order.verb} while {held.body} stands on its supports and "
-                    f"{tie.rope} is taut, wait until it is lifted or slacken the slings"
+                    f"{tie.rope} is taut; wait until it is lifted or slacken the slings"
                 )
 
     def _check_sling(self, order: Hookup | UnhookSling, observed: ObservedState, lugs: Mapping[str, str]) -> None:
@@ -119,10 +121,10 @@ def sling_fault(order: Order, hooked: Container[str], lugs: Mapping[str, str], p
     can."""
     match order:
         case Hookup() if order.sling in parted:
-            return f"{order.sling} has parted and cannot be hooked again"
+            return f"{order.sling} is broken and cannot be hooked again"
         case Hookup() if order.sling in hooked:
             on = f"lug {lugs[order.sling]}" if lugs.get(order.sling) else "its place"
-            return f"sling {order.sling} hangs on {on} already, unhook it first"
+            return f"sling {order.sling} is already hooked to {on}; unhook it first"
         case UnhookSling() if order.sling not in hooked:
             return f"sling {order.sling} is not hooked and cannot be unhooked"
     return ""

@@ -34,17 +34,17 @@ def followers(
         v, w = (sum(p[i] for p in places) / len(places) - cargo.com[i] for i in (1, 2))
         drive = traversing(machine, hook)
         if not drive:
-            raise OrderRejected(f"the block cannot turn, no drive moves {hook.on} of {machine.name} sideways")
+            raise OrderRejected(f"the block cannot turn: no drive moves {hook.on} of {machine.name} sideways")
         trolley = Follow(model=machine.name, actuator=drive, master=master, law=(0.0, v, w))
         _, kc, ks = found.setdefault(drive, trolley).law
         if abs(kc - v) > SAME or abs(ks - w) > SAME:
             raise OrderRejected(
                 f"the hooks on {hook.on} carry lugs at different places, v, w = {kc:g}, {ks:g} m and "
-                f"{v:g}, {w:g} m, and one trolley cannot follow both in a turn"
+                f"{v:g}, {w:g} m; one trolley cannot follow both in a turn"
             )
         found[hook.rope] = Follow(model=machine.name, actuator=hook.rope, master=master, law=(0.0, -w, v))
     if not found:
-        raise OrderRejected("the block cannot turn, no sling is hooked")
+        raise OrderRejected("the block cannot turn: no sling is hooked")
     return list(found.values())
 
 

@@ -31,7 +31,7 @@ def locking(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
         return machine
     if other := next((joint for joint in known.values() if joint.kind not in ONE), None):
         raise ModelError(
-            f"{other.name}: only a joint that slides or turns about one axis can be locked; take it from 'locked'"
+            f"{other.name}: only a joint that slides or turns about one axis can be locked; remove it from 'locked'"
         )
     locked = {*known}
     held = {drive.name: held_by(fidelity, known[drive.joint]) for drive in system.drives if drive.joint in locked}

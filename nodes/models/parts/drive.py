@@ -97,7 +97,10 @@ class DriveActor(LiveActor):
     def execute(self, order: m.Order) -> None:
         """Carry out an order: to move, follow, stop, or end one of these."""
         if self.log is not None:
-            self.refuse(order, f"{self.element} follows {self.log.source}; take its orders out of the action list")
+            self.refuse(
+                order,
+                f"{self.element} follows the log column {self.log.source}; remove its orders from the action list",
+            )
         match order.what:
             case Motion():
                 self.run(order, order.what)
@@ -116,9 +119,9 @@ class DriveActor(LiveActor):
         """Begin a move; an actuator that is ramping down or controlled by a user model starts with its present
         speed."""
         if self.law is not None:
-            self.refuse(order, f"{self.element} follows {self.law.master}, wait until that is done")
+            self.refuse(order, f"{self.element} follows {self.law.master}; wait until that is done")
         if self.job is not None and not self.halting and not order.led:
-            self.refuse(order, f"{self.element} is moving already, wait for `moves done` or end that first")
+            self.refuse(order, f"{self.element} is already moving; wait for `moves done` or end that move first")
         x, v = self.reference()
         wish = asked.by if asked.by is not None else asked.speed if asked.to is None else asked.to - x
         if self._barred(x, wish):
@@ -158,7 +161,7 @@ class DriveActor(LiveActor):
     def stand(self, order: m.Order, accel: float | None) -> None:
         """Stop any present move; the order is done when the actuator stands still."""
         if self.law is not None:
-            self.refuse(order, f"{self.element} follows {self.law.master}, stop the block")
+            self.refuse(order, f"{self.element} follows {self.law.master}; stop the block instead")
         x, v = self.reference()
         if self.job is not None:
             self.say(m.Done(self.element, self.job, x))
@@ -183,7 +186,7 @@ class DriveActor(LiveActor):
     def follow(self, order: m.Order, law: Follow) -> None:
         """Follow a master by a law from now on."""
         if self.job is not None or self.law is not None:
-            self.refuse(order, f"{self.element} is moving already and cannot follow {law.master}")
+            self.refuse(order, f"{self.element} is already moving and cannot follow {law.master}")
         self.law = law
         self.say(m.SetFollow(self.element, law.master, law.law))
 

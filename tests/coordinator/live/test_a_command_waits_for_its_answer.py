@@ -11,7 +11,7 @@ from running import HEAVYLIFT, PATIENCE_s, command, found, going, said
 from sledge import SLEDGE
 
 WORDS = "pusher: drive 6 m/min by 50 mm"
-BUSY = "pusher gets an order while its drive (sledge.yaml:13:5) is not done, wait for `moves done` or end that order"
+BUSY = "pusher gets an order while its drive (sledge.yaml:13:5) is not done; wait for `moves done` or end that order"
 
 
 def first_line(process: subprocess.Popen[str]) -> str:

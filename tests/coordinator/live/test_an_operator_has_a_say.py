@@ -66,7 +66,7 @@ def test_a_replay_repeats_the_actions_of_an_operator(tmp_path: Path) -> None:
         == [seconds(paused), seconds(REST_s)]
         == [first.value["t_ns"], second.value["t_ns"]]
     )
-    busy = "pusher gets an order while its drive (order 1 of action 1) is not done, wait for `moves done`"
+    busy = "pusher gets an order while its drive (order 1 of action 1) is not done; wait for `moves done`"
     assert first.value["refused"].startswith(busy)
     assert second.value["refused"] == ""
     assert recording.signal("joint/position").values[-1, 0] == pytest.approx(0.05, abs=SERVO_m)

@@ -86,5 +86,7 @@ def test_logs_that_a_drive_cannot_follow_are_refused(
 
 def test_the_action_list_may_not_order_an_axis_that_follows_a_log(tmp_path: Path) -> None:
     table = log(tmp_path / "log.csv", {"time [s]": T, "hoist": SPEED})
-    with pytest.raises(HeavyliftError, match=r"fall follows log.csv:hoist; take its orders out of the action list"):
+    with pytest.raises(
+        HeavyliftError, match=r"fall follows the log column log.csv:hoist; remove its orders from the action list"
+    ):
         run(driven(load("tackle"), [f"fall.hoist={table}:hoist [m/min]"]), tmp_path / "run.mcap", in_process=True)

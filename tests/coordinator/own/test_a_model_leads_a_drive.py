@@ -65,14 +65,14 @@ def test_an_operator_may_not_move_an_axis_that_a_model_controls(folder: Path) ->
     words = OperatorCommand("pusher: drive 6 m/min by 0.1 m", msgpack.encode(Action(orders=(push,))))
     found = play(plan, commands=[TimedCommand(Tag(seconds(4)), encode(words))])
     ((_, answer),) = said(found, OperatorAnswer)
-    assert answer.refused == "pusher is led by the model hand and takes no other orders"  # type: ignore[attr-defined]
+    assert answer.refused == "pusher is controlled by the model hand and takes no other orders"  # type: ignore[attr-defined]
 
 
 ACTION = "actions:\n  - pusher: drive 6 m/min by 0.1 m\n"
 TWICE = HAND + HAND.partition("\n")[2].replace("hand:", "other:")
 WRONG = [
-    (HAND + ACTION, (), "pusher is led by the model 'hand' and takes no other orders"),
-    (TWICE, (), "pusher is led by the model 'hand' already; one model leads it"),
+    (HAND + ACTION, (), "pusher is controlled by the model 'hand' and takes no other orders"),
+    (TWICE, (), "pusher is controlled by the model 'hand' already; only one model can control it"),
     (HAND, ("models.hand.signals.heard=postion of rail",), "there is no signal 'postion'"),
     (HAND, ("models.hand.signals.heard=position of rial",), "there is no 'rial' with position"),
     (HAND, ("models.hand.signals.heard=swing along of fell",), "there is no 'fell' with swing along"),
@@ -80,19 +80,19 @@ WRONG = [
     (
         HAND,
         ("models.hand.orders={pace: pusher}",),
-        "beside.py:Hand has no out port 'pace' for a SetPoint; it has speed",
+        "beside.py:Hand has no output port 'pace' for a SetPoint; it has speed",
     ),
     (
         HAND,
         ("models.hand.signals={ears: position of rail}",),
-        "beside.py:Hand has no in port 'ears' for a Sample; it has heard",
+        "beside.py:Hand has no input port 'ears' for a Sample; it has heard",
     ),
     (HAND, ("models.hand.period=0",), "0 is out of range: choose 0.001 ms to 100 days"),
     (HAND, ("models.hand.delay=-1 ms",), "a time must be zero or more here, not -1 ms"),
     (HAND, ("models.hand.delay=11 s",), "a delay has at most 100 periods; lengthen the period"),
     (HAND, ("models.hand.parameters.one=[1]",), "a number, a quantity, a word or a truth value is needed here"),
     (HAND, ("models.hand.model=beside.py:Foot",), "beside.py has no model Foot; define a class or a function"),
-    (HAND, ("models.hand.model=beside.py:number",), "must return a DEVS model of the name that it is given"),
+    (HAND, ("models.hand.model=beside.py:number",), "must return a DEVS model with the name that it gets"),
     (HAND, ("models.hand.model=beside.py:broken",), "raised TypeError: broken() got an unexpected keyword argument"),
     (HAND, ("models.hand.model=none.py:Hand",), "none.py: there is no such file"),
     (HAND, ("models.hand.model=../beside.py:Hand",), "is outside of the scene's folder"),
@@ -114,7 +114,7 @@ def test_invalid_controllers_are_reported_with_their_line(
 
 GOES_WRONG = [
     ("beside.py:Clumsy", {}, "model at (1 s, 0): external() raised ZeroDivisionError: there is no way"),
-    ("beside.py:Chatterbox", {"one": "0.1", "two": "0.2"}, "set-points come more often than one in a period"),
+    ("beside.py:Chatterbox", {"one": "0.1", "two": "0.2"}, "set-points come more often than once in a period"),
     ("beside.py:Hand", {"wild": "true"}, "hand: speed sends nan, which is not a speed"),
 ]
 

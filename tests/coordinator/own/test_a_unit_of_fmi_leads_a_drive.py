@@ -82,10 +82,10 @@ def test_missing_capabilities_of_an_fmu_are_reported_by_name(
             "Governor.fmu has no variable y; it has x, goal, gain, speed",
         ),
         ("models.governor.orders={pace: pusher}", "Governor.fmu has no variable pace; it has x, goal, gain, speed"),
-        ("models.governor.parameters={goal: high}", "the parameter 'goal' of a unit must be a number or a truth value"),
+        ("models.governor.parameters={goal: high}", "the parameter 'goal' of an FMU must be a number, true or false"),
     ):
         with pytest.raises(SceneError, match=sentence):
             scene(folder, SLEDGE, GOVERNOR, sets=(sets,))
     monkeypatch.setitem(sys.modules, "fmpy", None)
-    with pytest.raises(SceneError, match=r"a unit of FMI needs FMPy: pip install 'heavylift\[fmi\]'"):
+    with pytest.raises(SceneError, match=r"an FMU needs FMPy: pip install 'heavylift\[fmi\]'"):
         scene(folder, SLEDGE, GOVERNOR)

@@ -29,7 +29,9 @@ def build():
     yard = Coupled("y"); yard.add(Ticks("t")); return yard
 """
 BEYOND = str(HERE / "beyond.py")
-CURE = "in a run each child of yard is a node of its own; send messages, or put what belongs together into one Coupled"
+CURE = (
+    "in a run each child of yard is a separate node; send messages, or put models that need each other into one Coupled"
+)
 
 
 def flat(reference: str, until: int = 100, **settings: Any) -> str:
@@ -74,7 +76,7 @@ OUT_OF_REACH = {
 
 @pytest.mark.parametrize("act", OUT_OF_REACH)
 def test_a_model_cannot_reach_its_siblings_or_parents(act: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    message = f"yard.ticker at (0.00000003 s, 0): {OUT_OF_REACH[act]} is out of reach: {CURE}"
+    message = f"yard.ticker at (0.00000003 s, 0): {OUT_OF_REACH[act]} cannot be accessed: {CURE}"
     if act in STRUCTURE:
         assert flat(f"yard('{act}')") == message
         monkeypatch.setattr("heavylift.nodes.devs.Coupled._reachable", lambda root, name: None)
@@ -200,7 +202,7 @@ def test_a_long_chain_without_delay_runs_if_the_microstep_limit_allows_it(where:
 @pytest.mark.parametrize("limit", [0, -5, 1.5, True, 2**40])
 def test_an_invalid_limit_of_microsteps_is_refused(limit: Any) -> None:
     assert run("chain(3)", microsteps=limit) == (
-        f"microsteps={limit!r}: the limit of microsteps at one time must be an int > 0, and < 2**31"
+        f"microsteps={limit!r}: the limit of microsteps at one time must be an int from 1 to 2**31 - 1"
     )
 
 

@@ -114,9 +114,9 @@ def test_a_mistake_in_a_model_is_reported_with_its_path_and_time(where):
     [
         (
             "rings",
-            "'rings' names no model: write module:function, such as my_models:build or my_models:ring(4, hold=5)",
+            "'rings' does not refer to a model: write module:function, such as my_models:build or my_models:ring(4)",
         ),
-        ("rings:tokens(open('x'))", "\"rings:tokens(open('x'))\" names no model: write module:function"),
+        ("rings:tokens(open('x'))", "\"rings:tokens(open('x'))\" does not refer to a model: write module:function"),
         ("rings:tokens(4)", "rings:tokens(4): tokens() raised TypeError: tokens() takes 0 positional arguments"),
         ("rings:sand", "rings:sand: rings has no function sand; define it and let it return a Coupled"),
         ("rungs:tokens", "there is no module rungs in . or installed"),

@@ -109,27 +109,43 @@ def apart(fields: dict[str, Any]) -> str:
 
 
 REFUSED = [
-    ("whole", "text", "the str 'text' does not travel as int, convert it to int first"),
-    ("whole", 1.0, "the float 1.0 does not travel as int, convert it to int first"),
-    ("whole", True, "the bool True does not travel as int, convert it to int first"),
-    ("whole", math.nan, "the float nan does not travel as int, convert it to int first"),
-    ("whole", 2**64, "the int of 65 bits does not travel as int, an int has at most 64"),
-    ("whole", -(10**1000), "the int of 3322 bits does not travel as int, an int has at most 64"),
-    ("whole", np.int64(3), "the int64 np.int64(3) does not travel as int, convert it to int first"),
-    ("real", 2**53 + 1, "the int 9007199254740993 does not travel as float, convert it to float first"),
-    ("real", np.float64(1.5), "the float64 np.float64(1.5) does not travel as float, convert it to float first"),
-    ("real", "1.5", "the str '1.5' does not travel as float, convert it to float first"),
-    ("text", Side.WEST, "the Side <Side.WEST: 'west'> does not travel as str, convert it to str first"),
-    ("text", "\ud800", r"the str '\ud800' does not travel as str, convert it to str first"),
-    ("flag", 1, "the int 1 does not travel as bool, convert it to bool first"),
-    ("flag", np.True_, "the bool np.True_ does not travel as bool, convert it to bool first"),
-    ("side", "west", "the str 'west' does not travel as Side, convert it to Side first"),
-    ("way", "left", "the str 'left' does not travel as typing.Literal['up', 'down'], convert it to "),
-    ("positive", -1, "the int -1 does not travel as typing.Annotated[int, msgspec.Meta(ge=0)], convert it to "),
-    ("maybe", "none", "the str 'none' does not travel as float | None, convert it to float | None first"),
-    ("many", (1, "2"), "the tuple (1, '2') does not travel as tuple[int, ...], convert it to tuple[int, ...] first"),
-    ("base", Derived(1), "the Derived Derived(n=1, more=1) does not travel as Base, convert it to Base first"),
-    ("base", Base("x"), "the str 'x' does not travel as int, convert it to int first"),  # type: ignore[arg-type]
+    ("whole", "text", "the str 'text' does not arrive unchanged as int; convert it to int first"),
+    ("whole", 1.0, "the float 1.0 does not arrive unchanged as int; convert it to int first"),
+    ("whole", True, "the bool True does not arrive unchanged as int; convert it to int first"),
+    ("whole", math.nan, "the float nan does not arrive unchanged as int; convert it to int first"),
+    ("whole", 2**64, "the int of 65 bits does not arrive unchanged as int; an int has at most 64"),
+    ("whole", -(10**1000), "the int of 3322 bits does not arrive unchanged as int; an int has at most 64"),
+    ("whole", np.int64(3), "the int64 np.int64(3) does not arrive unchanged as int; convert it to int first"),
+    ("real", 2**53 + 1, "the int 9007199254740993 does not arrive unchanged as float; convert it to float first"),
+    (
+        "real",
+        np.float64(1.5),
+        "the float64 np.float64(1.5) does not arrive unchanged as float; convert it to float first",
+    ),
+    ("real", "1.5", "the str '1.5' does not arrive unchanged as float; convert it to float first"),
+    ("text", Side.WEST, "the Side <Side.WEST: 'west'> does not arrive unchanged as str; convert it to str first"),
+    ("text", "\ud800", r"the str '\ud800' does not arrive unchanged as str; convert it to str first"),
+    ("flag", 1, "the int 1 does not arrive unchanged as bool; convert it to bool first"),
+    ("flag", np.True_, "the bool np.True_ does not arrive unchanged as bool; convert it to bool first"),
+    ("side", "west", "the str 'west' does not arrive unchanged as Side; convert it to Side first"),
+    ("way", "left", "the str 'left' does not arrive unchanged as typing.Literal['up', 'down']; convert it to "),
+    (
+        "positive",
+        -1,
+        "the int -1 does not arrive unchanged as typing.Annotated[int, msgspec.Meta(ge=0)]; convert it to ",
+    ),
+    ("maybe", "none", "the str 'none' does not arrive unchanged as float | None; convert it to float | None first"),
+    (
+        "many",
+        (1, "2"),
+        "the tuple (1, '2') does not arrive unchanged as tuple[int, ...]; convert it to tuple[int, ...] first",
+    ),
+    (
+        "base",
+        Derived(1),
+        "the Derived Derived(n=1, more=1) does not arrive unchanged as Base; convert it to Base first",
+    ),
+    ("base", Base("x"), "the str 'x' does not arrive unchanged as int; convert it to int first"),  # type: ignore[arg-type]
 ]
 
 

@@ -108,8 +108,11 @@ def spoiled(result: Any) -> Coupled:
         (lambda m: 1 / 0, "result() raised ZeroDivisionError: division by zero"),
         (lambda m: m.hold_in(5), "result() must not change the model: do that in a transition"),
         (lambda m: m.parent.remove("one"), "result() must not change the model: do that in a transition"),
-        (lambda m: m.out.send(Till(1.0)), "port out was sent to outside output(): only output() may send"),
-        (lambda m: Till("x"), "its result: message Till, field seconds: the str 'x' does not travel as float"),
+        (lambda m: m.out.send(Till(1.0)), "port out was used outside output(); only output() may send"),
+        (
+            lambda m: Till("x"),
+            "its result: message Till, field seconds: the str 'x' does not arrive unchanged as float",
+        ),
     ],
 )
 def test_a_result_that_breaks_a_rule_is_reported_by_path(result: Any, sentence: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -9,7 +10,8 @@ from typing import Any
 
 from heavylift.coordinator.workbench import version_of
 
-PATIENCE_s = 60.0
+PATIENCE_s, RUN_s = 120.0, 300.0  # on a busy machine: for an answer, for a run
+PICTURES = os.environ.get("HEAVYLIFT_PICTURES")
 
 
 class Hands:
@@ -35,6 +37,10 @@ class Hands:
         self.until(lambda: piece in self.text)
         self.page.wait_for_function("piece => workbench.editor.text.includes(piece)", arg=piece)
 
+    def shown(self) -> None:
+        """Wait until the page has the text of the file."""
+        self.page.wait_for_function("text => workbench.editor.text === text", arg=self.text)
+
     def previewed(self, text: str | None = None) -> None:
         """Wait until the checks of a text are shown: that of the file."""
         self.page.wait_for_selector(f"html[data-checks='{version_of(self.text if text is None else text)}']")
@@ -58,19 +64,21 @@ class Hands:
         before = self.text
         self.page.locator("#outline").get_by_label(f"add to {group}", exact=True).select_option(label=label)
         self.until(lambda: self.text != before)
-        self.page.wait_for_function("text => workbench.editor.text === text", arg=self.text)
+        self.shown()
 
-    def paste(self, rows: str, lengths: str = "m", masses: str = "t") -> None:
-        """Paste rows of a spreadsheet into the form."""
+    def paste(self, rows: str, lengths: str = "m", masses: str = "t", instead: bool = False) -> None:
+        """Paste rows of a spreadsheet into the form, in addition to those that are there or instead of them."""
         form, before = self.page.locator("#form"), self.text
         form.get_by_text("Paste from a spreadsheet").click()
         form.locator("textarea").fill(rows)
         form.get_by_label("lengths in").select_option(lengths)
         if form.get_by_label("masses in").count():
             form.get_by_label("masses in").select_option(masses)
+        if instead:
+            form.get_by_label("in place of").check()
         form.get_by_role("button", name="add these rows").click()
         self.until(lambda: self.text != before)
-        self.page.wait_for_function("text => workbench.editor.text === text", arg=self.text)
+        self.shown()
 
     def begin(self, name: str, like: str) -> None:
         """Begin a scene like another one."""
@@ -81,6 +89,18 @@ class Hands:
         dialog.get_by_role("button", name="create").click()
         self.page.wait_for_selector(f"option[value='{name}.yaml']:checked", state="attached")
         self.file = self.file.parent / f"{name}.yaml"
+
+    def run(self) -> str:
+        """Run the scene to its end and return the verdict that is shown."""
+        recording = f"{self.file.stem}.mcap"
+        self.page.get_by_role("button", name="Run", exact=True).click()
+        self.page.wait_for_selector(f"html[data-motion='{recording}']", timeout=RUN_s * 1e3)
+        return str(self.page.locator("#verdict").inner_text()).removeprefix(f"{recording}: ")
+
+    def picture(self, name: str) -> None:
+        """Take a picture of the page for its description, if a folder for it is named."""
+        if PICTURES:
+            self.page.screenshot(path=Path(PICTURES) / f"{name}.png", scale="css")
 
     def grip(self, body: str, p: list[float]) -> list[float]:
         """Where a point of a body is seen [pixel]."""

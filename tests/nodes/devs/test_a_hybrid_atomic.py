@@ -126,7 +126,7 @@ def test_a_bouncing_ball_bounces_at_its_closed_form_and_comes_to_rest(height: fl
 
 @pytest.mark.parametrize("name", ["state", "at", "tell", "start"])
 def test_a_port_cannot_have_the_name_of_a_hybrid_method(name: str) -> None:
-    with pytest.raises(ModelError, match=rf"^m: a port cannot be called {name}: every "):
+    with pytest.raises(ModelError, match=rf"^m: a port cannot be named {name}: every "):
         Pendulum("m").add_in(name, Ask)
 
 
@@ -142,10 +142,10 @@ class Odd(Cooling):
 @pytest.mark.parametrize(
     ("model", "sentence"),
     [
-        (Odd("m", lambda x: (1.0, 2.0)), "flow() gave 2 numbers for a state of 1"),
-        (Odd("m", lambda x: (x[0] ** 2 * 1e3,)), "the flow cannot be followed from"),
-        (Odd("m", lambda x: (-1.0,), lambda x: (x[0],) * (1 + (x[0] < 0.5))), "guards() gave 1 numbers and then 2"),
-        (Odd("m", lambda x: (-1.0,), lambda x: (x[0] if x[0] > 0.5 else nan,)), "guards() gave (nan,) at (0.4"),
+        (Odd("m", lambda x: (1.0, 2.0)), "flow() returned 2 numbers for a state of 1"),
+        (Odd("m", lambda x: (x[0] ** 2 * 1e3,)), "the flow cannot be integrated from"),
+        (Odd("m", lambda x: (-1.0,), lambda x: (x[0],) * (1 + (x[0] < 0.5))), "guards() returned 1 numbers, then 2"),
+        (Odd("m", lambda x: (-1.0,), lambda x: (x[0] if x[0] > 0.5 else nan,)), "guards() returned (nan,) at (0.4"),
         (Odd("m", lambda x: (-1e7 * (x[0] - 2.0),)), "the flow from (1.0,) needs more than 1000 steps for 0.0002"),
         (Odd("m", lambda x: (1.0,), start=float("nan")), "go(nan,): the state must be finite numbers"),
     ],

@@ -50,7 +50,8 @@ def test_reading_an_unknown_port_of_a_bag_is_refused(ask: object) -> None:
             x[ask]
 
     with pytest.raises(
-        ModelError, match=r"^m at \(0 s, 0\): x\[.*\]: a bag has the in ports of its model, self.a, self.b$"
+        ModelError,
+        match=r"^m at \(0 s, 0\): x\[.*\]: this is not an input port of the model, which has self.a, self.b$",
     ):
         drive(Asking("m"), [(0, "a", Summand(1))])
 

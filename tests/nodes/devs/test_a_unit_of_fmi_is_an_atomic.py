@@ -150,7 +150,7 @@ def test_faults_of_an_fmu_are_reported_by_name(unit, tmp_path: Path) -> None:
     other.write_bytes(b"no archive")
     with pytest.raises(ModelError, match=rf"^p: '{other}' is code in a folder that you have not trusted"):
         Fmu("p", other, ms(1), ["x"])
-    with allowed([str(tmp_path)]), pytest.raises(ModelError, match=r"^p: .* is no unit that can be read"):
+    with allowed([str(tmp_path)]), pytest.raises(ModelError, match=r"^p: .* cannot be read as an FMU"):
         Fmu("p", other, ms(1), ["x"])
     with pytest.raises(ModelError, match=r"^p: Spring.fmu has no variable z; it has f, x, steps, m$"):
         Fmu("p", unit[0], ms(1), ["z"])
@@ -158,7 +158,7 @@ def test_faults_of_an_fmu_are_reported_by_name(unit, tmp_path: Path) -> None:
         Fmu("p", unit[0], 0.01, ["x"])  # type: ignore[arg-type]
     for name, sentence in {
         "g": "Spring.fmu has no variable g",
-        "x": "x of Spring.fmu is no input, but its out",
+        "x": "x of Spring.fmu is not an input but out",
     }.items():
         with pytest.raises(ModelError, match=rf"^p at \(0.003 s, 0\): p: {sentence}"):
             drive(Fmu("p", unit[0], ms(1), ["x"]), [(ms(3), "u", Signals(((name, 1.0),)))], until=ms(9))
@@ -172,7 +172,7 @@ def test_an_fmu_of_fmi_3_may_end_early_and_may_have_arrays(tmp_path: Path, monke
     monkeypatch.setenv("HEAVYLIFT_CACHE", str(tmp_path / "cache"))
     of_fmi_3(tmp_path)
     with allowed([str(tmp_path)]):
-        with pytest.raises(ModelError, match=r"^p: variable row of Spring.fmu is an array, and no number$"):
+        with pytest.raises(ModelError, match=r"^p: variable row of Spring.fmu is an array, not a number$"):
             Fmu("p", tmp_path / "Spring.fmu", ms(1), ["row"])
         with pytest.raises(
             ModelError, match=r"^p at \(0.004 s, 0\): p: Spring.fmu asks for the end of the simulation at 0.005 s"

@@ -44,8 +44,8 @@ def test_a_violated_lookahead_is_reported_with_the_port() -> None:
 
     text = sentence_of(internal=again, output=lambda self: self.slow.send(Item(1)))
     assert text == (
-        "r.m at (1.009 s, 0): port slow promises a lookahead of 10000000 ns and speaks 9000000 ns after the "
-        "transition that scheduled it; hold for longer or declare less"
+        "r.m at (1.009 s, 0): port slow promises a lookahead of 10000000 ns but sends 9000000 ns after the "
+        "transition that scheduled the output; hold for longer or declare less"
     )
 
 

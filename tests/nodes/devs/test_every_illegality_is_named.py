@@ -96,14 +96,14 @@ def test_endless_recursion_in_any_of_the_five_model_functions_is_reported(functi
 
 
 WAITS: list[tuple[Any, str]] = [
-    (-1, "negative time advance: hold_in(-1) [ns], the wait must be >= 0"),
-    (-(2**70), f"negative time advance: hold_in({-(2**70)}) [ns], the wait must be >= 0"),
-    (0.5, "hold_in(0.5): the wait must be an int in ns, use seconds(1.5)"),
-    (float("nan"), "hold_in(nan): the wait must be an int in ns, use seconds(1.5)"),
-    (float("inf"), "hold_in(inf): the wait must be an int in ns, use seconds(1.5)"),
-    (None, "hold_in(None): the wait must be an int in ns, use seconds(1.5)"),
-    (True, "hold_in(True): the wait must be an int in ns, use seconds(1.5)"),
-    ("1 s", "hold_in('1 s'): the wait must be an int in ns, use seconds(1.5)"),
+    (-1, "negative time advance: hold_in(-1) [ns]; the wait must be >= 0"),
+    (-(2**70), f"negative time advance: hold_in({-(2**70)}) [ns]; the wait must be >= 0"),
+    (0.5, "hold_in(0.5): the wait must be an int in ns; use seconds(1.5)"),
+    (float("nan"), "hold_in(nan): the wait must be an int in ns; use seconds(1.5)"),
+    (float("inf"), "hold_in(inf): the wait must be an int in ns; use seconds(1.5)"),
+    (None, "hold_in(None): the wait must be an int in ns; use seconds(1.5)"),
+    (True, "hold_in(True): the wait must be an int in ns; use seconds(1.5)"),
+    ("1 s", "hold_in('1 s'): the wait must be an int in ns; use seconds(1.5)"),
 ]
 
 
@@ -123,7 +123,7 @@ OUTPUTS: list[tuple[str, Callable[[Any], object], str]] = [
     (
         "list inside",
         lambda m: m.out.send(Item([1])),
-        "message Item, field n: the list [1] can be changed by a receiver, "
+        "message Item, field n: the list [1] can be changed by a receiver; "
         "use numbers, str, bytes, tuples, enums or other messages",
     ),
     ("unknown port", lambda m: m.ports["report"], "output() raised KeyError: 'report' (LINE)"),
@@ -135,7 +135,7 @@ OUTPUTS: list[tuple[str, Callable[[Any], object], str]] = [
     (
         "foreign port",
         lambda m: m.parent.children["g"].out.send(Item(1)),
-        "r.g.out was sent to by another model: output() may send to its own ports only",
+        "r.g.out was used by another model; output() may send only on ports of its own model",
     ),
 ]
 
@@ -169,7 +169,7 @@ def test_output_must_not_change_the_structure(change: Callable[[Any], object]) -
 )
 def test_only_output_may_send(function: str, where: str) -> None:
     text = sentence(**{function: lambda self, *_: self.out.send(Item(1))})
-    assert text == f"r.m at ({where} s, 0): port out was sent to outside output(): only output() may send"
+    assert text == f"r.m at ({where} s, 0): port out was used outside output(); only output() may send"
 
 
 def test_a_scheduled_transition_that_sets_no_new_schedule_is_reported() -> None:
@@ -185,7 +185,7 @@ def test_missing_model_functions_are_reported() -> None:
         def start(self) -> None:
             self.hold_in(seconds(1))
 
-    assert sentence_of(Deaf("m")) == "r.m at (1 s, 0): the scheduled tag came, but the model defines no internal()"
+    assert sentence_of(Deaf("m")) == "r.m at (1 s, 0): the scheduled time came, but the model defines no internal()"
     Deaf.start = Atomic.start
     assert sentence_of(Deaf("m")) == "r.m at (2 s, 0): an input arrived, but the model defines no external()"
 
@@ -204,9 +204,8 @@ def zero_time_loop(model: Coupled) -> str:
     simulator.start()
     with pytest.raises(ModelError) as caught:
         simulator.run()
-    limit = (
-        f": zero-time loop, 10000 microsteps in which no time passes; let one of them hold for more than 0 ns{LONGER}"
-    )
+    limit = ": zero-time loop: 10000 microsteps without time passing; let one of these models "
+    limit += f"hold for more than 0 ns{LONGER}"
     assert str(caught.value).endswith(limit)
     return str(caught.value).removesuffix(limit)
 
@@ -244,7 +243,7 @@ def test_a_model_that_runs_its_own_simulator_is_reported() -> None:
     simulator.start()
     with pytest.raises(ModelError) as caught:
         simulator.run()
-    again = "r at (1 s, 0): a transition of this tag failed, or runs the simulator itself; start again"
+    again = "r at (1 s, 0): a transition at this time failed, or called the simulator itself; start again"
     assert str(caught.value) == f"r.m at (1 s, 0): {again}"
     for onward in (simulator.run, simulator.snapshot, simulator.outputs, lambda: simulator.advance(Tag(seconds(2)))):
         with pytest.raises(ModelError) as caught:
@@ -256,7 +255,7 @@ def test_a_model_that_runs_its_own_simulator_is_reported() -> None:
 
 
 def test_using_a_model_before_its_start_is_refused() -> None:
-    with pytest.raises(ModelError, match=r"^r: nothing has begun, call start\(\) first$"):
+    with pytest.raises(ModelError, match=r"^r: the simulation has not begun; call start\(\) first$"):
         Simulator(yard(M)).run()
 
 
@@ -277,8 +276,10 @@ def test_messages_in_the_past_and_steps_beyond_the_next_event_are_refused() -> N
     for tag in (Tag(seconds(0.5)), Tag(seconds(1))):
         with pytest.raises(ModelError) as caught:
             simulator.advance(tag)
-        assert str(caught.value) == f"m at (1 s, 0): late message, {tag} is past already"
+        assert str(caught.value) == f"m at (1 s, 0): late message: {tag} has already passed"
     simulator.advance(Tag(seconds(1), 1))
     assert (m.now, simulator.next_time) == (Tag(seconds(1), 1), Tag(seconds(2)))
-    with pytest.raises(ModelError, match=r"^m: cannot advance to \(3 s, 0\), the next transition is at \(2 s, 0\)$"):
+    with pytest.raises(
+        ModelError, match=r"^m: cannot advance to \(3 s, 0\): the next transition is due before, at \(2 s, 0\)$"
+    ):
         simulator.advance(Tag(seconds(3)))

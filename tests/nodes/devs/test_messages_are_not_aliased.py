@@ -67,7 +67,7 @@ def test_a_field_that_a_receiver_could_change_is_refused(field: Any, shown: str)
     with pytest.raises(ModelError) as caught:
         define("Mutable", (Message,), {"__annotations__": {"load": field}})
     assert str(caught.value) == (
-        f"message Mutable, field load: {shown} can be changed by a receiver, "
+        f"message Mutable, field load: {shown} can be changed by a receiver; "
         f"use numbers, str, bytes, tuple[...], enums or other messages"
     )
 
@@ -107,7 +107,7 @@ def test_no_mutable_container_enters_a_message_with_or_without_annotations(field
     with pytest.raises(ModelError) as caught:
         Bundle(**fields)
     assert str(caught.value) == (
-        f"message Bundle, {shown} can be changed by a receiver, "
+        f"message Bundle, {shown} can be changed by a receiver; "
         "use numbers, str, bytes, tuples, enums or other messages"
     )
 

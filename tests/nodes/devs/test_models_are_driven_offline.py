@@ -70,8 +70,8 @@ def test_transitions_can_be_inspected() -> None:
     [
         ((1.5, "into", Job(1)), "p: the input for into comes at 1.5; give seconds(1.5) or a Tag, from 0 on"),
         ((-1, "into", Job(1)), "p: the input for into comes at -1; give seconds(1.5) or a Tag, from 0 on"),
-        ((1, "in", Job(1)), "p: there is no in port in; its in ports: into"),
-        ((1, "done", Job(1)), "p: there is no in port done; its in ports: into"),
+        ((1, "in", Job(1)), "p: there is no input port in; its input ports: into"),
+        ((1, "done", Job(1)), "p: there is no input port done; its input ports: into"),
         ((1, "into", Item(1)), "p.into carries Job, not Item"),
     ],
 )

@@ -128,10 +128,10 @@ def test_confluent_can_be_overridden_and_is_never_called_without_an_input() -> N
 def test_advancing_past_the_next_transition_or_into_the_past_is_refused() -> None:
     simulator = Simulator(Generator("g", seconds(1)))
     simulator.start()
-    with pytest.raises(ModelError, match=r"^g: cannot advance to \(2 s, 0\), the next transition is"):
+    with pytest.raises(ModelError, match=r"^g: cannot advance to \(2 s, 0\): the next transition is"):
         simulator.advance(Tag(seconds(2)))
     simulator.advance(Tag(seconds(1)))
-    with pytest.raises(ModelError, match=r"^g at \(1 s, 0\): late message, \(0.5 s, 0\) is past already$"):
+    with pytest.raises(ModelError, match=r"^g at \(1 s, 0\): late message: \(0.5 s, 0\) has already passed$"):
         simulator.advance(Tag(seconds(0.5)))
 
 

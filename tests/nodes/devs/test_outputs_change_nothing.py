@@ -85,7 +85,7 @@ def ran(until: int, *models: Atomic) -> str:
 def test_an_output_that_changes_state_is_reported_with_the_attribute(
     key: str, spoil: Callable[[Any], object], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    message = f"r.b at (0.00000001 s, 0): output() must not change the state: it changed {key}, do that in a transition"
+    message = f"r.b at (0.00000001 s, 0): output() must not change the state: it changed {key}; do that in a transition"
     assert ran(45, Clock("a"), Clock("b", spoil)) == message
     monkeypatch.setattr(rules.Witness, "after", lambda witness, tag, seen: None)
     assert ran(15, Clock("a"), Clock("b", spoil)) != message, "nobody else sees it"
@@ -162,7 +162,7 @@ UNCHANGEABLE: list[tuple[str, Callable[[Any], object]]] = [
     ("c", lambda self: put("c", "new")(self)),
     ("b", exchange),
     ("d", lambda self: put("d", "new")(self)),
-    ("what attributes there are", lambda self: put("d", self.a)(self)),
+    ("the set of attributes", lambda self: put("d", self.a)(self)),
     ("an attribute, which it deleted", lambda self: delattr(self, "b")),
     ("d", replace),
 ]
@@ -170,6 +170,6 @@ UNCHANGEABLE: list[tuple[str, Callable[[Any], object]]] = [
 
 @pytest.mark.parametrize(("key", "spoil"), UNCHANGEABLE)
 def test_immutable_attributes_that_are_replaced_are_named_too(key: str, spoil: Callable[[Any], object]) -> None:
-    message = f"r.a at (0.00000001 s, 0): output() must not change the state: it changed {key}, do that in a transition"
+    message = f"r.a at (0.00000001 s, 0): output() must not change the state: it changed {key}; do that in a transition"
     spoiled = type("Spoiled", (Bare,), {"output": spoil})
     assert ran(45, spoiled("a")) == message

@@ -86,15 +86,15 @@ def wrong(make: Callable[[], object], sentence: str) -> None:
 
 def test_invalid_names_are_refused() -> None:
     r = coupled("r", [Sink("a")])
-    wrong(lambda: r.add(Sink("a")), "r: two children are called a, rename one of them")
+    wrong(lambda: r.add(Sink("a")), "r: two children are named a; rename one of them")
     wrong(lambda: r.add(r), "r: r already has a parent and cannot be added here")
     wrong(lambda: Coupled("x").add(r.children["a"]), "x: r.a already has a parent and cannot be added here")
-    wrong(lambda: Sink("a.b"), "'a.b' cannot name a model: use letters, digits, _ and - only")
-    wrong(lambda: r.add_in("a b", Item), "r: 'a b' cannot name a port: use letters, digits, _ and - only")
+    wrong(lambda: Sink("a.b"), "'a.b' is not a valid name of a model: use letters, digits, _ and - only")
+    wrong(lambda: r.add_in("a b", Item), "r: 'a b' is not a valid name of a port: use letters, digits, _ and - only")
     wrong(lambda: (r.add_in("i", Item), r.add_out("i", Item)), "r: port i is declared twice")
     wrong(
         lambda: Sink("s").add_in("start", Item),
-        "s: a port cannot be called start: every model has that already",
+        "s: a port cannot be named start: every model has an attribute of this name",
     )
 
 
@@ -105,16 +105,20 @@ def test_invalid_couplings_are_refused() -> None:
     other, stranger = r.add_in("other", Other), Relay("stranger")
     neither = "is neither a port of r nor of its children"
     refused: list[tuple[Port[Any], Port[Any], str]] = [
-        (i, o, "passes straight through, which the formalism excludes; put an atomic between"),
-        (a.out, a.into, "feeds a model back to itself, which the formalism excludes; put an atomic between"),
-        (a.out, b.into, "it is there already, a second one would double every message"),
+        (
+            i,
+            o,
+            "it connects an input directly to an output, which the formalism excludes; put an atomic model in between",
+        ),
+        (a.out, a.into, "it connects a model to itself, which the formalism excludes; put an atomic model in between"),
+        (a.out, b.into, "it exists already; a second one would duplicate every message"),
         (a.out, c.ports["into"], f"r.inner.c.into {neither}"),
         (stranger.out, a.into, f"stranger.out {neither}"),
         (other, a.into, "Other does not fit a port of Item"),
-        (a.into, b.into, "r.a.into cannot be a source here, take an out port of a child"),
-        (a.out, b.out, "r.b.out cannot be a target here, take an in port of a child"),
-        (o, a.into, "r.o cannot be a source here, take an out port of a child"),
-        (a.out, i, "r.i cannot be a target here, take an in port of a child"),
+        (a.into, b.into, "r.a.into cannot be a source here; use an output port of a child"),
+        (a.out, b.out, "r.b.out cannot be a target here; use an input port of a child"),
+        (o, a.into, "r.o cannot be a source here; use an output port of a child"),
+        (a.out, i, "r.i cannot be a target here; use an input port of a child"),
     ]
     for source, target, why in refused:
         wrong(partial(r.connect, source, target), f"r: coupling {source!r} -> {target!r}: {why}")
@@ -137,7 +141,7 @@ def test_invalid_ports_are_refused() -> None:
     wrong(Hasty, "Hasty: call super().__init__(name) before using ports")
     simulator = Simulator(coupled("r", [Sink("s")]))
     simulator.start()
-    wrong(lambda: simulator.inject("x", Item(1)), "r: there is no in port x")
+    wrong(lambda: simulator.inject("x", Item(1)), "r: there is no input port x")
     simulator = Simulator(Sink("s"))
     simulator.start()
     wrong(lambda: simulator.inject("into", Other(1)), "s.into carries Item, not Other")

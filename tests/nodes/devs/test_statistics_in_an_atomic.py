@@ -38,10 +38,10 @@ def test_a_time_average_weights_values_by_their_duration() -> None:
 
 def test_an_invalid_observation_is_refused() -> None:
     for take in (Tally().add, lambda x: TimeWeighted().set(x, Tag(1)), TimeWeighted):
-        with pytest.raises(ModelError, match=r"^nan is no observation: give a finite number$"):
+        with pytest.raises(ModelError, match=r"^nan is not a valid observation: give a finite number$"):
             take(float("nan"))
     late = TimeWeighted(1.0, since_ns=5)
-    with pytest.raises(ModelError, match=r"^a mean over time cannot go back from \(0.000000005 s, 0\) to "):
+    with pytest.raises(ModelError, match=r"^a time average cannot go back in time from \(0.000000005 s, 0\) to "):
         late.set(2.0, Tag(3))
 
 

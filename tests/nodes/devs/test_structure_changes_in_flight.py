@@ -142,8 +142,8 @@ def test_a_structure_change_may_not_reduce_a_promised_lookahead() -> None:
     with pytest.raises(ModelError) as error:
         simulator.run(seconds(5))
     assert str(error.value) == (
-        "site at (1 s, 0): the lookahead of port out falls from 1000000000 ns to 0 ns, but others rely on it; "
-        "give what is added no less lookahead"
+        "site at (1 s, 0): the lookahead of port out drops from 1000000000 ns to 0 ns, but other nodes rely on it; "
+        "give the added models at least the former lookahead"
     )
 
 
@@ -167,8 +167,8 @@ def test_an_added_model_keeps_its_lookahead_from_then_on() -> None:
     with pytest.raises(ModelError) as error:
         started(coupled("yard", [Adder("adder", "", seconds(1))])).run(seconds(5))
     assert str(error.value) == (
-        "site.yard.hasty at (1.5 s, 0): port out promises a lookahead of 1000000000 ns and speaks 500000000 ns after "
-        "the transition that scheduled it; hold for longer or declare less"
+        "site.yard.hasty at (1.5 s, 0): port out promises a lookahead of 1000000000 ns but sends 500000000 ns after "
+        "the transition that scheduled the output; hold for longer or declare less"
     )
 
 
@@ -228,9 +228,7 @@ def run(builder: Coupled) -> None:
 def test_models_cannot_change_the_root_while_it_runs(
     function: str, change: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    message = (
-        f"yard.m at ({WHEN[function]} s, 0): yard.{change} is out of reach: in a run each child of yard is a node "
-    )
+    message = f"yard.m at ({WHEN[function]} s, 0): yard.{change} cannot be accessed: in a run each child of yard is a "
     with pytest.raises(ModelError, match=f"^{re.escape(message)}"):
         run(changing(function, change))
     if function != "output":

@@ -47,7 +47,7 @@ def slept(first: int, second: int) -> Tag | str:
 def test_a_wait_beyond_the_last_representable_time_is_refused(
     second: int, told: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    end = "ends beyond 2**63 ns, 292 years, as time does; hold for less, or call passivate() to wait for ever"
+    end = "ends after the largest time, 2**63 ns or 292 years; hold for less, or call passivate() to wait for ever"
     assert slept(5, second) == f"m at (0.000000005 s, 0): hold_in({told}) [ns] {end}"
     monkeypatch.setattr(models, "NEVER", 2**9999)
     move = schedule.Schedule.move
@@ -71,7 +71,9 @@ def test_waits_up_to_the_last_representable_time_and_for_ever_are_accepted() -> 
 
 
 def test_other_times_beyond_the_last_representable_one_are_refused() -> None:
-    with pytest.raises(ModelError, match=r"^s: port o: lookahead 2\*\*63 ns or more, where time ends$"):
+    with pytest.raises(
+        ModelError, match=r"^s: port o: lookahead of 2\*\*63 ns or more is longer than the largest time$"
+    ):
         Sink("s").add_out("o", Item, 2**70)
     with pytest.raises(ModelError, match=r"^r: the input for into comes at 1180591620717411303424; take a time before"):
         drive(Relay("r"), [(2**70, "into", Item(1))])
@@ -83,5 +85,7 @@ def test_other_times_beyond_the_last_representable_one_are_refused() -> None:
 
 def test_the_helper_seconds_states_its_unit_and_its_old_name_warns() -> None:
     assert (seconds(1), ms(1), us(1)) == (1_000_000_000, 1_000_000, 1_000)
-    with pytest.warns(DeprecationWarning, match=r"ns\(1\) reads as nanoseconds; write seconds\(1\)"):
+    with pytest.warns(
+        DeprecationWarning, match=r"ns\(1\) looks like nanoseconds but takes seconds; write seconds\(1\)"
+    ):
         assert ns(1) == seconds(1)

@@ -44,7 +44,7 @@ def line(order: Order) -> Order:
 def test_two_orders_for_one_actor_in_one_action_are_refused() -> None:
     both = Action(orders=(hoist("west.H1", -2.0), line(hoist("west.H1", 2.0))))
     assert fails(turnover(both)) == (
-        f"(0 s, 0): {LINE}: west.H1 gets an order while its hoist (order 1 of action 1) is not done, {DONE}"
+        f"(0 s, 0): {LINE}: west.H1 gets an order while its hoist (order 1 of action 1) is not done; {DONE}"
     )
 
 
@@ -58,7 +58,7 @@ def test_an_order_for_a_moving_actor_is_refused() -> None:
 def test_an_order_for_an_actor_that_follows_the_turn_is_refused() -> None:
     both = Action(orders=(Turn(rate=0.1, accel=0.1, to=1.0), line(hoist("east.H3", 2.0))))
     assert fails(turnover(both)) == (
-        f"(0 s, 0): {LINE}: east.H3 gets an order while it follows the turn, wait until it is done"
+        f"(0 s, 0): {LINE}: east.H3 gets an order while it follows the turn; wait until that is done"
     )
 
 
@@ -66,7 +66,7 @@ def test_travelling_with_a_block_on_its_supports_is_refused() -> None:
     go = Action(when=taut(SLINGS[0]), orders=(line(travel("west", 120.0)),))
     assert fails(turnover(go), *events("taut", 9.0, SLINGS[0])) == (
         f"(9 s, 1): {LINE}: west cannot travel while block stands on its supports and loader-1.sling-1 is "
-        f"taut, wait until it is lifted or slacken the slings"
+        f"taut; wait until it is lifted or slacken the slings"
     )
 
 
@@ -86,7 +86,7 @@ def test_the_crane_without_a_supported_block_may_travel() -> None:
         (Hookup(sling="loader-9.sling-1", lug="A+10"), "there is no sling loader-9.sling-1"),
         (
             Hookup(sling="loader-1.sling-1", lug="A+10"),
-            "sling loader-1.sling-1 hangs on lug A-26 already, unhook it first",
+            "sling loader-1.sling-1 is already hooked to lug A-26; unhook it first",
         ),
         (Hookup(sling="loader-3.sling-1", lug="C"), "there is no lug C"),
         (UnhookSling(sling="loader-3.sling-1"), "sling loader-3.sling-1 is not hooked and cannot be unhooked"),
@@ -102,7 +102,7 @@ def test_slings_of_an_empty_set_are_refused() -> None:
         names=("loader-3.sling-1", "loader-3.sling-2"), state="taut", text="B slings taut", where=LINE
     )
     assert fails(turnover(Action(when=when, orders=()), hooked="A")) == (
-        f"(0 s, 0): {LINE}: `B slings taut` refers to no sling, none of loader-3.sling-1, loader-3.sling-2 is hooked"
+        f"(0 s, 0): {LINE}: `B slings taut` refers to no sling: none of loader-3.sling-1, loader-3.sling-2 is hooked"
     )
 
 

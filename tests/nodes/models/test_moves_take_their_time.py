@@ -105,7 +105,7 @@ def test_a_new_move_takes_over_from_one_that_is_ramping_down() -> None:
 
 def test_two_moves_of_one_actuator_at_once_are_refused_with_the_number_of_the_second() -> None:
     context = drive()
-    with pytest.raises(ModelError, match=r"drive at \(1 s, 0\): order 1 of action 3: x is moving already, wait for"):
+    with pytest.raises(ModelError, match=r"drive at \(1 s, 0\): order 1 of action 3: x is already moving; wait for"):
         context.put(1.0, "order", run(1.0, by=4.0), run(1.0, by=-4.0, id=2)).said()
 
 
@@ -147,7 +147,7 @@ def test_a_release_and_a_new_move_may_arrive_in_one_bag() -> None:
 
 def test_an_actuator_that_follows_a_master_refuses_moves() -> None:
     context = drive().put(0.0, "order", follow(1.0))
-    with pytest.raises(ModelError, match=r"order 1 of action 3: x follows turn, wait until that is done"):
+    with pytest.raises(ModelError, match=r"order 1 of action 3: x follows turn; wait until that is done"):
         context.put(9.0, "order", run(1.0, by=4.0)).said()
 
 

@@ -65,5 +65,5 @@ def test_in_a_turn_an_eccentric_centre_of_gravity_stays_in_place() -> None:
 
 
 def test_a_block_without_slings_cannot_turn() -> None:
-    with pytest.raises(ModelError, match=r"^the block cannot turn, no sling is hooked"):
+    with pytest.raises(ModelError, match=r"^the block cannot turn: no sling is hooked"):
         laws(turnover(), {})

@@ -95,7 +95,7 @@ TAG = "mechanism: {ropes: {tag: {start: {body: world}, end: {body: block}, EA: 1
     [
         (
             ("loader-1.sling-1: release", "loader-1.sling-1: hook [P1]"),
-            "loader-1.sling-1 has parted and cannot be hooked again",
+            "loader-1.sling-1 is broken and cannot be hooked again",
         ),
         (
             ("loader-1.sling-1: unhook", "loader-1.sling-1: release"),

@@ -1,6 +1,7 @@
 """Weather of a yard, and lifts that wait for it, are stopped by it and go on."""
 
 import random
+import re
 from bisect import bisect_left
 from collections import Counter
 from datetime import date, datetime, timedelta
@@ -205,7 +206,9 @@ def test_a_block_that_cannot_be_lifted_is_listed_as_a_finding(tmp_path):
     assert sheet.state == "red"
     assert "1 lift cannot be carried out, first B" in sheet.lead
     (table,) = [x for x in sheet.tables if x.title == "Lifts that cannot be carried out"]
-    assert [row[0] for row in table.rows] == ["B"]
+    ((block, step, why),) = table.rows
+    assert (block, step) == ("B", "erect")
+    assert re.match(r"blocks\.csv:3:\d+: \S", str(why.value)), "its file, row and column, and why"
 
 
 def test_a_table_is_of_the_scene_of_its_step_and_other_scenes_are_followed_at_rest():

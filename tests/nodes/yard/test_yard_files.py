@@ -1,6 +1,7 @@
 """Yard files: working time, what is read of them, what is wrong with them, and what a run of them answers."""
 
 import random
+import re
 from contextlib import suppress
 from datetime import date, datetime, timedelta
 from pathlib import Path
@@ -116,8 +117,10 @@ def test_bad_yard_files_are_reported_with_their_place(folder, file, old, new, me
     changed(folder, file, old, new)
     if "2057" in new:
         changed(folder, file, "2027-01-20", "2026-12-01")
-    with pytest.raises(SceneError, match=message):
+    with pytest.raises(SceneError, match=message) as found:
         load(folder / "yard.yaml")
+    first = str(found.value).splitlines()[0]
+    assert re.search(r"(yard\.yaml|blocks\.csv):\d+:\d+: error: \S.*\S$", first), "file, row and column, and a sentence"
 
 
 @pytest.mark.parametrize("seed", range(40))

@@ -52,7 +52,7 @@ class _Models:
             for target in action.orders:
                 for actor in self.targets.get(" ".join(target.split()), ()):
                     if who := self.leaders.get(actor.name):
-                        message = f"{actor.name} is led by the model '{who}' and takes no other orders"
+                        message = f"{actor.name} is controlled by the model '{who}' and takes no other orders"
                         self.source.fault(("actions", i, target), message, on_key=True)
         return found
 
@@ -117,7 +117,9 @@ class _Models:
             self.source.fault(path, f"'{target}' is no drive or winch that can be led", closest(target, known))
             return None
         if other := self.leaders.get(actor.name):
-            self.source.fault(path, f"{actor.name} is led by the model '{other}' already; one model leads it")
+            self.source.fault(
+                path, f"{actor.name} is controlled by the model '{other}' already; only one model can control it"
+            )
         self.leaders.setdefault(actor.name, model)
         return Led(port=port, move=self.move(actor, self.source.where(path)))
 

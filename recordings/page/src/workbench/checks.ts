@@ -5,6 +5,7 @@ import { element, markup } from "./dom";
 import { chip } from "./runs";
 import { stateWords, words } from "./words";
 
+const size = (x: Check) => x.use ?? x.value ?? 0;
 const percent = (x: number | undefined) => (x === undefined || x === null ? "" : `${(100 * x).toFixed(x < 0.1 ? 1 : 0)} %`);
 
 type Tab = "checks" | "tables" | "notes" | "runs" | "studies";
@@ -46,6 +47,7 @@ export class CheckTable {
   open(tab: Tab): void {
     this.tab = tab;
     this.draw();
+    this.body.scrollTop = 0;
   }
 
   take(found: Checks | null): void {
@@ -99,12 +101,12 @@ export class CheckTable {
       const key = this.every ? String(i) : `${check.state} ${check.why} ${check.quantity}`;
       groups.set(key, [...(groups.get(key) ?? []), check]);
     });
-    return [...groups.values()].map((group) => this.row(group));
+    const states = [...new Set(checks.map((x) => x.state))]; // worst first, as the verdict has them
+    return [...groups.values()].map((group): [Check[], Check] => [group, group.reduce((a, b) => (size(b) > size(a) ? b : a))])
+      .sort(([, a], [, b]) => states.indexOf(a.state) - states.indexOf(b.state) || (b.use ?? 0) - (a.use ?? 0)).map(([group, worst]) => this.row(group, worst));
   }
 
-  private row(group: Check[]): HTMLElement {
-    const size = (x: Check) => x.use ?? x.value ?? 0;
-    const worst = group.reduce((a, b) => (size(b) > size(a) ? b : a));
+  private row(group: Check[], worst: Check): HTMLElement {
     const many = new Set(group.map((x) => x.subject)).size;
     const at = [worst.t ? clock(worst.t, 1) : "", worst.stage].filter(Boolean).join(", ");
     const cells = [worst.quantity, worst.subject + (many > 1 ? words.many(many) : ""), worst.shown, worst.allowed, percent(worst.use), at, worst.sentence || worst.basis];

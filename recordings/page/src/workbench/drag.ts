@@ -10,7 +10,7 @@ const GRID_m = 0.5, FINE_m = 0.01;
 const NEAR_m = 0.6; // from a hook that a lug snaps under, from a lug that a support snaps under, in plan
 const GRIP_px = [5, 14]; // around a lug or support: the least and the most, between them a third of the way to the next one
 const STILL_m = 1e-6;
-const LENGTHS: Record<string, number> = { m: 1, mm: 1e-3, cm: 1e-2, km: 1e3 };
+const LENGTHS: Record<string, number> = { m: 1, mm: 1e-3, cm: 1e-2, km: 1e3, ft: 0.3048, in: 0.0254 };
 const ARROWS: Record<string, [number, number, number]> = {
   ArrowLeft: [-1, 0, 0], ArrowRight: [1, 0, 0], ArrowUp: [0, 1, 0], ArrowDown: [0, -1, 0], PageUp: [0, 0, 1], PageDown: [0, 0, -1],
 };

@@ -49,7 +49,7 @@ export class Form {
     const table = TABLES[String(path.at(-1))];
     const spare = known.filter((x) => !entries.some((e) => e.key === x.name));
     this.host.replaceChildren(this.crumbs(path), this.error, ...fields, ...(list ? [] : this.assumed(path, spare, schema)),
-      ...(table ? [this.pasting(path, table)] : []), ...(list ? [] : [this.adding(path, spare, schema)]));
+      ...(table ? [this.pasting(path, table, entries)] : []), ...(list ? [] : [this.adding(path, spare, schema)]));
   }
 
   private crumbs(path: Path): HTMLElement {
@@ -59,18 +59,20 @@ export class Form {
   }
 
   // Rows of a spreadsheet, their units asked once.
-  private pasting(path: Path, table: Pasted): HTMLElement {
+  private pasting(path: Path, table: Pasted, there: Entry[]): HTMLElement {
     const rows = element("textarea", { rows: 3, placeholder: words.paste(table.columns), "aria-label": words.paste(table.columns), spellcheck: false });
     const units = (label: string, ...names: string[]) => element("select", { "aria-label": label, title: label }, ...names.map((x) => option(x)));
     const length = units(words.lengths, "m", "mm", "ft"), mass = units(words.masses, "t", "kg", "lb");
+    const replace = element("input", { type: "checkbox" });
     const error = element("span", { className: "error", role: "alert" });
     const add = button(words.addRows, () => {
       const edits = pasted(rows.value, path, table, length.value, mass.value);
-      if (typeof edits === "string") error.textContent = words.noRow(edits);
-      else if (edits.length) void this.change(error, edits);
+      if (typeof edits === "string") return void (error.textContent = words.noRow(edits));
+      const gone = replace.checked ? there.filter((x) => !edits.some((e) => e.path.at(-1) === x.key)) : [];
+      if (edits.length) void this.change(error, [...edits, ...gone.map((x) => ({ path: [...path, x.key], value: null }))]);
     });
     return element("details", { className: "paste", open: !!rows.value }, element("summary", { textContent: words.spreadsheet }), rows,
-      element("div", { className: "tools" }, words.lengths, length, ...(table.columns.includes("mass") ? [words.masses, mass] : []), add), error);
+      element("div", { className: "tools" }, words.lengths, length, ...(table.columns.includes("mass") ? [words.masses, mass] : []), table.named && there.length > 0 && element("label", {}, replace, ` ${words.replaceRows}`), add), error);
   }
 
   private field(tree: Tree, schema: Schema, path: Path, entry: Entry, key: Key | undefined): HTMLElement {

@@ -26,12 +26,12 @@ export class Outline {
     this.shown = now;
     const focus = (document.activeElement as HTMLElement | null)?.closest<HTMLElement>("#outline [data-path]")?.dataset.path;
     const redraw = () => this.show(tree, at, templates, faults);
-    this.host.replaceChildren(element("ul", {}, ...rows.map((row) => this.item(row, at, templates, faults, redraw))));
+    this.host.replaceChildren(element("ul", {}, ...rows.map((row) => this.item(tree, row, at, templates, faults, redraw))));
     if (focus) this.host.querySelector<HTMLElement>(`[data-path="${CSS.escape(focus)}"]`)?.focus();
     this.host.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest" });
   }
 
-  private item(row: Row, at: Path, templates: Template[], faults: string[], redraw: () => void): HTMLElement {
+  private item(tree: Tree, row: Row, at: Path, templates: Template[], faults: string[], redraw: () => void): HTMLElement {
     const key = row.path.join(".");
     const open = !this.closed.has(key);
     const here = row.path.join() === at.slice(0, row.path.length).join() && (row.path.length > 0 || !at.length || LEAVES.includes(String(at[0])));
@@ -45,13 +45,13 @@ export class Outline {
     const label = button("", () => this.go(row.path), { className: `label${row.rows.length || row.detail ? "" : " empty"}${bad ? " bad" : ""}`, "data-path": key });
     label.append(element("span", { textContent: row.text }), row.detail && element("small", { textContent: row.detail }));
     if (here && !(inner && open)) label.setAttribute("aria-current", "true");
-    const own = row.path.length === 1 ? templates.filter((x) => x.group === row.path[0]) : [];
+    const own = row.path.length === 1 ? templates.filter((x) => x.group === row.path[0] && (x.fits?.(tree) ?? true)) : [];
     const add = own.length ? choice(words.addTo(row.text), [option("", "+"), ...own.map((x, i) => option(String(i), x.label))], (value) => {
       add!.value = "";
       this.add(own[Number(value)]);
     }, { className: "plus" }) : null;
     return element("li", {}, element("div", { className: `line${row.path.length < 2 ? " group" : ""}` }, row.rows.length ? toggle : element("i", { className: "toggle" }), label, add),
-      row.rows.length && open ? element("ul", {}, ...row.rows.map((x) => this.item(x, at, templates, faults, redraw))) : null);
+      row.rows.length && open ? element("ul", {}, ...row.rows.map((x) => this.item(tree, x, at, templates, faults, redraw))) : null);
   }
 
   private rows(tree: Tree): Row[] {

@@ -41,8 +41,8 @@ export class Runs {
     this.orders = element("div", { className: "tools orders", hidden: true }, order, button(words.give, give));
     this.host.append(
       element("div", { className: "split" },
-        element("section", { "aria-label": words.recordings }, element("h2", { textContent: words.recordings }), this.list, this.differences),
-        element("section", { "aria-label": words.printed }, element("h2", { textContent: words.printed }), element("div", { className: "tools" }, this.told), this.orders, this.lines)));
+        element("section", { "aria-label": words.recordings }, element("h2", { textContent: words.recordings }), this.list),
+        element("section", { "aria-label": words.printed }, element("h2", { textContent: words.printed }), element("div", { className: "tools" }, this.told), this.orders, this.lines)), this.differences);
   }
 
   async ask(act: string, text = ""): Promise<boolean> {

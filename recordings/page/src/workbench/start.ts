@@ -34,14 +34,14 @@ export class Start {
     const name = element("input", { value: "my-lift", spellcheck: false, required: true, autocomplete: "off" });
     const about = element("p", { className: "quiet" });
     let like = "lift";
-    const tell = () => (about.textContent = this.bundled[like] ?? "");
+    const tell = () => (about.textContent = like ? (this.bundled[like] ?? "") : words.nothingHelp);
     const picked = choice(words.like, [], (value) => {
       like = value;
       tell();
     });
     void api.folder().then((folder) => {
       this.bundled = folder.bundled;
-      picked.replaceChildren(...Object.keys(this.bundled).map((x) => option(x, x, { selected: x === like })));
+      picked.replaceChildren(option("", words.nothing), ...Object.keys(this.bundled).map((x) => option(x, x, { selected: x === like })));
       tell();
     });
     ask(words.freshTitle, words.create, words.cancel, [labelled(words.name, name), labelled(words.like, picked), about], async () =>

@@ -4,7 +4,7 @@ import type { Schema } from "./schema";
 import type { Tree } from "./tree";
 
 export interface Edit { path: Path; value: string | number | null }
-export interface Template { group: string; label: string; edit: (tree: Tree, hooks: string[]) => Edit[] }
+export interface Template { group: string; label: string; edit: (tree: Tree, hooks: string[]) => Edit[]; fits?: (tree: Tree) => boolean }
 
 function free(tree: Tree, path: Path, stem: string): Path {
   const names = new Set(tree.entries(tree.at(path)).map((x) => String(x.key)));
@@ -44,9 +44,15 @@ const stage = (label: string, value: string): Template => ({
   group: "actions", label, edit: (tree) => [{ path: ["actions", tree.entries(tree.at(["actions"])).length], value: `{stage: ${label}, ${value}}` }],
 });
 
+const BLOCK = {
+  mass: "100 t", size: "[12 m, 8 m, 6 m]", at: "[40 m, 75 m, 5 m]", "supports.height": "2 m", "supports.at": "[[-4 m, -3 m], [4 m, -3 m], [-4 m, 3 m], [4 m, 3 m]]", "supports.capacity": "100 t",
+  "lug capacity": "100 t", "lugs.L1": "[-2 m, 0 m, 3.3 m]", "lugs.L2": "[2 m, 0 m, 3.3 m]",
+};
+
 export function templates(schema: Schema): Template[] {
   return [
     ...schema.types().map((type) => named("cranes", type, ["cranes"], "crane-", `{type: ${type}, at: 0 m}`)),
+    { group: "block", label: "block", fits: (tree) => !tree.at(["block"]), edit: () => Object.entries(BLOCK).map(([key, value]) => ({ path: ["block", ...key.split(".")], value })) },
     { group: "block", label: "lug", edit: (tree) => [{ path: free(tree, [...block(tree), "lugs"], "L"), value: "[0 m, 0 m, 0 m]" }] },
     {
       group: "block", label: "support", edit: (tree) => {
@@ -57,6 +63,8 @@ export function templates(schema: Schema): Template[] {
     named("obstacles", "box", ["obstacles"], "obstacle-", "{box: [4 m, 4 m, 4 m], at: [0 m, 0 m, 2 m]}"),
     named("obstacles", "stand", ["obstacles"], "stand-", "{box: [4 m, 20 m, 3 m], at: [0 m, 0 m, 1.5 m], friction: 0.3, meets: lower corners}"),
     hung("rig", "lifting beam", ["rig", "loaders"], "loader-", 2, (hook, lugs) => `{hook: ${hook}, sling: 10 m, lugs: ${lugs}, capacity: 300 t}`),
+    { group: "rig", label: "sling of all beams", fits: (tree) => !tree.at(["rig", "sling"]), edit: () => [{ path: ["rig", "sling"], value: SLING }] },
+    { group: "rig", label: "shackle of all beams", fits: (tree) => !tree.at(["rig", "shackle"]), edit: () => [{ path: ["rig", "shackle"], value: "150 t" }] },
     hung("rigging", "slings", ["rigging"], "slings-", 4, (hook, lugs) => `{on: ${hook}, to: ${lugs}, length: 10 m, sling: ${SLING}, shackle: 150 t}`),
     named("rigging", "spreader", ["rigging"], "spreader-", "{type: spreader, mass: 5 t, size: [12 m, 0.6 m, 0.6 m]}"),
     named("gear", "sling", ["gear"], "sling-", "{kind: sling, EA: 445 MN, breaking: 6430 kN, diameter: 96 mm, termination: resin}"),
@@ -74,31 +82,34 @@ export function templates(schema: Schema): Template[] {
   ];
 }
 
-// Tables that may be pasted where a path ends: their columns behind the name, and the edits of a row.
-export interface Pasted { columns: string[]; edits: (path: Path, name: string, cells: string[], length: string, mass: string) => Edit[] }
+// Tables that may be pasted where a path ends: their columns behind the name, and the edits of all rows.
+interface PastedRow { name: string; cells: string[] }
+export interface Pasted { columns: string[]; named?: boolean; edits: (path: Path, rows: PastedRow[], length: string, mass: string) => Edit[] } // named: each row is an entry of its own
 const list = (cells: string[], unit: string) => `[${cells.map((x) => `${x} ${unit}`).join(", ")}]`;
 export const TABLES: Record<string, Pasted> = {
-  lugs: { columns: ["x", "y", "z"], edits: (path, name, c, length) => [{ path: [...path, name], value: list(c, length) }] },
+  lugs: { columns: ["x", "y", "z"], named: true, edits: (path, rows, length) => rows.map(({ name, cells }) => ({ path: [...path, name], value: list(cells, length) })) },
+  supports: { columns: ["x", "y"], edits: (path, rows, length) => [{ path: [...path, "at"], value: `[${rows.map((x) => list(x.cells, length)).join(", ")}]` }] },
   block: {
     columns: ["mass", "length", "width", "height"],
-    edits: (path, _, c, length, mass) => [{ path: [...path, "mass"], value: `${c[0]} ${mass}` }, { path: [...path, "size"], value: list(c.slice(1), length) }],
+    edits: (path, [{ cells: [heavy, ...sides] }], length, mass) => [{ path: [...path, "mass"], value: `${heavy} ${mass}` }, { path: [...path, "size"], value: list(sides, length) }],
   },
   blocks: {
-    columns: ["mass", "length", "width", "height", "x", "y", "z"],
-    edits: (path, name, c, length, mass) => [{ path: [...path, name], value: `{mass: ${c[0]} ${mass}, size: ${list(c.slice(1, 4), length)}, at: ${list(c.slice(4, 7), length)}}` }],
+    columns: ["mass", "length", "width", "height", "x", "y", "z"], named: true,
+    edits: (path, rows, length, mass) => rows.map(({ name, cells: c }) => ({
+      path: [...path, name], value: `{mass: ${c[0]} ${mass}, size: ${list(c.slice(1, 4), length)}, at: ${list(c.slice(4, 7), length)}}`,
+    })),
   },
 };
 
 // Rows of a spreadsheet as edits below a path; a sentence for a row that is none. Heads without numbers are left out.
 export function pasted(text: string, path: Path, table: Pasted, length: string, mass: string): Edit[] | string {
-  const edits: Edit[] = [];
+  const found: PastedRow[] = [];
   const rows = text.split(/\r?\n/).filter((x) => x.trim());
   for (const [i, row] of rows.entries()) {
     const cells = row.split(row.includes("\t") ? "\t" : row.includes(";") ? ";" : /[,\s]+/).map((x) => x.trim());
     const numbers = cells.slice(1, 1 + table.columns.length).map((x) => x.replace(/^(-?\d+),(\d+)$/, "$1.$2"));
-    if (numbers.length === table.columns.length && numbers.every((x) => x !== "" && Number.isFinite(Number(x)))) {
-      edits.push(...table.edits(path, cells[0], numbers, length, mass));
-    } else if (i) return row;
+    if (numbers.length === table.columns.length && numbers.every((x) => x !== "" && Number.isFinite(Number(x)))) found.push({ name: cells[0], cells: numbers });
+    else if (i) return row;
   }
-  return edits;
+  return found.length ? table.edits(path, found, length, mass) : [];
 }

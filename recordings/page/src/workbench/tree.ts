@@ -4,7 +4,7 @@ import type { EditorState } from "@codemirror/state";
 import type { SyntaxNode } from "@lezer/common";
 import type { Path } from "./api";
 
-const PATIENCE_ms = 200;
+const PATIENCE_ms = 10_000; // a tree of half the text would lead edits to wrong places
 const COLLECTIONS = ["BlockMapping", "FlowMapping", "BlockSequence", "FlowSequence"];
 
 export interface Entry { key: string | number; value: SyntaxNode | null; node: SyntaxNode }

@@ -230,7 +230,7 @@ export class Views {
     for (const large of this.grid.querySelectorAll(".large")) large.classList.remove("large");
     this.host.classList.remove("one");
     this.playable(true);
-    this.moving.textContent = words.inMotion(this.motion.name);
+    this.moving.title = this.motion.name;
     this.grown(run);
   }
 
@@ -259,7 +259,7 @@ export class Views {
     this.rest.setAttribute("aria-pressed", String(!on));
     this.moving.setAttribute("aria-pressed", String(on));
     this.moving.disabled = !on;
-    if (!on) this.moving.textContent = words.motion;
+    if (!on) this.moving.title = "";
   }
 
   // Back to the path at rest.
