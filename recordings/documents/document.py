@@ -108,7 +108,9 @@ def _origin(rec: Recording) -> str:
 def _lead(rec: Recording, found: Facts) -> tuple[str, str]:
     """Return a summary of the document in a few sentences, and its state: that of the verdict, or `bad`."""
     status, verdict = rec.result.get("status", "cut off"), found.verdict
-    message = f"The run {status}." if status == "finished" else f"The run is {status}: {rec.result.get('reason', '')}"
+    reason = rec.result.get("reason", "")
+    ended = {"finished": "The run finished.", "failed": f"The run failed: {reason}."}
+    message = ended.get(status, f"The run is {status}: {reason}")
     recorded = ", as recorded" if "verdict" in rec.result else ""
     line = f"Verdict{recorded}: {verdict.line}." if verdict else "It has no verdict."
     message = f"{line} {message}" if verdict else f"{message} {line}"
