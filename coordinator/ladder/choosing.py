@@ -131,8 +131,9 @@ def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
 def _climbed(
     ladder: Ladder, candidates: Sequence[ModelLevel], accuracy: float, measuring: Measuring, richer: bool
 ) -> Look:
-    """Return the loosest steps on a level whose errors are within the accuracy; if there are none, the tightest that
-    were run: the error of the level is larger, or tighter steps give no improvement."""
+    """Return, for a level, the candidate with the loosest steps whose errors are within the accuracy. If there is none,
+    return the one with the tightest steps that were run: then the error of the level is larger, or tighter steps give
+    no improvement."""
     tolerances = [candidate.plan.tolerance for candidate in candidates]
     # looser steps than LOOSEST times the accuracy cannot be within it
     at = next((i for i, x in enumerate(tolerances) if x <= LOOSEST * accuracy * (1.0 + 1e-9)), len(candidates) - 1)
@@ -185,7 +186,7 @@ def _climbed(
 
 
 def _next(tolerances: Sequence[float], at: int, part: float) -> int:
-    """Return the index of the loosest steps that are tighter by the factor `part`, at least 0.1."""
+    """Return the index of the loosest steps whose tolerance is smaller by the factor `part` (at least 0.1)."""
     wanted = max(part, 0.1) * tolerances[at] * (1.0 + 1e-9)
     return next((i for i, x in enumerate(tolerances) if i > at and x <= wanted), len(tolerances) - 1)
 
@@ -224,7 +225,7 @@ def _unmeasured(plan: Plan, why: str) -> Answer:
 
 
 def _name(scene: LoadedScene, question: Question) -> str:
-    """Return the name of the cache file of an answer: a hash of plan, question and code."""
+    """Return the file name under which an answer is cached: a hash of plan, question and code."""
     text = repr((question, scene.facts.named)).encode()
     return f"{hashlib.sha256(_code() + text + encode(scene.plan)).hexdigest()}.answer"
 

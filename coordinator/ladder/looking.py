@@ -16,8 +16,8 @@ ORDERS = (1.0, 0.75, 0.5)  # powers of the tolerance that errors of steps fall w
 
 @dataclass(frozen=True)
 class Look:
-    """Measured errors of one candidate: in total, due to its steps, due to its level; if it could not run, why; which
-    errors could not be measured, and why."""
+    """Measured errors of one candidate: in total, due to its steps, and due to its level; the reason if it could not
+    run; the errors that could not be measured, with the reasons."""
 
     candidate: ModelLevel
     error: Errors = field(default_factory=lambda: {"": inf})
@@ -71,7 +71,8 @@ def _look(
 
 
 def errors_of_limits(look: Look, measuring: Measuring) -> Errors:
-    """Return errors of the utilisations of limits from the runs made so far; they do not influence the choice."""
+    """Return the errors of the utilisations of limits, from the runs made so far; they do not influence the choice of a
+    candidate."""
     own = measuring.limits(look.candidate, read=True)
     known = [tuple(measuring.limits(x) for x in pair) for pair in look.pairs]
     return {
@@ -82,9 +83,9 @@ def errors_of_limits(look: Look, measuring: Measuring) -> Errors:
 
 
 def witnesses(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> list[tuple[ModelLevel, ModelLevel]]:
-    """Return the pairs of candidates whose difference shows the error of a candidate's level: the candidate with the
-    cheapest level that models everything it leaves out. If hook ropes go slack or something has no damping, with all
-    such levels, since waves along ropes have any length; for the finest level, with the next coarser one."""
+    """Return the pairs of candidates whose difference shows the error of a candidate's level: the candidate itself and
+    one at the cheapest level that models everything it leaves out. If hook ropes go slack or an element has no damping,
+    all such levels are used, since waves along ropes have any length; for the finest level, the next coarser one."""
     levels, own = ladder.witnesses(candidate.plan.fidelity), ladder.in_own_steps(candidate)
     # waves along ropes and undamped modes are seen by some levels only: compare with all that restore them
     if len(levels) > 1 and not undamped(system(candidate.plan)):
