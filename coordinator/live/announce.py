@@ -147,8 +147,8 @@ class RunOrder(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class Reply(msgspec.Struct, frozen=True):
-    """Reply to an order: a sentence, whether and when [ns] the order was carried out, and whether this is the last
-    reply."""
+    """Reply to an order: a sentence, whether the order was carried out and at which time [ns], and whether this is the
+    last reply."""
 
     done: bool
     said: str

@@ -76,7 +76,7 @@ STOP = "stop"  # in place of the words of a command: the end of the run
 
 
 class QueuedOrder(NamedTuple):
-    """A queued order: an encoded RunOrder and the receiver of its replies."""
+    """An order in the queue: the encoded RunOrder and a function that receives its replies."""
 
     order: bytes
     reply: Callable[[Reply], None]
@@ -93,8 +93,8 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
         read: Callable[[str], OperatorCommand] | None = None,
         why: Callable[[OperatorAnswer], str] = lambda answer: answer.refused,
     ) -> None:
-        """`recording` returns the recording's future path; `read` parses the words of a command (None: commands are
-        refused); `why` explains a refused command to people."""
+        """Create the queue. `recording` returns the future path of the recording; `read` parses the words of a command
+        (None: commands are refused); `why` explains to people why a command was refused."""
         self._recording, self._tempo, self._read, self._why = recording, tempo, read, why
         self._journal: Journal | None = None
         self._asked: deque[QueuedOrder] = deque()
@@ -213,7 +213,8 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
             asked.reply(Reply(False, text, t, last=False))
 
     def _give(self, words: str, core: OpenCoordinator) -> int:
-        """Schedule a command as early as possible; returns its time [ns]. HeavyliftError if no model takes any."""
+        """Schedule a command as early as possible and return its time [ns]; raises HeavyliftError if no model accepts
+        commands."""
         if self._read is None:
             raise HeavyliftError(
                 f"{words}: no model of this run takes commands; it can be paused, stepped, continued, or stopped "

@@ -44,7 +44,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Identifiable:
-    """Data of a log for a fit: times (n,) [s]; for each channel its values, systematic standard uncertainty and
+    """Data of a log for a fit: times (n,) [s], and for each channel its values, systematic standard uncertainty and
     scatter."""
 
     t: Floats
@@ -226,7 +226,7 @@ def scene_text(
 
 
 def _laid(data: Any, wanted: Any) -> Any:
-    """Return `data` changed to `wanted`; unchanged objects are kept, with comments and style."""
+    """Return `data` changed to equal `wanted`; unchanged objects are kept, with their comments and style."""
     if isinstance(data, dict) and isinstance(wanted, dict):
         for key in [key for key in data if key not in wanted]:
             del data[key]

@@ -128,7 +128,7 @@ def _uncertain(rec: Recording) -> bool:
 
 
 def _placed(rec: Recording, log: LogSignals, model: list[Curve], offset: float | None) -> Alignment:
-    """Return the given or estimated clock offset; raises RecordingError if no rows lie in the run."""
+    """Return the given or estimated clock offset; raises RecordingError if no rows of the log lie within the run."""
     T = model[0][0]
     if len(T) < 2:
         raise RecordingError(f"{rec.path}: has no samples to compare with; let the run last longer")

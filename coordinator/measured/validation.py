@@ -231,7 +231,8 @@ def accuracy(rec: Recording) -> float:
 
 
 def _straight(S: Floats) -> float:
-    """Return the RMS error of linear interpolation between samples: an eighth of the second differences."""
+    """Return the RMS error of linear interpolation between samples, estimated as an eighth of the second
+    differences."""
     return _rms(np.diff(S, 2)) / 8.0 if len(S) > 2 else 0.0
 
 

@@ -169,7 +169,7 @@ class Node:
         return [AtomicResult(path, type(value).__name__, encode(value)) for path, value in results.items()]
 
     def _present(self) -> tuple[Tag, list[Event], Tag]:
-        """Compute next tag, offer and quiet of the model."""
+        """Compute the next logical time, the offer and `quiet` of the model."""
         due = self.model.next_time
         self._offer = self.model.outputs() if due < FOREVER else []
         return due, self._offer, self.model.quiet

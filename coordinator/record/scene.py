@@ -81,7 +81,7 @@ class Record(FileRecorder):
         force: bool = False,
         more: Mapping[str, object] | None = None,
     ) -> None:
-        """`more`: additional facts known at the start."""
+        """Create the recording. `more`: additional facts known at the start."""
         self._page = page
         self._plan = plan = scene.plan
         self._energy: EnergyAudit | None = None
