@@ -250,7 +250,7 @@ def _look(
 def _of_limits(look: Look, measuring: Measuring) -> Errors:
     """Return errors of the utilisations of limits from the runs made so far; they do not influence the choice."""
     own = measuring.limits(look.candidate)
-    known = [tuple(measuring.limits(x) for x in pair) for pair in look.pairs]
+    known = [tuple(measuring.limits(x, values=True) for x in pair) for pair in look.pairs]
     return {
         name: (f.misread + WITNESSED * sum(abs(a[name].value - b[name].value) for a, b in known)) / f.scale
         for name, f in own.items()
