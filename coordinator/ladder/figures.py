@@ -134,14 +134,12 @@ def figures(run: Played, ask: Sequence[Asked] = ASKABLE) -> list[AskedFigure]:
     return found
 
 
-def judged(judge: Judge, ask: Sequence[Asked] = ("limits", "clearance"), read: bool = True) -> list[AskedFigure]:
-    """Return the figures that come from the verdict of a run: utilisations of limits and smallest clearances; with
-    `read`, with their reading errors."""
-    found = list[AskedFigure]()
-    for quantity in ask:
-        fine = _judged(quantity, *judge.fine)
-        found += _misread(fine, _judged(quantity, *judge.coarse)) if read else _numbered(fine)
-    return found
+def judged(judge: Judge, ask: Sequence[Asked] = ("limits", "clearance"), values: bool = False) -> list[AskedFigure]:
+    """Return the figures that come from the verdict of a run: utilisations of limits and smallest clearances.
+    `values`: without their reading errors."""
+    if values:
+        return [f for quantity in ask for f in _numbered(_judged(quantity, *judge.fine))]
+    return [f for quantity in ask for f in _misread(_judged(quantity, *judge.fine), _judged(quantity, *judge.coarse))]
 
 
 def _misread(read: Iterator[AskedFigure], again: Iterator[AskedFigure]) -> Iterator[AskedFigure]:
