@@ -97,14 +97,16 @@ def read_hydrodynamics(text: bytes, file: str) -> Hydrodynamics:
     try:
         found = msgspec.json.decode(text, type=Hydrodynamics)
     except msgspec.DecodeError as error:
-        raise SceneError(f"{file} is no file of a hull's hydrodynamics: {error}") from None
+        raise SceneError(f"{file} is not a file of a hull's hydrodynamics: {error}") from None
     if found.version != VERSION:
         raise SceneError(f"{file} has version {found.version}; this heavylift reads version {VERSION}")
     of = found.loads
     shape = [len(of.frequencies)] * len(of.headings)
     rising = all(b > a for row in (of.frequencies, of.headings) for a, b in pairwise(row))
     if not (rising and min(len(of.frequencies), len(of.headings)) > 1):
-        raise SceneError(f"{file}: frequencies and headings of the loads must rise, two of each at least")
+        raise SceneError(
+            f"{file}: frequencies and headings of the loads must be in ascending order, at least two of each"
+        )
     if [len(row) for row in of.real] != shape or [len(row) for row in of.imaginary] != shape:
         raise SceneError(f"{file}: the loads need one row for each heading and frequency")
     worst = max(found.radiation.error.added_mass, found.radiation.error.damping)

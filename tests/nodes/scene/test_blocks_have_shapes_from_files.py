@@ -115,7 +115,7 @@ def test_a_hull_is_drawn_as_slices_that_contain_it(tmp_path: Path) -> None:
     [
         ("open.stl", "mass: 60 t", "the surface in 'open.stl' is not closed: correct it in the program that drew it"),
         ("no.stl", "mass: 60 t", "the shape 'no.stl' cannot be read: No such file or directory"),
-        ("hull.step", "mass: 60 t", "'hull.step' is no .stl, .glb or .gltf file"),
+        ("hull.step", "mass: 60 t", "'hull.step' is not a .stl, .glb or .gltf file"),
         ("large.stl", "mass: 60 t", "'large.stl' is 9000 m long; give its unit, such as"),
         ("hull.stl", "", "has either a 'mass' or, with its shape, a 'density'"),
         (

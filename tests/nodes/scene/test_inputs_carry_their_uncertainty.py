@@ -43,7 +43,7 @@ REFUSED = [
     ("block.mass=306..294 t", "'306..294 t': the first end must be below the second"),
     ("block.mass=300 kg..0.5 t", "'300 kg..0.5 t': write both ends in one unit"),
     ("block.mass=nan t +- 3 %", "'nan t +- 3 %' is no mass"),
-    ("block.com=[0 m +- 3 %, 0 m, 0 m]", "'+- 3 %' of a value of 0 says nothing: write it in a unit"),
+    ("block.com=[0 m +- 3 %, 0 m, 0 m]", "'+- 3 %' of a value of 0 is 0: write it in a unit"),
     ("cranes.crane.sheave efficiency=99 % +- 2 %", "reaches from 0.97 to 1.01, out of 50 % to 100 %"),
     ("cranes.crane.falls=20 +- 1", "is no quantity that could be uncertain"),
     ("name=lift +- 3 %", "a name has letters"),
@@ -117,11 +117,11 @@ def test_an_uncertainty_on_the_command_line_replaces_that_of_the_file() -> None:
 @pytest.mark.parametrize(
     ("given", "sentence"),
     [
-        (["block.mass"], "write its uncertainty behind it"),
+        (["block.mass"], "write its uncertainty after it"),
         (["block.mass +- 3 kN"], "input block.mass: '+- 3 kN': 'kN' is no unit of it"),
         (["block.weight +- 3 %"], "input block.weight: there is no 'weight'"),
         (["block.mass +- 3 %", "block.mass +- 2 %"], "input block.mass: is named twice"),
-        (["block.com.x +- 3 %"], "'+- 3 %' of a value of 0 says nothing"),
+        (["block.com.x +- 3 %"], "'+- 3 %' of a value of 0 is 0"),
         (["samples +- 3 %"], "a frequency is a setting of the run"),
     ],
 )
