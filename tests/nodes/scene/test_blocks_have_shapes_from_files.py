@@ -186,7 +186,7 @@ BROKEN = {
     "beside.gltf": (gltf(BOX), "needs another file, 'gltf_buffer_0.bin'; write all into one .glb file"),
     "draco.gltf": (gltf(BOX, extensionsRequired=["KHR_draco_mesh_compression"]), "is compressed; write it without"),
     "nothing.glb": (b"glTF\x02\0\0\0\x0c\0\0\0", "is broken, cut off, or no glb file; write it anew"),
-    "nan.stl": (text_stl("0 0 0", "1 0 0", "0 nan 0"), "no finite numbers|is broken"),
+    "nan.stl": (text_stl("0 0 0", "1 0 0", "0 nan 0"), "not finite numbers|is broken"),
     "flat.stl": (FLAT.export(file_type="stl"), "has no inside: draw it as a solid|is not closed|is broken"),
 }
 
