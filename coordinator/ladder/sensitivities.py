@@ -121,7 +121,7 @@ def sensitivities(
     inputs = uncertain_inputs(scene, given)
     if not inputs:
         raise ModelError(
-            f"{scene.path.name}: states no uncertainty; write one behind a value, such as 'mass: 480 t +- 3 %', "
+            f"{scene.path.name}: states no uncertainties; add one after a value, such as 'mass: 480 t +- 3 %', "
             "or give --input 'block.mass +- 3 %'"
         )
     at_once = min(cores(), 2 * len(inputs)) if at_once is None else at_once

@@ -133,10 +133,10 @@ def measure(
     if missing := [q for q in wanted if q not in quantity.values() and ask]:
         able = [q for q in dict.fromkeys(quantity.values())]
         raise SceneError(
-            f"--ask '{missing[0]}': the run has no such quantity; ask {', '.join(able) or 'something else'}"
+            f"--ask '{missing[0]}': this run does not have that quantity; ask for {', '.join(able) or 'something else'}"
         )
     if not quantity:
-        raise SceneError(f"{scene.path.name}: a run has none of the quantities by which model levels are compared")
+        raise SceneError(f"{scene.path.name}: its run has none of the quantities that serve to compare model levels")
     rows, out = list[Row](), 0
     for candidate in (
         r for level in ladder.full for r in ladder.candidates(level)[::DECADE][: REFERENCE + 1] if r.key != true.key
@@ -157,7 +157,7 @@ def _asked(words: str, own: tuple[Asked, ...]) -> tuple[Asked, ...]:
     wanted = [word.strip() for word in words.strip("[] ").split(",") if word.strip()]
     for word in wanted:
         if word not in ASKABLE:
-            raise SceneError(f"--ask '{word}': is not a known quantity; ask {', '.join(ASKABLE)}")
+            raise SceneError(f"--ask '{word}' is not a known quantity; ask for {', '.join(ASKABLE)}")
     return tuple(q for q in ASKABLE if q in (wanted or own or MEANT))
 
 

@@ -54,7 +54,9 @@ def journaled(recording: Path) -> set[TimedCommand]:
     try:
         return {TimedCommand(*msgspec.msgpack.decode(entry, type=tuple[Tag, bytes])) for entry in read(path)}
     except UNREADABLE as error:
-        raise RecordingError(f"{path}: is no journal of commands ({error}); remove it to go on without them") from None
+        raise RecordingError(
+            f"{path}: is not a valid journal of commands ({error}); remove it to continue without these commands"
+        ) from None
 
 
 def operator_commands(recording: str | Path) -> list[TimedCommand]:
@@ -225,7 +227,9 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
         while t in self._taken:
             t += 1
         if Tag(t) >= core.end:
-            raise HeavyliftError(f"{text.text}: too late, everything before the end of the run is decided already")
+            raise HeavyliftError(
+                f"{text.text}: too late: everything up to the end of the run has already been computed"
+            )
         self._order(TimedCommand(Tag(t), canonical(text)), core)
         return t
 

@@ -79,7 +79,7 @@ class RealTime(Pace):
     def __init__(self, rate: float, clock: Callable[[], float] = time.monotonic) -> None:
         super().__init__(0)
         if not (0.0 < rate < math.inf):
-            raise ProtocolError(f"--rate {rate:g}: a rate is positive and finite, 1 is real time")
+            raise ProtocolError(f"--rate {rate:g}: a rate must be positive and finite; 1 is real time")
         self.rate, self._clock = rate, clock
         self._since: tuple[float, int] | None = None  # time of the clock [s], of the simulation [ns]
         self._rounds, self._late, self._sum, self._max = 0, 0, 0.0, 0.0
@@ -114,7 +114,7 @@ class RealTime(Pace):
         """Change the rate from the present time on, and return the new rate."""
         rate = self.rate * factor
         if not (0.0 < rate < math.inf):
-            raise ProtocolError(f"a rate is positive and finite, not {rate:g}")
+            raise ProtocolError(f"a rate must be positive and finite, not {rate:g}")
         if self._since is not None:
             self._since = self._clock(), self._now()
         self.rate = rate

@@ -220,7 +220,7 @@ def scene_text(
         data.yaml_set_comment_before_after_key(part, before="\n".join([f"from {source}, 95 %:", *lines]))
     yaml.dump(data, out)
     if ordered(read(out.getvalue(), name).data) != ordered(wanted.data):
-        raise SceneError(f"{name}: cannot be written with its comments; set the estimates with --set")
+        raise SceneError(f"{name}: estimates cannot be inserted without losing its comments; set them with --set")
     parse(out.getvalue(), name)
     return out.getvalue()
 

@@ -157,7 +157,7 @@ class Recalled:
         """Return a snapshot of the kernel; raises KernelError in the replayed part, whose checkpoints are in the
         recording."""
         if self._past.used and self._known.number < self._sent:
-            raise KernelError("there is no checkpoint while the run repeats its recorded part")
+            raise KernelError("no checkpoint can be made while the run repeats its recorded part")
         return self._kernel.snapshot()
 
     def restore(self, snapshot: bytes) -> None:

@@ -79,7 +79,9 @@ class Coordinator:
         """(1) Register a started node; the last node to start opens the run."""
         node = self._node(name)
         if node.greeted:
-            raise ProtocolError(f"{node.who} sent HELLO twice: two nodes have this name, or an old process came back")
+            raise ProtocolError(
+                f"{node.who} sent HELLO twice: two nodes have this name, or an earlier process has reconnected"
+            )
         # the lookahead of every port is needed before the first window can be computed
         node.greeted, node.lookahead = True, hello.lookahead
         check_hello(node, hello)
@@ -171,7 +173,7 @@ class Coordinator:
         # cannot happen if lookaheads are kept (PROTOCOL.md); reported rather than waiting for ever
         if not grants and not self.running and self.first < self._limit:
             next_ = ", ".join(f"{node.who} {node.first}" for node in self._by_rank)
-            raise ProtocolError(f"no node can advance to the end, {self.end}, although tags are pending: {next_}")
+            raise ProtocolError(f"no node can advance to the end, {self.end}, although events are pending: {next_}")
         return grants
 
     @property
@@ -214,7 +216,7 @@ class Coordinator:
 
     def _node(self, name: str) -> NodeState:
         if name not in self._nodes:
-            raise ProtocolError(f"{name} is not a node of this run: they are {', '.join(self._nodes)}")
+            raise ProtocolError(f"{name} is not a node of this run; its nodes are {', '.join(self._nodes)}")
         return self._nodes[name]
 
     def _take(self, node: NodeState, text: Hello | GrantDone) -> None:

@@ -169,7 +169,7 @@ def checked(couplings: Iterable[Coupling], known: Collection[str]) -> Iterable[C
             raise ProtocolError(f"coupling {source}.{port} -> {target}.{into}: there is no node {unknown}")
         if source == target:
             raise ProtocolError(
-                f"coupling {source}.{port} -> {target}.{into}: both ports are of one node; couple them inside it"
+                f"coupling {source}.{port} -> {target}.{into}: both ports belong to one node; couple them inside it"
             )
         yield coupling
 

@@ -32,7 +32,7 @@ def check_hello(node: NodeState, hello: Hello) -> None:
 def check_done(node: NodeState, done: GrantDone, says: Tag) -> None:
     """Raise a ProtocolError that names the node and the rule if the node's DONE violates a rule."""
     if not node.running or done.gseq != node.gseq:
-        raise ProtocolError(f"{node.who} sent DONE {done.gseq} out of order, its last GRANT is {node.gseq}")
+        raise ProtocolError(f"{node.who} sent DONE {done.gseq} out of order; its last GRANT was {node.gseq}")
     _check(Before(node, says), done)
 
 

@@ -179,8 +179,8 @@ class Node:
             declared = min(own, after(heard, self.model.lookahead.get(f"{event.source}.{event.port}", 0)))
             if event.tag < declared:
                 raise ModelError(
-                    f"{self.name} at {event.tag}: output on port {event.port} earlier than the {declared} that was "
-                    f"declared; declare a shorter lookahead"
+                    f"{self.name} at {event.tag}: output on port {event.port} before {declared}, the earliest "
+                    "time that its declared lookahead allows; declare a shorter lookahead"
                 )
 
     def failure(self, error: Exception, tag: Tag = _BEGIN, spoken: Iterable[Event] = ()) -> Fail:

@@ -74,7 +74,7 @@ def packed(values: Floats, kind: str = "<f4") -> str:
 
 
 def deflated(values: NDArray[np.generic]) -> str:
-    """Return numbers in C order as base64 of deflated bytes, grouped by byte position."""
+    """Return numbers in C order as base64 of compressed (deflate) bytes, grouped by byte position."""
     planes = np.ascontiguousarray(values).view(np.uint8).reshape(-1, values.dtype.itemsize).T
     return base64.b64encode(zlib.compress(planes.tobytes(), 6)).decode()
 

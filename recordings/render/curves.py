@@ -181,7 +181,7 @@ def panels_of(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
     wanted += [x for x in measured if x not in wanted and x[1] in rec.columns(x[0])]
     if len(wanted) > MANY:
         raise RecordingError(
-            f"{rec.path}: {len(wanted)} curves in one figure; name fewer, such as 'rope/tension/west.*'"
+            f"{rec.path}: {len(wanted)} curves are too many for one figure; name fewer, such as 'rope/tension/west.*'"
         )
     rec.load([*dict.fromkeys(name for name, _ in wanted)])
     rated = rec.fact("rated", {})
@@ -197,7 +197,7 @@ def panels_of(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
         if name in ("rope/tension", "rope/peak") and column in rated:
             panel.limits[column] = rated[column] * factor
     if not any(len(curve.t) > 1 for panel in panels.values() for curve in panel.curves):
-        raise RecordingError(f"{rec.path}: has no samples to draw; let the run last longer")
+        raise RecordingError(f"{rec.path}: has no samples to draw; simulate a longer run")
     return list(panels.values())
 
 
@@ -205,10 +205,12 @@ def _of_ports(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
     """Return a panel for each port of a DEVS run, with the values sent on it."""
     found = port_signals(rec, patterns)
     if not found:
-        raise RecordingError(f"{rec.path}: has no events to draw; let the run last longer")
+        raise RecordingError(f"{rec.path}: has no events to draw; simulate a longer run")
     if len(found) > PANELS:
         named = ", ".join(f"'{x.name}'" for x in found[:2])
-        raise RecordingError(f"{rec.path}: {len(found)} ports in one figure; name some of them, such as {named}")
+        raise RecordingError(
+            f"{rec.path}: {len(found)} ports are too many for one figure; name some of them, such as {named}"
+        )
     return [
         Panel("", [Curve(c, x.t, x[c], i, spoken=True) for i, c in enumerate(x.names)], title=x.name) for x in found
     ]

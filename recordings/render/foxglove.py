@@ -65,7 +65,9 @@ class FoxgloveServer(AbstractContextManager["FoxgloveServer"]):
                 compression=None, max_size=LARGEST, server_header=None,
             )  # fmt: skip
         except (OSError, OverflowError) as error:
-            raise RecordingError(f"--foxglove: port {port} cannot be served ({error}); end what uses it") from None
+            raise RecordingError(
+                f"--foxglove: port {port} cannot be served ({error}); stop the program that uses it"
+            ) from None
         self.url = f"ws://{HOST}:{self._server.socket.getsockname()[1]}/{self._word}"
         """Where viewers find it."""
         threading.Thread(target=self._server.serve_forever, name="foxglove", daemon=True).start()

@@ -94,7 +94,7 @@ class Table(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class Chart(msgspec.Struct, frozen=True):
-    """A drawing as <svg> or PNG bytes, with its caption."""
+    """A drawing, as <svg> text or PNG bytes, with a caption."""
 
     title: str
     image: str | bytes
@@ -102,7 +102,7 @@ class Chart(msgspec.Struct, frozen=True):
 
 
 class Notes(msgspec.Struct, frozen=True):
-    """Sentences under a heading."""
+    """A heading with sentences below it."""
 
     title: str
     lines: tuple[str, ...]
@@ -126,7 +126,7 @@ class Sheet(msgspec.Struct, frozen=True):
 
 
 def plain(cell: Cell) -> Value:
-    """Return the value of a cell without its colour."""
+    """Return the value of a cell without its colour mark."""
     return cell.value if isinstance(cell, Marked) else cell
 
 

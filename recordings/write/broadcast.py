@@ -61,7 +61,7 @@ AGAIN_s = 1.0  # of the clock, after which what stands still is sent once more
 
 
 class Listener(Protocol):
-    """Interface of a receiver of protobuf messages that never blocks the caller."""
+    """Interface of a receiver of protobuf messages that must never block the caller."""
 
     def announce(self, topic: str, descriptor: Descriptor) -> None:
         """Announce a topic and the type of its messages."""
