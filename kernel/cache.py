@@ -58,7 +58,7 @@ def cache_bound() -> int:
     except ValueError:
         megabytes = math.nan
     if not 0.0 <= megabytes < math.inf:
-        raise OutputError(f"HEAVYLIFT_CACHE_MB={given!r} is no size; give megabytes, such as 512, or unset it")
+        raise OutputError(f"HEAVYLIFT_CACHE_MB={given!r} is not a valid size; give megabytes, such as 512, or unset it")
     return int(megabytes * 1e6)
 
 
@@ -245,7 +245,7 @@ def _opened() -> Iterator[int]:
     with suppress(FileExistsError):
         path.mkdir(mode=0o700)
     if path.is_symlink():
-        raise OSError(0, f"is a link to {path.resolve()}; name that folder itself, or remove the link")
+        raise OSError(0, f"is a link to {path.resolve()}; use that folder itself, or remove the link")
     folder = os.open(path, os.O_RDONLY | os.O_DIRECTORY | ONLY_THERE)
     try:
         found = os.fstat(folder)

@@ -107,10 +107,10 @@ def trusted() -> list[Path]:
     except FileNotFoundError:
         return []
     except (OSError, UnicodeDecodeError) as error:
-        raise KernelError(f"{path} cannot be read ({error}); it lists the folders that you trust") from None
+        raise KernelError(f"{path} cannot be read ({error}); it is your list of trusted folders") from None
     why = "is no regular file" if not regular else others_write(path) or others_write(path.parent)
     if why:
-        raise KernelError(f"{path}, the list of folders that you trust, is not safe: it {why}")
+        raise KernelError(f"{path}, your list of trusted folders, is not safe: it {why}")
     return [Path(line) for line in text.splitlines() if line.startswith("/")]
 
 
@@ -209,7 +209,7 @@ def _list() -> Path:
     try:
         return (Path(base).expanduser() / "heavylift" / "trusted-folders").resolve()
     except RuntimeError as error:
-        raise KernelError(f"the list of folders that you trust has no place ({error}); set XDG_CONFIG_HOME") from None
+        raise KernelError(f"the list of trusted folders cannot be stored ({error}); set XDG_CONFIG_HOME") from None
 
 
 def _keep(folders: Iterable[Path]) -> None:
@@ -221,7 +221,7 @@ def _keep(folders: Iterable[Path]) -> None:
             file.writelines(f"{folder}\n" for folder in sorted(folders))
         part.replace(path)
     except OSError as error:
-        raise KernelError(f"{path} cannot be written ({error.strerror}); it lists the folders that you trust") from None
+        raise KernelError(f"{path} cannot be written ({error.strerror}); it is your list of trusted folders") from None
 
 
 def _executed(where: str) -> Iterator[Path | None]:

@@ -140,7 +140,7 @@ def _apart(file: Path, given: list[str]) -> tuple[list[Path], list[str]]:
     others = [Path(x) for x in given if x.endswith(".mcap")]
     if len(others) > 1:
         raise RecordingError(
-            f"{file}: can be compared with one other recording only, not with {len(others)}; compare them in pairs"
+            f"{file}: can be compared with only one other recording, not with {len(others)}; compare them in pairs"
         )
     return others, [x for x in given if not x.endswith(".mcap")]
 

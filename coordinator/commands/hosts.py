@@ -24,14 +24,14 @@ def open_listener(
 
     names = ", ".join(sorted(remote))
     if in_process and (programs := ", ".join(sorted(external))):
-        raise SceneError(f"--in-process: process {programs} is an external program; leave out one of the two")
+        raise SceneError(f"--in-process: process {programs} is an external program; use only one of the two options")
     if in_process and remote:
-        raise SceneError(f"--in-process: process {names} is placed on another host, leave out one of the two")
+        raise SceneError(f"--in-process: process {names} is placed on another host; use only one of the two options")
     if remote and not listen:
         message = f"process {names} runs on another host, say where it can reach this one"
         raise SceneError(f"{message}: --listen tls/ADDRESS:7447")
     if listen and not remote:
-        raise SceneError(f"--listen {listen}: no process runs on another host, name one by --remote")
+        raise SceneError(f"--listen {listen}: no process runs on another host; name one with --remote")
     return RemoteListener.at(listen, Credentials.load(keys, COORDINATOR)) if remote else None
 
 

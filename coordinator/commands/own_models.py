@@ -116,7 +116,7 @@ def trust(
         else:
             typer.echo(f"trusted: {kept.trust(folder)}; `heavylift trust --withdraw` takes it back", err=True)
     elif withdraw:
-        raise typer.BadParameter("name the folder that is no longer to be trusted")
+        raise typer.BadParameter("name the folder whose trust is to be withdrawn")
     if listed or folder is None:
         for each in kept.trusted():
             typer.echo(each)

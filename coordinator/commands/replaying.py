@@ -50,14 +50,14 @@ def replay(
 
     run = RecordedRun(file)
     if verify and live:
-        raise RecordingError(f"{file}: --verify runs all models and --live one; give one of them")
+        raise RecordingError(f"{file}: --verify runs all models and --live only one; use one of the two options")
     playing = {"--rate": rate != 1.0, "--from": start is not None, "--to": end is not None, "--loop": loop}
     playing |= {"--paused": paused, "--topics": bool(topics), "--view": view}
     given = [option for option, is_given in playing.items() if is_given]
     if given and (verify or live):
         alone = "--verify" if verify else "--live"
         raise RecordingError(
-            f"{file}: {alone} runs models as fast as possible, without a replay; leave {', '.join(given)} out"
+            f"{file}: {alone} runs models as fast as possible and replays nothing; leave out {', '.join(given)}"
         )
     if verify:
         _report(run, prove(run), "the run", as_json)
@@ -105,9 +105,11 @@ def _publish(
     from heavylift.coordinator.run.progress import command
 
     if not 0.0 < rate < float("inf"):
-        raise RecordingError(f"{run.path}: --rate {rate:g} is no speed; give a number above 0, such as 20")
+        raise RecordingError(
+            f"{run.path}: --rate {rate:g} is not a valid rate; give a number greater than 0, such as 20"
+        )
     if loop and view:
-        raise RecordingError(f"{run.path}: --view shows a replay once, in one time; leave --loop out")
+        raise RecordingError(f"{run.path}: --view shows a replay only once; leave out --loop")
     asked = Replay(run, topics, start, end)
     with (
         live_page(view) as page,
@@ -138,7 +140,7 @@ def _publish(
             while True:
                 count += player.play(asked)
                 if not count and not player.over:
-                    raise RecordingError(f"{run.path}: nothing was recorded in this time; give an earlier --from")
+                    raise RecordingError(f"{run.path}: nothing was recorded in this time range; give an earlier --from")
                 if player.over or not loop:
                     break
         if replay_page is not None:

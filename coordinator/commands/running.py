@@ -166,9 +166,9 @@ def _run_yard(
 
     exports = [path for path in report or () if path.suffix.lower() in FORMATS]
     if replications and exports:
-        raise typer.BadParameter("--replications have no single schedule; export it without them")
+        raise typer.BadParameter("replications do not have a single schedule to export; leave out --replications")
     if replications and (output or in_process):
-        raise typer.BadParameter("--replications are not recorded, on all cores; leave out -o and --in-process")
+        raise typer.BadParameter("replications are not recorded and use all cores; leave out -o and --in-process")
     recording = None if replications else output or Path(f"{Path(file).stem}.mcap")
     count = 0 if processes == o.AUTO else processes
     drawn = bool(report) and not replications

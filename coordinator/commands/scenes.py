@@ -195,7 +195,7 @@ def new(
     from heavylift.nodes.scene import new_scene, new_scene_with
 
     if bool(crane) != bool(blocks):
-        raise SceneError("a crane lifts blocks: give both, such as --crane jib-60 --blocks blocks.csv")
+        raise SceneError("--crane and --blocks belong together; give both, such as --crane jib-60 --blocks blocks.csv")
     path = Path()
     for made, text in (new_scene_with(name, crane, blocks) if crane else {name: new_scene(name, like)}).items():
         path = Path(f"{made}.yaml")
@@ -203,7 +203,7 @@ def new(
             with path.open("x", encoding="utf-8") as file:
                 file.write(text)
         except FileExistsError:
-            raise SceneError(f"{path}: is there already and stays as it is; choose another name") from None
+            raise SceneError(f"{path}: exists already and will not be overwritten; choose another name") from None
         except OSError as error:
             raise SceneError(f"{path}: cannot be written ({error.strerror}); choose another folder") from None
         typer.echo(f"wrote {path}")

@@ -191,7 +191,7 @@ def limits(
     from heavylift.recordings.sheets.workbook import write
 
     if bool(of) == every:
-        raise SceneError("limits: say --of 'block.mass=300..900 t', or --all")
+        raise SceneError("limits: give --of, such as --of 'block.mass=300..900 t', or --all")
     loaded, seconds = o.scene_of(scene, sets), o.wall_s("--limit", limit)
     fails = max(("red", "undecided" if strict else "red", fail_on or "red"), key=STATES.index)
     asked = of or askable(loaded)

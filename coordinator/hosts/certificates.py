@@ -59,7 +59,7 @@ class CertificateLibrary:
         try:
             return self.x509.load_pem_x509_certificate(path.read_bytes())
         except (OSError, ValueError):
-            raise ProtocolError(f"{path} is no certificate that can be read") from None
+            raise ProtocolError(f"{path} is not a readable certificate") from None
 
     def key_of(self, path: Path) -> EllipticCurvePrivateKey:
         """Read the private key in a PEM file; raises ProtocolError if it is no EC key."""
@@ -68,7 +68,7 @@ class CertificateLibrary:
         except (OSError, ValueError, TypeError):
             key = None
         if not isinstance(key, self.ec.EllipticCurvePrivateKey):
-            raise ProtocolError(f"{path} is not a readable private key of these hosts")
+            raise ProtocolError(f"{path} is not a valid private key for runs over several hosts")
         return key
 
     def common_name(self, certificate: x509.Certificate) -> str:
@@ -170,7 +170,7 @@ class Credentials:
                 message = f"{path} is missing, it belongs to the certificates of '{name}'"
                 raise ProtocolError(f"{message}; make them with 'heavylift certificates {directory} {name}'")
         if stat.S_IMODE(found.key.stat().st_mode) & 0o077:
-            raise ProtocolError(f"{found.key} can be read by others, make it private: chmod 600 {found.key}")
+            raise ProtocolError(f"{found.key} can be read by others; make it private: chmod 600 {found.key}")
         _check(found, name)
         return found
 
@@ -181,9 +181,9 @@ def _check(found: Credentials, name: str) -> None:
     for path, certificate in ((found.certificate, own), (found.authority, authority)):
         if not certificate.not_valid_before_utc <= datetime.now(UTC) <= certificate.not_valid_after_utc:
             since, until = certificate.not_valid_before_utc, certificate.not_valid_after_utc
-            raise ProtocolError(f"{path} is valid from {since:%Y-%m-%d} to {until:%Y-%m-%d} only, make a new one")
+            raise ProtocolError(f"{path} is valid from {since:%Y-%m-%d} to {until:%Y-%m-%d} only; create a new one")
     if (whose := use.common_name(own)) != name:
-        raise ProtocolError(f"{found.certificate} was made for '{whose}' and not for '{name}'")
+        raise ProtocolError(f"{found.certificate} was issued to '{whose}' and not to '{name}'")
     if not use.signed(own, authority):
         raise ProtocolError(f"{found.certificate} was not signed by {found.authority}; take both from one directory")
 
@@ -193,7 +193,7 @@ def make_certificates(directory: Path, names: Sequence[str], hosts: Sequence[str
     files. `hosts`: names or addresses at which other hosts reach the coordinator."""
     check_names([name for name in names if name != COORDINATOR], "process")
     if AUTHORITY in names:
-        raise ProtocolError(f"process name '{AUTHORITY}' cannot be used, it is the name of the yard's own certificate")
+        raise ProtocolError(f"process name '{AUTHORITY}' cannot be used: it is the name of the yard's own certificate")
     use = library()
     directory.mkdir(mode=0o700, parents=True, exist_ok=True)
     written: list[Path] = []
@@ -215,8 +215,8 @@ def make_certificates(directory: Path, names: Sequence[str], hosts: Sequence[str
     pem, key = place(AUTHORITY)
     if not (pem.is_file() and key.is_file()):
         raise ProtocolError(
-            f"{directory} has {AUTHORITY}.pem without {AUTHORITY}.key or the other way round; "
-            "make the certificates where both are, or begin in an empty directory"
+            f"{directory} has {AUTHORITY}.pem without {AUTHORITY}.key or vice versa; create "
+            "certificates in a directory that has both, or in an empty one"
         )
     signer = use.x509_of(pem), use.key_of(key)
     for name in missing:

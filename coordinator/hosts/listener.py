@@ -183,12 +183,14 @@ class RemoteListener:
         protocol, slash, rest = endpoint.partition("/")
         if slash and protocol != "tls":
             raise ProtocolError(
-                f"{endpoint}: hosts are connected by tls only, with certificates on both sides, so that nobody else "
-                f"takes part or reads along; write tls/{rest}"
+                f"{endpoint}: hosts may connect only over TLS, with certificates on both sides, "
+                f"so that nobody else can join or eavesdrop; write tls/{rest}"
             )
         found = re.fullmatch(r"(\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9.-]+):([0-9]{1,5})", rest)
         if not slash or not found or not 0 < int(found[2]) < 65536:
-            raise ProtocolError(f"'{endpoint}' is no address, write tls/HOST:PORT, such as tls/192.168.1.10:7447")
+            raise ProtocolError(
+                f"'{endpoint}' is not a valid address; write tls/HOST:PORT, such as tls/192.168.1.10:7447"
+            )
         return cls(endpoint, credentials)
 
     @property

@@ -63,13 +63,13 @@ class _Playing:
         self._present = threading.Event()
         self._watch = session.liveliness().declare_subscriber(at, self._changed, history=True)
         if not self._present.wait(JOIN_s):  # the line was cut just now: of who was never seen, no end is heard
-            raise ProtocolError(f"{self._message}; join again when it runs again")
+            raise ProtocolError(f"{self._message}; join again after it has been restarted")
 
     def _changed(self, sample: zenoh.Sample) -> None:
         if sample.kind == zenoh.SampleKind.PUT:
             self._present.set()
         elif sample.kind == zenoh.SampleKind.DELETE and not self.over:
-            self._report(f"heavylift: {self._message}; join again when it runs again")
+            self._report(f"heavylift: {self._message}; join again after it has been restarted")
             os._exit(LOST)
 
 
@@ -101,8 +101,9 @@ def _decoded(data: bytes, listener: RemoteListener) -> JoinReply:
         return msgspec.msgpack.decode(data, type=JoinReply)
     except UNREADABLE:
         raise ProtocolError(
-            f"who answers at {listener.endpoint} uses the protocol of another program, or of a heavylift other than "
-            f"{__version__}; install one version on both hosts"
+            f"the program that answers at {listener.endpoint} uses the protocol of "
+            "another program, or of a heavylift other than "
+            f"{__version__}; install the same version on both hosts"
         ) from None
 
 

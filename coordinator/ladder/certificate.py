@@ -134,12 +134,13 @@ class Certifying:
         try:
             if Recording(path).events(OPERATOR):
                 raise RecordingError(
-                    "an operator gave orders, which the additional runs do not repeat; run without orders"
+                    "an operator gave orders, which the additional runs cannot repeat; "
+                    "run without orders to obtain a certificate"
                 )
             found = self.certificate()
             amended(path, {"certified": found.data()})
         except HeavyliftError as error:
-            raise type(error)(f"{path}: is complete, but has no certificate: {error}") from None
+            raise type(error)(f"{path}: the recording is complete but has no certificate: {error}") from None
         return found
 
     def certificate(self) -> Certificate:

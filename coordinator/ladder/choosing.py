@@ -114,8 +114,8 @@ def level_of(scene: LoadedScene, say: Report = lambda message: None) -> LoadedSc
 
 @dataclass(frozen=True)
 class Look:
-    """Measured errors of one candidate: in total, due to its steps, due to its level; if it could not run, why; which
-    errors could not be measured, and why."""
+    """Measured errors of one candidate: in total, due to its steps, and due to its level; the reason if it could not
+    run; the errors that could not be measured, with the reasons."""
 
     candidate: ModelLevel
     error: Errors = field(default_factory=lambda: {"": inf})
@@ -146,8 +146,9 @@ def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
 def _climbed(
     ladder: Ladder, candidates: Sequence[ModelLevel], accuracy: float, measuring: Measuring, richer: bool
 ) -> Look:
-    """Return the loosest steps on a level whose errors are within the accuracy; if there are none, the tightest that
-    were run: the error of the level is larger, or tighter steps give no improvement."""
+    """Return, for a level, the candidate with the loosest steps whose errors are within the accuracy. If there is none,
+    return the one with the tightest steps that were run: then the error of the level is larger, or tighter steps give
+    no improvement."""
     tolerances = [candidate.plan.tolerance for candidate in candidates]
     # looser steps than LOOSEST times the accuracy cannot be within it
     at = next((i for i, x in enumerate(tolerances) if x <= LOOSEST * accuracy * (1.0 + 1e-9)), len(candidates) - 1)
@@ -200,7 +201,7 @@ def _climbed(
 
 
 def _next(tolerances: Sequence[float], at: int, part: float) -> int:
-    """Return the index of the loosest steps that are tighter by the factor `part`, at least 0.1."""
+    """Return the index of the loosest steps whose tolerance is smaller by the factor `part` (at least 0.1)."""
     wanted = max(part, 0.1) * tolerances[at] * (1.0 + 1e-9)
     return next((i for i, x in enumerate(tolerances) if i > at and x <= wanted), len(tolerances) - 1)
 
@@ -248,7 +249,8 @@ def _look(
 
 
 def _of_limits(look: Look, measuring: Measuring) -> Errors:
-    """Return errors of the utilisations of limits from the runs made so far; they do not influence the choice."""
+    """Return the errors of the utilisations of limits, from the runs made so far; they do not influence the choice of a
+    candidate."""
     own = measuring.limits(look.candidate)
     known = [tuple(measuring.limits(x) for x in pair) for pair in look.pairs]
     return {
@@ -259,9 +261,9 @@ def _of_limits(look: Look, measuring: Measuring) -> Errors:
 
 
 def witnesses(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> list[tuple[ModelLevel, ModelLevel]]:
-    """Return the pairs of candidates whose difference shows the error of a candidate's level: the candidate with the
-    cheapest level that models everything it leaves out. If hook ropes go slack or something has no damping, with all
-    such levels, since waves along ropes have any length; for the finest level, with the next coarser one."""
+    """Return the pairs of candidates whose difference shows the error of a candidate's level: the candidate itself and
+    one at the cheapest level that models everything it leaves out. If hook ropes go slack or an element has no damping,
+    all such levels are used, since waves along ropes have any length; for the finest level, the next coarser one."""
     levels, own = ladder.witnesses(candidate.plan.fidelity), ladder.in_own_steps(candidate)
     # waves along ropes and undamped modes are seen by some levels only: compare with all that restore them
     if len(levels) > 1 and not undamped(system(candidate.plan)):
@@ -346,7 +348,7 @@ def _unmeasured(plan: Plan, why: str) -> Answer:
 
 
 def _name(scene: LoadedScene, question: Question) -> str:
-    """Return the name of the cache file of an answer: a hash of plan, question and code."""
+    """Return the file name under which an answer is cached: a hash of plan, question and code."""
     text = repr((question, scene.facts.named)).encode()
     return f"{hashlib.sha256(_code() + text + encode(scene.plan)).hexdigest()}.answer"
 

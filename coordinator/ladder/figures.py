@@ -1,7 +1,8 @@
-"""Results of a run as figures: one number each, comparable between runs of a scene (`nodes.plan.fidelity`).
+"""Results of a run as figures (single numbers) that can be compared between runs of a scene (`nodes.plan.fidelity`).
 
-Peaks are those of the dense output, stages begin at events. Figures from samples (swings, positions, support forces,
-clearances, utilisations of limits) are also computed from every second sample; the difference is the reading error.
+Peaks are taken from the integrator's continuous output, and stages begin at events. Figures from samples (swings,
+positions, support forces, clearances, utilisations of limits) are also computed from every second sample; the
+difference is the reading error.
 """
 
 from collections import Counter
@@ -33,8 +34,8 @@ FEWEST = 8  # samples of a stage in which a swing is looked for
 
 
 class AskedFigure(NamedTuple):
-    """A result figure of a run: name, quantity, unit, value, reference value for its relative error, and reading error
-    due to sampling."""
+    """A single result number of a run: name, quantity, unit, value, reference value for its relative error, and reading
+    error due to sampling."""
 
     name: str
     quantity: Asked
@@ -69,7 +70,7 @@ class RunSeries:
 
     @classmethod
     def of(cls, run: Played) -> "RunSeries":
-        """Collect the results of a finished run."""
+        """Return the results of a finished run from which figures are computed."""
         plan, layout = run.plan, run.layout
         # several rows at the instant of an event: the first one counts
         t, first = np.unique(run.t, return_index=True)
@@ -129,12 +130,13 @@ def figures(run: Played, ask: Sequence[Asked] = ASKABLE) -> list[AskedFigure]:
 
 
 def judged(judge: Judge, ask: Sequence[Asked] = ("limits", "clearance")) -> list[AskedFigure]:
-    """Return the figures that come from the verdict of a run."""
+    """Return the figures that come from the verdict of a run: utilisations of limits and smallest clearances."""
     return [f for quantity in ask for f in _misread(_judged(quantity, *judge.fine), _judged(quantity, *judge.coarse))]
 
 
 def _misread(read: Iterator[AskedFigure], again: Iterator[AskedFigure]) -> Iterator[AskedFigure]:
-    """Yield figures with their reading errors, from the same of every second sample."""
+    """Yield figures with their reading errors, which are the differences to the same figures from every second
+    sample."""
     coarse = {f.name: f.value for f in _numbered(again)}
     return (f._replace(misread=abs(f.value - coarse.get(f.name, inf)) / THIRD) for f in _numbered(read))
 
@@ -258,7 +260,7 @@ def _positions(plan: Plan, shown: RunSeries) -> Iterator[AskedFigure]:
 
 
 def _at(t: Floats, x: Floats, times: Sequence[float]) -> Floats:
-    """Interpolate values (m, columns) at `times`, by cubics through four samples."""
+    """Return values (m, columns) interpolated at `times`, by cubics through four samples."""
     out = []
     for at in times:
         i = min(max(int(np.searchsorted(t, at)) - 2, 0), max(0, len(t) - 4))

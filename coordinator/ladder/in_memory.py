@@ -1,6 +1,6 @@
-"""A run of a plan in this process from start to end, kept in memory; its digest is that of `run`.
+"""A run of a plan from start to end in this process, kept in memory; its digest is that of `run`.
 
-A run is cut when it takes longer than its limit; this, like any other early end, is raised as a HeavyliftError.
+A run that takes longer than its limit is stopped; like any other early end, this raises a HeavyliftError.
 """
 
 import time
@@ -41,8 +41,7 @@ class Played:
     """A finished run of a plan in memory: layout, times (n,) [ns] and rows (n, width) of the samples; events in total
     order; rope lines with the time [ns] from which they are valid; `apart`: samples of single lifts, by name; notes of
     the kernel with times [ns]; ropes that went slack; end [ns]; what the action list still waited for; `dense`: rows at
-    the requested instants; number of GRANTs; wall and CPU time before and in the run [s].
-    """
+    the requested instants; number of GRANTs; wall and CPU time before and during the run [s]."""
 
     plan: Plan
     mechanics: System
@@ -117,7 +116,7 @@ class Played:
 
     @cached_property
     def judge(self) -> "Judge":
-        """Return the data from which the verdict of the run is computed, so that its rows can be dropped."""
+        """The data from which the verdict of the run is computed; with them the rows of samples can be dropped."""
         return Judge(self.plan, self.mechanics, self.past, self.conduct, self.errors)
 
     @cached_property
@@ -132,8 +131,8 @@ class Played:
 
 @dataclass(frozen=True)
 class Judge:
-    """All data from which the verdict of a run is computed: plan, its mechanics, recorded columns, course of the run,
-    errors of figures."""
+    """The data from which the verdict of a run is computed: plan, mechanics, recorded columns, course of the run,
+    errors of results."""
 
     plan: Plan
     mechanics: System
@@ -142,7 +141,8 @@ class Judge:
     errors: Errors
 
     def _judged(self, whole: bool, every: int = 1) -> Judged:
-        """Judge every so many-th sample; unless `whole`, without tables and with the smallest clearance alone."""
+        """Compute the verdict from every `every`-th sample; unless `whole`, without tables and with only the smallest
+        clearance."""
         from heavylift.coordinator.verdict.clearances import SMALLEST
         from heavylift.coordinator.verdict.judging import verdict_with_uses
 

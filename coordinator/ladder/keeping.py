@@ -1,4 +1,4 @@
-"""The kernel of a run that stays in memory: it keeps its samples, and the clock may end it."""
+"""The kernel of a run that stays in memory: it stores its samples, and a wall-clock limit can end the run."""
 
 import time
 from collections.abc import Sequence

@@ -1,6 +1,7 @@
-"""Runs of candidates, each once, and the differences of their requested figures.
+"""Runs of candidates, each made once, and the differences between their requested figures.
 
-These runs are sampled as densely as the reading of the figures needs; the integration steps do not depend on it.
+These runs are sampled as densely as the evaluation of the figures requires; the integration steps do not depend on the
+sampling.
 """
 
 from collections.abc import Callable, Sequence
@@ -100,7 +101,7 @@ class Measuring:
 
     def apart(self, candidate: ModelLevel, other: ModelLevel) -> Errors:
         """Return the relative differences between the figures of two candidates; infinite for a figure that only one of
-        the runs has."""
+        the two runs has."""
         mine, others = self.figures(candidate), self.figures(other)
         return {
             name: abs(mine[name].value - others[name].value) / max(mine[name].scale, others[name].scale)

@@ -1,7 +1,8 @@
-"""Candidates of the ladder of a plan: what is modelled (a level), by which method, and the tolerance of a step.
+"""Candidates for modelling a plan: model level, integration method, and tolerance of a step.
 
-A level that puts back all that another leaves out can be its witness: the difference of two levels that leave out the
-same effect says nothing about it. What the scene fixes itself holds in its own runs, but not in witnesses.
+A level that models everything that another level leaves out can be its witness, with which it is compared; the
+difference between two levels that leave out the same effect says nothing about that effect. Settings that the scene
+fixes are kept in its own runs, but not in runs of witnesses.
 """
 
 from collections.abc import Sequence
@@ -66,7 +67,8 @@ class ModelLevel:
 
     @property
     def key(self) -> tuple[Fidelity, str, float, float | None]:
-        """The data that distinguish this candidate from others of the same plan: fidelity, method, tolerance, step."""
+        """The settings that distinguish this candidate from others of the same plan: fidelity, method, tolerance,
+        step."""
         return self.plan.fidelity, self.plan.method, self.plan.tolerance, self.plan.step
 
     @property
@@ -121,7 +123,8 @@ class ModelLevel:
 
 @dataclass(frozen=True)
 class Ladder:
-    """All candidates (levels and steps) of a plan; `named`: keys of fidelity and steps fixed by the scene."""
+    """All candidates (combinations of level and steps) for a plan; `named`: keys of fidelity and steps that the scene
+    fixes."""
 
     plan: Plan
     named: Sequence[str] = ()

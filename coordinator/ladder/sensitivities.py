@@ -1,9 +1,10 @@
-"""Which input moves which figure of a run by how much: central differences, or a small design where events switch.
+"""Sensitivity of each result figure to each uncertain input: central differences, or a small design of runs where
+events switch.
 
 Each uncertain input is moved by one standard uncertainty to either side. If the two differences are not nearly
 opposite, or a figure is missing in one of the runs, an event switches in between: then two more runs are made, at the
-ends of the input's range (of 95 % of it), and the largest deviation counts. Contributions add up as squares, as inputs
-are assumed independent (GUM, JCGM 100:2008, 5.1.2); half-widths are two standard uncertainties.
+ends of the input's range (of 95 % of it), and the largest deviation counts. Contributions are added as squares, since
+inputs are assumed to be independent (GUM, JCGM 100:2008, 5.1.2); half-widths are two standard uncertainties.
 """
 
 import logging
@@ -44,8 +45,8 @@ class Effect:
 
 @dataclass(frozen=True)
 class Sensitivities:
-    """Nominal figures of a scene; effects of its inputs on each figure, largest first; inputs, failed inputs with the
-    reason, inputs without stated uncertainty; notes; CPU time [s]."""
+    """Nominal figures of a scene; the effects of its inputs on each figure, largest first; inputs; failed inputs with
+    the reasons; inputs without a stated uncertainty; notes; CPU time [s]."""
 
     figures: list[AskedFigure]
     effects: dict[str, list[Effect]]
@@ -102,8 +103,8 @@ class Sensitivities:
 
 @dataclass(frozen=True)
 class Moved:
-    """The runs started with one input changed by some multiples of its standard uncertainty; in place of a run that
-    cannot start, the reason."""
+    """The runs started with one input changed by some multiples of its standard uncertainty; a run that could not start
+    is replaced by the reason."""
 
     input: UncertainInput
     runs: dict[float, Future[Ran] | str]
@@ -120,7 +121,7 @@ def sensitivities(
     inputs = uncertain_inputs(scene, given)
     if not inputs:
         raise ModelError(
-            f"{scene.path.name}: states no uncertainty; write one behind a value, such as 'mass: 480 t +- 3 %', "
+            f"{scene.path.name}: states no uncertainties; add one after a value, such as 'mass: 480 t +- 3 %', "
             "or give --input 'block.mass +- 3 %'"
         )
     at_once = min(cores(), 2 * len(inputs)) if at_once is None else at_once

@@ -46,8 +46,8 @@ class Row:
 
 @dataclass(frozen=True)
 class Held:
-    """Stability of two systems that exchange forces held constant over `h` [s]: measured and theoretical damping ratio,
-    and the `h` [s] that would cause 1 % growth over the run."""
+    """Stability of two systems that exchange forces which are held constant for `h` [s]: measured and theoretical
+    damping ratio, and the `h` [s] that would cause 1 % growth over the run."""
 
     pair: str
     omega: float
@@ -81,8 +81,8 @@ class Distributed:
 
 @dataclass(frozen=True)
 class MeasuredLadder:
-    """Measured model levels and steps of a scene: rows by level, cheapest first; reference and its error;
-    recommendation; number of candidates that did not fit the time budget; cost of processes."""
+    """Measured model levels and steps of a scene: rows by level, cheapest first; the reference and its error; the
+    recommendation; number of candidates that did not fit into the time budget; cost of processes."""
 
     scene: str
     ask: tuple[Asked, ...]
@@ -133,10 +133,10 @@ def measure(
     if missing := [q for q in wanted if q not in quantity.values() and ask]:
         able = [q for q in dict.fromkeys(quantity.values())]
         raise SceneError(
-            f"--ask '{missing[0]}': the run has no such quantity; ask {', '.join(able) or 'something else'}"
+            f"--ask '{missing[0]}': this run does not have that quantity; ask for {', '.join(able) or 'something else'}"
         )
     if not quantity:
-        raise SceneError(f"{scene.path.name}: a run has none of the quantities by which model levels are compared")
+        raise SceneError(f"{scene.path.name}: its run has none of the quantities that serve to compare model levels")
     rows, out = list[Row](), 0
     for candidate in (
         r for level in ladder.full for r in ladder.candidates(level)[::DECADE][: REFERENCE + 1] if r.key != true.key
@@ -157,14 +157,14 @@ def _asked(words: str, own: tuple[Asked, ...]) -> tuple[Asked, ...]:
     wanted = [word.strip() for word in words.strip("[] ").split(",") if word.strip()]
     for word in wanted:
         if word not in ASKABLE:
-            raise SceneError(f"--ask '{word}': is not a known quantity; ask {', '.join(ASKABLE)}")
+            raise SceneError(f"--ask '{word}' is not a known quantity; ask for {', '.join(ASKABLE)}")
     return tuple(q for q in ASKABLE if q in (wanted or own or MEANT))
 
 
 def _row(
     scene: LoadedScene, candidate: ModelLevel, true: ModelLevel, quantity: dict[str, Asked], measuring: Measuring
 ) -> Row | None:
-    """Return the row of a candidate; None if the budget ends first."""
+    """Return the table row of a candidate; None if the time budget is used up before."""
     try:
         errors = _by(quantity, measuring.apart(candidate, true))
     except HeavyliftError as error:
@@ -188,7 +188,8 @@ def _by(quantity: dict[str, Asked], errors: Errors) -> dict[Asked, float]:
 def _worth(
     ladder: Ladder, true: ModelLevel, finest: Sequence[ModelLevel], quantity: dict[str, Asked], measuring: Measuring
 ) -> dict[str, dict[Asked, float]]:
-    """Return the errors of the reference itself, of its steps and level, as far as these runs were made."""
+    """Return the errors of the reference itself, due to its steps and its level, as far as the runs for them were
+    made."""
     looser = finest[max(0, min(REFERENCE, len(finest) - 1) - 1)]
     others = {"its steps": looser} | ({"its level": true.on(ladder.poorer)} if ladder.poorer else {})
     known = {

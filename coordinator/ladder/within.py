@@ -45,11 +45,11 @@ def within(
     the time is too short."""
     option = f"--within '{seconds}'" if seconds else f"--real-time {factor:g}"
     if (seconds and factor is not None) or rate is not None:
-        raise SceneError(f"{option}: give one of --within, --real-time and --rate")
+        raise SceneError(f"{option}: give only one of --within, --real-time and --rate")
     if any(setting.partition("=")[0].strip() == "accuracy" for setting in settings):
-        raise SceneError(f"{option}: it chooses the accuracy; leave the setting 'accuracy' out")
+        raise SceneError(f"{option}: this option chooses the accuracy; leave out the setting 'accuracy'")
     if factor is not None and not 0.0 < factor < inf:
-        raise SceneError(f"{option}: give a number above 0, such as 1000")
+        raise SceneError(f"{option}: give a number greater than 0, such as 1000")
     try:
         allowed = DURATION.read(seconds) if seconds else 0.0
     except ValueError as error:
@@ -58,7 +58,7 @@ def within(
     if not scene.facts.ask:
         scene = load(name, [*settings, f"ask=[{', '.join(ask)}]"])
     if scene.plan.models:
-        raise SceneError(f"{option}: errors of a scene with models of its own cannot be measured; leave the option out")
+        raise SceneError(f"{option}: errors cannot be measured for a scene with user models; leave out the option")
     if factor is not None:
         allowed = lasts(scene) / factor
         option = f"{option}, that is {allowed:.3g} s"
@@ -66,7 +66,7 @@ def within(
     if found is None:
         unit = 10.0 ** (ceil(log10(needed)) - 2)
         raise SceneError(
-            f"{option}: too short, this machine needs about {ceil(needed / unit) * unit:.3g} s; give it more"
+            f"{option}: the time is too short; this machine needs about {ceil(needed / unit) * unit:.3g} s"
         )
     chosen = answered(scene, found)
     same = " ".join(f"--set '{x}'" for x in ModelLevel(chosen.plan).settings[1:])

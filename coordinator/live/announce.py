@@ -99,7 +99,7 @@ def find(which: str = "") -> AnnouncedRun:
     if named:
         raise ProtocolError(f"{which}: several runs have this name; name one by its recording or run id{_list(named)}")
     if file.is_file():
-        raise ProtocolError(f"{which}: no run is writing it any more; `heavylift info {which}` lists its contents")
+        raise ProtocolError(f"{which}: its run has ended; `heavylift info {which}` lists its contents")
     raise ProtocolError(
         f"{which}: no run has this name; {'in progress' if runs else 'none is in progress'}{_list(runs)}"
     )
@@ -147,8 +147,8 @@ class RunOrder(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class Reply(msgspec.Struct, frozen=True):
-    """Reply to an order: a sentence, whether and when [ns] the order was carried out, and whether this is the last
-    reply."""
+    """Reply to an order: a sentence, whether the order was carried out and at which time [ns], and whether this is the
+    last reply."""
 
     done: bool
     said: str
@@ -185,8 +185,8 @@ def ask(
             except UNREADABLE:
                 made = found.notice.version
                 raise ProtocolError(
-                    f"run {found.notice.run} is of heavylift {made} and uses a protocol that {__version__} does not "
-                    f"know; {install(made)} to give it orders"
+                    f"run {found.notice.run} is of heavylift {made} and uses a protocol that "
+                    f"{__version__} cannot read; {install(made)} to give it orders"
                 ) from None
             if answer.last:
                 return answer

@@ -54,7 +54,9 @@ def journaled(recording: Path) -> set[TimedCommand]:
     try:
         return {TimedCommand(*msgspec.msgpack.decode(entry, type=tuple[Tag, bytes])) for entry in read(path)}
     except UNREADABLE as error:
-        raise RecordingError(f"{path}: is no journal of commands ({error}); remove it to go on without them") from None
+        raise RecordingError(
+            f"{path}: is not a valid journal of commands ({error}); remove it to continue without these commands"
+        ) from None
 
 
 def operator_commands(recording: str | Path) -> list[TimedCommand]:
@@ -76,7 +78,7 @@ STOP = "stop"  # in place of the words of a command: the end of the run
 
 
 class QueuedOrder(NamedTuple):
-    """A queued order: an encoded RunOrder and the receiver of its replies."""
+    """An order in the queue: the encoded RunOrder and a function that receives its replies."""
 
     order: bytes
     reply: Callable[[Reply], None]
@@ -93,8 +95,8 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
         read: Callable[[str], OperatorCommand] | None = None,
         why: Callable[[OperatorAnswer], str] = lambda answer: answer.refused,
     ) -> None:
-        """`recording` returns the recording's future path; `read` parses the words of a command (None: commands are
-        refused); `why` explains a refused command to people."""
+        """Create the queue. `recording` returns the future path of the recording; `read` parses the words of a command
+        (None: commands are refused); `why` explains to people why a command was refused."""
         self._recording, self._tempo, self._read, self._why = recording, tempo, read, why
         self._journal: Journal | None = None
         self._asked: deque[QueuedOrder] = deque()
@@ -213,7 +215,8 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
             asked.reply(Reply(False, text, t, last=False))
 
     def _give(self, words: str, core: OpenCoordinator) -> int:
-        """Schedule a command as early as possible; returns its time [ns]. HeavyliftError if no model takes any."""
+        """Schedule a command as early as possible and return its time [ns]; raises HeavyliftError if no model accepts
+        commands."""
         if self._read is None:
             raise HeavyliftError(
                 f"{words}: no model of this run takes commands; it can be paused, stepped, continued, or stopped "
@@ -224,7 +227,9 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
         while t in self._taken:
             t += 1
         if Tag(t) >= core.end:
-            raise HeavyliftError(f"{text.text}: too late, everything before the end of the run is decided already")
+            raise HeavyliftError(
+                f"{text.text}: too late: everything up to the end of the run has already been computed"
+            )
         self._order(TimedCommand(Tag(t), canonical(text)), core)
         return t
 

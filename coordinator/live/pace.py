@@ -1,9 +1,9 @@
 """Pace of a run: as fast as possible, or by the wall clock; pauses and steps of an operator.
 
 A pace sets the horizon of the coordinator's decisions and so delays grants; the digest of a run is the same at any
-rate. By the clock, a tag is granted when the clock has reached it and never before; on a machine that is too slow it is
-granted late, in order, and the lateness is reported. While a run is paused, nothing at or after `limit` is decided: all
-before it is done.
+rate. In a run by the wall clock, a logical time is granted when the clock has reached it and never before; on a machine
+that is too slow it is granted late, in order, and the lateness is reported. While a run is paused, nothing at or after
+`limit` is decided, and everything before it is done.
 """
 
 import math
@@ -79,7 +79,7 @@ class RealTime(Pace):
     def __init__(self, rate: float, clock: Callable[[], float] = time.monotonic) -> None:
         super().__init__(0)
         if not (0.0 < rate < math.inf):
-            raise ProtocolError(f"--rate {rate:g}: a rate is positive and finite, 1 is real time")
+            raise ProtocolError(f"--rate {rate:g}: a rate must be positive and finite; 1 is real time")
         self.rate, self._clock = rate, clock
         self._since: tuple[float, int] | None = None  # time of the clock [s], of the simulation [ns]
         self._rounds, self._late, self._sum, self._max = 0, 0, 0.0, 0.0
@@ -114,7 +114,7 @@ class RealTime(Pace):
         """Change the rate from the present time on, and return the new rate."""
         rate = self.rate * factor
         if not (0.0 < rate < math.inf):
-            raise ProtocolError(f"a rate is positive and finite, not {rate:g}")
+            raise ProtocolError(f"a rate must be positive and finite, not {rate:g}")
         if self._since is not None:
             self._since = self._clock(), self._now()
         self.rate = rate
@@ -132,7 +132,7 @@ class RealTime(Pace):
         return t + math.floor((self._clock() - began) * self.rate * 1e9)
 
     def _lateness(self, tag: Tag) -> float:
-        """Return the wall time [s] since a tag was due, at the end of its nanosecond."""
+        """Return the wall time [s] since a logical time was due, counted from the end of its nanosecond."""
         if self._since is None:
             return -math.inf
         began, t = self._since
@@ -144,8 +144,8 @@ GRAIN_ns = 2  # of steps to the next event: a step of the mechanics is announced
 
 
 class Tempo:
-    """Pacing of the coordinator's rounds: up to which logical time it may decide, and how long it waits if nothing is
-    due."""
+    """Pacing of the coordinator's rounds: the logical time up to which it may decide, and how long it waits if nothing
+    is due."""
 
     def __init__(self, pace: Pace | None = None) -> None:
         self.pace = pace or Pace()
@@ -196,7 +196,7 @@ class Tempo:
         return self.limit is None and self.pace.ahead == NEVER
 
     def event(self) -> None:
-        """Note that a committed event was released, which ends a step to the next event."""
+        """Record that a committed event was released, which ends a step to the next event."""
         self._to_event = False
 
     def pause(self, core: OpenCoordinator) -> Tag:

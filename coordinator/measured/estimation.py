@@ -44,7 +44,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Identifiable:
-    """Data of a log for a fit: times (n,) [s]; for each channel its values, systematic standard uncertainty and
+    """Data of a log for a fit: times (n,) [s], and for each channel its values, systematic standard uncertainty and
     scatter."""
 
     t: Floats
@@ -220,13 +220,13 @@ def scene_text(
         data.yaml_set_comment_before_after_key(part, before="\n".join([f"from {source}, 95 %:", *lines]))
     yaml.dump(data, out)
     if ordered(read(out.getvalue(), name).data) != ordered(wanted.data):
-        raise SceneError(f"{name}: cannot be written with its comments; set the estimates with --set")
+        raise SceneError(f"{name}: estimates cannot be inserted without losing its comments; set them with --set")
     parse(out.getvalue(), name)
     return out.getvalue()
 
 
 def _laid(data: Any, wanted: Any) -> Any:
-    """Return `data` changed to `wanted`; unchanged objects are kept, with comments and style."""
+    """Return `data` changed to equal `wanted`; unchanged objects are kept, with their comments and style."""
     if isinstance(data, dict) and isinstance(wanted, dict):
         for key in [key for key in data if key not in wanted]:
             del data[key]

@@ -87,9 +87,9 @@ def measured(rec: Recording, path: str | Path, maps: Sequence[str], gravity: flo
             try:
                 line = LINE.fullmatch(text.strip()) if isinstance(text, str) else None
                 if line is None:
-                    raise ValueError(f"write the channel that '{column}' is, such as {EXAMPLE}")
+                    raise ValueError(f"write to which channel '{column}' belongs, such as {EXAMPLE}")
                 if column in lines:
-                    raise ValueError(f"column '{column}' is mapped twice; map it once")
+                    raise ValueError(f"column '{column}' is mapped twice; map it only once")
                 if line["channel"] == "time":
                     t = log.seconds(column, line["unit"] or "")
                 else:
@@ -100,7 +100,7 @@ def measured(rec: Recording, path: str | Path, maps: Sequence[str], gravity: flo
         raise_faults(source, faults)
     names = [channel.name for channel in channels]
     if twice := next((name for i, name in enumerate(names) if name in names[:i]), ""):
-        raise RecordingError(f"{log.path}: two columns are mapped to {twice}; a channel has one")
+        raise RecordingError(f"{log.path}: two columns are mapped to {twice}; map only one column to it")
     if not any(channel.model for channel in channels):
         raise RecordingError(f"{log.path}: no column is mapped to a channel of {rec.path}; add one, such as {EXAMPLE}")
     return LogSignals(log, log.seconds() if t is None else t, channels, lines)
@@ -117,9 +117,9 @@ def _source(given: str) -> SourceText:
     except (OSError, ValueError) as error:
         message = getattr(error, "strerror", "") or "it is not UTF-8 text"
         where = "give a YAML file, or 'COLUMN=CHANNEL [UNIT]'"
-        raise RecordingError(f"{given}: no map can be read there ({message}); {where}") from None
+        raise RecordingError(f"{given}: the map cannot be read ({message}); {where}") from None
     if not source.data and not source.keys:
-        raise RecordingError(f'{given}: is no map; write lines such as "cell_H1: {EXAMPLE[1:-1]}"')
+        raise RecordingError(f'{given}: is not a valid map; write lines such as "cell_H1: {EXAMPLE[1:-1]}"')
     return source
 
 
@@ -127,7 +127,7 @@ def _channel(rec: Recording, log: LogTable, column: str, line: re.Match[str], gr
     """Read one channel; raises ValueError for a wrong line of the map, RecordingError for a fault of the log."""
     name, unit = line["channel"], tidy(line["unit"] or log.unit(column))
     if not unit:
-        raise log.error(1, column, f"the unit is missing; write it in the head or in the map, such as {EXAMPLE}")
+        raise log.error(1, column, f"the unit is missing; write it in the header or in the map, such as {EXAMPLE}")
     model = not name.startswith(MEASURED)
     if model:
         found = chosen(rec, name)
@@ -140,12 +140,12 @@ def _channel(rec: Recording, log: LogTable, column: str, line: re.Match[str], gr
     else:
         signal, _, part = name.removeprefix(MEASURED).rpartition("/")
         if not part:
-            raise ValueError(f"{name} has no name; give it one, such as {MEASURED}wind")
+            raise ValueError(f"{name} does not name a channel; write one, such as {MEASURED}wind")
         signal = signal or part
         si = next((u for d in DIMENSIONS if unit in d.units for u, f in d.units.items() if f == 1), unit)
     units = _units(si, gravity) if model or si != unit else {unit: Fraction(1)}
     if unit not in units:
-        raise ValueError(f"'{unit}' is no unit of {name}; use {', '.join(offered(units))}")
+        raise ValueError(f"'{unit}' is not a unit of {name}; use {', '.join(offered(units))}")
     values = log.values(column) * float(units[unit])
     sigma = np.zeros(len(values)) if line["half"] is None else _stated(line["half"], values, units)
     return LogChannel(signal, part, si, values, sigma, model, bool(line["half"]))
@@ -192,8 +192,8 @@ def _read(scene: LoadedScene, text: str, actors: dict[str, DriveActor]) -> list[
     unit, column = tidy(form["unit"] or log.unit(form["column"])), form["column"]
     kind = next((kind for kind in (STROKE_SPEED, STROKE) if unit in kind.units), None)
     if kind is None:
-        what = f"'{unit}' is no unit of a speed or place" if unit else "the unit is missing"
-        raise log.error(1, column, f"{what}; write it behind the name, such as '{column} [m/min]'")
+        what = f"'{unit}' is not a unit of a speed or place" if unit else "the unit is missing"
+        raise log.error(1, column, f"{what}; write the unit after the name, such as '{column} [m/min]'")
     try:
         t = log.seconds() + (TIME.read(form["start"]) if form["start"] else 0.0)
     except ValueError as error:
@@ -208,7 +208,7 @@ def _read(scene: LoadedScene, text: str, actors: dict[str, DriveActor]) -> list[
     out = []
     for order in spoken(scene, f"{form['target'].replace('.', ' ')}: {form['verb']} {slow}").orders:
         if not isinstance(order, Move) or (drive := actors.get(order.actuator)) is None:
-            raise SceneError(f"--drive '{text}': {form['target']} is no drive or winch that this scene models")
+            raise SceneError(f"--drive '{text}': {form['target']} is not a drive or winch that this scene models")
         sign = 1.0 if order.speed > 0.0 else -1.0
         distance = np.concatenate([[0.0], np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * np.diff(knots))])
         _within(log, column, rows, drive, t, drive.initial + sign * np.interp(t, knots, distance))

@@ -128,16 +128,16 @@ def _uncertain(rec: Recording) -> bool:
 
 
 def _placed(rec: Recording, log: LogSignals, model: list[Curve], offset: float | None) -> Alignment:
-    """Return the given or estimated clock offset; raises RecordingError if no rows lie in the run."""
+    """Return the given or estimated clock offset; raises RecordingError if no rows of the log lie within the run."""
     T = model[0][0]
     if len(T) < 2:
-        raise RecordingError(f"{rec.path}: has no samples to compare with; let the run last longer")
+        raise RecordingError(f"{rec.path}: has no samples to compare; simulate a longer run")
     at = aligned(model, log.t, [c.values for c in log.compared]) if offset is None else Alignment(offset)
     if overlapping(model[0], log.t, at.offset).sum() < 2:
         a, b = log.t[0] + at.offset, log.t[-1] + at.offset
         raise RecordingError(
             f"{log.log.path}: rows {log.log.rows[0]} to {log.log.rows[-1]} are {a:.6g} to {b:.6g} s of the run, which "
-            f"goes from {T[0]:.6g} to {T[-1]:.6g} s: no overlap; give another --offset"
+            f"goes from {T[0]:.6g} to {T[-1]:.6g} s; they do not overlap: give another --offset"
         )
     return at
 

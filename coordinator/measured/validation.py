@@ -63,7 +63,9 @@ def aligned(model: Sequence[Curve], t: Floats, values: Sequence[Floats]) -> Alig
     offsets = np.arange(T[0] + reach - t[-1], T[-1] - reach - t[0] + 0.5 * step, step)
     scores = [_score(model, grid, coarse, offset) for offset in offsets]
     if max(scores) <= 0.0:
-        raise RecordingError("no mapped channel moves in run and log alike, so that nothing aligns them; give --offset")
+        raise RecordingError(
+            "no mapped channel varies in both run and log, so their clocks cannot be aligned; give --offset"
+        )
     best = float(offsets[int(np.argmax(scores))])
     rows = overlapping(model[0], t, best, window)
     measured = [y[rows] for y in values]
@@ -86,7 +88,7 @@ def aligned(model: Sequence[Curve], t: Floats, values: Sequence[Floats]) -> Alig
         np.mean([_correlation(s, y) for s, y in zip(_sampled(model, t[rows], offset), measured, strict=True)])
     )
     if alike < ALIKE or slope == 0.0:
-        raise RecordingError(f"log and run are not alike at any offset (correlation {alike:.2f}); give --offset")
+        raise RecordingError(f"log and run do not match at any offset (correlation {alike:.2f}); give --offset")
     sigma = float(np.sqrt(factor * np.sum(r * r) / max(1, len(r) - 2 * len(values) - 1) / slope))
     return Alignment(offset, sigma, alike, True)
 
@@ -231,7 +233,8 @@ def accuracy(rec: Recording) -> float:
 
 
 def _straight(S: Floats) -> float:
-    """Return the RMS error of linear interpolation between samples: an eighth of the second differences."""
+    """Return the RMS error of linear interpolation between samples, estimated as an eighth of the second
+    differences."""
     return _rms(np.diff(S, 2)) / 8.0 if len(S) > 2 else 0.0
 
 

@@ -36,7 +36,7 @@ def built(reference: str, by: str = "") -> Coupled:
     if not callable(function):
         if own.exists() and own.resolve() != Path(file).resolve():
             raise ModelError(f"{reference}: {where} is {file}, which has no {name}; rename {own}")
-        raise ModelError(f"{reference}: {where} has no function {name}; define it and let it return a Coupled")
+        raise ModelError(f"{reference}: {where} has no function {name}; define one that returns a Coupled")
     if by and (why := foreign(function, reference)):
         raise ModelError(f"{by}: {name} of '{where}' must not be called: {why}")
     try:
@@ -49,11 +49,13 @@ def built(reference: str, by: str = "") -> Coupled:
         raise ModelError(f"{reference}: {name}() returned {type(model).__name__}, it must return a Coupled")
     if model in _returned:
         raise ModelError(
-            f"{reference}: {name}() returned the model of an earlier call; let it make a new one each time"
+            f"{reference}: {name}() returned the model of an earlier call; it must create a new one each time"
         )
     _returned.add(model)
     if not model.children:
-        raise ModelError(f"{reference}: {model.name} has no children, and each child becomes a node; add some")
+        raise ModelError(
+            f"{reference}: {model.name} has no children; add at least one, since each child becomes a node"
+        )
     return model
 
 
@@ -64,9 +66,11 @@ def seeded(reference: str, seed: int) -> str:
     function = getattr(imported(where), name, None)
     parameters = inspect.signature(function).parameters if callable(function) else {}
     if callable(function) and "seed" not in parameters:
-        raise ModelError(f"{reference}: {name}() takes no seed, so that all runs are equal; give it a parameter `seed`")
+        raise ModelError(
+            f"{reference}: {name}() takes no seed, so all runs would be identical; give it a parameter `seed`"
+        )
     if "seed" in named or "seed" in [*parameters][: len(arguments)]:
-        raise ModelError(f"{reference}: the seed is given twice; leave it out of the brackets")
+        raise ModelError(f"{reference}: the seed is given twice; leave it out of the arguments")
     given = [*map(repr, arguments), *(f"{key}={x!r}" for key, x in named.items()), f"seed={seed}"]
     return f"{where}:{name}({', '.join(given)})"
 

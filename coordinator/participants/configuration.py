@@ -1,4 +1,4 @@
-"""Couplings of a plan's models, and the kernel's configuration; the same wherever the models run."""
+"""Couplings between a plan's models, and the kernel's configuration; both are the same wherever the models run."""
 
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple

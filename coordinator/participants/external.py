@@ -48,7 +48,7 @@ class External:
                 who = printable(result.path, SHOWN)
                 if not any(f"{result.path}.".startswith(f"{path}.") for path in self._paths):
                     raise ProtocolError(
-                        f"node {self.node} sent a result of {who}: a node sends results of its own models only"
+                        f"node {self.node} sent a result for {who}: a node may send results only for its own models"
                     )
                 self._value(result.type, result.payload, f"node {self.node}, its result of {who}")
         if isinstance(message, m.Fail):
@@ -60,8 +60,8 @@ class External:
     def _check_hello(self, hello: m.Hello) -> None:
         if hello.version != SPEAKS:
             raise ProtocolError(
-                f"node {self.node} uses protocol '{printable(hello.version, SHOWN)}', this heavylift '{SPEAKS}'; use a "
-                "program that was written for it (WIRE.md)"
+                f"node {self.node} uses protocol '{printable(hello.version, SHOWN)}', this heavylift "
+                f"'{SPEAKS}'; use a program written for this protocol (WIRE.md)"
             )
         ports = {f"{model}.{port}" for model, types in self._types.items() for port in types}
         if wrong := sorted(ports ^ hello.lookahead.keys()):

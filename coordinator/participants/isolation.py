@@ -1,12 +1,14 @@
-"""Isolation of the models of a node: all other models are copies that nothing moves, and that raise when touched.
+"""Isolation of the models of a node: all other models are copies that never run, and that raise an error when a model
+accesses them.
 
-Each process builds the whole model and runs its own children. A model that reads the state of others here, or changes
-the structure around them, is refused by name; what stays fixed during a run (names, paths, plain values of the parent)
-may be read. Children that share a process must not notice it: those that hold no objects of each other come from one
-build, each of the others from a build of its own; plain data that several have as attributes is copied instead.
+Each process builds the whole model and runs its own children. A model that reads the state of others, or changes the
+structure around them, is refused with an error that names the access; everything that stays fixed during a run (names,
+paths, plain values of the parent) may be read. Children that share a process must not notice it: children that hold no
+common objects come from one build, each of the others from a build of its own; plain data that several of them have as
+attributes are copied instead.
 
-Globals that methods of several children name, also in functions that they call, must not change, since each process has
-a copy. They are compared by their canonical bytes; those without are not checked.
+Global variables that methods of several children use, also in functions that they call, must not change, since each
+process has a copy. They are compared by their canonical bytes; variables without canonical bytes are not checked.
 """
 
 import gc
@@ -77,7 +79,7 @@ def _common(child: Model, held: Sequence[object], first: Mapping[int, str]) -> b
 
 
 def _copied(child: Model) -> list[tuple[dict[str, object], str, object]]:
-    """Replace plain data in the attributes of a child by copies; returns what was replaced."""
+    """Replace plain data in the attributes of a child by copies; return what was replaced."""
     memo: dict[int, object] = {}
     found = [
         (vars(x), key, data)
@@ -127,7 +129,8 @@ def _held(child: Model) -> list[object]:
 
 
 def _frozen(x: object) -> bool:
-    """Return whether an object is of a frozen dataclass, and so changes only if what it refers to does."""
+    """Return whether an object is of a frozen dataclass, so that it can change only if an object that it refers to
+    changes."""
     return bool(getattr(getattr(type(x), "__dataclass_params__", None), "frozen", False))
 
 
@@ -199,15 +202,15 @@ class Commons:
             for full, (around, name) in sorted(self._all.items()):
                 if _holds_model(around.get(name)):
                     raise ModelError(
-                        f"{self._by(full)} may use {full}, which holds a model of this process, though the others run "
-                        "elsewhere; send messages to them instead"
+                        f"{self._by(full)} may use {full}, which refers to a model of this process while "
+                        "the other models run elsewhere; communicate by messages instead"
                     )
         for full, (around, name) in self._places.items():
             message = image(around.get(name))
             if self._known.setdefault(full, message) != message:
                 raise ModelError(
-                    f"{self._by(full)} use {full}, which has changed, but each process has its own copy; keep it "
-                    "in attributes of a model and send it to others by messages"
+                    f"{self._by(full)} use {full}, which has changed, although each process has its own copy; "
+                    "store it in attributes of a model and send it to others in messages"
                 )
 
     def _by(self, full: str) -> str:

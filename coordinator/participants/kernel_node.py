@@ -1,11 +1,13 @@
-"""The kernel as a node: located state events are its offers, everything between them is silent work ahead.
+"""The kernel as a node of the time protocol: located state events are its offers, and everything between them is silent
+work ahead.
 
-Zero lookahead. `next_time` is the tag of the next located event that a model subscribed to, or a silent tag in the last
-microsteps before the nanosecond in which the tentative step ends, so that the ends of steps and grants never show in
-the tags of events. A committed event is a transition; an input inside the tentative step discards it. Immediate
-consequences of a command (a lock that stops a joint) are sent at the next microstep, before any work ahead. Samples
-come from committed steps only and are sent by `publish`, numbered. Signals for subscribed models are sent at tags of
-their own (see `sampling`), which do not influence the rest.
+The kernel has zero lookahead. `next_time` is the logical time of the next located event to which a model subscribes, or
+a silent logical time in the last microsteps before the nanosecond in which the tentative step ends, so that the ends of
+steps and grants never influence the logical times of events. A committed event is a transition; an input within the
+tentative step discards the step. Immediate consequences of a command (such as a lock that stops a joint) are sent at
+the next microstep, before any work ahead. Samples come from committed steps only and are sent by `publish`, numbered.
+Signals for subscribed models are sent at logical times of their own (see `sampling`), which do not influence anything
+else.
 """
 
 from bisect import bisect_left
@@ -36,9 +38,9 @@ SILENT = 2**30  # microstep of silent tags
 
 
 class KernelNode:
-    """The kernel as a node: a `Steppable` around a `Simulation`; `publish(batch)` receives encoded samples [first,
-    times, rows, notes] and, if the node `foretells`, samples of a rest in advance. Rows of a single lift are numbered
-    separately under its name."""
+    """The kernel as a node: a `Steppable` around a `Simulation`. `publish(batch)` receives encoded samples [first,
+    times, rows, notes] and, if the node `foretells`, the samples of a scene at rest in advance. Rows of a single lift
+    are numbered separately under its name."""
 
     def __init__(self, config: KernelConfig, publish: Callable[[bytes], None], foretells: bool = False) -> None:
         self._subscriptions: Mapping[str, list[str]] = config.subscriptions
@@ -76,11 +78,11 @@ class KernelNode:
 
     @property
     def next_time(self) -> Tag:
-        """Tag of immediate consequences of a command, of the next due sample, of the located event, or a silent tag
-        just before the end of the tentative step.
+        """Logical time of the immediate consequences of a command, of the next due sample, or of the located event;
+        otherwise a silent logical time just before the end of the tentative step.
 
-        The silent tag never shares its nanosecond with an event that is located later: the ends of steps must not show
-        in the microsteps of events.
+        The silent logical time never shares its nanosecond with an event that is located later, since the ends of steps
+        must not influence the microsteps of events.
         """
         if self._message:
             return succ(self._spoke)
@@ -95,7 +97,7 @@ class KernelNode:
 
     @property
     def _sample(self) -> Tag | None:
-        """Tag of the next sample for models, if the tentative step reaches it before any event."""
+        """Logical time of the next sample for models, if the tentative step reaches it before any event; else None."""
         if not self._sampling.done:  # nobody listens, as mostly
             return None
         due, s = self._sampling.next_ns, self.simulation
@@ -104,7 +106,7 @@ class KernelNode:
 
     @property
     def _located(self) -> Tag:
-        """Tag of the located event."""
+        """Logical time of the located event."""
         return max(Tag(self.simulation.next_ns), succ(self._spoke))
 
     @property

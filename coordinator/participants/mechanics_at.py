@@ -1,6 +1,7 @@
-"""The mechanics of a scene at one instant of its run: the models run in this process, without a recording.
+"""The mechanics of a scene at one instant of its run, found by running the models in this process without a recording.
 
-For analyses of a pose rather than of a run: statics, modes. The caller owns the returned simulation.
+It is used by analyses of a pose rather than of a run, such as statics and modes. The caller owns the returned
+simulation.
 """
 
 from __future__ import annotations

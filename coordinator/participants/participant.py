@@ -37,7 +37,8 @@ class Participant:
         sample: Callable[[bytes], None],
         past: RecordedKernel | None = None,
     ) -> None:
-        """`past`: the recorded history of the run, if the node is a kernel."""
+        """Create a participant for these models. `past`: the recorded history of the run, if the node is a kernel that
+        replays it."""
         self._past = past
         self.models, self.name, self._send, self._put = models, together(models), send, sample
         self._node: Node | None = None

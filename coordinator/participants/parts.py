@@ -61,7 +61,8 @@ class ModelPart(msgspec.Struct, frozen=True, tag="model"):
 
 
 class ExternalModel(msgspec.Struct, frozen=True):
-    """Declaration of an external model: in ports with types, out ports with types and lookaheads [ns], attributes."""
+    """Declaration of an external model: input ports with their types, output ports with types and lookaheads [ns], and
+    attributes."""
 
     into: dict[str, str]
     out: dict[str, tuple[str, int]]

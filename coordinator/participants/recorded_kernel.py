@@ -157,7 +157,7 @@ class Recalled:
         """Return a snapshot of the kernel; raises KernelError in the replayed part, whose checkpoints are in the
         recording."""
         if self._past.used and self._known.number < self._sent:
-            raise KernelError("there is no checkpoint while the run repeats its recorded part")
+            raise KernelError("no checkpoint can be made while the run repeats its recorded part")
         return self._kernel.snapshot()
 
     def restore(self, snapshot: bytes) -> None:
@@ -185,7 +185,7 @@ class Recalled:
 
 
 class _Known:
-    """Recorded samples, read once in order; `number`: of the next one."""
+    """Recorded samples that are read once, in order; `number`: number of the next sample."""
 
     def __init__(self, past: RecordedKernel, layout: SampleLayout) -> None:
         self._past, self._columns, self.layout, self.number = past, Columns(layout), layout, 0
@@ -221,7 +221,8 @@ class _Known:
         return times, rows
 
     def read(self, end: int, before_ns: int) -> Iterator[tuple[int, list[int], Floats]]:
-        """Yield number of the first row, times and rows in the kernel's layout, up to row `end`, before a time [ns]."""
+        """Yield the number of the first row, the times, and rows in the kernel's layout, up to row `end` and before a
+        time [ns]."""
         while self.number < end and self._next() and self._times[0] < before_ns:
             first = self.number
             n = sum(t < before_ns for t in self._times[: min(BATCH, end - first)])

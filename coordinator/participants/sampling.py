@@ -1,7 +1,7 @@
-"""Signals that the kernel sends to subscribed models at whole multiples of a period, read from its dense output.
+"""Signals that the kernel sends to subscribed models at whole multiples of a period, interpolated within its steps.
 
-No step is cut for them: the kernel works on until a step goes beyond the next sample, or an event is located at or
-after it, and reads the signals within that step: their values before any input of that instant.
+No integration step is shortened for them: the kernel works on until a step goes beyond the next sample, or an event is
+located at or after it, and evaluates the signals within that step: their values before any input at that instant.
 """
 
 from collections.abc import Callable, Mapping

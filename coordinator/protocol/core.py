@@ -44,10 +44,10 @@ class Coordinator:
         microsteps: int = LIMIT,
         models: Mapping[str, Sequence[str]] | None = None,
     ) -> None:
-        """`models` of each node; without them each node is one model. Couplings are those of models; `outside`:
-        couplings (source, port, model, its port) from sources that are no nodes.
+        """Create the coordinator. `models`: the models of each node; without them each node is one model. Couplings are
+        between models; `outside`: couplings (source, port, model, its port) from sources that are not nodes.
 
-        The run covers events below `end`; an event on the port `finish` = (model, port) ends it at its time.
+        The run covers events before `end`; an event on the port `finish` = (model, port) ends it at its time.
         """
         own = models or {name: (name,) for name in nodes}
         self._nodes = {name: NodeState(name, i, own[name]) for i, name in enumerate(sorted(own))}
@@ -79,7 +79,9 @@ class Coordinator:
         """(1) Register a started node; the last node to start opens the run."""
         node = self._node(name)
         if node.greeted:
-            raise ProtocolError(f"{node.who} sent HELLO twice: two nodes have this name, or an old process came back")
+            raise ProtocolError(
+                f"{node.who} sent HELLO twice: two nodes have this name, or an earlier process has reconnected"
+            )
         # the lookahead of every port is needed before the first window can be computed
         node.greeted, node.lookahead = True, hello.lookahead
         check_hello(node, hello)
@@ -128,8 +130,8 @@ class Coordinator:
         self._moved(node)
 
     def working(self, name: str, t_ns: int) -> None:
-        """(6) Note that a node which publishes samples has reached `t_ns` [ns] within its grant, so its later outputs
-        are not earlier."""
+        """(6) Record that a node which publishes samples has reached `t_ns` [ns] within its grant, so its later outputs
+        are not earlier than this."""
         node = self._node(name)
         if node.running:
             for tags, at in ((self._tags, 2 * self._n + node.rank), (self._floors, node.rank)):
@@ -171,7 +173,7 @@ class Coordinator:
         # cannot happen if lookaheads are kept (PROTOCOL.md); reported rather than waiting for ever
         if not grants and not self.running and self.first < self._limit:
             next_ = ", ".join(f"{node.who} {node.first}" for node in self._by_rank)
-            raise ProtocolError(f"no node can advance to the end, {self.end}, although tags are pending: {next_}")
+            raise ProtocolError(f"no node can advance to the end, {self.end}, although events are pending: {next_}")
         return grants
 
     @property
@@ -214,11 +216,12 @@ class Coordinator:
 
     def _node(self, name: str) -> NodeState:
         if name not in self._nodes:
-            raise ProtocolError(f"{name} is not a node of this run: they are {', '.join(self._nodes)}")
+            raise ProtocolError(f"{name} is not a node of this run; its nodes are {', '.join(self._nodes)}")
         return self._nodes[name]
 
     def _take(self, node: NodeState, text: Hello | GrantDone) -> None:
-        """Update next, offer and quiet of a node; with an empty offer it is silent at next, whatever `quiet` is."""
+        """Update next, offer and quiet of a node from its message; a node with an empty offer sends nothing at next,
+        whatever `quiet` says."""
         node.next, node.offer = text.next, text.offer
         node.quiet = text.quiet if text.offer else max(text.quiet, succ(text.next))
         self._note(node)
@@ -235,7 +238,8 @@ class Coordinator:
         self._floors[rank] = first if node.inner else o
 
     def _window(self, node: NodeState, need: Tag) -> Tag | None:
-        """(2) Return the bound B_i of a node below the limit; None below `need`: then the blocking node is noted."""
+        """(2) Return the bound B_i of a node, limited by the end; None if it is below `need`: then the node that blocks
+        it is recorded."""
         t, k = self._limit
         tags = self._tags
         for source, wait, steps in node.ways:  # `plus` is written out, for nothing runs more often
@@ -251,7 +255,7 @@ class Coordinator:
         return Tag(t, k)
 
     def _commit(self, node: NodeState) -> None:
-        """(3) Commit the offer of a node, which no input can refute any more."""
+        """(3) Commit the offer of a node, since no input can invalidate it any more."""
         node.committed = True
         self._note(node)
         for event in node.offer:
@@ -293,7 +297,7 @@ class Coordinator:
             self._on_event(event)
 
     def _release(self, event: Event) -> None:
-        """Note that an event was released, or processed by one receiver."""
+        """Record that an event was released to the outside, or processed by one of its receivers."""
         if event.source in self._home:
             self._home[event.source].ahead -= 1
 

@@ -96,10 +96,10 @@ def distances(
 
 
 def paths_to(i: int, D: Matrix, R: Matrix, least: Sequence[int]) -> list[tuple[int, int, int]]:
-    """Return all delay paths that lead to node i, as (index of a logical time, ns, microsteps); the indexed times are
-    says_j at j, hears_j at n + j, o_j at 2n + j.
+    """Return all delay paths that lead to node i, as (index of a logical time, ns, microsteps). The indexed times are
+    says_j at index j, hears_j at n + j, and o_j at 2n + j.
 
-    o_j = min(says_j, hears_j + least lookahead of j) replaces the other two if a port of j with its least lookahead
+    o_j = min(says_j, hears_j + least lookahead of j) replaces the other two if the port of j with its least lookahead
     leads to i.
     """
     n, found = len(D), []
@@ -115,7 +115,7 @@ def paths_to(i: int, D: Matrix, R: Matrix, least: Sequence[int]) -> list[tuple[i
 
 
 def _reached(edges: Matrix, home: Sequence[int]) -> dict[int, dict[int, Delay]]:
-    """Return the shortest delays from each place to each reachable node, beginning with the place with most edges;
+    """Return the shortest delays from each place to each reachable node, starting with the place that has most edges;
     results are reused for its neighbours."""
     found: dict[int, dict[int, Delay]] = {}
     for a in sorted(range(len(edges)), key=lambda a: -len(edges[a])):
@@ -128,7 +128,7 @@ def _reached(edges: Matrix, home: Sequence[int]) -> dict[int, dict[int, Delay]]:
 
 
 def _nearest(begin: Mapping[int, Delay], reached: Mapping[int, Mapping[int, Delay]]) -> dict[int, Delay]:
-    """Return the shortest delays through places with known reach, each after a delay."""
+    """Return the shortest delays that go through places whose reach is known, each after a given delay."""
     found: dict[int, Delay] = {}
     for b, (wait, steps) in begin.items():
         for i, (more, k) in reached[b].items():
@@ -169,7 +169,7 @@ def checked(couplings: Iterable[Coupling], known: Collection[str]) -> Iterable[C
             raise ProtocolError(f"coupling {source}.{port} -> {target}.{into}: there is no node {unknown}")
         if source == target:
             raise ProtocolError(
-                f"coupling {source}.{port} -> {target}.{into}: both ports are of one node; couple them inside it"
+                f"coupling {source}.{port} -> {target}.{into}: both ports belong to one node; couple them inside it"
             )
         yield coupling
 
@@ -184,7 +184,7 @@ def together(models: Sequence[str]) -> str:
 
 
 class NodeState:
-    """What the coordinator knows of a node, in the terms of PROTOCOL.md."""
+    """The coordinator's knowledge of a node, in the terms of PROTOCOL.md."""
 
     def __init__(self, name: str, rank: int, models: Sequence[str]) -> None:
         self.name, self.rank, self.models = name, rank, frozenset(models)
@@ -231,7 +231,7 @@ class NodeState:
         return done
 
     def hold_back(self, other: "NodeState", dones: int) -> None:
-        """Note that node `other` waits for this one since DONE number `dones`."""
+        """Record that node `other` has been waiting for this node since its DONE number `dones`."""
         self.holds[other.rank] = other
         if not other._held or other._held[-1][1] != self.name:
             other._held.append((dones, self.name))
@@ -244,7 +244,7 @@ class NodeState:
 
 
 def _before(inputs: list[Event], tag: Tag) -> list[Event]:
-    """Remove the inputs before this tag from a sorted list, and return them."""
+    """Remove the inputs before this logical time from a sorted list, and return them."""
     if not inputs:
         return []
     n = bisect_left(inputs, tag, key=attrgetter("tag"))

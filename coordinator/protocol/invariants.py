@@ -25,14 +25,14 @@ class Before(NamedTuple):
 
 
 def check_hello(node: NodeState, hello: Hello) -> None:
-    """Raise a ProtocolError that names node and rule if the node's HELLO violates a rule."""
+    """Raise a ProtocolError that names the node and the rule if the node's HELLO violates a rule."""
     _check(Before(node), hello)
 
 
 def check_done(node: NodeState, done: GrantDone, says: Tag) -> None:
-    """Raise a ProtocolError that names node and rule if the node's DONE violates a rule."""
+    """Raise a ProtocolError that names the node and the rule if the node's DONE violates a rule."""
     if not node.running or done.gseq != node.gseq:
-        raise ProtocolError(f"{node.who} sent DONE {done.gseq} out of order, its last GRANT is {node.gseq}")
+        raise ProtocolError(f"{node.who} sent DONE {done.gseq} out of order; its last GRANT was {node.gseq}")
     _check(Before(node, says), done)
 
 
@@ -171,7 +171,7 @@ class CycleWatch:
     """Detector of zero-delay cycles: `note` must be called for every event, and `check` before time advances."""
 
     def __init__(self, couplings: Iterable[Coupling], microsteps: int) -> None:
-        """At most `microsteps` [> 0] microsteps at one time are allowed."""
+        """Create a detector that allows at most `microsteps` (> 0) microsteps at one time."""
         self.microsteps = microsteps
         self._late: deque[Event] = deque(maxlen=4 * microsteps)
         self._reached: list[Event] = []

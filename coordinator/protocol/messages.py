@@ -64,14 +64,14 @@ class Hello(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="hello")
 
 
 class Welcome(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="welcome"):
-    """WELCOME: the hub has registered the node; `epoch` numbers its incarnations."""
+    """WELCOME: the hub has registered the node; `epoch` counts the processes that have run this node."""
 
     epoch: Annotated[int, msgspec.Meta(ge=1, le=255)]
     config: bytes = b""
 
 
 class Grant(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="grant"):
-    """GRANT: permission to process all tags before `until`."""
+    """GRANT: permission to process everything before the logical time `until`."""
 
     gseq: Count
     until: Tag
@@ -94,8 +94,8 @@ class GrantDone(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="don
 
 
 class Checkpoint(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="checkpoint"):
-    """CHECKPOINT: canonical state of a node after GRANT `gseq`; without a state it is a request for one, or `why` says
-    that there is none."""
+    """CHECKPOINT: canonical state of a node after GRANT `gseq`. Without a state it is a request for one, or `why` is
+    the reason why there is none."""
 
     gseq: Count
     state: bytes = b""

@@ -169,7 +169,7 @@ class Node:
         return [AtomicResult(path, type(value).__name__, encode(value)) for path, value in results.items()]
 
     def _present(self) -> tuple[Tag, list[Event], Tag]:
-        """Compute next tag, offer and quiet of the model."""
+        """Compute the next logical time, the offer and `quiet` of the model."""
         due = self.model.next_time
         self._offer = self.model.outputs() if due < FOREVER else []
         return due, self._offer, self.model.quiet
@@ -179,8 +179,8 @@ class Node:
             declared = min(own, after(heard, self.model.lookahead.get(f"{event.source}.{event.port}", 0)))
             if event.tag < declared:
                 raise ModelError(
-                    f"{self.name} at {event.tag}: output on port {event.port} earlier than the {declared} that was "
-                    f"declared; declare a shorter lookahead"
+                    f"{self.name} at {event.tag}: output on port {event.port} before {declared}, the earliest "
+                    "time that its declared lookahead allows; declare a shorter lookahead"
                 )
 
     def failure(self, error: Exception, tag: Tag = _BEGIN, spoken: Iterable[Event] = ()) -> Fail:

@@ -42,9 +42,10 @@ class OpenCoordinator(Coordinator):
         """Inject an event from outside at or after `safe`; raises ProtocolError if it is earlier or has no
         receivers."""
         if (event.source, event.port) not in self._receivers or event.source in self._home:
-            raise ProtocolError(f"{event.source}.{event.port} is coupled to no node from outside")
+            raise ProtocolError(f"{event.source}.{event.port} is not coupled to any node as an event from outside")
         if event.tag < self.safe:
             raise ProtocolError(
-                f"{event.source}.{event.port} at {event.tag}: the run is decided up to {self.safe}, choose a later time"
+                f"{event.source}.{event.port} at {event.tag}: everything up to {self.safe} "
+                "has already been computed; choose a later time"
             )
         self._hold(event)

@@ -195,7 +195,7 @@ def _rails(plan: Plan) -> list[DrawnBox]:
 
 
 def _deck(block: Solid) -> DrawnBox:
-    """Return a dark deck on the face of the block that is up at the start."""
+    """Return a dark deck on the face of the block that is its upper face at the start."""
     (x, y, z), (a, b, c) = block.centre, block.size
     return DrawnBox(block.body, (x, y, z + c / 2 - 0.48 * DECK), (1.002 * a, 1.002 * b, DECK), DARK)
 

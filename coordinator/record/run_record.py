@@ -112,7 +112,7 @@ class RunRecorder(ClockedWork):
         return []
 
     def settle(self, t_ns: int) -> None:
-        """Note that all data before this simulation time [ns] are complete."""
+        """Record that all data before this simulation time [ns] are complete."""
 
     def protocol(
         self, t_ns: int, node: str, direction: str, message: m.AnyMessage, data: bytes, held: Held = ()
@@ -128,7 +128,7 @@ class RunRecorder(ClockedWork):
         """Record the failure of a node."""
 
     def note(self, t_ns: int, sentence: str) -> None:
-        """Record a failure, at this simulation time [ns], from which the run has recovered; it is not part of the
+        """Record, at this simulation time [ns], a failure from which the run has recovered; the note is not part of the
         digest."""
 
     def close(self, facts: Mapping[str, object]) -> None:
@@ -158,7 +158,7 @@ class FileRecorder(RunRecorder):
         self._began_ns = time.perf_counter_ns()
 
     def port(self, model: str, port: str, type_: type[Message]) -> None:
-        """Announce an out port of a node."""
+        """Announce an output port of a node."""
         self.recorder.add_port(model, port, _schema(type_), f"event/{model}/{port}", type_.units)
 
     @clocked
@@ -213,7 +213,7 @@ class FileRecorder(RunRecorder):
 
 
 def _summary(message: m.AnyMessage) -> dict[str, object]:
-    """Return the fields of a message that its record has, of lists their lengths."""
+    """Return the fields of a message as they are recorded; lists are replaced by their lengths."""
     fields = SUMMARY.get(type(message), ())
     values = ((name, getattr(message, name)) for name in fields)
     return {name: len(x) if name in COUNTED else x for name, x in values}

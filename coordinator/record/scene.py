@@ -81,7 +81,7 @@ class Record(FileRecorder):
         force: bool = False,
         more: Mapping[str, object] | None = None,
     ) -> None:
-        """`more`: additional facts known at the start."""
+        """Create the recording. `more`: additional facts known at the start."""
         self._page = page
         self._plan = plan = scene.plan
         self._energy: EnergyAudit | None = None
@@ -115,7 +115,7 @@ class Record(FileRecorder):
         try:
             self._layout = msgspec.msgpack.decode(data, type=SampleLayout)
         except UNREADABLE as error:
-            raise ProtocolError(f"the kernel announces samples that cannot be read ({error})") from None
+            raise ProtocolError(f"the kernel has announced samples that cannot be decoded ({error})") from None
         self._energy = EnergyAudit(self._layout)
         self.recorder.layout(self._layout)
         drawn = boxes(self._plan)

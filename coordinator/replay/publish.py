@@ -60,7 +60,9 @@ class Replay:
                 f"{run.path}: no topic matches {', '.join(topics)}; it has {', '.join(sorted(ports | data))}"
             )
         if not all(t is None or isfinite(t) for t in (start, end)):
-            raise RecordingError(f"{run.path}: --from and --to are seconds of the run; give numbers, such as --from 30")
+            raise RecordingError(
+                f"{run.path}: --from and --to must be numbers, in seconds of the run, such as --from 30"
+            )
         self._data = data
         self.start = 0 if start is None else seconds(start)
         self.end = seconds(end) + 1 if end is not None else 2**63 - 1

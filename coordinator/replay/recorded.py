@@ -59,7 +59,7 @@ class RecordedModels:
         """Return the node with this name; raises RecordingError if there is none."""
         if name in self.models or name in self.models.values():
             return self.models.get(name, name)
-        raise RecordingError(f"there is no model {name} in it, it has {', '.join(self.models)}")
+        raise RecordingError(f"there is no model {name}; the recording has {', '.join(self.models)}")
 
 
 def recorded_models(rec: Recording) -> RecordedModels:

@@ -30,7 +30,7 @@ def end_ns(until: object) -> int:
         return NEVER
     t = _number("until", until)
     if not t >= 0.0:
-        raise ModelError(f"until={until!r}: a run ends at 0 s or later; give seconds")
+        raise ModelError(f"until={until!r}: a run ends at 0 s or later; give a number of seconds")
     if isinstance(until, Integral) and t >= NANOSECONDS:
         raise ModelError(
             f"until={until!r} looks like nanoseconds and would be {t / 86400.0:.6g} days: `until` is in seconds; write "
@@ -43,11 +43,11 @@ def timed(orders: object, what: str, fits: Callable[[object], bool]) -> list[Ord
     """Return orders sorted by time, each a time [s] and a value that satisfies `fits`; `what` describes such values in
     messages. Raises ModelError."""
     if not isinstance(orders, Iterable) or isinstance(orders, str | bytes):
-        raise ModelError(f"orders={orders!r}: give pairs (seconds, {what})")
+        raise ModelError(f"orders={orders!r}: give a list of pairs (seconds, {what})")
     found: list[Order[What]] = []
     for order in orders:
         if not (isinstance(order, Sequence) and len(order) == 2 and fits(order[1])):
-            raise ModelError(f"orders: {order!r} is no pair (seconds, {what})")
+            raise ModelError(f"orders: {order!r} is not a pair (seconds, {what})")
         t = _number("orders", order[0])
         if not (isfinite(t) and t >= 0.0):
             raise ModelError(f"orders: {t:g} s is outside the possible times of a run")
@@ -74,11 +74,11 @@ def texts(text: object) -> tuple[str, ...] | None:
 def whole(name: str, value: object) -> int:
     """Return a value after checking that it is a non-negative integer; raises ModelError."""
     if isinstance(value, bool) or not isinstance(value, Integral) or value < 0:
-        raise ModelError(f"{name}: {value!r} is not an integer of 0 or more")
+        raise ModelError(f"{name}: {value!r} is not a non-negative integer")
     return int(value)
 
 
 def _number(name: str, value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, Real):
-        raise ModelError(f"{name}: {value!r} is no number; give seconds")
+        raise ModelError(f"{name}: {value!r} is not a number; give a number of seconds")
     return float(value)

@@ -87,7 +87,7 @@ class RunBranch:
         point = _point(run, at)
         new = _new(begun, run.recording, settings, scene)
         if new.plan.end is not None and seconds(new.plan.end) <= point.tag.t:
-            raise SceneError(f"end {new.plan.end:g} s: lies before the branch at {point}; choose a later end")
+            raise SceneError(f"end {new.plan.end:g} s: is before the branch point {point}; choose a later end")
         return cls(path, new, begun, point, run)
 
 
@@ -97,7 +97,9 @@ def branch(
     """Run a branch in this process into `output` (default: NAME-branch.mcap); the old recording does not change."""
     target = file_path(output) if output else beside(what.path, "-branch.mcap")
     if what.path in (target, target.with_name(target.name + PART)):
-        raise RecordingError(f"{target}: is the recording itself, which stays as it is; choose another name with -o")
+        raise RecordingError(
+            f"{target}: is the recording itself, which will not be overwritten; choose another name with -o"
+        )
     watch, past = watch or RunObserver(), _past(what)
     checked = _Watch(what, past, watch)
     try:
@@ -183,7 +185,9 @@ def _point(run: RecordedRun, text: str) -> _Point:
         if not after:
             return _inside(run, text, _Point(*stages[found[0]]))
         if found[0] + 1 == len(stages):
-            raise RecordingError(f"{run.path}: --at '{text}': {name} is the last stage, nothing comes after it")
+            raise RecordingError(
+                f"{run.path}: --at '{text}': {name} is the last stage; there is nothing after it to branch into"
+            )
         return _inside(run, text, _Point(*stages[found[0] + 1]))
     try:
         clocked = CLOCK.fullmatch(whole)

@@ -135,7 +135,8 @@ class Conversation:
         if node not in self.externals and (message.version, message.scene) != (__version__, self._agreed.get(node)):
             raise ProtocolError(
                 f"node {node} runs heavylift {message.version}, the coordinator {__version__}, or they have read "
-                "different files; start the run again from one installation whose files nobody changes meanwhile"
+                "different files; start the run again from a single installation, "
+                "and do not change its files during the run"
             )
         self.core.hello(node, message)
         return node, message.declaration
@@ -254,7 +255,7 @@ class Conversation:
         try:
             message = m.decode(data)
         except ProtocolError as error:
-            raise ProtocolError(f"node {node} sent something that is {error}") from None
+            raise ProtocolError(f"node {node} sent data that is {error}") from None
         return self.externals[node].checked(message) if node in self.externals else message
 
     def _event(self, event: Event) -> None:

@@ -42,7 +42,7 @@ def linearise(
         there = paused(scene, when) if when is not None else at_rest(scene, None, str(at or ""))[1]
     else:
         if isinstance(at, str):
-            raise KernelError(f"at={at!r}: a system has no stages; give a time [s], or nothing for where it rests")
+            raise KernelError(f"at={at!r}: a system has no stages; give a time [s], or omit `at` to linearise at rest")
         there = Simulation(model)
         there.start()
         if when is None:

@@ -227,9 +227,9 @@ def _greet(talk: Conversation, model: Coupled, placement: Placement, part: parts
         if node not in talk.externals and declared != here[node]:
             name, what = difference(here[node], declared)
             raise ModelError(
-                f"{reference}: {what} differs between the process of node {name or node} and this one; let the "
-                "function build the same model each time, without clocks, sets or random numbers that have no seed, "
-                "from one version of the module"
+                f"{reference}: {what} differs between the process of node {name or node} "
+                "and this one; the function must build the same model "
+                "each time, without clocks, sets or unseeded random numbers, and from the same version of the module"
             )
 
 
@@ -251,11 +251,11 @@ def referred(build: str | Callable[..., Coupled]) -> str:
     name = getattr(build, "__qualname__", "")
     if not name.isidentifier():
         raise ModelError(
-            f"{name or build!r}: other processes cannot import it; build the model in a function of a module"
+            f"{name or build!r}: other processes cannot import it; define the function at the top level of a module"
         )
     if build.__module__ != "__main__":
         return f"{build.__module__}:{name}"
     file = inspect.getsourcefile(build)
     if file is None or not Path(file).exists():
-        raise ModelError(f"{name}: other processes cannot import a function typed in interactively; put it into a file")
+        raise ModelError(f"{name}: other processes cannot import a function defined interactively; put it into a file")
     return f"{Path(file).resolve()}:{name}"

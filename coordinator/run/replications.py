@@ -82,15 +82,15 @@ def replicate(
             runs += [_read(future.result()) for future in begun]
     except BrokenExecutor as error:
         raise ProtocolError(
-            f"the executor has lost a worker ({error}); take fewer workers if memory is short"
+            f"a worker of the executor has died ({error}); use fewer workers if memory is short"
         ) from None
     except KeyboardInterrupt:
-        raise Stopped(f"stopped before all of {count} replications were done; nothing is kept") from None
+        raise Stopped(f"stopped before all of {count} replications were done; no results are kept") from None
     for number, run in enumerate(runs, 1):
         if differing := sorted({*runs[0]} ^ {*run}):
             raise ModelError(
-                f"replication {number} (seed {seeds[number - 1]}): {differing[0]} is a result of some replications "
-                "only; let the model have the same atomics for each seed"
+                f"replication {number} (seed {seeds[number - 1]}): {differing[0]} is a result of only some "
+                "replications; the model must have the same atomic models for every seed"
             )
     return Replications(seeds, {name: [run[name] for run in runs] for name in runs[0]}, confidence)
 

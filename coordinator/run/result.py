@@ -72,7 +72,8 @@ class Result:
         """
         if self._again is None:
             raise KernelError(
-                "at: this result was pickled, which keeps its samples only; ask before, or simulate again"
+                "at: this result was pickled, which keeps only its samples; call "
+                "`at` before pickling, or simulate again"
             )
         asked = instants_of(times, self.t[0], self.t[-1], before)
         instants, places = np.unique(asked, return_inverse=True)

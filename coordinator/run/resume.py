@@ -74,9 +74,9 @@ class Beginning:
         files = left.recording.attachments
         name = next((name for name in files if name != RESOLVED), "")
         if "model" in left.recording.run:
-            raise RecordingOfModelError(f"{part}: holds a model and no scene; `heavylift resume` runs it again")
+            raise RecordingOfModelError(f"{part}: holds a DEVS model and no scene; `heavylift resume` repeats its run")
         if not name or RESOLVED not in files:
-            raise RecordingError(f"{part}: holds no scene, so it cannot be run again; {instead}")
+            raise RecordingError(f"{part}: holds no scene, so its run cannot be repeated; {instead}")
         try:
             plan = decode(files[RESOLVED])
             demand(functions(plan), f"{part}")
@@ -142,7 +142,7 @@ def resume(
     part = file_path(part)
     target = file_path(output) if output else beside(part.with_name(part.name.removesuffix(PART)), "-resumed.mcap")
     if part in (target, target.with_name(target.name + PART)):
-        raise RecordingError(f"{target}: would overwrite what is to be resumed; choose another name with -o")
+        raise RecordingError(f"{target}: would overwrite the recording to be resumed; choose another name with -o")
     checked = Checked(begun.events, partial(_parted, part, begun.version), watch or RunObserver())
     result = run(
         begun.scene, target, in_process, watch=checked, processes=processes, commands=begun.commands, force=force

@@ -222,4 +222,7 @@ def _declared(name: str, data: bytes, count: int) -> list[System]:
             raise ValueError(f"{len(found)} of {count} models")
         return found
     except UNREADABLE as error:
-        raise ProtocolError(f"node {name} declares mechanics that cannot be read ({error}); use one version") from None
+        raise ProtocolError(
+            f"node {name} has sent mechanics that cannot be decoded ({error}); use the "
+            "same version of heavylift for node and coordinator"
+        ) from None

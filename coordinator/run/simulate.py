@@ -102,7 +102,10 @@ def simulate(
         calls: list[Order[Command]] = timed(orders, "a function of the simulation", callable)
         return _of_system(model, until, every, calls, keep, **options)
     if options:
-        raise SceneError(f"{', '.join(options)}: a scene says that itself; load it with --set, such as method=radau5")
+        raise SceneError(
+            f"{', '.join(options)}: these options are for systems; change a scene by "
+            "its settings, such as load(scene, ['method=radau5'])"
+        )
     words: list[Order[str]] = timed(orders, "an operator's words", lambda text: isinstance(text, str))
     return _of_scene(chosen(loaded(model)), until, every, words, keep)
 

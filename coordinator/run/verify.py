@@ -129,9 +129,7 @@ class _Again:
         try:
             scene, message = rebuilt(self._old, plan, text, merged, name)
         except HeavyliftError as error:
-            raise RecordingError(
-                f"{self._old.path}: the attached text of its scene cannot be read as one ({error})"
-            ) from None
+            raise RecordingError(f"{self._old.path}: the attached text is not a readable scene ({error})") from None
         if isinstance(message, HeavyliftError):
             self._unreported = f"text of the scene ({message})"
             if not any(x in str(message) for x in GONE):

@@ -87,7 +87,7 @@ class Processes(AbstractContextManager["Processes"]):
             except OSError as error:
                 why = error.strerror
                 raise ProtocolError(
-                    f"no process can be started ({why}); end others or raise the limits of this user (ulimit)"
+                    f"no process can be started ({why}); end other processes or raise the limits of this user (ulimit)"
                 ) from None
             self._know(keeper, errors)
 
@@ -164,8 +164,8 @@ class Processes(AbstractContextManager["Processes"]):
             self._unreported.pop(process, None)  # that was the one before
         if ended is None and pid is not None:
             raise ProtocolError(
-                f"process {pid} of {process} cannot be killed, it hangs in the system; "
-                "end what it waits for and start the run again"
+                f"process {pid} of {process} cannot be killed, since it hangs in a system "
+                "call; end what it waits for and start the run again"
             )
 
     def _replace_keeper(self) -> None:

@@ -101,7 +101,7 @@ def axes_of(scene: LoadedScene, vary: Sequence[str], sampling: bool) -> list[Axi
     axes = [_axis(scene, text, sampling) for text in vary]
     given = {_place(scene, axis.path) for axis in axes}
     if len(given) < len(axes):
-        raise SceneError("--vary: one path is varied twice; give all its values at once")
+        raise SceneError("--vary: a path is varied twice; give all its values in one --vary")
     if sampling:
         axes += [
             Axis(one.name, unit=one.unit, uncertain=one) for one in uncertain_inputs(scene) if one.path not in given
@@ -153,7 +153,7 @@ def _axis(scene: LoadedScene, text: str, sampling: bool) -> Axis:
     if values.startswith("{") and values.endswith("}"):
         texts = tuple(dict.fromkeys(part for each in _parts(values[1:-1]) if (part := each.strip())))
         if not texts:
-            raise SceneError(f"--vary '{text}': there is nothing between the braces")
+            raise SceneError(f"--vary '{text}': the braces are empty")
         return Axis(path, texts, unit=_unit(texts), first=first, motion=motion)
     found = range_of(values)
     if found is None:
@@ -161,7 +161,7 @@ def _axis(scene: LoadedScene, text: str, sampling: bool) -> Axis:
     unit = found.unit
     for other in (found.unit_low, found.unit_step):
         if other and other != unit:
-            raise SceneError(f"--vary '{text}': write one unit, {unit or 'none'} or {other}")
+            raise SceneError(f"--vary '{text}': use a single unit, {unit or 'none'} or {other}")
     try:
         low, high = Decimal(found.low), Decimal(found.high)
         step = Decimal(found.step) if found.step else None
@@ -171,7 +171,7 @@ def _axis(scene: LoadedScene, text: str, sampling: bool) -> Axis:
         raise SceneError(f"--vary '{text}': the range is empty; give a higher end and a positive step")
     if step is None and not sampling:
         _check(scene, Axis(path, (), float(low), float(high), unit, first=first, motion=motion))
-        raise SceneError(f"--vary '{text}': say in which steps, 'by ...', or how many to draw, --sample 1000")
+        raise SceneError(f"--vary '{text}': give the step size, 'by ...', or the number of draws, --sample 1000")
     if step is None:
         return Axis(path, (), float(low), float(high), unit, first=first, motion=motion)
     count = int((high - low) / step) + 1

@@ -46,7 +46,7 @@ class _Guard:
 
     def _hear(self, event: str, details: tuple[Any, ...]) -> None:
         if self.entered and event == "pickle.find_class" and tuple(details) not in HARMLESS:
-            raise Unpickled(f"{details} is not unpickled: workers may return data only")
+            raise Unpickled(f"{details} was not unpickled: workers may return only data")
 
 
 no_code = _Guard()
@@ -105,8 +105,8 @@ def dask_workers(scheduler: str, keys: Path, insecure: bool = False) -> Iterator
     secret = scheduler.startswith("tls://")
     if not secret and not insecure:
         raise ProtocolError(
-            f"--scheduler '{scheduler}': is not encrypted, and anybody on the network could answer; give "
-            "tls://HOST:PORT with certificates, or say --insecure-scheduler"
+            f"--scheduler '{scheduler}' is not encrypted, and anybody on the network could answer; give "
+            "tls://HOST:PORT with certificates, or the option --insecure-scheduler"
         )
     dask = extra("distributed", ProtocolError("--scheduler needs dask.distributed; install heavylift[sweep]"))
     logging.disable(logging.CRITICAL)  # dask quotes at length what it could not read
@@ -124,7 +124,7 @@ def dask_workers(scheduler: str, keys: Path, insecure: bool = False) -> Iterator
             client = dask.Client(scheduler, security=secured, timeout=10, deserializers=["msgpack"])
         except (OSError, TimeoutError, ValueError, TypeError, AttributeError) as error:
             raise ProtocolError(
-                f"--scheduler '{scheduler}': nobody answers there ({error}); start `dask scheduler`"
+                f"--scheduler '{scheduler}': no scheduler answers at this address ({error}); start `dask scheduler`"
             ) from None
         with client:
             try:

@@ -225,7 +225,7 @@ def _own_text(scene: LoadedScene) -> str:
         try:
             text = rewritten(text, name, changes)
         except SceneError:
-            raise SceneError(f"--set '{setting}': {name} has no line of its own for it; write it there first") from None
+            raise SceneError(f"--set '{setting}': {name} has no line for this value; write one first") from None
     return text
 
 

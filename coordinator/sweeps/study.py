@@ -176,7 +176,7 @@ class Study(AbstractContextManager["Study"]):
                 found += parquet.read_table(path).to_pylist() if path.exists() else []
             except (ArrowException, OSError) as error:
                 raise RecordingError(
-                    f"{path}: cannot be read ({str(error).splitlines()[0]}); remove it, its rows run again"
+                    f"{path}: cannot be read ({str(error).splitlines()[0]}); remove it; its variants will be run again"
                 ) from None
         return [{key: value for key, value in row.items() if value is not None} for row in found]
 

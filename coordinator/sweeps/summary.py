@@ -39,7 +39,7 @@ def drawn(design: str, count: int, axes: int, seed: int) -> Floats:
     """Return at most `count` points of quantiles in (0, 1), shape (count, axes); raises SceneError if `count` is too
     small."""
     if design not in DESIGNS:
-        raise SceneError(f"--design '{design}': there is none; choose {' or '.join(DESIGNS)}")
+        raise SceneError(f"--design '{design}' is not a known design; choose {' or '.join(DESIGNS)}")
     problem = _problem([str(i) for i in range(axes)])
     if design == "lhs":
         from SALib.sample import latin

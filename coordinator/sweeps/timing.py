@@ -156,7 +156,9 @@ def rewritten(text: str, name: str, changes: Mapping[Path, str]) -> str:
         if isinstance(inside, dict) and isinstance(path[-1], str):
             inside[path[-1]] = value
     if ordered(read(found, name).data) != ordered(source.data):
-        raise SceneError(f"{name}: cannot be written with its comments; write each order on a line of its own")
+        raise SceneError(
+            f"{name}: cannot be changed without losing its comments; write each order on a line of its own"
+        )
     return found
 
 

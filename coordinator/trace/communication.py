@@ -55,7 +55,7 @@ def hanging(scene: LoadedScene) -> "list[CoupledPair]":
                 lower = most / plan.gravity or hook.below
                 found += [CoupledPair(hook.rope, upper, lower, rope.EA / rope.L0)] if lower > 0.0 else []
     if not found:
-        raise SceneError(f"--coupling: nothing hangs on a hook rope in {scene.path.name}; leave the option out")
+        raise SceneError(f"--coupling: nothing hangs on a hook rope in {scene.path.name}; leave out the option")
     return found
 
 

@@ -96,7 +96,7 @@ class Timeline:
             messages = sorted(_messages(recording), key=lambda message: message.summary.wall_ns)
         if not any(message.kind == "GRANT" for message in messages):
             raise RecordingError(
-                f"{path}: has no GRANT, so there is nothing to trace; record a run that gets beyond its start"
+                f"{path}: has no GRANT message, so there is nothing to trace; record a run that gets past its start"
             )
         if messages[0].summary.wall_ns < 0:
             raise RecordingError(f"{path}: its protocol messages have no wall time; record the run again")

@@ -94,7 +94,7 @@ class Exchange:
         if at not in readers:
             raise ProtocolError(
                 f"run {self.run}: a message arrived on {at}, but this run has no such node "
-                f"({', '.join(self.nodes)}), end the process that sends it"
+                f"({', '.join(self.nodes)}); end the process that sent it"
             )
         node, reader = readers[at]
         data = sample.payload.to_bytes()
@@ -188,8 +188,8 @@ class LocalHub(Exchange):
                 return None
             else:
                 raise ProtocolError(
-                    f"run {self.run}: the coordinator waits for a message, but no node of this process "
-                    "has one to answer, send a message before receiving"
+                    f"run {self.run}: the coordinator waits for a message, but no node of this "
+                    "process has a message to answer; send one before receiving"
                 )
         sample = self._inbox.popleft()
         got = self._open(str(sample.key_expr), sample, self._out)

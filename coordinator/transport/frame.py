@@ -156,11 +156,11 @@ def check_names(names: Iterable[str], kind: str) -> tuple[str, ...]:
     for name in checked:
         if not re.fullmatch(r"[A-Za-z0-9_-]{1,200}", name) or name in RESERVED:
             raise ProtocolError(
-                f"{kind} name {name!r} cannot be used, choose 1 to 200 letters, digits, _ or - "
+                f"{kind} name {name!r} cannot be used; choose 1 to 200 letters, digits, _ or - "
                 f"other than {', '.join(repr(word) for word in RESERVED)}"
             )
         if checked.count(name) > 1:
-            raise ProtocolError(f"two of the {kind} names are {name!r}, give each {kind} its own name")
+            raise ProtocolError(f"two of the {kind} names are {name!r}; give each {kind} its own name")
     return checked
 
 
@@ -187,7 +187,7 @@ class RunDirectory:
                 return cls(path)
         raise ProtocolError(
             "no temporary directory is writable and short enough for a unix socket "
-            f"({tempfile.gettempdir()} is not), set TMPDIR to a shorter path"
+            f"({tempfile.gettempdir()} is not); set TMPDIR to a shorter path"
         )
 
     def make(self) -> Self:
@@ -201,7 +201,7 @@ class RunDirectory:
             os.rename(made, self.path)
         except OSError as error:
             raise ProtocolError(
-                f"{self.path}: the run's directory cannot be made ({error.strerror}); set TMPDIR to another place"
+                f"{self.path}: the run's directory cannot be made ({error.strerror}); set TMPDIR to another folder"
             ) from None
         return self
 

@@ -138,7 +138,7 @@ class Hub(Exchange):
             elif self._liveness.failure is not None or self._liveness.lost(process):
                 return False
             if time.monotonic() > deadline:
-                raise ProtocolError(f"node {node} did not join within {patience:g} s, start the run again")
+                raise ProtocolError(f"node {node} did not join within {patience:g} s; start the run again")
             time.sleep(0.001)
         self._met.add(node)
         return True

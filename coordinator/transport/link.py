@@ -92,7 +92,7 @@ class NodeLink(AbstractContextManager["NodeLink"]):
                 self.close()
                 raise ProtocolError(
                     f"process {self.process} reached run {self.run} but no coordinator listened within "
-                    f"{JOIN_s:g} s, start the run again"
+                    f"{JOIN_s:g} s; start the run again"
                 )
             time.sleep(pause)
             pause = min(1.5 * pause, LONGEST_s)  # many that wait at once would take the time for which they wait
@@ -112,7 +112,7 @@ class NodeLink(AbstractContextManager["NodeLink"]):
         if sender is None:
             raise ProtocolError(
                 f"process {self.process}: a message arrived on {sample.key_expr}, but it hosts "
-                f"{', '.join(self.nodes)} only, end the process that sends it"
+                f"{', '.join(self.nodes)}; end the process that sent it"
             )
         return sender.node, sender.open(sample.payload.to_bytes())
 
@@ -176,7 +176,7 @@ class LocalLink(_Sender):
         """Return the coordinator's next message; raises ProtocolError if there is none."""
         if not self._pending:
             raise ProtocolError(
-                f"node {self.node} waits for a message that nobody in this process has sent, send it before receiving"
+                f"node {self.node} waits for a message that nobody in this process has sent; send it before receiving"
             )
         return self.open(self._pending.popleft().payload.to_bytes())
 

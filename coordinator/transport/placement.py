@@ -129,7 +129,7 @@ def place(
                 raise SceneError(f"{option} '{process}': there is no process '{process}'; the processes are {known}")
     for process in sorted(placement.external):
         if process in placement.remote:
-            raise SceneError(f"--external '{process}': an external program joins on this host, leave out --remote")
+            raise SceneError(f"--external '{process}': an external program joins on this host; leave out --remote")
         if KERNEL in placement.processes[process]:
             raise SceneError(f"--external '{process}': the kernel cannot be an external program; name another process")
     return placement
@@ -152,6 +152,6 @@ def _place(nodes: Sequence[str], scene: Mapping[str, str], given: Sequence[str],
             if node not in nodes:
                 raise SceneError(f"--place '{text}': there is no node '{node}'; the nodes are {', '.join(nodes)}")
             if node in message:
-                raise SceneError(f"--place '{text}': node '{node}' is placed twice, name it once")
+                raise SceneError(f"--place '{text}': node '{node}' is placed twice; name it only once")
             message[node] = process
     return Placement.of(nodes, {**scene, **message})

@@ -115,7 +115,7 @@ class Ticket(msgspec.Struct, frozen=True):
             return ticket
         except (OSError, msgspec.MsgspecError):
             raise ProtocolError(
-                "this process has no ticket for a run, nodes are started by 'heavylift run' and not by hand"
+                "this process has no ticket for a run; nodes are started by 'heavylift run' and not by hand"
             ) from None
 
 
@@ -245,8 +245,9 @@ def _open(config: dict[str, object], otherwise: str) -> zenoh.Session:
     os.environ.setdefault("ZENOH_RUNTIME", RUNTIME)
     if _begun and _begun != [os.getpid()]:
         raise ProtocolError(
-            "this process was forked from one that has run models, and cannot run any itself; let it be spawned, such "
-            "as by ProcessPoolExecutor(mp_context=multiprocessing.get_context('spawn'))"
+            "this process was forked from one that has run models, and cannot "
+            "run models itself; use spawned processes, "
+            "such as those of ProcessPoolExecutor(mp_context=multiprocessing.get_context('spawn'))"
         )
     _begun[:] = [os.getpid()]
     try:

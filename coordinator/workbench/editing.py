@@ -35,7 +35,7 @@ def edited(text: str, path: Sequence[str | int], value: str | None) -> str:
     impossible."""
     keys = tuple(path)
     if not keys:
-        raise SceneError("name the key that is to be changed")
+        raise SceneError("name the key to change")
     before = _data(text)
     if value is None:
         return _checked(text, _removed(text, keys), before, keys, None)
@@ -53,10 +53,10 @@ def reordered(text: str, path: Sequence[str | int], to: int) -> str:
     *above, at = keys = tuple(path)
     nodes, known = _found(text, keys)
     if known < len(keys) or not isinstance(nodes[-2], SequenceNode) or not isinstance(at, int):
-        raise SceneError(f"{shown(keys)}: no item of a list")
+        raise SceneError(f"{shown(keys)}: is not an item of a list")
     items, before = nodes[-2].value, _data(text)
     if nodes[-2].flow_style or not 0 <= to < len(items):
-        raise SceneError(f"{shown(keys)}: this list is reordered in the text only")
+        raise SceneError(f"{shown(keys)}: this list can be reordered only in the text")
     starts = [_line_start(text, int(item.start_mark.index)) for item in items]
     starts[1:] = [_with_comment(text, start) for start in starts[1:]]
     ends = [*starts[1:], min(_line_end(text, _end(items[-1])) + 1, len(text))]
@@ -69,14 +69,14 @@ def reordered(text: str, path: Sequence[str | int], to: int) -> str:
         listed = listed[key]
     listed.insert(to, listed.pop(at))
     if _data(changed) != expected:
-        raise SceneError(f"{shown(keys)}: this list is reordered in the text only")
+        raise SceneError(f"{shown(keys)}: this list can be reordered only in the text")
     return changed
 
 
 def write(path: Path, text: str, version: str) -> None:
     """Replace a file atomically if its present text has this version; raises SceneError if it has another."""
     if version_of(present(path)) != version:
-        raise SceneError(f"{path.name} was changed elsewhere meanwhile")
+        raise SceneError(f"{path.name} was changed elsewhere in the meantime")
     descriptor, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
     try:
         with os.fdopen(descriptor, "w", encoding="utf-8", newline="") as file:
@@ -109,7 +109,7 @@ def _data(text: str) -> Data:
 def _value(value: str, keys: Keys) -> Data:
     """What a text means as a value of a flow collection or alone."""
     if "\n" in value:
-        raise SceneError(f"{shown(keys)}: a value has one line")
+        raise SceneError(f"{shown(keys)}: a value must be a single line")
     source = read(f"value: {value or chr(39) * 2}\n", "value")
     if value[:1] not in ("[", "{", "'", '"') and (source.faults or " #" in value):
         return value
@@ -137,7 +137,7 @@ def _checked(text: str, changed: str, before: Data, keys: Keys, wanted: Data) ->
     else:
         at[keys[-1]] = wanted
     if _plain(_data(changed)) != _plain(expected):
-        raise SceneError(f"{shown(keys)}: this cannot be changed by a form; change the text")
+        raise SceneError(f"{shown(keys)}: this cannot be changed in a form; change the text")
     return changed
 
 
@@ -156,7 +156,7 @@ def _found(text: str, keys: Keys) -> tuple[list[Node], int]:
     try:
         nodes = [YAML(typ="safe", pure=True).compose(text)]
     except YAMLError:
-        raise SceneError("mend the text first") from None
+        raise SceneError("correct the text first") from None
     for number, key in enumerate(keys):
         child = _child(nodes[-1], key)
         if child is None:
@@ -197,7 +197,7 @@ def _written(text: str, keys: Keys, value: str) -> str:
             raise SceneError(f"{shown(keys)}: {shown(keys[:known])} is a value, which has no keys")
         return f"{text[:start].rstrip(' ')} {{{_key(key)}: {value}}}{text[end:]}"
     if key != len(node.value) if isinstance(node, SequenceNode) else not isinstance(key, str):
-        raise SceneError(f"{shown(keys)}: there is no such place")
+        raise SceneError(f"{shown(keys)}: the scene has no such place")
     entry = value if isinstance(node, SequenceNode) else f"{_key(key)}: {value}"
     if node.flow_style:
         comma = ", " if node.value else ""
@@ -219,7 +219,7 @@ def _key(key: str | int) -> str:
 def _removed(text: str, keys: Keys) -> str:
     nodes, known = _found(text, keys)
     if known < len(keys):
-        raise SceneError(f"{shown(keys)}: nothing stands there")
+        raise SceneError(f"{shown(keys)}: there is no such entry")
     parent, gone = nodes[-2], nodes[-1]
     assert isinstance(parent, CollectionNode)
     entries = [(pair[0], pair[1]) if isinstance(pair, tuple) else (pair, pair) for pair in parent.value]

@@ -138,7 +138,7 @@ class OpenScene:
             raise SceneError(f"'{name}': {error}") from None
         path = path if path.is_file() else bundled().get(name, path)
         if not path.is_file() or path.suffix not in SCENES:
-            raise SceneError(f"'{name}' is no scene file (.yaml)")
+            raise SceneError(f"'{name}' is not a scene file (.yaml)")
         with self._lock:
             self.scene, self._seen = path, ""
             for kind in ("picture", "checks", "faults", "proposal"):
@@ -175,7 +175,7 @@ class OpenScene:
     def _writable(self) -> Path:
         if self.scene is None or not self.own:
             name = self.scene.stem if self.scene else ""
-            raise SceneError(f"'{name}' is a bundled scene, which stays as it is: copy it into the folder first")
+            raise SceneError(f"'{name}' is a bundled scene, which cannot be changed; copy it into the folder first")
         return self.scene
 
     def copy(self, name: str) -> None:
@@ -188,7 +188,7 @@ class OpenScene:
     def new(self, name: str, like: str) -> None:
         """Write a new scene into the folder, a copy of a bundled one or an empty one, and open it."""
         if like and like not in bundled():
-            raise SceneError(f"there is no scene '{like}' to begin with")
+            raise SceneError(f"there is no scene '{like}' to start from")
         self._begin(name, lambda stem: new_scene(stem, like) if like else EMPTY.format(stem))
 
     def _begin(self, name: str, text: Callable[[str], str]) -> None:
@@ -200,7 +200,7 @@ class OpenScene:
             with path.open("x", encoding="utf-8", newline="") as file:
                 file.write(text(stem))
         except FileExistsError:
-            raise SceneError(f"{path.name} is there already; choose another name") from None
+            raise SceneError(f"{path.name} exists already; choose another name") from None
         self.open(path.name)
 
     def ask(self, do: str, text: str) -> str:

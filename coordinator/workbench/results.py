@@ -84,7 +84,7 @@ def result(folder: Path, kind: str, name: str) -> str:
     such recording."""
     rec, verdict = _recorded(folder, name)
     if kind not in ("view", "report"):
-        raise SceneError(f"'{kind}' is no page of a recording")
+        raise SceneError(f"'{kind}' is not a page of a recording")
     return page(content(rec, verdict)) if kind == "view" else page_of(report_sheet(rec, verdict, pictures=True))
 
 
@@ -118,7 +118,7 @@ def kept(folder: Path, name: str) -> tuple[bytes, str]:
     path = _inside(folder, name)
     study = path.name == STUDY or path.name.endswith(LIMITS)
     if not path.is_file() or not (study or path.suffix in KEPT):
-        raise SceneError(f"'{name}' is no document of this folder")
+        raise SceneError(f"'{name}' is not a document in this folder")
     return path.read_bytes(), KEPT.get(path.suffix, "text/html")
 
 
@@ -132,6 +132,6 @@ def _inside(folder: Path, name: str) -> Path:
 def _recorded(folder: Path, name: str) -> tuple[Recording, RecordedVerdict | None]:
     path = _inside(folder, name)
     if path.suffix != ENDING:
-        raise SceneError(f"'{name}' is no recording")
+        raise SceneError(f"'{name}' is not a recording")
     rec = Recording(path)
     return rec, verdict_of(rec)

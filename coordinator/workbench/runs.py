@@ -48,7 +48,7 @@ class SceneRun:
         a run is in progress."""
         lines = [line for line in map(str.strip, text.splitlines()) if line]
         if do in ("sweep", "limits") and not lines:
-            raise SceneError("name what is to be varied, such as block.mass=200..400 t by 50 t")
+            raise SceneError("name what to vary, such as block.mass=200..400 t by 50 t")
         match do:
             case "sweep":
                 number = next(n for n in count(1) if not (folder / f"{scene.stem}-study-{n}").exists())
@@ -65,7 +65,7 @@ class SceneRun:
                 words = ["--force", "--view"]
         with self._lock:
             if self.goes_on:
-                raise SceneError("a run goes on; wait for its end, or stop it")
+                raise SceneError("a run is in progress; wait for its end, or stop it")
             self._file, self.live = file, ""
             self._process = subprocess.Popen(
                 [*COMMAND, do, str(scene), "-o", str(file), *words],
@@ -80,13 +80,13 @@ class SceneRun:
     def order(self, do: str, text: str = "") -> str:
         """Give an order to the run: pause, continue, command or stop; returns its reply."""
         if not self.goes_on:
-            raise SceneError("no run goes on")
+            raise SceneError("no run is in progress")
         assert self._process is not None
         if do == "stop":
             self._process.send_signal(signal.SIGINT)
             return "stopping"
         if do not in ("pause", "continue", "command"):
-            raise SceneError(f"'{do}' is no order: pause, continue, command, stop")
+            raise SceneError(f"'{do}' is not an order; orders are pause, continue, command, stop")
         return order(find(str(self._file)), RunOrder(do, text=text))  # type: ignore[arg-type]
 
     def end(self) -> None:

@@ -97,17 +97,20 @@ class _Linearised:
 
     def _check(self) -> None:
         for force in (x for x in self.program.system.forces if isinstance(x, Radiation)):
-            raise KernelError(f"linearise: radiation '{force.name}' has states of its own, which have no columns")
+            raise KernelError(
+                f"linearise: radiation '{force.name}' has internal states, which linear models do not support"
+            )
         names = self.program.constraints.names
         held = [i for i, on in enumerate(self.found["on"][0]) if on > 0.0]
         for i in held:
             if names[i].startswith("contact "):
                 raise KernelError(
-                    f"linearise: {names[i]} is closed; only scenes without closed contacts are linear there"
+                    f"linearise: {names[i]} is closed; a scene can be linearised only while no contact is closed"
                 )
         if held and np.abs(self.v).max() > STILL:
             raise KernelError(
-                f"linearise: {names[held[0]]} holds bodies that move; linearise loops and rigid ropes at rest"
+                f"linearise: {names[held[0]]} holds moving bodies; a scene with loops "
+                "or rigid ropes can be linearised only at rest"
             )
 
     def model(self) -> LinearModel:

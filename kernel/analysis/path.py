@@ -33,9 +33,11 @@ from .modes import Modes, modes_at
 FIRST_NS, LONGEST_NS, SHORTEST_NS = 10**9, 600 * 10**9, 10**5  # steps of the path
 LONGEST_FALL_NS = 10**10  # of commands that go on while a scene falls from a fold
 SOON = 10  # times the length of a fall within which the next one is its sequel
-CHORD, LINE, NEAR, MIDDLE = range(4)  # guesses of when an event is
-WELL = {CHORD: CHORD, LINE: LINE, NEAR: LINE, MIDDLE: LINE}  # what follows one that leaves half of the bracket or less
-BADLY = {CHORD: MIDDLE, LINE: NEAR, NEAR: MIDDLE, MIDDLE: LINE}  # or more
+CHORD, START, LINE, NEAR, MIDDLE = range(5)  # guesses of when an event is
+# what follows a guess that leaves half of the bracket or less, or more
+WELL = {CHORD: CHORD, START: CHORD, LINE: LINE, NEAR: LINE, MIDDLE: LINE}
+BADLY = {CHORD: START, START: LINE, LINE: NEAR, NEAR: MIDDLE, MIDDLE: LINE}
+PARTS = {START: 1e-3, NEAR: 0.9, MIDDLE: 0.5}  # of the bracket
 LOCATED_NS = 1000  # an event is located to this
 UNLOCATED = (*RUBS, "bending")  # kinds of guards that are looked at where a step ends
 GROWTH = 1e-4  # [1/s2] eigenvalue of the tangent stiffness that is instability, not rounding
@@ -219,8 +221,9 @@ class EquilibriumPath:
         """Return the first time in a step at which a guard is negative, and the equilibrium there.
 
         A guess is the end of the chord across the bracket; the end of the line through the last two equilibria before
-        the event, for a guard with a kink there; a point just before the end, if such a line came close to it; or the
-        middle. Each is shifted slightly to the far side, so that the bracket closes from both ends.
+        the event, for a guard with a kink there, after one just behind the beginning if there are no two; a point just
+        before the end, if such a line came close to it; or the middle. Each is shifted slightly to the far side, so
+        that the bracket closes from both ends.
         """
         G1, kind, failed = self._near.guards(q1), CHORD, set[int]()
         earlier = t0, q0, G0
@@ -228,9 +231,10 @@ class EquilibriumPath:
             width = t1 - t0
             fell = np.flatnonzero((G1 < 0.0) & (G0 >= 0.0))
             # the line through earlier points needs two of them
-            kind = MIDDLE if kind == LINE and earlier[0] == t0 else kind
+            if kind == LINE and earlier[0] == t0:
+                kind = MIDDLE if START in failed else START
             t, q, G = earlier if kind == LINE else (t1, q1, G1)
-            part = 0.9 if kind == NEAR else 0.5
+            part = PARTS.get(kind, 0.0)
             if kind in (CHORD, LINE):
                 drop = (G0[fell] - G[fell]) / (t - t0)  # in each nanosecond
                 part = float((G0[fell][drop > 0.0] / drop[drop > 0.0]).min(initial=width)) / width

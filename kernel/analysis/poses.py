@@ -25,7 +25,6 @@ class Poses:
         p = simulation.program
         fixed = {tree.v.start + k for tree, _ in p.instances for k in tree.prescribed_dofs}
         self.free = [k for k in range(p.nv) if k not in fixed]
-        self._at = simulation.method.layout.at
         self._accounts = simulation.state[p.nq + p.nv :].copy()
         self._tangent = simulation.method.tangent
         self._rows = np.ix_(self.free, self.free)
@@ -34,8 +33,13 @@ class Poses:
         self._M = np.zeros(self._tangent.factors.stop)
         n = len(self.free)
         self._given, self._tail, self._found = np.zeros(n), np.zeros(1), np.zeros(n)  # of `solve`
+        self._factorise = simulation.native.bound("factorise_tangent", self._M)
         self._solve = simulation.native.bound("solve_tangent", self._M, self._given, self._tail, self._found)
-        self._y, self._f = (simulation.native.part(name) for name in ("y", "f"))
+        self._y, self._f, self._G = (simulation.native.part(name) for name in ("y", "f", "G"))
+        self._parts = self._y[: p.nq], self._y[p.nq : p.nq + p.nv], self._y[p.nq + p.nv :]
+        self._evaluate = simulation.native.bound("refresh", simulation.native.X, simulation.native.P)
+        self._closed = len(p.constraints) > 0
+        self._asked, self._eye = np.array(self.free, int), np.eye(n)
         nv = p.nv
         self._columns, self._J = np.zeros((nv, 4)), np.zeros((nv, nv + 1))  # see `tangent_stiffness`
         self._now, self._order, self._work = np.zeros(2), np.zeros(len(FOURTH)), np.zeros(self._tangent.work)
@@ -72,18 +76,18 @@ class Poses:
 
     def guards(self) -> np.ndarray:
         """Return the guards of all laws at the last pose that was evaluated."""
-        G: np.ndarray = self.simulation.native.X[self._at["G"]].copy()
+        G: np.ndarray = self._G.copy()
         return G
 
     def stiffness(self, q: np.ndarray, order: tuple[float, float] = FOURTH) -> np.ndarray:
         """Return the derivative da/dq (n_free, n_free) of the accelerations at pose q (nq,) at rest [1/s2], with
         discrete states frozen."""
         self.accelerations(q)
-        native, nv = self.simulation.native, self.simulation.program.nv
+        native, nv = self.simulation.native, len(self._columns)
         self._now[:], self._order[:] = (native["t"], native.among()), order
-        self._stands[:], self._guards[:] = native.state, native.X[self._at["G"]]
+        self._stands[:], self._guards[:] = self._y, self._G
         self._J[:] = 0.0
-        h, asked = STEP, np.array(self.free, int)
+        h, asked = STEP, self._asked
         while True:
             self._columns[:, 0] = 0.0
             self._columns[asked, 0] = h
@@ -98,13 +102,11 @@ class Poses:
     def factorise(self, K: np.ndarray, h: float, basis: np.ndarray | None) -> None:
         """Factorise 1/h^2 - K for `solve`, with K (n_free, n_free), restricted to the motions spanned by `basis`."""
         self._B = basis
-        if basis is not None:
-            K = basis.T @ K @ basis
-        whole = np.eye(len(self.free))
-        n = len(K)
+        K = K if basis is None else basis.T @ K @ basis
+        whole, n = self._eye.copy(), len(K)
         whole[:n, :n] = whole[:n, :n] / h**2 - K
         self._tangent.factors.write(self._M, whole)
-        self.simulation.native.code.call("factorise_tangent", self._M)
+        self._factorise()
 
     def solve(self, a: np.ndarray) -> np.ndarray:
         """Return the step (n_free,) for accelerations a (n_free,), with the matrix factorised last."""
@@ -126,18 +128,19 @@ class Poses:
 
     def moved(self, q: np.ndarray, step: np.ndarray) -> np.ndarray:
         """Return the pose (nq,) reached from q by a step (n_free,) [m, rad], with loops closed again."""
-        p = self.simulation.program
         self._refresh(q, step)
-        new: np.ndarray = q + self._f[: p.nq]
-        if len(p.constraints):
+        new: np.ndarray = q + self._f[: len(q)]
+        if self._closed:
             y = self._state(new)
             for _ in range(CLOSINGS):
                 y = self.simulation.native.close(y)[0]
-            new = y[: p.nq]
+            new = y[: len(q)]
         return self.unit(new)
 
     def unit(self, q: np.ndarray) -> np.ndarray:
         """Normalise the quaternions of a pose (nq,) in place, and return it."""
+        if not len(self._quaternions):
+            return q
         turns = q[self._quaternions]
         x, y, z, w = (turns * turns).T
         size = np.sqrt(x + y + z + w)  # in one order, as no library of linear algebra promises
@@ -154,11 +157,10 @@ class Poses:
     def basis(self, q: np.ndarray) -> np.ndarray | None:
         """Return an orthonormal basis (n_free, n) of the motions that closed loops allow at pose q; None if there are
         no loops."""
-        n, p = len(self.free), self.simulation.program
-        if not len(p.constraints):
+        if not self._closed:
             return None
-        allowed = []
-        for e in np.eye(n):
+        p, allowed = self.simulation.program, []
+        for e in self._eye:
             y, *_ = self.simulation.native.close(self._state(q, e))
             allowed.append(y[p.nq : p.nq + p.nv][self.free])
         U, sizes, _ = np.linalg.svd(np.array(allowed).T)
@@ -166,8 +168,11 @@ class Poses:
         return basis
 
     def _refresh(self, q: np.ndarray, v: np.ndarray | None = None) -> None:
-        self._y[:] = self._state(q, v)
-        self.simulation.native.call("refresh")
+        place, speeds, accounts = self._parts
+        place[:], speeds[:], accounts[:] = q, 0.0, self._accounts
+        if v is not None:
+            speeds[self._asked] = v
+        self._evaluate()
 
     def _state(self, q: np.ndarray, v: np.ndarray | None = None) -> np.ndarray:
         p = self.simulation.program

@@ -40,7 +40,7 @@ def plain(system: System, known: Callable[[object], object | None]) -> System:
             raise KernelError(f"{name} is {_shown(value)}; it must be {_wanted(hint)}")
         for x in value:
             if type(x) not in _classes(item):
-                raise KernelError(f"{name}: {_shown(x)} is none of them; it must be {_wanted(item)}")
+                raise KernelError(f"{name}: {_shown(x)} is not allowed; it must be {_wanted(item)}")
             if not isinstance(x.name, str):
                 raise KernelError(f"{item_word(x)} {_shown(x.name)}: name is {_shown(x.name)}; it must be a text")
         groups[name] = tuple(known(x) or _built(x, f"{item_word(x)} '{x.name}': ") for x in value)

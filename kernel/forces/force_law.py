@@ -111,7 +111,9 @@ class ForceLaw(ABC, Generic[F]):
     def turns(self, f: F, poses: Poses) -> tuple[str, str, Array] | None:
         """Return the two bodies between which the angles of the law are measured and their world axis, if turns made
         before the start count; otherwise None."""
-        raise KernelError(f"{type(f).__name__.lower()} '{f.name}': its law has angles and no 'turns'; give it one")
+        raise KernelError(
+            f"{type(f).__name__.lower()} '{f.name}': its law counts angles but has no method 'turns'; define one"
+        )
 
     def guards(self, f: F) -> tuple[str, ...]:
         """Return the names of the law's guards, in the order of `LawOutput.guards`."""
@@ -120,7 +122,9 @@ class ForceLaw(ABC, Generic[F]):
     def switch(self, f: F, p: np.ndarray, guard: str, shown: np.ndarray) -> tuple[str, float]:
         """Change discrete states in p after a guard has become negative; return the event and a value. Coordinates and
         velocities do not change; released elastic energy becomes heat of the law."""
-        raise KernelError(f"{type(f).__name__.lower()} '{f.name}': its law has guards and no 'switch'; give it one")
+        raise KernelError(
+            f"{type(f).__name__.lower()} '{f.name}': its law has guards but no method 'switch'; define one"
+        )
 
     def shows(self, f: F) -> list[SampledQuantity]:
         """Return the quantities that are sampled, in the order of `LawOutput.shown`."""

@@ -106,8 +106,11 @@ class TorsionLaw(ForceLaw[Torsion]):
         return ("lean",)
 
     def switch(self, f: Torsion, p: np.ndarray, guard: str, shown: np.ndarray) -> tuple[str, float]:
-        raise LawBreakdown(f"torsion '{f.name}'", f"its axis on '{f.b}' points {AGAINST} against that on '{f.a}', so "
-                    "that there is no twist; let a joint hold the axis, or give the two bodies no torsion")  # fmt: skip
+        why = (
+            f"its axis on '{f.b}' points {AGAINST} against that on '{f.a}', so the twist is undefined; guide the axis "
+            "by a joint, or remove the torsion spring"
+        )
+        raise LawBreakdown(f"torsion '{f.name}'", why)
 
     def answer(
         self, f: Torsion, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar, counted: Scalars = ()
@@ -170,8 +173,8 @@ class BushingLaw(ForceLaw[Bushing]):
     def switch(self, f: Bushing, p: np.ndarray, guard: str, shown: np.ndarray) -> tuple[str, float]:
         raise LawBreakdown(
             f"bushing '{f.name}'",
-            f"'{f.b.body}' is turned by {AGAINST} against '{f.a.body}', about more than one axis; a rotation vector "
-            "ends at 180: make it stiffer, or join the two by a hinge",
+            f"'{f.b.body}' is turned by {AGAINST} against '{f.a.body}', about more than one axis; a bushing is "
+            "valid below 180 degrees: make it stiffer, or connect the bodies by a hinge",
         )
 
     def check(self, f: Bushing) -> None:

@@ -60,8 +60,8 @@ class UserLawEntry(ForceLaw[UserLaw]):
             raise KernelError(f"law '{f.name}': '{f.function}' {message}")
         if _digest(self._traced(f)) != _digest(law):
             raise KernelError(
-                f"law '{f.name}': '{f.function}' computes something else each time it is called; a law depends on what "
-                "it is given only, not on random numbers, clocks or what it remembers"
+                f"law '{f.name}': '{f.function}' gives different results when it is called again; a law may "
+                "depend only on its arguments, not on random numbers, clocks or stored values"
             )
 
     def shape(self, f: UserLaw) -> tuple[int, str]:
@@ -174,7 +174,7 @@ def _found(f: UserLaw, function: str) -> Callable[[LawInput], object]:
     """Return the user's function; if data named it, only from a trusted folder."""
     module, colon, name = function.rpartition(":")
     if not (colon and module and name):
-        raise KernelError(f"law '{f.name}': '{function}' is no function; write 'package.module:function'")
+        raise KernelError(f"law '{f.name}': '{function}' is not a function reference; write 'package.module:function'")
     by = namer(function)
     if by is not None and (why := refusal(module, function)):
         raise KernelError(f"{by}{': ' if by else ''}law '{f.name}': {why}")

@@ -60,13 +60,13 @@ def instants_of(times: object, start: float, end: float, before: bool) -> NDArra
     try:
         t = np.atleast_1d(np.asarray(times, np.float64))
     except (TypeError, ValueError):
-        raise KernelError(f"at: {times!r:.60} are no times; give seconds") from None
+        raise KernelError(f"at: {times!r:.60} are not times; give seconds") from None
     if t.ndim != 1 or not np.isfinite(t).all():
-        raise KernelError("at: give one time [s], or a list of them that are finite")
+        raise KernelError("at: give one finite time [s] or a list of finite times")
     ns, last = np.round(t * 1e9).astype(np.int64), round(end * 1e9)
     outside = t[(ns < round(start * 1e9)) | (ns > last + 1)]  # a scene ends a nanosecond before the time of its end
     if len(outside):
-        raise KernelError(f"at: {outside[0]:.10g} s is outside of the run, from {start:g} to {end:.10g} s")
+        raise KernelError(f"at: {outside[0]:.10g} s is outside the run, which lasts from {start:g} to {end:.10g} s")
     return np.minimum(np.maximum(ns - before, 0), last)
 
 
@@ -78,4 +78,4 @@ def trail_of(rows: Sequence[tuple[int, NDArray[np.float64]]]) -> str:
 def check_same(now: str, before: str) -> None:
     """Raise KernelError if the second run differs from the first, by their digests."""
     if now != before:
-        raise KernelError("at: the run is another one by now, since code that it names was edited; simulate again")
+        raise KernelError("at: the run cannot be repeated, since code that it uses has been edited; simulate again")

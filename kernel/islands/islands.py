@@ -238,14 +238,14 @@ class Islands(RunningAhead):
         for p in self.parts:
             if any((k, name) in p.program.parameters.at for k in kinds):
                 return self._stop(p).commands
-        raise KernelError(f"'{name}': no {kind} of this name")
+        raise KernelError(f"'{name}': there is no {kind} with this name")
 
     def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
         """Set a motion of an actuator, or of a master; a master is shared by all islands that have actuators."""
         self.order.command("set_profile", self.epoch)
         owners = [p for p in self.parts if name in p.references.actuators]
         if not owners:
-            raise KernelError(f"'{name}': no drive, winch or master of this name")
+            raise KernelError(f"'{name}': there is no drive, winch or master with this name")
         for p in owners:
             self._stop(p).set_profile(name, start_ns, speed, accel, distance)
 

@@ -30,7 +30,7 @@ def choose(name: str, program: Program) -> Method:
         return AtRest()
     if name not in METHODS | REMOVED:
         raise KernelError(
-            f"method '{name}': there is none of this name; choose one of {', '.join(get_args(MethodName))}"
+            f"method '{name}': there is no method with this name; choose one of {', '.join(get_args(MethodName))}"
         )
     return METHODS[REMOVED.get(name, name)](program)
 
@@ -40,7 +40,9 @@ def control_of(method: Method, step: float | None, program: Program) -> Control:
     impossible, or is missing for a method without an error estimate."""
     if step is None:
         if method.exponents is None:
-            raise KernelError(f"method '{method.name}': it has no error estimate; give it a step, such as 0.001 s")
+            raise KernelError(
+                f"method '{method.name}': it has no error estimate and needs a fixed step, such as 0.001 s"
+            )
         return ErrorControl(method.exponents, program.nq + program.nv)
     if not (isfinite(step) and step >= SHORTEST):
         raise KernelError(f"step {step:g} s: a fixed step must be at least {SHORTEST:g} s and finite")

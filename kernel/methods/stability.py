@@ -59,7 +59,7 @@ def check_step(method: Method, J: np.ndarray, step: float, nq: int, t: float, me
         middle = 0.5 * (low + high)
         low, high = (middle, high) if stable(middle) else (low, middle)
     raise KernelError(
-        f"step {step:g} s at {t:.3f} s: too long for method '{method.name}', since {message()}; "
+        f"step {step:g} s at {t:.3f} s is too long for method '{method.name}', since {message()}; "
         # 0.9 leaves room for stiffness that grows in the course of the run
         f"choose at most {0.9 * low:.2g} s, or method radau5"
     )
@@ -187,8 +187,8 @@ class Balance:
             return
         message = f"{made:.3g} J have come out of nothing" if made > 0.0 else f"{-made:.3g} J are gone without heat"
         raise KernelError(
-            f"{where}: the energy balance is broken, {message}, more than {100 * self._share:.0f} % of the most that "
-            f"was turned over; {self._cure}"
+            f"{where}: the energy balance is broken, {message}, more than {100 * self._share:.0f} "
+            f"% of the largest energy exchanged so far; {self._cure}"
         )
 
     @property

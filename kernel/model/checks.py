@@ -66,7 +66,9 @@ def check_description(system: System) -> System:
         seen: set[str] = set()
         for x in (x for name in group for x in getattr(system, name)):
             if x.name in seen:
-                raise KernelError(f"'{x.name}': two of this name; names of laws, drives and masters must be unique")
+                raise KernelError(
+                    f"'{x.name}': this name is used twice; names of laws, drives and masters must be unique"
+                )
             seen.add(x.name)
     items = [x for f in fields(system) if f.name != "gravity" for x in getattr(system, f.name)]
     new = [x for x in items if id(x) not in before]
@@ -100,7 +102,7 @@ def _check_kind(x: Any) -> None:
             check_contact(x)
         case Body():
             if x.name == WORLD:
-                raise KernelError(f"body '{WORLD}': this is the name of the ground; choose another one")
+                raise KernelError(f"body '{WORLD}': this name is reserved for the ground; choose another one")
             check_inertia(x)
             if x.added and any(
                 abs(a - b) > UNIT * abs(a)
@@ -113,16 +115,18 @@ def _check_kind(x: Any) -> None:
             check_joint(x)
         case Rope() | RigidRope():
             if not x.lines:
-                raise KernelError(f"rope '{x.name}': it has no line; give it at least one")
+                raise KernelError(f"rope '{x.name}': it has no straight part (line); give it at least one")
             for i, line in enumerate(x.lines, 1):
                 if line.a == line.b:
-                    raise KernelError(f"rope '{x.name}': line {i} begins and ends at one point; it has no length")
+                    raise KernelError(
+                        f"rope '{x.name}': line {i} begins and ends at the same point, so its length is zero"
+                    )
             if x.mass and abs(sum(line.share for line in x.lines) - 1.0) > SHARED:
                 message = "it has a mass, which its lines share; let their shares add up to 1"
                 raise KernelError(f"rope '{x.name}': {message}")
         case Drive():
             if (x.wave or x.waves) and x.kind != "prescribed":
-                raise KernelError(f"drive '{x.name}': only a prescribed one follows a wave")
+                raise KernelError(f"drive '{x.name}': only prescribed drives can follow a wave")
             if fault := wrong_wave(x.wave, x.waves):
                 raise KernelError(f"drive '{x.name}': it {fault}")
         case Stop():
@@ -195,12 +199,13 @@ def check_inertia(b: Body) -> None:
     found = f"body '{b.name}': its principal moments of inertia are {', '.join(f'{x:g}' for x in moments)} kg m2"
     if moments[0] < -UNIT * moments[2]:
         raise KernelError(
-            f"{found}, and none can be negative: the products of inertia Ixy {I[0][1]:g}, Ixz {I[0][2]:g}, "
-            f"Iyz {I[1][2]:g} are too large for the moments; make them smaller"
+            f"{found}, but a principal moment cannot be negative: the products "
+            f"of inertia Ixy {I[0][1]:g}, Ixz {I[0][2]:g}, "
+            f"Iyz {I[1][2]:g} are too large for the moments; reduce them"
         )
     if b.mass > 0.0 and moments[2] > (1.0 + PRINTED) * (moments[0] + moments[1]):
         raise KernelError(
-            f"{found}; no body has one that is larger than the sum of the others (a flat plate has Ixx + Iyy = Izz): "
+            f"{found}; none can be larger than the sum of the other two (for a flat plate Ixx + Iyy = Izz): "
             f"{_remedy(b, moments)}"
         )
 
@@ -218,7 +223,7 @@ def _remedy(b: Body, moments: list[float]) -> str:
 
 def check_joint(j: Joint) -> None:
     if j.kind not in JOINTS:
-        raise KernelError(f"joint '{j.name}': there is no kind '{j.kind}'; kinds are {', '.join(JOINTS)}")
+        raise KernelError(f"joint '{j.name}': there is no joint type '{j.kind}'; joint types are {', '.join(JOINTS)}")
     joint = JOINTS[j.kind]
     for name in ("R_PJ", "R_CJ"):
         x, y, z = R = getattr(j, name)
@@ -234,13 +239,15 @@ def check_joint(j: Joint) -> None:
     if joint.axes > 1 and abs(aligned) > UNIT:
         angle = degrees(atan2(sqrt(max(0.0, 1.0 - aligned * aligned)), aligned))
         raise KernelError(
-            f"joint '{j.name}': the angle between its axes is {angle:.4g} deg; the second axis of a {j.kind} joint is "
-            "perpendicular to the first"
+            f"joint '{j.name}': the angle between its axes is {angle:.4g} deg; the second "
+            f"axis of a {j.kind} joint must be perpendicular to the first"
         )
     if joint.pitched and j.pitch == 0.0:
-        raise KernelError(f"joint '{j.name}': its pitch is 0; a screw advances, in m/rad (else make it revolute)")
+        raise KernelError(
+            f"joint '{j.name}': its pitch is 0; give the pitch of a screw in m/rad, or make the joint revolute"
+        )
     if not joint.pitched and j.pitch != 0.0:
-        raise KernelError(f"joint '{j.name}': pitch is {j.pitch:g}; a {j.kind} joint has none")
+        raise KernelError(f"joint '{j.name}': pitch is {j.pitch:g}; a {j.kind} joint has no pitch")
     quaternion = j.q0[-4:] if joint.quaternion is not None else ()
     if quaternion and not any(quaternion):
         raise KernelError(f"joint '{j.name}': its initial quaternion is zero; it must have length 1")
@@ -260,6 +267,6 @@ def check_options(tolerance: float, sample_ns: int, h_max: float, step: float | 
         raise KernelError(f"h_max {h_max:g} s: the longest step must be positive and finite")
     longest = step or h_max
     if isfinite(longest) and longest * 1e9 > MOST_SAMPLES * sample_ns:
-        raise KernelError(f"a step of {longest:g} s has more than {MOST_SAMPLES} samples; make it shorter")
+        raise KernelError(f"a step of {longest:g} s has more than {MOST_SAMPLES} samples; make the step shorter")
     if opt not in (0, 1, 2, 3):
         raise KernelError(f"opt {opt!r}: the compiler's levels are 0, 1, 2 and 3")

@@ -93,8 +93,8 @@ class Program:
             system, modes = with_stations(system)
             if self.formulation != "recursive":
                 raise KernelError(
-                    f"body '{next(iter(modes))}' is flexible, but formulation '{self.formulation}' knows rigid bodies "
-                    "only; choose recursive"
+                    f"body '{next(iter(modes))}' is flexible, but formulation '{self.formulation}' "
+                    "supports only rigid bodies; choose recursive"
                 )
         self.system = with_rope_masses(system)
         self.graph = build_graph(self.system, modes)
@@ -170,31 +170,33 @@ class Program:
         for j in self.graph.loops:
             if j.kind not in CLOSURES:
                 raise KernelError(
-                    f"joint '{j.name}': a {j.kind} joint cannot close a loop; let another joint of it do so"
+                    f"joint '{j.name}': a {j.kind} joint cannot close a loop; close it by another of its joints"
                 )
             if self.formulation != "recursive":
                 raise KernelError(
-                    f"joint '{j.name}' closes a loop, but formulation '{self.formulation}' knows trees only; "
-                    "take the recursive one"
+                    f"joint '{j.name}' closes a loop, but formulation '{self.formulation}' "
+                    "supports only trees; choose recursive"
                 )
             for k in self.graph.links:
                 if k.modes and k.body.name in (j.parent, j.child):
                     raise KernelError(
-                        f"joint '{j.name}' closes a loop on the flexible body '{k.body.name}'; "
-                        "fix a body to it there and let the joint hold that one"
+                        f"joint '{j.name}' closes a loop on the flexible body '{k.body.name}'; attach a "
+                        "rigid body to it there, and connect the joint to that body"
                     )
 
     def _check_contacts(self) -> None:
         for c in self.system.contacts:
             if self.formulation != "recursive":
                 raise KernelError(
-                    f"contact '{c.name}': formulation '{self.formulation}' has no contacts; take the recursive one"
+                    f"contact '{c.name}': formulation '{self.formulation}' does not support contacts; choose recursive"
                 )
             if c.a.body == "world":
                 raise KernelError(f"contact '{c.name}': its first shape belongs to the ground; name a body first")
             for k in self.graph.links:
                 if k.modes and k.body.name in (c.a.body, c.b.body):
-                    raise KernelError(f"contact '{c.name}': '{k.body.name}' is flexible; fix a rigid body to it there")
+                    raise KernelError(
+                        f"contact '{c.name}': '{k.body.name}' is flexible; attach a rigid body to it there"
+                    )
 
     def initial_state(self) -> np.ndarray:
         """Return the state (ny,) at the start of a run."""

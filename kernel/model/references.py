@@ -66,14 +66,14 @@ class References:
     def _actuator(self, name: str) -> ReferenceProfile:
         if name not in self.actuators:
             raise KernelError(
-                f"'{name}': no drive, winch or master of this name; there are {', '.join(self.actuators)}"
+                f"'{name}': there is no drive, winch or master with this name; there are {', '.join(self.actuators)}"
             )
         return self.actuators[name]
 
     def _driven(self, name: str) -> ReferenceProfile:
         a = self._actuator(name)
         if name in self._still:
-            raise KernelError(f"rope '{name}': it has no winch; declare one to drive it")
+            raise KernelError(f"rope '{name}': it has no winch; declare one to change its length")
         return a
 
     def own(self, name: str, t_ns: int) -> tuple[float, float]:
@@ -149,9 +149,13 @@ class References:
         if master and (master not in self._masters or name in self._masters):
             raise KernelError(f"'{name}' cannot follow '{master}': masters are {', '.join(self._masters) or 'none'}")
         if master and name in self._placed and master not in self._commanded:
-            raise KernelError(f"'{name}' cannot follow '{master}': a prescribed drive follows commanded masters only")
+            raise KernelError(
+                f"'{name}' cannot follow '{master}': a prescribed drive can follow only commanded masters"
+            )
         if name not in self._followers.get(master, (name,)):
-            raise KernelError(f"'{name}' cannot follow '{master}', which {', '.join(self._followers[master])} may")
+            raise KernelError(
+                f"'{name}' cannot follow '{master}', which only {', '.join(self._followers[master])} may follow"
+            )
         if not all(map(isfinite, f)):
             raise KernelError(f"'{name}' cannot follow {f}: the coefficients must be finite numbers")
         self.admit("set_follow")

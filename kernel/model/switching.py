@@ -61,7 +61,7 @@ class Switches:
         """Arm a threshold; raises KernelError for an unknown name."""
         p = self._threshold_numbers(name)
         if not isfinite(value):
-            raise KernelError(f"threshold '{name}': {value} is no value to wait for; it must be a finite number")
+            raise KernelError(f"threshold '{name}': {value} is not a valid threshold; it must be a finite number")
         self.admit("watch")
         sign = -1.0 if rising else 1.0
         p[:2] = [sign, -sign * value]
@@ -77,14 +77,18 @@ class Switches:
 
     def _threshold_numbers(self, name: str) -> np.ndarray:
         if name not in self._thresholds:
-            raise KernelError(f"'{name}': no threshold of this name; there are {', '.join(self._thresholds) or 'none'}")
+            raise KernelError(
+                f"'{name}': there is no threshold with this name; there are {', '.join(self._thresholds) or 'none'}"
+            )
         return self._P[self._at["threshold", name]]
 
     def set_brake(self, name: str, engaged: bool, row: SimpleNamespace) -> None:
         """Close a brake at the joint's present position, or release it; a brake that is closed already keeps its
         position."""
         if name not in self._brakes:
-            raise KernelError(f"'{name}': no brake of this name; there are {', '.join(self._brakes) or 'none'}")
+            raise KernelError(
+                f"'{name}': there is no brake with this name; there are {', '.join(self._brakes) or 'none'}"
+            )
         self.admit("set_brake")
         p = self._P[self._at["brake", name]]
         if bool(p[BrakeAt.ENGAGED]) != engaged:
@@ -93,7 +97,9 @@ class Switches:
     def rope_numbers(self, name: str) -> np.ndarray:
         """Return the numbers of a rope: EA, damping, hooked, taut and lines; raises KernelError for an unknown name."""
         if name not in self._ropes:
-            raise KernelError(f"'{name}': no rope of this name; there are {', '.join(self._ropes) or 'none'}")
+            raise KernelError(
+                f"'{name}': there is no rope with this name; there are {', '.join(self._ropes) or 'none'}"
+            )
         return self._P[self._at["rope", name]]
 
     def rigid_numbers(self, name: str) -> np.ndarray | None:

@@ -177,7 +177,7 @@ def joint_space_inertia(tree: Tree, K: Kinematics, I: list[Array]) -> dict[tuple
         if not is_sym(H[k, k]) and H[k, k] == 0.0:
             name = tree.bodies[tree.body_of_dof[k]].name
             raise KernelError(
-                f"body '{name}': nothing resists its motion; give it, or what it carries, mass or inertia"
+                f"body '{name}': it can move without inertia; give it, or the bodies that it carries, mass or inertia"
             )
     return H
 

@@ -93,7 +93,9 @@ class Graph:
         for link in self.links:
             if link.joint.name == name:
                 return link
-        raise KernelError(f"joint '{name}': no such joint; joints are {', '.join(k.joint.name for k in self.links)}")
+        raise KernelError(
+            f"joint '{name}': there is no such joint; joints are {', '.join(k.joint.name for k in self.links)}"
+        )
 
     def in_frame(self, where: str, body: str, p: Vector) -> Vector:
         """Return a point of a body in the frame of the body's station, if it has one (see `flexible.tracks`). Raises
@@ -106,8 +108,8 @@ class Graph:
         if f"{on.body.name}@{x:.9g}" != body:
             at = ", ".join(f"{e:g}" for e in link.joint.p_PJ)
             raise KernelError(
-                f"{where}: its end on the flexible body '{on.body.name}' stays at the station ({at}); "
-                "give the scene one rope for each station and hook the other one"
+                f"{where}: its end on the flexible body '{on.body.name}' stays at the station "
+                f"({at}); use one rope for each station, and hook the other one"
             )
         return (p[0] - X[0], p[1] - X[1], p[2] - X[2])
 
@@ -120,9 +122,11 @@ class Graph:
             why = "nothing moves in it" if kind == "fixed" else "no velocity of it is the rate of a coordinate"
             raise KernelError(f"'{law}': nothing can act along joint '{joint}', which is {kind}: {why}")
         if not name and len(has) > 1:
-            raise KernelError(f"'{law}': say which coordinate of the {kind} joint '{joint}': {' or '.join(has)}")
+            raise KernelError(f"'{law}': name the coordinate of the {kind} joint '{joint}': {' or '.join(has)}")
         if name and name not in has:
-            raise KernelError(f"'{law}': joint '{joint}' is {kind}; it has no coordinate '{name}' but {', '.join(has)}")
+            raise KernelError(
+                f"'{law}': joint '{joint}' is {kind}; it does not have the coordinate '{name}', only {', '.join(has)}"
+            )
         i = has.index(name) if name else 0
         return link.q.start + i, link.v.start + i
 
@@ -209,7 +213,7 @@ def _by_name(items: tuple, what: str) -> dict:  # type: ignore[type-arg]
     if len(out) < len(items):
         names = [x.name for x in items]
         twice = next(n for n in names if names.count(n) > 1)
-        raise KernelError(f"{what} '{twice}': two of this name; names must be unique")
+        raise KernelError(f"{what} '{twice}': this name is used twice; names must be unique")
     return out
 
 

@@ -35,7 +35,9 @@ def lock_of(system: System, name: str) -> Lock:
     for lock in system.locks:
         if lock.name == name:
             return lock
-    raise KernelError(f"'{name}': no lock of this name; there are {', '.join(x.name for x in system.locks) or 'none'}")
+    raise KernelError(
+        f"'{name}': there is no lock with this name; there are {', '.join(x.name for x in system.locks) or 'none'}"
+    )
 
 
 def check_locks(system: System, graph: Graph) -> None:
@@ -48,12 +50,14 @@ def check_locks(system: System, graph: Graph) -> None:
         if not JOINTS[joint.kind].n_v:
             raise KernelError(f"{where} is {joint.kind}; there is nothing to lock")
         if joint.name in placed:
-            raise KernelError(f"{where} is moved by the prescribed drive '{placed[joint.name]}'; stop that instead")
+            raise KernelError(
+                f"{where} is moved by the prescribed drive '{placed[joint.name]}'; stop the drive instead"
+            )
         if joint.name in taken:
             raise KernelError(f"{where} already has the lock '{taken[joint.name]}'")
         # a joint cannot be locked and moving at once
         if lock.engaged and any(joint.v0):
-            raise KernelError(f"{where} starts locked; its initial velocity must be zero")
+            raise KernelError(f"{where} is locked at the start; its initial velocity must be zero")
         taken[joint.name] = lock.name
 
 

@@ -22,7 +22,7 @@ def spanning_tree(system: System, joints: Mapping[str, Joint]) -> tuple[dict[str
     waiting = list(joints.values())
     for j in waiting:
         if j.parent == j.child:
-            raise KernelError(f"joint '{j.name}': it joins '{j.child}' to itself; give it another parent or child")
+            raise KernelError(f"joint '{j.name}': it connects '{j.child}' to itself; give it another parent or child")
     carrier = {j.child: j for j in waiting}
     if len(carrier) == len(waiting) and WORLD not in carrier:
         return carrier, ()
@@ -78,8 +78,8 @@ def _turned_round(j: Joint, flexible: Collection[str]) -> Joint:
     """Return the joint with parent and child exchanged; raises KernelError if its coordinates would differ."""
     if JOINTS[j.kind].axes > 1 or JOINTS[j.kind].quaternion is not None or {j.parent, j.child} & set(flexible):
         raise KernelError(
-            f"joint '{j.name}': only this joint holds its parent '{j.parent}', and a joint carries its child; "
-            "exchange its parent and child"
+            f"joint '{j.name}': only this joint holds its parent '{j.parent}', and a "
+            "joint carries its child; swap its parent and child"
         )
     x, y, z = j.axis
     return replace(

@@ -25,7 +25,7 @@ class CallProtocol:
     def check_new(self, epoch_ns: int) -> None:
         """Raise KernelError after the simulation has advanced."""
         if self.phase == GOING or epoch_ns > 0:
-            raise KernelError("the simulation has been started and has gone on; build another one to begin again")
+            raise KernelError("the simulation has already advanced; create another one to begin again")
 
     def check_begun(self) -> None:
         """Raise KernelError if the simulation was not started."""
@@ -56,7 +56,8 @@ class CallProtocol:
         self.check_begun()
         if self.phase == GOING:
             raise KernelError(
-                f"{what} at {epoch_ns * 1e-9:.9g} s: the run has gone on since; call interrupt(t_ns) or fire() before, "
+                f"{what} at {epoch_ns * 1e-9:.9g} s: the run has advanced since "
+                "then; call interrupt(t_ns) or fire() before, "
                 "and settle() after it"
             )
 
@@ -75,7 +76,7 @@ def check_time(t_ns: int) -> None:
 def check_present(t_ns: int, present_ns: int) -> None:
     """Raise KernelError for a time before the present one."""
     if t_ns < present_ns:
-        raise KernelError(f"time {t_ns} ns: it lies before the present, {present_ns} ns")
+        raise KernelError(f"time {t_ns} ns is before the present time, {present_ns} ns")
 
 
 def passed_by(t_ns: int, event_ns: int, names: Sequence[str]) -> KernelError:

@@ -84,8 +84,8 @@ class CommandSwitches:
         heat = native.state[at_lock]
         if engaged and len(native.program.constraints) and (moving := _moving_drive(native.program, before.v)):
             raise KernelError(
-                f"lock '{lock}' at {native.epoch * 1e-9:.3f} s: drive '{moving}' moves; stop it before a joint of a "
-                "scene with closed loops is locked"
+                f"lock '{lock}' at {native.epoch * 1e-9:.3f} s: drive '{moving}' is moving; stop "
+                "it before locking a joint of a scene with closed loops"
             )
         self.admit("set_lock")
         native.use(native.program.locked ^ {lock})
@@ -117,9 +117,9 @@ class CommandSwitches:
         change."""
         self._standing("set_signal")
         if name not in steered(self._native.program.system):
-            raise KernelError(f"'{name}' is no driven signal of a force: move it by a profile")
+            raise KernelError(f"'{name}' is not a driven signal of a force; move it by a profile")
         if not isfinite(value):
-            raise KernelError(f"'{name}': {value!r} is no value of a signal")
+            raise KernelError(f"'{name}': {value!r} is not a valid value of a signal")
         self.references.set_value(name, self._native.epoch, value)
 
     def hook(self, rope: str, a: Vector | None = None, b: Vector | None = None, L0: float | None = None) -> None:
@@ -137,7 +137,7 @@ class CommandSwitches:
         rigid = self.switches.rigid_numbers(rope)
         p, places = (self.switches.rope_numbers(rope), RopeAt) if rigid is None else (rigid, RigidAt)
         if p[places.HOOKED] > 0.0:
-            raise KernelError(f"{where}: it is hooked already; unhook it first")
+            raise KernelError(f"{where}: it is already hooked; unhook it first")
         if L0 is not None and not 0.0 < L0 < np.inf:
             raise KernelError(f"{where}: length {L0:g} m; it must be positive")
         before = P.copy()
@@ -163,9 +163,9 @@ class CommandSwitches:
         """Hook a rope over sheaves or edges, with the contacts that it has at this time."""
         native, where, p = self._native, self._where(rope.name), self.switches.reeving_numbers(rope.name)
         if p[ReevingAt.TAUT] >= 0.0:
-            raise KernelError(f"{where}: it is hooked already; unhook it first")
+            raise KernelError(f"{where}: it is already hooked; unhook it first")
         if L0 is not None:
-            raise KernelError(f"{where}: length {L0:g} m; a rope over sheaves keeps its own")
+            raise KernelError(f"{where}: length {L0:g} m; the length of a rope over sheaves cannot be changed")
         moved = {k: Point(getattr(rope, k).body, p) for k, p in (("a", a), ("b", b)) if p is not None}
         rope = structs.replace(rope, **moved)
         long = self.references.value(rope.name, native.epoch) if rope.winch else rope.L0

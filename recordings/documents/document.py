@@ -31,7 +31,7 @@ DRAWN = (".dxf",)
 
 
 class Project(NamedTuple):
-    """Project data of the document, from the scene or from the command line."""
+    """Project data printed on the document, from the scene or the command line."""
 
     name: str = ""
     number: str = ""
@@ -41,7 +41,7 @@ class Project(NamedTuple):
 
 
 def project_of(rec: Recording, **given: str) -> Project:
-    """Return the project data of the recorded scene, with the fields in `given` overridden."""
+    """Return the project data of the scene; values in `given` override them."""
     known = {name: str(text) for name, text in rec.fact("project", {}).items() if name in Project._fields}
     stated = Project(**known | {name: text for name, text in given.items() if text})
     return stated if stated.date else stated._replace(date=datetime.date.today().isoformat())
@@ -70,7 +70,7 @@ def report(
 
 
 def report_sheet(rec: Recording, verdict: RecordedVerdict | None = None, pictures: bool = False, **given: str) -> Sheet:
-    """Return the document of a recording as a sheet; with `pictures`, which only printable formats need."""
+    """Return the document of a recording as a sheet; `pictures`: include pictures, for printable formats."""
     found, project = facts(rec, verdict), project_of(rec, **given)
     lead, state = _lead(rec, found)
     first, *rest = tables_of(found) or [Table("", ())]
@@ -108,7 +108,9 @@ def _origin(rec: Recording) -> str:
 def _lead(rec: Recording, found: Facts) -> tuple[str, str]:
     """Return a summary of the document in a few sentences, and its state: that of the verdict, or `bad`."""
     status, verdict = rec.result.get("status", "cut off"), found.verdict
-    message = f"The run {status}." if status == "finished" else f"The run is {status}: {rec.result.get('reason', '')}"
+    reason = rec.result.get("reason", "")
+    ended = {"finished": "The run finished.", "failed": f"The run failed: {reason}."}
+    message = ended.get(status, f"The run is {status}: {reason}")
     recorded = ", as recorded" if "verdict" in rec.result else ""
     line = f"Verdict{recorded}: {verdict.line}." if verdict else "It has no verdict."
     message = f"{line} {message}" if verdict else f"{message} {line}"
@@ -121,7 +123,7 @@ def _lead(rec: Recording, found: Facts) -> tuple[str, str]:
 
 
 def picture(rec: Recording, draw: Callable[[Recording, Path], Path], title: str) -> Iterator[Chart]:
-    """Yield a figure as PNG; yield nothing if the recording lacks the data for it."""
+    """Yield a figure as a PNG chart, or nothing if the recording lacks the data for it."""
     with tempfile.TemporaryDirectory() as folder:
         try:
             yield Chart(title, draw(rec, Path(folder) / "drawn.png").read_bytes())

@@ -17,7 +17,7 @@ from heavylift.recordings.write.sink import Peak
 
 @dataclass(frozen=True)
 class Facts:
-    """Data of a report: a recording, its verdict (None if it has none), and its plan as plain data."""
+    """Data from which a report is made: a recording, its verdict (if any), and its plan as plain data."""
 
     rec: Recording
     verdict: RecordedVerdict | None
@@ -25,12 +25,12 @@ class Facts:
 
     @cached_property
     def peaks(self) -> dict[str, Peak]:
-        """Peak tension of each rope, from the recorded result; pieces of ropes are left out."""
+        """Peak tension of each rope, from the recorded result, without the pieces into which ropes are divided."""
         return {name: peak for name, peak in recorded_peaks(self.rec).items() if "~" not in name}
 
     @cached_property
     def stages(self) -> list[tuple[float, str]]:
-        """Start [s] and name of each stage."""
+        """The begin [s] and the name of each stage."""
         return [*self.rec.stages()]
 
     def stage_at(self, t: float) -> str:
@@ -39,8 +39,8 @@ class Facts:
 
 
 def facts(rec: Recording, verdict: RecordedVerdict | None = None) -> Facts:
-    """Return the data of a report; `verdict`: used if the recording has none. Raises RecordingError for a recording of
-    a DEVS model without a scene."""
+    """Return the data from which a report is made; `verdict` is used if the recording has none. Raises RecordingError
+    for a recording of a DEVS model."""
     with rec.reading():
         if "model" in rec.run:
             raise RecordingError(
@@ -53,7 +53,7 @@ COMPUTED = ("samples_hz", "seed")
 
 
 def scene_table(rec: Recording, plan: dict[str, Any]) -> list[tuple[str, str]]:
-    """Return the rows (name, value) of the table that describes a recorded scene."""
+    """Return the rows of the table that describes the recorded scene, as names and values."""
     rows: list[tuple[str, str]] = [("scene", rec.run.get("scene", rec.path.stem))]
     if message := machines.unread(plan):
         rows.append(("plan", message))
@@ -86,7 +86,7 @@ def scene_table(rec: Recording, plan: dict[str, Any]) -> list[tuple[str, str]]:
 
 
 def block_rows(plan: dict[str, Any]) -> list[tuple[str, list[float], str]]:
-    """Return the data of the block as (name, one or three numbers, unit); u, v, w are the axes of the block."""
+    """Return the properties of the block as rows: name, one or three numbers, unit; u, v, w are the block's axes."""
     block = machines.block(plan)
     if not block:
         return []

@@ -18,7 +18,7 @@ SCALES = [a * 10.0**k for k in range(1, 5) for a in (1.0, 1.25, 1.5, 2.0, 2.5, 3
 
 
 class Path(NamedTuple):
-    """A polyline through points (n, 2), or the outline of an area."""
+    """A line through points (n, 2), or the outline of a filled area."""
 
     points: Floats
     style: Style
@@ -26,7 +26,7 @@ class Path(NamedTuple):
 
 
 class Text(NamedTuple):
-    """A text at a position on paper; `angle` [deg]."""
+    """A text at a point on paper; `angle` [deg]."""
 
     at: tuple[float, float]
     words: str
@@ -37,7 +37,7 @@ class Text(NamedTuple):
 
 
 class DimensionLine(NamedTuple):
-    """A dimension between two points, horizontal (h) or vertical (v); its line is at y = `at` or x = `at`."""
+    """A dimension between two points, horizontal (h) or vertical (v), whose dimension line is at y or x = `at`."""
 
     a: tuple[float, float]
     b: tuple[float, float]
@@ -51,7 +51,8 @@ Item = Path | Text | DimensionLine
 
 @dataclass
 class View:
-    """A view at scale 1 : `scale`, with its items in the view's own coordinates; `place` is its origin on the sheet."""
+    """The items of a view drawn at scale 1 : `scale`, in coordinates of its own whose origin is at `place` on the
+    sheet."""
 
     title: str
     scale: float
@@ -60,20 +61,20 @@ class View:
     centre: tuple[float, float] = (0.0, 0.0)  # of its items, where it keeps its place at another scale
 
     def paper(self, points: Floats) -> Floats:
-        """Return the paper coordinates [mm] of points (..., 2) given in metres."""
+        """Convert points (..., 2) from [m] to positions on paper [mm]."""
         out: Floats = points * 1e3 / self.scale
         return out
 
     def length(self, mm: float) -> str:
-        """Return, as text, the true length [m] of a distance on paper [mm]."""
+        """Return the true length that corresponds to a distance on paper [mm], as text in metres."""
         return f"{abs(mm) * self.scale / 1e3:.2f}"
 
     def across(self, a: Floats, b: Floats, at: float, words: str = "") -> None:
-        """Add a horizontal dimension between two points on paper, with its line at y = `at`."""
+        """Add a horizontal dimension between two points on paper, with its dimension line at y = `at`."""
         self.items.append(DimensionLine(_pair(a), _pair(b), at, "h", words + self.length(b[0] - a[0])))
 
     def upright(self, a: Floats, b: Floats, at: float, words: str = "") -> None:
-        """Add a vertical dimension between two points on paper, with its line at x = `at`."""
+        """Add a vertical dimension between two points on paper, with its dimension line at x = `at`."""
         self.items.append(DimensionLine(_pair(a), _pair(b), at, "v", words + self.length(b[1] - a[1])))
 
 
@@ -112,7 +113,7 @@ def _turn(a: tuple[float, ...], b: tuple[float, ...], c: tuple[float, ...]) -> f
 
 
 def clipped(outline: Floats, low: Floats, high: Floats) -> Floats:
-    """Return a convex outline clipped to a box (Sutherland and Hodgman); empty if nothing is left."""
+    """Return the part of a convex outline that lies within a box (Sutherland and Hodgman); empty if there is none."""
     for axis in (0, 1):
         for sign, bound in ((1.0, high[axis]), (-1.0, -low[axis])):
             kept = list[Floats]()
@@ -138,7 +139,7 @@ def points_of(item: Item) -> Floats:
 
 
 def parts(item: Item) -> Sequence[Path | Text]:
-    """Return the lines and texts from which an item is drawn."""
+    """Return the lines and texts of which an item consists."""
     return _dimension(item) if isinstance(item, DimensionLine) else (item,)
 
 

@@ -56,8 +56,8 @@ class DrawnHook(NamedTuple):
 
 
 class DrawnInstant(NamedTuple):
-    """All positions at a time [s], with the mass of the block [kg], and the smallest clearance of the run if it occurs
-    at this time."""
+    """What is drawn of one instant: positions at a time [s]; mass [kg] of the block; the smallest clearance if it
+    occurs at this time."""
 
     title: str
     t: float
@@ -76,7 +76,7 @@ class DrawnInstant(NamedTuple):
 
 
 def instants_of(rec: Recording, verdict: RecordedVerdict | None) -> list[DrawnInstant]:
-    """Return the key instants of a recording in which loads are suspended and all positions are known."""
+    """Return the key instants of a recording with all positions; empty if no load is suspended."""
     plan = msgspec.json.decode(rec.attachments.get("resolved.json", b"{}"))
     if not _hooks(plan) or "/poses" not in rec.topics:
         return []
@@ -157,8 +157,8 @@ def instant(
     hanging: Collection[str],
     near: Clearance | None = None,
 ) -> DrawnInstant:
-    """Return everything to draw at time t [s], for a plan given as data and bodies at poses (7,); `hanging`: machines
-    on the hooks of others."""
+    """Return what is drawn of a plan (as plain data) with its bodies at the given poses (7,); `hanging`: machines that
+    hang on the hooks of other machines."""
 
     def world(body: str, p: object) -> Floats:
         pose, point = poses.get(body), np.asarray(p, np.float64)

@@ -100,7 +100,7 @@ def svg_alone(view: View, room: tuple[float, float]) -> str:
 
 
 class Drawing(NamedTuple):
-    """The views on a sheet; the last one is the frame of the sheet."""
+    """A drawing: views on a sheet, the last of which is the frame with the title block."""
 
     title: str
     views: list[View]
@@ -194,7 +194,7 @@ def write_dxf(
     library: Any = extra("ezdxf", RecordingError(missing))
     found = drawn(rec, verdict, project)
     if not found:
-        raise RecordingError(f"{rec.path}: nothing hangs on a hook, so there is nothing to draw")
+        raise RecordingError(f"{rec.path}: no load hangs on a hook, so there is nothing to draw")
     library.options.write_fixed_meta_data_for_testing = True  # equal recordings give equal files
     document = library.new("R2010", setup=True, units=METRES)
     for name, colour in COLOURS.items():

@@ -41,7 +41,7 @@ def main_axis(x: DrawnInstant) -> Floats:
 
 
 def general(x: DrawnInstant, room: tuple[float, float]) -> tuple[View, View]:
-    """Return plan and elevation at the same scale, one above the other, with dimensions, in the area `room` [mm]."""
+    """Return plan and elevation at one scale, one above the other, with dimensions, fitted into `room` [mm]."""
     h = main_axis(x)
     v = np.cross(UP, h)
     seen = x.of("crane", "block", "hook", "frame")
@@ -53,8 +53,8 @@ def general(x: DrawnInstant, room: tuple[float, float]) -> tuple[View, View]:
 
 
 def three(x: DrawnInstant, room: tuple[float, float]) -> tuple[View, View, View]:
-    """Return the plan and two elevations, each at the largest scale that fits into `room` [mm]; the second elevation is
-    seen from the right-hand side of the first."""
+    """Return plan and two elevations, each at the scale that fits `room` [mm]; the second elevation shows the first
+    from its right-hand side."""
     h = main_axis(x)
     v = np.cross(UP, h)
     seen = x.of("crane", "block", "hook", "frame")
@@ -170,7 +170,7 @@ def _plan(x: DrawnInstant, view: View, h: Floats, v: Floats) -> View:
 
 
 def clipped_line(points: Floats, low: Floats, high: Floats) -> Floats:
-    """Return the points of the part of a line that is inside a box."""
+    """Return that part of a line which lies within a box."""
     inside: Floats = points[((points >= low) & (points <= high)).all(axis=1)]
     return inside
 

@@ -29,7 +29,7 @@ IN_MEMORY = 1 << 20  # bytes; what is more goes into a file
 
 
 class Spool:
-    """Append-only temporary store; `what`: its content, named in the error for a full disk."""
+    """Append-only temporary storage; `what` names its content in the error for a full disk."""
 
     def __init__(self, what: str) -> None:
         self._file = tempfile.SpooledTemporaryFile(IN_MEMORY)  # noqa: SIM115 - closed with its last reference
@@ -51,7 +51,7 @@ class Spool:
         self._size += len(data)
 
     def read(self, size: int, at: int | None = None) -> bytes:
-        """Return `size` bytes from the position `at`, or after the last read; fewer bytes at the end."""
+        """Return `size` bytes from a position, by default from where the last read ended; fewer at the end."""
         self._end = False
         if at is not None:
             self._file.seek(at)
@@ -79,18 +79,19 @@ class Digest:
         self._events.add((t_ns, k, source, port, index, type, payload))
 
     def samples(self, number: int, t_ns: int, row: bytes, lift: str = "") -> None:
-        """Add the sample row with this number, of all lifts or of one lift: simulation time [ns] and float64 bytes."""
+        """Add a sample row with its number, for all lifts or a single one: simulation time [ns] and the row's float64
+        bytes."""
         self._total = ""
         rows = self._lifts.setdefault(lift, _RowHashes()) if lift else self._rows
         rows.add(number, hashlib.sha256(_NUMBERS.pack(number, t_ns) + row).digest())
 
     def note(self, number: int, t_ns: int, sentence: str) -> None:
-        """Add the sampler's note with this number."""
+        """Add a note of the sampling node with its number."""
         self._total = ""
         self._notes[number] = hashlib.sha256(msgspec.msgpack.encode((number, t_ns, sentence))).digest()
 
     def hexdigest(self) -> str:
-        """Return the SHA-256 of everything added so far, in hexadecimal."""
+        """Return the SHA-256 of everything added so far, as hexadecimal text."""
         if self._total:
             return self._total
         total = hashlib.sha256(_NUMBERS.pack(self._events.count, self._rows.count))

@@ -16,7 +16,7 @@ Data = dict[str, Any]
 
 
 class HookMachine(NamedTuple):
-    """A machine with hooks: mass that always hangs on each rope [kg], and the configuration of the machine in words."""
+    """A machine with hooks: mass [kg] that permanently hangs on each rope, and the machine's configuration in words."""
 
     name: str
     dead: dict[str, float]
@@ -40,7 +40,7 @@ def plan_of(attachments: Mapping[str, bytes]) -> Data:
 
 
 def unread(plan: Data) -> str:
-    """Return a sentence if the plan is from an earlier version whose cranes, slings and block cannot be read; else
+    """Return a sentence if the plan is of an earlier version whose cranes, slings and block cannot be read; otherwise
     ""."""
     if not plan or "machines" in plan:
         return ""
@@ -53,7 +53,7 @@ def ties(plan: Data) -> list[Data]:
 
 
 def block(plan: Data) -> Data:
-    """Return the lifted block with its pose at the start; empty if there is none or more than one."""
+    """Return the lifted block with its start pose; empty if there is no block or more than one."""
     found = [(machine, cargo) for machine in plan.get("machines", []) for cargo in machine.get("cargo", [])]
     if len(found) != 1:
         return {}
@@ -66,7 +66,7 @@ FACTS = ("asked", "modelled", "steps")  # names of the lines
 
 
 def settings(run: Mapping[str, str]) -> dict[str, str]:
-    """Return the settings of a run as lines of text by name, from its facts; missing ones are omitted."""
+    """Return the settings of a run as lines of text by name, from its recorded facts; missing ones are omitted."""
     asked = run.get("asked", "")
     found = {}
     if asked:

@@ -38,7 +38,8 @@ FOOTER = struct.Struct("<BQQQ")
 
 
 class McapFile:
-    """Writer of an MCAP file to `stream`; `finish` writes the summary and leaves the stream open."""
+    """Writer of an MCAP file to `stream`, from its beginning; `finish` writes the summary and leaves the stream
+    open."""
 
     def __init__(self, stream: BinaryIO, library: str) -> None:
         self._stream, self._place, self._crc = stream, 0, 0
@@ -81,13 +82,13 @@ class McapFile:
         )
 
     def schema(self, name: str, language: str, data: bytes) -> int:
-        """Add a schema, and return its number."""
+        """Add a schema and return its number."""
         self._schemas.append(r.Schema(id=len(self._schemas) + 1, data=data, encoding=language, name=name))
         self._chunk += _bytes(self._schemas[-1])
         return len(self._schemas)
 
     def channel(self, topic: str, encoding: str, schema: int, facts: Mapping[str, str]) -> int:
-        """Add a channel for messages with the schema of this number, and return the channel's number."""
+        """Add a channel whose messages have the schema of this number, and return the channel's number."""
         number = len(self._channels) + 1
         record = r.Channel(id=number, topic=topic, message_encoding=encoding, metadata=dict(facts), schema_id=schema)
         self._channels.append(record)
@@ -227,8 +228,8 @@ READERS = {"heavylift", "__main__", "mcap", "msgspec", "zstandard", "google", "n
 
 
 def failing(error: BaseException) -> str:
-    """Return the name of the library whose failed import or defect caused an error; "" if the error is one of reading
-    bytes."""
+    """Return the name of the library that caused an error by a failed import or a defect; "" for errors in the bytes
+    that were read."""
     if isinstance(error, ImportError):
         return (error.name or str(error)).partition(".")[0]
     if isinstance(error, AttributeError) and isinstance(error.obj, ModuleType):

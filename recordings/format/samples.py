@@ -37,7 +37,7 @@ _PAIRS = {"m or rad": ("m", "rad"), "m/s or rad/s": ("m/s", "rad/s"), POSE_UNIT:
 
 
 class SamplerNote(msgspec.Struct, frozen=True, array_like=True):
-    """A sentence for the user from the node that takes samples, with its number and simulation time [ns]."""
+    """A sentence for the user from the node that sends samples, with its number and simulation time [ns]."""
 
     number: int
     t_ns: int
@@ -59,12 +59,12 @@ _decode_batch = msgspec.msgpack.Decoder(_Wire).decode
 
 
 def reeved(part: str) -> str:
-    """Return the name of the rope over sheaves to which a part of a rope belongs."""
+    """Return the name of the rope over sheaves to which a part belongs."""
     return part.rpartition(".")[0]
 
 
 def unit_of(unit: str, column: str) -> str:
-    """Return the unit of one column, for a signal with both positions and angles, or their rates."""
+    """Return the unit of one column of a signal that has both positions and angles, or both of their rates."""
     along, turning = _PAIRS.get(unit, (unit, unit))
     last = column.rpartition(".")[2]
     if along != turning and _QUATERNION.fullmatch(last):
@@ -73,8 +73,8 @@ def unit_of(unit: str, column: str) -> str:
 
 
 class SampleChannel(msgspec.Struct, frozen=True):
-    """Columns `start` to `stop` of a row: topic such as "rope/tension", a name for each column, and their common
-    unit."""
+    """The columns `start` to `stop` of a sample row: topic such as "rope/tension", a name for each column, and their
+    common unit."""
 
     topic: str
     names: list[str]
@@ -84,8 +84,8 @@ class SampleChannel(msgspec.Struct, frozen=True):
 
 
 class SampleLayout(msgspec.Struct, frozen=True):
-    """All channels of a row. The first `recalled` rows come from another recording, in which the largest values of the
-    columns were `most`. `lifts`: layouts of lifts that have rows of their own at events."""
+    """All channels of a sample row. The first `recalled` rows of the run come from another recording, in which `most`
+    are the largest values of the columns. `lifts`: layouts of lifts that have rows of their own at events."""
 
     channels: list[SampleChannel]
     recalled: int = 0
@@ -98,7 +98,7 @@ class SampleLayout(msgspec.Struct, frozen=True):
         return max((channel.stop for channel in self.channels), default=0)
 
     def find(self, topic: str) -> SampleChannel | None:
-        """Return the channel of this topic; None if the row has none."""
+        """Return the channel with this topic; None if the row has none."""
         return next((channel for channel in self.channels if channel.topic == topic), None)
 
     def check(self) -> "SampleLayout":
@@ -122,9 +122,9 @@ class SampleLayout(msgspec.Struct, frozen=True):
 
 
 class Batch(msgspec.Struct, frozen=True):
-    """Consecutive samples: number of the first one, simulation times [ns], rows (n, width), and notes.
+    """Consecutive samples: number of the first one, simulation times [ns], rows (n, width); and notes.
 
-    `period` [ns]: 0 for actual samples; otherwise these are predicted samples with this period, valid unless an event
+    `period` [ns]: 0 for actual samples, otherwise these are predicted samples with this period, valid unless an event
     occurs. `lift`: the single lift to which they belong; "" for samples of all lifts.
     """
 
@@ -157,7 +157,7 @@ def decode_batch(payload: bytes, layout: SampleLayout) -> Batch:
 
 
 class Field(msgspec.Struct, frozen=True):
-    """A signal in the messages of `/samples`: name, message field, unit, and a name for each column."""
+    """How a signal is stored in the messages of `/samples`: name, message field, unit, and a name for each column."""
 
     signal: str
     field: str
@@ -181,7 +181,7 @@ def sample_fields(channels: Sequence[SampleChannel]) -> list[Field]:
 
 def thinned(columns: Sequence[NDArray[np.float64]], rows: int) -> NDArray[np.intp]:
     """Return the numbers of at most `rows` rows: the first, the last, and those with the minima and maxima of these
-    columns in equal parts."""
+    columns in equal parts of the run."""
     n = len(columns[0])
     if n <= rows or rows < 4:
         return np.arange(n)
@@ -197,8 +197,8 @@ NOTHING = -40  # power of two of what is no value
 
 
 class Columns:
-    """The recorded columns of rows with one layout: first the `fields` of numbers, then seven columns for each of the
-    `bodies`."""
+    """The columns that are recorded of rows with one layout: `fields` of numbers, then `bodies` with seven columns
+    each."""
 
     def __init__(self, layout: SampleLayout) -> None:
         poses = [channel for channel in layout.channels if channel.topic.startswith(POSE)]
@@ -219,7 +219,7 @@ class Columns:
         return len(self._columns)
 
     def spread(self, recorded: NDArray[np.float64], width: int) -> NDArray[np.float64]:
-        """Return complete rows (n, width) made from recorded columns; columns that are not recorded are 0."""
+        """Return full rows (n, width) from recorded ones; columns that are not recorded are 0."""
         rows = np.zeros((len(recorded), width))
         rows[:, self._columns] = recorded
         return rows
@@ -241,7 +241,7 @@ def _picked(channel: SampleChannel) -> tuple[SampleChannel, list[int]]:
 
 
 class Rounding:
-    """Rounding of the columns of these channels; must be called with the rows of a run in their order."""
+    """Rounding of the columns of these channels; it must be called with the rows of a run in their order."""
 
     def __init__(self, channels: list[SampleChannel], recalled: int = 0, most: Sequence[float] = ()) -> None:
         """Prepare the rounding; the first `recalled` rows are rounded already, and `most` are the largest values of

@@ -39,7 +39,7 @@ def stamp(t_ns: int) -> Timestamp:
 
 
 def stamp_bytes(times: Sequence[int]) -> NDArray[np.uint8]:
-    """Return Timestamps as bytes (n, 12): tag, five bytes of seconds, tag, five bytes of nanoseconds."""
+    """Return Timestamps as bytes (n, 12): a tag and five bytes of seconds, then a tag and five bytes of nanoseconds."""
     parts = np.stack(np.divmod(np.array(times, np.uint64), np.uint64(1_000_000_000)), axis=1)[:, :, None]
     out = np.empty((len(times), 2, 6), np.uint8)
     out[:, :, 0] = 0x08, 0x10
@@ -49,8 +49,8 @@ def stamp_bytes(times: Sequence[int]) -> NDArray[np.uint8]:
 
 
 class Template:
-    """Template for messages that differ only in numbers and time; `build(timestamp, numbers)` makes one message with
-    the protobuf library; `stamps`: number of places where the time occurs."""
+    """Template of messages that differ only in numbers and time; `build(timestamp, numbers)` creates one with the
+    protobuf library; `stamps`: number of places that hold the time."""
 
     def __init__(self, build: Callable[[Timestamp, list[float]], Message], numbers: int, stamps: int) -> None:
         markers = b"".join(struct.pack("<HIH", 0xA7F5, i, 0x7E5A) for i in range(numbers))  # finite doubles
@@ -72,7 +72,7 @@ class Template:
             self._fixed[place] = False
 
     def encode(self, times: Sequence[int], numbers: NDArray[np.float64]) -> NDArray[np.uint8]:
-        """Return the encoded messages (n, bytes) for these simulation times [ns] and numbers (n, numbers)."""
+        """Return the messages (n, bytes) with these simulation times [ns] and numbers (n, numbers)."""
         out = np.tile(self._image, (len(times), 1))
         data, at = np.ascontiguousarray(numbers, "<f8").view(np.uint8).reshape(len(times), -1), 0
         for run in self._runs:
@@ -81,7 +81,7 @@ class Template:
         return out
 
     def decode(self, data: NDArray[np.uint8], *wanted: slice) -> list[NDArray[np.float64]]:
-        """Return the numbers (n, numbers) in messages (n, bytes) that `encode` made; raises ValueError for other
+        """Return the numbers (n, numbers) of messages (n, bytes) made by `encode`; raises ValueError for other
         messages."""
         if data.shape[1] != len(self._image) or ((data != self._image) & self._fixed).any():
             raise ValueError(WRONG)
@@ -111,7 +111,8 @@ def samples_descriptor(fields: Sequence[str], name: str = "Samples") -> Descript
 
 
 def samples_template(fields: Sequence[Field]) -> Template:
-    """Return the template for a run's `heavylift.Samples` messages, with the columns of the fields in order."""
+    """Return the template of a run's `heavylift.Samples` messages, whose numbers are the columns of the fields in
+    order."""
     message = GetMessageClass(samples_descriptor([field.field for field in fields]))
 
     def build(_: Timestamp, numbers: list[float]) -> Message:
@@ -122,7 +123,7 @@ def samples_template(fields: Sequence[Field]) -> Template:
 
 
 def field_places(fields: Sequence[Field]) -> dict[str, slice]:
-    """Return, for each signal, the slice of its numbers in a `heavylift.Samples` message."""
+    """Return the position of each signal among the numbers of a `heavylift.Samples` message."""
     ends = [*accumulate((len(field.columns) for field in fields), initial=0)]
     return {field.signal: slice(*place) for field, place in zip(fields, pairwise(ends), strict=True)}
 
@@ -145,7 +146,8 @@ def file_descriptor_set(descriptor: Descriptor) -> bytes:
 
 
 class RecordedEvent(msgspec.Struct, frozen=True):
-    """An event on a port of a coupled model, or a change in a System; `value`: its message as plain data."""
+    """An event on a port of a coupled model, or a state change in a simulated System; `value`: its message as plain
+    data."""
 
     t_ns: int
     microstep: int
@@ -162,7 +164,7 @@ class RecordedEvent(msgspec.Struct, frozen=True):
 
 
 def event_schema(value: Mapping[str, object]) -> bytes:
-    """Return the JSON Schema of an event record whose `value` has this schema; its $defs are moved to the root."""
+    """Return the JSON Schema of an event record whose `value` has the given schema; its $defs move to the root."""
     inner = {name: part for name, part in value.items() if name != "$defs"}
     schema = _record(
         t_ns=INTEGER, microstep=INTEGER, source=STRING, port=STRING, index=INTEGER, type=STRING, value=inner

@@ -30,7 +30,7 @@ OPTIONAL = {"drives": ("stiffness", "damping"), "ropes": ("mass per length", "ma
 
 
 def old_parts(parts: dict[str, Any]) -> Iterator[tuple[tuple[str, ...], tuple[str, ...]]]:
-    """Yield the former and the present path of each entry that stands under `elastic` in the parts of a machine."""
+    """Yield, for the parts of a machine, the former and the present path of everything that is now under `elastic`."""
     sections = {key: x for key in (GIRDERS, *OPTIONAL) if isinstance(x := parts.get(key), dict)}
     for name in sections.pop(GIRDERS, {}):
         yield (GIRDERS, name), ("elastic", name)
@@ -41,8 +41,8 @@ def old_parts(parts: dict[str, Any]) -> Iterator[tuple[tuple[str, ...], tuple[st
 
 
 def old_type(data: dict[str, Any]) -> bool:
-    """If a machine type refers to a former family of types, let it extend the smallest type of that family; return
-    whether it did."""
+    """Let a crane type of the former goliath family extend the smallest type of that family; return whether it belongs
+    to the family."""
     if data.get("family") != FAMILY:
         return False
     del data["family"]

@@ -34,8 +34,8 @@ STILL = 0.02  # [m], and about [rad]: a body that has moved less leaves its rope
 
 
 class DrawnBox(msgspec.Struct, frozen=True):
-    """A shape on a body: a box, a ball, or a cylinder along z. Centre and edges [m] and quaternion (x, y, z, w) in the
-    body's frame; RGBA colour from 0 to 1; the body "world" is the ground."""
+    """A shape drawn on a body: box, ball or cylinder along z; centre, edge lengths [m] and quaternion x y z w in the
+    body's frame, RGBA from 0 to 1; "world" is the ground."""
 
     body: str
     centre: Vector
@@ -46,7 +46,7 @@ class DrawnBox(msgspec.Struct, frozen=True):
 
 
 class RopeLine(msgspec.Struct, frozen=True):
-    """A straight part of a rope between two points [m] in the frames of their bodies; "world" is the ground."""
+    """A straight part of a rope between two points given in the frames of their bodies [m]; "world" is the ground."""
 
     rope: str
     a_body: str
@@ -63,7 +63,7 @@ class Rig(msgspec.Struct, frozen=True):
 
 
 def boxes_message(boxes: Sequence[DrawnBox]) -> bytes:
-    """Return a SceneUpdate at time 0 with an entity for each body, fixed to the body's frame."""
+    """Return a SceneUpdate at time 0 with one entity per body, attached to the frame of the body."""
     update = SceneUpdate()
     for body in dict.fromkeys(box.body for box in boxes):
         entity = update.entities.add(frame_id=body, id=body, frame_locked=True)
@@ -81,7 +81,7 @@ def boxes_message(boxes: Sequence[DrawnBox]) -> bytes:
 
 
 def boxes_of(data: bytes) -> list[DrawnBox]:
-    """Return the shapes in a SceneUpdate that `boxes_message` made."""
+    """Return the shapes in a SceneUpdate that `boxes_message` has made."""
     out: list[DrawnBox] = []
     kinds: dict[str, Literal["box", "ball", "cylinder"]] = {"cubes": "box", "spheres": "ball", "cylinders": "cylinder"}
     for entity in SceneUpdate.FromString(data).entities:
@@ -96,14 +96,14 @@ def boxes_of(data: bytes) -> list[DrawnBox]:
 
 
 def log_message(t_ns: int, level: str, name: str, message: str, number: int = 0) -> bytes:
-    """Return a foxglove.Log with a level (debug, info, warning, error or fatal); the `number` of a note is in the field
+    """Return a foxglove.Log message; level: debug, info, warning, error, fatal; `number` of a note, stored in the field
     `line`."""
     log = Log(timestamp=stamp(t_ns), level=Log.Level.Value(level.upper()), name=name, message=message, line=number)
     return bytes(log.SerializeToString())
 
 
 def frames_template(bodies: Sequence[str]) -> Template:
-    """Return the template for FrameTransforms of all bodies relative to the world: x y z qx qy qz qw for each body."""
+    """Return the template of FrameTransforms from the world to all bodies: x y z qx qy qz qw, body after body."""
 
     def build(time: Timestamp, numbers: list[float]) -> FrameTransforms:
         out = FrameTransforms()
@@ -117,8 +117,8 @@ def frames_template(bodies: Sequence[str]) -> Template:
 
 
 def ropes_template(lines: int) -> Template:
-    """Return the template for a SceneUpdate of the entity "ropes" with two points for each line; its numbers are x y z
-    in the world frame."""
+    """Return the template of a SceneUpdate of the entity "ropes" with two points per line; its numbers are x y z in the
+    world."""
 
     def build(time: Timestamp, numbers: list[float]) -> SceneUpdate:
         out = SceneUpdate()
@@ -148,7 +148,7 @@ def _cross(a: Floats, b: Floats) -> Floats:
 
 
 def corners(box: DrawnBox) -> Floats:
-    """Return the corners (8, 3) [m] of a shape in its body's frame; for a ball or cylinder those of its bounding
+    """Return the corners (8, 3) [m] of a shape in the frame of its body; for a ball or cylinder, those of its bounding
     box."""
     return np.array(box.centre) + turned(np.array(box.turn), CORNERS * np.array(box.size))
 
@@ -166,7 +166,8 @@ class Ropes:
         self._drawn = np.full((len(bodies), 7), np.inf)
 
     def moved(self, poses: NDArray[np.float64]) -> bool:
-        """Return whether any body has moved since lines were last drawn; if so, remember `poses` as drawn."""
+        """Return whether a body has moved since rope lines were drawn at `poses`; if so, the present poses count as
+        drawn."""
         moved = bool(np.abs(poses - self._drawn).max(initial=0.0) >= STILL)
         if moved:
             self._drawn = poses

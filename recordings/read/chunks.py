@@ -57,26 +57,26 @@ class MessageTable(NamedTuple):
 
 def unpacked(chunk: Chunk) -> bytes:
     """Return the records of a chunk as bytes; raises ValueError if the chunk is too large, damaged or of an unknown
-    kind."""
+    compression."""
     size = chunk.uncompressed_size
     if size > LIMIT:
-        raise ValueError(f"a chunk of {size} bytes is beyond the limit")
+        raise ValueError(f"a chunk of {size} bytes exceeds the size limit")
     if chunk.compression == "zstd":
         if zstandard.get_frame_parameters(chunk.data).content_size != size:
-            raise ValueError("a chunk does not have its stated size")
+            raise ValueError("the size of a chunk differs from the stated size")
         data = zstandard.decompress(chunk.data, size)
     elif chunk.compression == "":
         data = chunk.data
     else:
-        raise ValueError(f"compression {chunk.compression} is not used by heavylift")
+        raise ValueError(f"compression {chunk.compression} is not supported by heavylift")
     if chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc:
         raise ValueError("a chunk's checksum is wrong")
     return data
 
 
 def records(data: bytes, place: int = 0) -> Iterator[tuple[int, int, int]]:
-    """Yield opcode, start and end of the content for each record of a decompressed chunk; raises ValueError if it is
-    damaged."""
+    """Yield opcode, begin and end of the content of each record in an unpacked chunk; raises ValueError for an
+    incomplete record."""
     while place < len(data):
         opcode, length = RECORD.unpack_from(data, place)
         begin, place = place + RECORD.size, place + RECORD.size + length
@@ -94,7 +94,7 @@ def attached(body: bytes) -> Attachment:
 
 
 def numbers_of(data: bytes) -> Iterator[int]:
-    """Yield the channel number of each message in a decompressed chunk."""
+    """Yield the channel number of each message in an unpacked chunk."""
     return (data[begin] | data[begin + 1] << 8 for opcode, begin, _ in records(data) if opcode == Opcode.MESSAGE)
 
 
@@ -107,7 +107,8 @@ def messages_of(data: bytes, channels: set[int]) -> Iterator[RawMessage]:
 
 
 def tables_of(data: bytes, channels: set[int]) -> Iterator[MessageTable]:
-    """Yield the messages of these channels in a decompressed chunk as tables of messages with equal length."""
+    """Yield the messages of these channels in an unpacked chunk as tables of messages with equal length, one row of
+    bytes each."""
     flat, place = np.frombuffer(data, np.uint8), 0
     while place < len(data):
         heads: list[tuple[int, int, int]] = []  # of records until a channel recurs: it, begin and end of content
@@ -115,7 +116,7 @@ def tables_of(data: bytes, channels: set[int]) -> Iterator[MessageTable]:
         for opcode, begin, end in records(data, place):
             if opcode != Opcode.MESSAGE or end - begin < MESSAGE.size:
                 if opcode == Opcode.MESSAGE:
-                    raise ValueError("a message is shorter than its head")
+                    raise ValueError("a message is shorter than its header")
                 channel = -1
             else:
                 channel = data[begin] | data[begin + 1] << 8
@@ -139,8 +140,8 @@ def tables_of(data: bytes, channels: set[int]) -> Iterator[MessageTable]:
 
 
 def salvaged(stream: BinaryIO, size: int, lost: list[str], beyond: bool = False) -> Iterator[object]:
-    """Yield the readable records of the data section from the stream's position on, including those inside chunks; with
-    `beyond`, also records after the section. Sentences about unreadable parts are appended to `lost`."""
+    """Yield the readable records of the data section in order, including those in chunks, from the stream's position
+    on; with `beyond` also records after the section. `lost` receives sentences about unreadable parts."""
     room = LIMIT + RATIO * size
     while (place := stream.tell()) < size:
         head = stream.read(RECORD.size)

@@ -59,13 +59,12 @@ class FileChannel(NamedTuple):
 
 
 def is_recording(head: bytes) -> bool:
-    """Return whether bytes are the beginning of an MCAP file, or of a recording of heavylift with damaged first
-    bytes."""
+    """Return whether these bytes begin an MCAP file, or a file of heavylift whose first bytes are damaged."""
     return head.startswith(MAGIC) or head[HEADER:].startswith(GENERATOR.encode())
 
 
 class Container:
-    """A finished MCAP file that is read safely."""
+    """A finished MCAP file of unknown origin, read safely."""
 
     def __init__(self, path: str | Path) -> None:
         self.path = file_path(path)
@@ -111,7 +110,7 @@ class Container:
         if path.is_dir():
             raise self.error("is a folder; give the name of a recording, such as run.mcap")
         if path.exists() and not path.is_file():
-            raise self.error("is no file but a pipe or device; save the recording in a file first")
+            raise self.error("is a pipe or device; save the recording to a file first")
         part = path.with_name(path.name + ".part")
         try:
             self._stream = path.open("rb")
@@ -131,7 +130,7 @@ class Container:
         if not is_recording(head := self._stream.read(HEAD)):
             raise self.error("is not a recording (not an MCAP file); give a file made by `heavylift run`")
         if not head.startswith(MAGIC):
-            raise ValueError("its first bytes are wrong")
+            raise ValueError("its first bytes are not those of an MCAP file")
         self._stream.seek(max(0, self.size - len(MAGIC)))
         if self.size < 2 * len(MAGIC) + FOOTER.size or self._stream.read() != MAGIC:
             raise self.error(
@@ -147,10 +146,10 @@ class Container:
             raise ValueError("it has no summary")
         lengths = [x.length for x in summary.attachment_indexes] + [x.length for x in summary.metadata_indexes]
         if sum(lengths) + sum(x.chunk_length for x in summary.chunk_indexes) > self.size:
-            raise ValueError("its indexes point beyond its end")
+            raise ValueError("its indexes point beyond the end of the file")
         size = sum(index.uncompressed_size for index in summary.chunk_indexes)
         if size > LIMIT + RATIO * self.size:
-            raise ValueError(f"it would unpack to {size} bytes, which no run records")
+            raise ValueError(f"it would have {size} bytes when unpacked, more than any run records")
         self.summary: Summary = summary
         self._counts: dict[int, int] = dict(summary.statistics.channel_message_counts)
 
@@ -160,13 +159,13 @@ class Container:
         opcode, length, start, _, crc = FOOTER.unpack(footer)
         end = self.size - FOOTER.size - len(MAGIC)
         if opcode != Opcode.FOOTER or length != 20 or not 0 <= end - start <= LIMIT:
-            raise ValueError("the footer is wrong")
+            raise ValueError("its footer is corrupt")
         self._stream.seek(start)
         if crc and start and zlib.crc32(self._stream.read(end - start) + footer[:-4]) != crc:
             raise ValueError("the summary's checksum is wrong")
 
     def damage(self) -> str:
-        """Return what is damaged, found by checksums and indexes; "" if nothing is."""
+        """Return what is damaged according to checksums and indexes; "" if nothing is."""
         try:
             self._check_data()
             found: Counter[int] = Counter()
@@ -174,10 +173,10 @@ class Container:
                 counts = Counter(numbers_of(self._unpack(index)))
                 offsets = index.message_index_offsets
                 if offsets and counts != {c: n for c, x in offsets.items() if (n := self._count(x, c))}:
-                    raise ValueError("an index of messages is wrong")
+                    raise ValueError("a message index is corrupt")
                 found += counts
             if found != Counter({c: n for c, n in self._counts.items() if n}):
-                raise ValueError("its summary has wrong counts of messages")
+                raise ValueError("the message counts in its summary are wrong")
             for at in self.summary.metadata_indexes:
                 Metadata.read(ReadDataStream(BytesIO(self._at(at.offset, at.length, Opcode.METADATA))))
             for it in self.summary.attachment_indexes:
@@ -213,11 +212,11 @@ class Container:
     def _at(self, offset: int, length: int, opcode: Opcode) -> bytes:
         """Return the body of the record at this place; raises ValueError if it is of another kind."""
         if not 9 <= length <= LIMIT or not 0 <= offset <= self.size - length:
-            raise ValueError(f"a {opcode.name.lower()} of {length} bytes is beyond the limit or the end")
+            raise ValueError(f"a {opcode.name.lower()} of {length} bytes exceeds the size limit or the end of the file")
         self._stream.seek(offset)
         found, body = RECORD.unpack(self._stream.read(RECORD.size))
         if found != opcode or body != length - RECORD.size:
-            raise ValueError(f"no {opcode.name.lower()} is where the index says")
+            raise ValueError(f"no {opcode.name.lower()} is at the position that the index gives")
         return self._stream.read(body)
 
     def topics(self) -> dict[str, FileChannel]:
@@ -245,7 +244,7 @@ class Container:
             return {record.name: dict(record.metadata) for record in found}
 
     def attachments(self, wanted: Callable[[str], bool] = lambda name: True) -> dict[str, bytes]:
-        """Return the attached files by name: all, or those for whose names `wanted` returns true."""
+        """Return the attached files by name: all of them, or those whose names satisfy `wanted`."""
         with self.reading():
             found = (
                 attached(self._at(index.offset, index.length, Opcode.ATTACHMENT))
@@ -263,7 +262,7 @@ class Container:
 
     def tables(self, channels: set[int], only: Sequence[int] | None = None) -> Iterator[MessageTable]:
         """Yield the messages of these channels as tables of messages with equal length; `only`: numbers, in ascending
-        order, of the messages wanted from each channel. Chunks without wanted messages are not decompressed."""
+        order, of the messages wanted from each channel; chunks without them are not unpacked."""
         before, wanted = dict.fromkeys(channels, 0), np.array([] if only is None else only, np.int64)
         for index in self._chunks(channels):
             with self.reading():
@@ -289,7 +288,7 @@ class Container:
         self._stream.seek(offset)
         opcode, _, found, size = INDEX.unpack(self._stream.read(INDEX.size))
         if opcode != Opcode.MESSAGE_INDEX or found != channel:
-            raise ValueError("no index of messages is where the summary says")
+            raise ValueError("no message index is at the position that the summary gives")
         return int(size // ENTRY)
 
     def _unpack(self, index: ChunkIndex) -> bytes:
@@ -298,7 +297,7 @@ class Container:
         )
         data = unpacked(chunk)
         if len(data) != index.uncompressed_size:
-            raise ValueError("a chunk has another size than its index says")
+            raise ValueError("the size of a chunk differs from its index")
         return data
 
 

@@ -36,9 +36,9 @@ class Unknown(ValueError):
 
 
 class Contents:
-    """Contents of a file, computed from its messages in order until `end` is called: `digest`, `peaks` of ropes from
-    rounded rows, numbers of `events` and `rows`. There is no digest if values are `unknown` or rows are `torn`; both
-    are sentences."""
+    """Contents of a file, computed from its messages in order until `end`: `digest`, `peaks` of ropes from rounded
+    rows, numbers of `events` and `rows`. There is no digest if values are `unknown` or rows are `torn`; both hold
+    sentences."""
 
     def __init__(self) -> None:
         self.peaks: dict[str, Peak] = {}
@@ -49,7 +49,7 @@ class Contents:
         self._notes: list[tuple[int, int, str]] = []
 
     def take(self, topic: str, facts: Mapping[str, str], schema: bytes, t_ns: int, data: bytes) -> None:
-        """Add the next message of a topic, with the metadata and schema of its channel and its time [ns]; fails for
+        """Add the next message of a topic that has this metadata, published at this time [ns]; raises an error for
         damaged bytes."""
         kind, _, lift = topic.removeprefix("/").partition("/")
         if "port" in facts:
@@ -158,12 +158,12 @@ def _table(messages: list[bytes]) -> NDArray[np.uint8]:
     """Return messages as bytes (n, length); raises ValueError if their lengths differ."""
     lengths = {len(message) for message in messages}
     if len(lengths) > 1:
-        raise ValueError("rows of one topic have several lengths")
+        raise ValueError("rows of one topic differ in length")
     return np.frombuffer(b"".join(messages), np.uint8).reshape(len(messages), *lengths)
 
 
 def sampler_note(data: bytes) -> tuple[int, int, str] | None:
-    """Return the number, time [ns] and sentence in a log message of the sampler; None for any other log message."""
+    """Return number, time [ns] and sentence of a note from the sampling node; None for any other log line."""
     line = Log.FromString(data)
     if line.name != SAMPLER or line.level != Log.Level.WARNING:
         return None
@@ -178,7 +178,7 @@ def _written(value: Any, schema: Mapping[str, Any], defs: Mapping[str, Any]) -> 
         schema = next((x for x in schema["anyOf"] if _fits(value, x, defs)), schema)
         return _written(value, schema, defs) if "anyOf" not in schema else value
     if value is None and schema.get("type") == "number":
-        raise Unknown("NaN or infinity, which JSON cannot hold")
+        raise Unknown("it contains NaN or infinity, which JSON cannot represent")
     if isinstance(value, str) and schema.get("contentEncoding") == "base64":
         return b64decode(value)
     if isinstance(value, dict):
@@ -210,7 +210,7 @@ Rows = tuple[list[int], dict[str, NDArray[np.float64]]]  # times [ns] and signal
 
 
 def decoded(tables: Iterable[MessageTable], forms: Mapping[int, Form]) -> Iterator[list[Rows]]:
-    """Yield blocks of decoded rows of these channels, with the same number of rows from each."""
+    """Yield blocks of rows of these channels; within a block, all channels have equally many rows."""
     waiting: dict[int, list[MessageTable]] = {channel: [] for channel in forms}
     counts = dict.fromkeys(forms, 0)
     for table in tables:
@@ -239,8 +239,8 @@ def _rows(waiting: list[MessageTable], form: Template, places: dict[str, slice])
 def with_own_rows(
     signal: Signal, topics: Iterable[FileChannel], decoded: Callable[[Mapping[str, Form]], Iterator[list[Rows]]]
 ) -> Signal:
-    """Return the columns of a signal, with the additional rows of single lifts merged in; at equal times these rows
-    come last."""
+    """Return the columns of a signal with additional rows of single lifts merged in; at equal times, those rows come
+    last."""
     for topic in topics:
         found = _form(topic.name, topic.metadata, signal)
         if found is None:

@@ -41,13 +41,13 @@ HEAD = ["time [s]", "microstep", "model", "port", "index", "type"]
 
 
 def silent(rec: Recording) -> bool:
-    """Return whether a recording contains events only and no samples."""
+    """Return whether a recording has only events and no samples."""
     return "model" in rec.run and not rec.signals()
 
 
 def port_signals(rec: Recording, patterns: Sequence[str] = ()) -> list[Signal]:
-    """Return a signal for each port with outputs; it has the columns that match one of the patterns (all if there are
-    none)."""
+    """Return a signal for each port that has sent outputs, with the columns that match one of the patterns (all columns
+    without patterns)."""
     found = [_signal(name, events) for name, events in _ports(rec).items()]
     chosen = {id(x): [c for c in x.names if _fits(x.name, c, patterns)] for x in found}
     for pattern in patterns:
@@ -61,7 +61,7 @@ def port_signals(rec: Recording, patterns: Sequence[str] = ()) -> list[Signal]:
 
 
 def log(rec: Recording, patterns: Sequence[str] = ()) -> tuple[list[str], list[list[object]]]:
-    """Return the column heads and the rows of a table of the events on matching ports, with a column for each field."""
+    """Return header and rows of a table with the events of matching ports in order, with one column for each field."""
     names = {x.name: x.names for x in port_signals(rec, patterns)} if patterns else {}
     fields: dict[str, None] = {}
     kept: list[tuple[RecordedEvent, dict[str, object]]] = []
@@ -185,7 +185,8 @@ def _parquet(stream: BinaryIO, heads: list[str], tables: Tables) -> None:
 
 
 def matching(rec: Recording, patterns: Sequence[str]) -> list[tuple[str, str]]:
-    """Return the pairs (signal, column) that match a pattern (all if there are none), in the order of the recording."""
+    """Return the (signal, column) pairs that match one of the patterns (all pairs without patterns), in the order of
+    the recording."""
     every = chosen(rec, "*")
     wanted: set[tuple[str, str]] = set()
     for pattern in patterns:
@@ -200,10 +201,12 @@ def extended(
     path: str | Path, out: str | Path, signals: Sequence[Signal], facts: Mapping[str, object],
     files: Mapping[str, bytes], force: bool = False,
 ) -> Path:  # fmt: skip
-    """Write a copy of a recording with additional signals, facts and files; return the path of the copy."""
+    """Write a copy of a recording that also contains these signals, facts and files; return its path."""
     out = output_path(out)
     if out.resolve() == file_path(path).resolve():
-        raise RecordingError(f"{out}: is the recording itself, which stays as it is; choose another name with -o")
+        raise RecordingError(
+            f"{out}: is the recording itself, which will not be overwritten; choose another name with -o"
+        )
     return _copied(path, out, signals, facts, files, force)
 
 

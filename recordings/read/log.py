@@ -27,7 +27,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class LogTable:
-    """A CSV table as text: `head` has (name, unit) for each column; `rows`: row numbers in the file; `decimal`: the
+    """A CSV table as text: `head` with (name, unit) of each column; `rows`: row numbers in the file; `decimal`: the
     decimal sign."""
 
     path: Path
@@ -37,11 +37,11 @@ class LogTable:
     decimal: str
 
     def error(self, row: int, column: str, what: str) -> RecordingError:
-        """Return the error about a cell."""
+        """Return an error that names a cell of the table by file, row and column."""
         return RecordingError(f"{self.path}: row {row}, column '{column}': {what}")
 
     def unit(self, column: str) -> str:
-        """Return the unit in a column's head, or "" if it has none."""
+        """Return the unit given in a column's header, "" if there is none."""
         return self.head[self._number(column)][1]
 
     def _number(self, column: str) -> int:
@@ -54,7 +54,7 @@ class LogTable:
         raise self.error(1, column, several if found else missing)
 
     def values(self, column: str) -> Floats:
-        """Return the numbers (n,) of a column; raises RecordingError unless all are finite."""
+        """Return the numbers (n,) of a column; raises RecordingError unless all of them are finite numbers."""
         k, out = self._number(column), np.empty(len(self.cells))
         for i, (row, cells) in enumerate(zip(self.rows, self.cells, strict=True)):
             text = cells[k].strip()
@@ -64,23 +64,25 @@ class LogTable:
                 what = f"'{text}' is no number" if text else "is empty, which is a gap"
                 raise self.error(row, column, f"{what}; {CUT}") from None
             if not np.isfinite(out[i]):
-                raise self.error(row, column, f"'{text}' is no finite number; {CUT}")
+                raise self.error(row, column, f"'{text}' is not a finite number; {CUT}")
         return out
 
     def seconds(self, column: str = "", unit: str = "") -> Floats:
-        """Return the times (n,) [s]; raises RecordingError unless they are complete and in ascending order. Dates are
-        counted from the first row."""
+        """Return the times (n,) [s], which must be complete and in ascending order; dates are converted to seconds
+        since the first row."""
         column = column or next((name for name, _ in self.head if name.lower() in TIMES), TIMES[0])
         k = self._number(column)
         dates = [_date(cells[k]) for cells in self.cells]
         unit = unit or self.unit(column) or ("date" if dates[0] else "")
         if unit not in CLOCK:
-            what = f"'{unit}' is no unit of time" if unit else "the unit is missing"
-            raise self.error(1, column, f"{what}; write it behind the name, such as '{column} [s]'")
+            what = f"'{unit}' is not a unit of time" if unit else "the unit is missing"
+            raise self.error(1, column, f"{what}; write the unit after the name, such as '{column} [s]'")
         if unit == "date":
             if None in dates:
                 i = dates.index(None)
-                raise self.error(self.rows[i], column, f"'{self.cells[i][k]}' is no date; write it as 2024-05-01T06:00")
+                raise self.error(
+                    self.rows[i], column, f"'{self.cells[i][k]}' is not a valid date; write it as 2024-05-01T06:00"
+                )
             t = np.array([(date - dates[0]).total_seconds() for date in dates if date and dates[0]])
         else:
             t = self.values(column) * CLOCK[unit]
@@ -92,7 +94,9 @@ class LogTable:
             before, after = (self.cells[j][k].strip() for j in (i, i + 1))
             if steps[i] <= 0.0:
                 raise self.error(
-                    self.rows[i + 1], column, f"{after} comes after {before}; times must rise: sort the log"
+                    self.rows[i + 1],
+                    column,
+                    f"{after} comes after {before}; times must be in ascending order: sort the log",
                 )
             what = f"a gap of {steps[i]:.6g} s behind it, where rows are {usual:.6g} s apart; cut the log there"
             raise self.error(self.rows[i], column, what)
@@ -100,11 +104,11 @@ class LogTable:
 
 
 def read_log(path: str | Path) -> LogTable:
-    """Read a CSV table; raises RecordingError if the file is missing, empty or binary, or its rows have different
-    lengths."""
+    """Read a CSV table; raises RecordingError if the file is missing, empty or binary, or if its rows differ in
+    length."""
     path = file_path(path)
     if not os.path.isfile(path):  # False also for names that no file can have
-        raise RecordingError(f"{path}: there is no such log; check the name")
+        raise RecordingError(f"{path}: this log does not exist; check the name")
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
             first = file.readline()
@@ -115,16 +119,18 @@ def read_log(path: str | Path) -> LogTable:
     except OSError as error:
         raise RecordingError(f"{path}: cannot be opened ({error.strerror}); check its permissions") from None
     except UnicodeDecodeError:
-        raise RecordingError(f"{path}: is no text in UTF-8; export the log as CSV again") from None
+        raise RecordingError(f"{path}: is not UTF-8 text; export the log as CSV again") from None
     except csv.Error as error:
-        raise RecordingError(f"{path}: row {reader.line_num}: is no CSV ({error}); export the log again") from None
+        raise RecordingError(
+            f"{path}: row {reader.line_num}: is not valid CSV ({error}); export the log again"
+        ) from None
     if len(table) < 2:
-        raise RecordingError(f"{path}: has no rows below its head; export the log again")
+        raise RecordingError(f"{path}: has no rows below its header; export the log again")
     (_, names), *below = table
     for row, cells in below:
         if len(cells) != len(names):
             raise RecordingError(
-                f"{path}: row {row}: has {len(cells)} cells below a head of {len(names)}; correct the row"
+                f"{path}: row {row}: has {len(cells)} cells, but the header has {len(names)}; correct the row"
             )
     head = [(match[1], match[2] or "") for cell in names if (match := HEAD.fullmatch(cell))]
     rows, texts = [row for row, _ in below], [cells for _, cells in below]

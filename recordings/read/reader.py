@@ -39,7 +39,8 @@ NUMBERS, BESIDE = "/samples", "/measured"  # topics of numbers
 
 
 class Recording:
-    """A finished recording; raises RecordingError if the file is missing, cut off, damaged or foreign."""
+    """A finished recording; raises RecordingError for a file that is missing, cut off, damaged, or not a recording of
+    heavylift."""
 
     def __init__(self, path: str | Path) -> None:
         self._file = Container(path)
@@ -93,7 +94,7 @@ class Recording:
 
     @property
     def checkpoints(self) -> dict[tuple[int, int], int]:
-        """Checkpoints of the mechanics for `heavylift branch`: sizes in bytes by logical time (ns, microstep)."""
+        """Checkpoints of the mechanics for `heavylift branch`: size in bytes by logical time (ns, microstep)."""
         with self.reading():
             found = self._file.summary.attachment_indexes
             sizes = {x.name.removeprefix(CHECKPOINT): x.data_size for x in found if x.name.startswith(CHECKPOINT)}
@@ -101,12 +102,12 @@ class Recording:
             return dict(sorted(((int(t), int(k)), sizes[name]) for name, (t, _, k) in tags.items()))
 
     def checkpoint(self, at: tuple[int, int]) -> bytes:
-        """Return the checkpoint at a logical time (ns, microstep)."""
+        """Return the checkpoint at a logical time."""
         with self.reading():
             name = "{}{}.{}".format(CHECKPOINT, *at)
             packed = self._file.attachments(name.__eq__)[name]
             if zstandard.get_frame_parameters(packed).content_size > LIMIT:
-                raise ValueError("a checkpoint is beyond the limit")
+                raise ValueError("a checkpoint exceeds the size limit")
             return zstandard.decompress(packed)
 
     def messages(self, *topics: str) -> Iterator[RawMessage]:
@@ -142,7 +143,7 @@ class Recording:
         return sorted(found, key=lambda e: (e.t_ns, e.microstep, e.source, e.port, e.index))
 
     def stages(self) -> list[tuple[float, str]]:
-        """Return the start [s] and the name of each stage."""
+        """Return the begin [s] and the name of each stage."""
         text = ((e.t_ns / 1e9, e.value) for e in self.events(port="stage"))
         return [(t, shown(str(value["name"]))) for t, value in text if isinstance(value, dict) and value.get("name")]
 
@@ -172,8 +173,8 @@ class Recording:
         return RecordedPart(self, name, found) if found else self.part(name)
 
     def part(self, name: str) -> RecordedPart:
-        """Return the data of a crane, rope, joint or body ("legs/1" stands for legs-1); raises SignalError if there is
-        none."""
+        """Return the data of a crane, rope, joint or body; a name such as "legs/1" stands for legs-1. Raises
+        SignalError if there is no such part."""
         return RecordedPart.of(self, name)
 
     def _repr_html_(self) -> str:
@@ -190,13 +191,12 @@ class Recording:
         return f"<Recording {self.path}: {self.run.get('scene', '')}, {status}, {len(self.signals())} signals>"
 
     def message(self, fact: str) -> list[str]:
-        """Return the sentences of a fact: `measured` (comparison with the log of a real lift) or `certified` (error
-        estimates of `heavylift run --certify`)."""
+        """Return the sentences of a fact: of `measured`, the comparison with the log of a real lift; of `certified`,
+        the error estimates (`heavylift run --certify`)."""
         return [str(x) for x in self.fact(fact, {}).get("told", "")]
 
     def results(self) -> dict[str, dict[str, Any]]:
-        """Return the final results of the atomic models in a DEVS model, by path: the class as `type` and the fields as
-        `value`."""
+        """Return the final results of the atomic models of a DEVS run by path: class `type`, and fields as `value`."""
         return dict(self.fact("results", {}))
 
     def rigs(self) -> list[Rig]:
@@ -210,7 +210,7 @@ class Recording:
             return [box for raw in self.messages("/scene") for box in boxes_of(raw.data)]
 
     def signals(self) -> list[str]:
-        """Return the names of all signals, which can be passed to `signal`."""
+        """Return the names of all signals, in the form that `signal` takes."""
         return [*self._fields, *(POSE + body for body in self._bodies)]
 
     def columns(self, name: str) -> list[str]:
@@ -227,7 +227,7 @@ class Recording:
         return self._signals[name]
 
     def load(self, names: Sequence[str]) -> None:
-        """Read these signals in one pass through the file, and keep them for later calls of `signal`."""
+        """Read these signals in a single pass through the file, and keep them for `signal`."""
         for name in names:
             if name not in self._fields and name.removeprefix(POSE) not in self._bodies:
                 raise SignalError(f"{self.path}: has no signal {name}; {meant(name, self.signals())}")
@@ -260,7 +260,7 @@ class Recording:
                 yield found[0][0][:n], [values[name] for name in names]
 
     def picked(self, names: Sequence[str], numbers: NDArray[np.intp]) -> dict[str, Signal]:
-        """Return these signals at the samples with these numbers."""
+        """Return these signals at the samples that have these numbers."""
         parts = list(self.blocks(names, numbers.tolist()))
         t = np.array([x for times, _ in parts for x in times], np.float64) / 1e9
         return {name: self._joined(name, t, (values[i] for _, values in parts)) for i, name in enumerate(names)}

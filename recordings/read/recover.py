@@ -29,8 +29,8 @@ TORN = "rows of numbers without poses, or poses without numbers"
 
 @dataclass
 class Recovered:
-    """Result of a recovery: the new file, its number of messages, the time of the last one [s], and sentences about
-    unreadable parts."""
+    """Result of a recovery: the new file, its number of messages, the time of the last one [s], and the unreadable
+    parts."""
 
     path: Path
     messages: int = 0
@@ -49,11 +49,11 @@ def recover(path: str | Path, out: str | Path | None = None, force: bool = False
     if refused := unnamable(path):
         raise RecordingError(f"{path}: cannot be opened ({refused}); check the name")
     if path.exists() and not path.is_file():
-        raise RecordingError(f"{path}: is no file; give the name of a recording, such as run.mcap.part")
+        raise RecordingError(f"{path}: is not a file; give the name of a recording, such as run.mcap.part")
     name = path.name.removesuffix(PART)
     out = output_path(out or beside(path.with_name(name), "-recovered.mcap"), "a recording", (".mcap",))
     if path in (out, out.with_name(out.name + PART)):
-        raise RecordingError(f"{out}: would overwrite what is to be recovered; choose another name with -o")
+        raise RecordingError(f"{out}: would overwrite the file to be recovered; choose another name with -o")
     try:
         stream = path.open("rb")
     except OSError as error:
@@ -125,7 +125,7 @@ class _Copy:
     def _open(self) -> RecordingSink:
         if self._sink is None:
             if "run" not in self._metadata and not self._library.startswith(GENERATOR):
-                raise RecordingError(f"{self._path}: holds no run of heavylift; there is nothing to recover")
+                raise RecordingError(f"{self._path}: contains no run of heavylift; there is nothing to recover")
             run = self._metadata.get("run", {})
             run = {**run, "format": str(FORMAT)} if self._library == library() else run
             made = self._library if self._library.startswith(GENERATOR) else ""
@@ -217,7 +217,7 @@ class _Copy:
         if self._held:
             self._lose(TORN)
         if not (self.found.messages or self._begun):
-            raise RecordingError(f"{self._path}: holds no message that can be read; there is nothing to recover")
+            raise RecordingError(f"{self._path}: contains no readable message; there is nothing to recover")
         if self._ended:
             self._describe()
         for channel in self._channels.values():  # those without messages, too, which may stand in the summary alone
@@ -229,7 +229,7 @@ class _Copy:
         missing = self._contents.unknown or "digest" not in stored
         agrees = self._readable and (self._contents.agrees(stored) or (self.proved and bool(stored and missing)))
         if stored and (not self._begun or status == "finished") and _undamaged(self._path):
-            raise RecordingError(f"{self._path}: is whole; there is nothing to recover")
+            raise RecordingError(f"{self._path}: is complete and undamaged; there is nothing to recover")
         if agrees and self.whole and not lost[: self._late]:
             lost.clear()
             if self._begun and status == "finished":

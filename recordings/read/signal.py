@@ -48,7 +48,7 @@ def recording_html(
     signals: Sequence[Sequence[str]],
     state: str,
 ) -> str:
-    """Return HTML with the facts of a run, a picture, the stages [s], and the available signals: name, unit,
+    """Return HTML for a notebook with facts of a run, a picture, its stages [s], and the available signals: name, unit,
     columns."""
     message = {name: text for name in FACTS if (text := run.get(name))} | settings(run)
     message |= {"status": result.get("status", "cut off"), "digest": result.get("digest", "none")}
@@ -59,7 +59,8 @@ def recording_html(
 
 
 def signal_html(name: str, unit: str, names: Sequence[str], t: Floats, values: Floats) -> str:
-    """Return HTML with the minimum and maximum of each column of `values` (n, m) at times (n,) [s], and a curve."""
+    """Return HTML for a notebook with the minimum and maximum of each column of `values` (n, m) at times (n,) [s], and
+    a curve."""
     rows = []
     for title, column in zip(names, values.T, strict=True):
         if len(column) and not np.isnan(column).all():
@@ -71,7 +72,7 @@ def signal_html(name: str, unit: str, names: Sequence[str], t: Floats, values: F
 
 
 def drawing(name: str, unit: str, t: Floats, values: Floats) -> str:
-    """Return the curves of a signal as SVG; of many samples only the minima and maxima in equal parts are drawn."""
+    """Return the curves of a signal as SVG; if there are many samples, the minima and maxima of equal parts."""
     good = values[np.isfinite(values)]
     if len(t) < 2 or not good.size or t[-1] <= t[0]:
         return ""
@@ -155,7 +156,7 @@ class Signal:
 
 
 def titles(signal: Signal) -> list[str]:
-    """Return `column [unit]` of each column."""
+    """Return the title `column [unit]` of each column."""
     return [f"{name} [{unit_of(signal.unit, name)}]" for name in signal.names]
 
 
@@ -173,7 +174,7 @@ def only(signal: Signal, columns: list[str]) -> Signal:
 
 
 class SignalSource(Protocol):
-    """Interface of a recording as `RecordedPart` needs it (implemented by `reader.Recording`)."""
+    """Interface that the parts of a recording need of the recording (`reader.Recording`)."""
 
     @property
     def path(self) -> Path: ...
@@ -204,7 +205,7 @@ class RecordedPart:
 
     @staticmethod
     def of(rec: SignalSource, name: str) -> "RecordedPart":
-        """Return the part with this name ("legs/1" stands for legs-1); raises SignalError if there is none."""
+        """Return the part with this name; "legs/1" stands for legs-1. Raises SignalError if there is none."""
         names = (name, name.replace("/", "-"))
         carried = {rope for hung, rope in rec.fact(BEAMS, {}).items() if hung in names}
         found: dict[str, list[str]] = {}
@@ -228,12 +229,12 @@ class RecordedPart:
 
     @property
     def signals(self) -> list[str]:
-        """Names of the signals that have columns for this part."""
+        """Names of the signals that have columns of this part."""
         return list(self._columns)
 
     @property
     def events(self) -> list[RecordedEvent]:
-        """Events that the model of this name has sent."""
+        """Events sent by the model that has the name of this part."""
         return self._rec.events(source=self.name.replace("/", "-"))
 
     def __getattr__(self, word: str) -> Signal:
@@ -259,7 +260,7 @@ class RecordedPart:
         return f"<{self.name}: {', '.join(self._words)}>"
 
     def __getstate__(self) -> NoReturn:
-        raise TypeError("a part of a recording cannot be pickled; pickle its signals")
+        raise TypeError("a signal of a recording cannot be pickled; pickle its arrays")
 
 
 def _in(column: str, names: tuple[str, ...]) -> bool:

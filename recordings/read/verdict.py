@@ -30,8 +30,8 @@ Vector = tuple[float, float, float]
 
 
 class Clearance(msgspec.Struct, frozen=True, kw_only=True):
-    """The smallest distance [m] of two objects, with its time [s], the nearest points in the world frame [m], and the
-    parts in words; `limit` [m], 0 if only penetration is checked."""
+    """A clearance: two parts, their smallest distance [m] and its time [s], nearest points in the world [m], and the
+    place in words; `limit` [m], 0 if only penetration is checked."""
 
     a: str
     b: str
@@ -49,11 +49,10 @@ class Clearance(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class RecordedVerdict(msgspec.Struct, frozen=True, kw_only=True):
-    """The verdict on a run: its state and summary line, and all checks, worst first.
+    """A complete verdict: its state and summary line, and all checks with the worst first.
 
-    `dynamic`: the dynamic amplification that a standard requires for this lift, and its source. `tables`: first the
-    checks in the form for people, with those of the same kind and state in one row; then tables for the report that
-    need the scene.
+    `dynamic`: the dynamic factor that a standard prescribes for this lift, and its source. `tables`: first the checks
+    as people read them, with those of one kind and state in one row; then tables for the report that require the scene.
     """
 
     red: bool
@@ -67,12 +66,12 @@ class RecordedVerdict(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def findings(self) -> tuple[Check, ...]:
-        """Findings in order of severity: exceeded limits, warnings, notes."""
+        """The findings, in order of severity: limits exceeded, warnings, notes."""
         return findings(self.checks)
 
 
 def contents(rec: Recording) -> Contents:
-    """Return the contents of a whole recording, which is read only once."""
+    """Return the contents of a whole recording; the file is read only once."""
     with rec.reading():
         if rec.contents is not None:
             return rec.contents
@@ -94,8 +93,8 @@ def recorded_verdict(rec: Recording) -> RecordedVerdict | None:
 
 
 def as_recorded(rec: Recording) -> list[str]:
-    """Return, as sentences, the values that only the result stores and that cannot be computed again: the verdict,
-    times of peaks, some digests."""
+    """Return what can only be taken from the recorded result and not be computed again: the verdict, times of peaks, a
+    digest that cannot be computed."""
     compared = ["verdict"] if "verdict" in rec.result else []
     compared += ["times of peaks"] if rec.fact("peaks", {}) else []
     return compared + (["digest"] if contents(rec).unknown and "digest" in rec.result else [])
@@ -107,13 +106,13 @@ def recorded_peaks(rec: Recording) -> dict[str, Peak]:
         found = msgspec.convert(rec.fact("peaks", {}), dict[str, dict[str, float]])
         peaks = {name: Peak(peak["tension"], peak["time"]) for name, peak in found.items()}
         if not np.isfinite([*peaks.values()]).all():
-            raise ValueError("a peak is no number")
+            raise ValueError("a peak is not a number")
         return peaks
 
 
 def complaints(rec: Recording) -> list[str]:
-    """Return the contradictions in a recording as sentences: damaged bytes; a digest, samples or peaks that disagree
-    with events and rows."""
+    """Return the contradictions in a recording: damaged bytes; a digest, samples or peaks that disagree with events and
+    rows."""
     if rec.complaints is None:
         rec.complaints = [f"{rec.path}: {what}" for what in _contradictions(rec) if what]
     return rec.complaints
@@ -138,12 +137,12 @@ def _contradictions(rec: Recording) -> list[str]:
 
 
 def opened(path: str | Path | Recording) -> Recording:
-    """Return the recording at a path; a Recording is returned unchanged."""
+    """Return the recording at a path; a recording that is already open is returned unchanged."""
     return path if isinstance(path, Recording) else Recording(path)
 
 
 def info(path: str | Path | Recording, verdict: RecordedVerdict | None = None) -> str:
-    """Return a description of the recording at `path` as text; `verdict`: used if the recording has none."""
+    """Return a description of the recording at `path` as text; `verdict` is used if the recording has none."""
     rec = opened(path)
     verdict = verdict or recorded_verdict(rec)
     with rec.reading():
@@ -155,7 +154,7 @@ def info(path: str | Path | Recording, verdict: RecordedVerdict | None = None) -
 
 
 def info_data(path: str | Path | Recording, verdict: RecordedVerdict | None = None) -> dict[str, Any]:
-    """Return the description of a recording as plain data in SI units: facts of run and result, verdict, file, signals,
+    """Return a description of a recording as plain data in SI units: facts of run and result, verdict, file, signals,
     channels, attachments. `wrong`: contradictions; `as_recorded`: values that were not computed again."""
     rec = opened(path)
     verdict = verdict or recorded_verdict(rec)

@@ -1,10 +1,10 @@
-"""Comparison of two recordings: equal in all that a run determines, or their first difference and deviations of
-signals.
+"""Comparison of two recordings: whether everything that a run determines is equal, or else the first difference and the
+deviations of signals.
 
-Stored results are not trusted: digests are computed again, events compared in their total order, rows one by one; then
-facts and attachments, except circumstances of a run, which are only reported. Signals are compared at the instants of
-the first recording, with linear interpolation between samples of the second one, over their common time. A difference
-is reported as its largest absolute value and its RMS over time.
+Stored results are not trusted: digests are computed again, events compared in their total order, and rows one by one;
+then facts and attachments, except the circumstances of a run, which are only reported. Signals are compared at the
+times of the first recording, with linear interpolation between samples of the second one, over their common time span.
+A difference is reported as its largest absolute value and its RMS over time.
 """
 
 from collections.abc import Collection, Iterator, Sequence
@@ -29,7 +29,8 @@ ROWS = 24  # signals in the text
 
 @dataclass(frozen=True)
 class Difference:
-    """Difference of a column of a signal: largest |b - a|, its time [s], RMS over time, largest |a|, unit."""
+    """Difference of a signal's column between recordings a and b: largest |b - a|, its time [s], RMS over time, largest
+    |a|, unit."""
 
     name: str
     most: float
@@ -41,9 +42,9 @@ class Difference:
 
 @dataclass(frozen=True)
 class RecordingComparison:
-    """Comparison of two recordings: `first` difference in events and samples ("" if none), signals in one only, `rows`
-    in one only, `others`: other differences; `wrong`: contradictions within a recording; `circumstances` in which the
-    runs differ; `as_recorded`: why there is no digest."""
+    """Comparison of two recordings: `first` difference in events and samples ("" if there is none), signals in only one
+    of them, `rows` in only one, `others`: other differences; `wrong`: contradictions within a recording;
+    `circumstances` in which the runs differ; `as_recorded`: why there is no digest."""
 
     a: Path
     b: Path
@@ -89,8 +90,8 @@ class RecordingComparison:
 
 
 def _shares(differences: Sequence[Difference]) -> dict[str, float]:
-    """Return the largest difference of each column relative to the largest value of its signal. Otherwise a column that
-    is zero except for rounding would differ by its whole range, and come first."""
+    """Return the largest difference of each column relative to the largest value of its whole signal. Relative to its
+    own values, a column that is zero except for rounding would have the largest difference."""
     scales: dict[str, float] = {}
     for d in differences:
         signal = d.name.rpartition("/")[0]
@@ -99,7 +100,8 @@ def _shares(differences: Sequence[Difference]) -> dict[str, float]:
 
 
 def compare(a: str | Path, b: str | Path, but: Collection[str] = ()) -> RecordingComparison:
-    """Compare two recordings, without facts, topics and attachments named in `but`; raises RecordingError."""
+    """Compare two recordings, except for facts, topics and attachments named in `but`; raises RecordingError if one
+    cannot be read."""
     A, B = Recording(a), Recording(b)
     with A.reading(), B.reading():
         return _compared(A, B, but)
@@ -129,7 +131,8 @@ def _compared(A: Recording, B: Recording, but: Collection[str]) -> RecordingComp
 
 
 def overlay(a: str | Path, b: str | Path, out: str | Path, patterns: Sequence[str] = (), force: bool = False) -> Path:
-    """Draw two recordings over each other: matching columns, by default the most different of four signals."""
+    """Draw matching columns of two recordings over each other, by default those of the four signals that differ most;
+    return the path."""
     out = checked(out)
     A, B = Recording(a), Recording(b)
     with A.reading(), B.reading():
@@ -147,7 +150,7 @@ def _figure(A: Recording, B: Recording, patterns: Sequence[str]) -> Figure:
     first = {d.name.rpartition("/")[0]: d for d in reversed(found)}  # of each signal the worst column
     most = found if patterns else [d for d in found if d in first.values()][:4]
     if not most or len(most) > MOST:
-        raise RecordingError(f"{A.path} and {B.path}: {len(most)} columns to draw; name 1 to {MOST}")
+        raise RecordingError(f"{A.path} and {B.path}: {len(most)} columns differ; name 1 to {MOST}")
     panels = []
     for d in most:
         factor, unit = larger(d.unit)
@@ -179,7 +182,7 @@ def _signal(A: Recording, B: Recording, name: str) -> Iterator[Difference]:
 
 
 def _rms(t: NDArray[np.float64], x: NDArray[np.float64]) -> float:
-    """Return the root mean square over time."""
+    """Return the root mean square of x over time."""
     if len(t) < 2 or t[-1] == t[0]:
         return float(np.max(x))
     return float(np.sqrt(np.trapezoid(x * x, t) / (t[-1] - t[0])))

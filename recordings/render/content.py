@@ -1,7 +1,7 @@
-"""Contents of the page as plain data: the same for a file and for a run in progress.
+"""Contents of the page as plain data, in the same form for a file and for a run in progress.
 
-Numbers are sent as base64 of little-endian floats. Samples are thinned to a budget: of those that would share a pixel,
-only the two with the largest and smallest load of the ropes are kept.
+Numbers are sent as base64 of little-endian floats. Samples are thinned to a maximum number: of those that would share a
+pixel, only the two with the largest and the smallest load of the ropes are kept.
 """
 
 import base64
@@ -36,14 +36,14 @@ FACTS = ("scene", "model", "seed", "samples_hz", "python", "platform")
 
 
 class PageColumns(NamedTuple):
-    """Columns of a sample row for the page: poses of all bodies, then signals by group, name, unit."""
+    """The columns of a sample row that the page shows: poses of all bodies, then signals as (group, name, unit)."""
 
     bodies: list[str]
     signals: list[tuple[str, str, str]]
     columns: NDArray[np.intp]
 
     def head(self) -> dict[str, object]:
-        """Return bodies and signals without their numbers, as plain data."""
+        """Return the names of bodies and signals as plain data, without their numbers."""
         return {
             "bodies": [{"name": name} for name in self.bodies],
             "signals": [{"group": group, "name": name, "unit": unit} for group, name, unit in self.signals],
@@ -51,7 +51,7 @@ class PageColumns(NamedTuple):
 
 
 def shown(layout: SampleLayout) -> PageColumns:
-    """Return the columns of a sample row for the page."""
+    """Return the columns of a sample row that the page shows."""
     poses = [c for c in layout.channels if c.topic.startswith(POSE)]
     columns = [k for c in poses for k in range(c.start, c.stop)]
     signals = []
@@ -66,7 +66,7 @@ def shown(layout: SampleLayout) -> PageColumns:
 
 
 def packed(values: Floats, kind: str = "<f4") -> str:
-    """Return numbers as base64 of little-endian floats in C order; raises ValueError for too large ones."""
+    """Return numbers as base64 of little-endian floats in C order; raises ValueError if a number is too large."""
     largest = np.abs(values).max(initial=0.0, where=np.isfinite(values))
     if largest > np.finfo(kind).max:
         raise ValueError(f"{largest:.3g} is too large to be drawn")
@@ -74,13 +74,13 @@ def packed(values: Floats, kind: str = "<f4") -> str:
 
 
 def deflated(values: NDArray[np.generic]) -> str:
-    """Return numbers in C order as base64 of deflated bytes, grouped by byte position."""
+    """Return numbers in C order as base64 of compressed (deflate) bytes, grouped by byte position."""
     planes = np.ascontiguousarray(values).view(np.uint8).reshape(-1, values.dtype.itemsize).T
     return base64.b64encode(zlib.compress(planes.tobytes(), 6)).decode()
 
 
 def event_shown(t_ns: int, source: str, port: str, type_: str, value: object) -> dict[str, object]:
-    """Return an event in a few words; `inner` ones, internal to models, by type and fields."""
+    """Return an event in a few words; an event inside models (`inner`) by its type and fields."""
     fields = value if isinstance(value, dict) else {"": value}
     inner = is_inner(port)
     message = None if inner else _sentence(type_, fields)
@@ -91,7 +91,7 @@ def event_shown(t_ns: int, source: str, port: str, type_: str, value: object) ->
 
 
 def _sentence(type_: str, fields: Mapping[str, Any]) -> str | None:
-    """Return the sentence of an event for planners; None for other events."""
+    """Return a sentence for planners about an event; None for events that do not concern them."""
     try:
         return str(SENTENCES[type_](dict(fields))) or None
     except (LookupError, ValueError, ArithmeticError, AttributeError, TypeError):
@@ -99,23 +99,23 @@ def _sentence(type_: str, fields: Mapping[str, Any]) -> str | None:
 
 
 def facts_shown(run: Mapping[str, str], more: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:
-    """Return the facts of a run to be shown, by name."""
+    """Return the facts of a run that the page shows, as (name, text)."""
     return [(name.replace("_", " "), run[name]) for name in FACTS if name in run] + [*settings(run).items(), *more]
 
 
 def stage_name(port: str, value: object) -> str | None:
-    """Return the name of the stage that begins with an event; None for other events."""
+    """Return the name of the stage that begins with an event; None if none does."""
     name = value.get("name") if isinstance(value, dict) else None
     return _text(name) if port == "stage" and name else None
 
 
 def is_inner(port: str) -> bool:
-    """Return whether a port is internal to models."""
+    """Return whether a port is used only inside models."""
     return port.startswith(INNER)
 
 
 def _inert(json: str) -> str:
-    """Return JSON without characters that could end a script element or begin markup."""
+    """Return JSON in which characters that could end a script element or begin markup are escaped."""
     return json.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
@@ -126,15 +126,16 @@ def _text(value: object) -> str:
 
 
 def load_of(signals: Sequence[tuple[str, str, str]], rows: Floats) -> Floats:
-    """Return the sum of rope tensions in sample rows; without ropes that of all signals."""
+    """Return the sum of the rope tensions in sample rows; without ropes, the sum of all signals."""
     ropes = [k for k, (group, _, _) in enumerate(signals) if group == "rope/tension"]
     load: Floats = np.nansum(rows[:, ropes or list(range(len(signals)))], axis=1)  # logs may cover a part of the run
     return load
 
 
 def bundled(name: str, content: object, policy: str = "") -> str:
-    """Return the self-contained page `name` of the bundle in `page/`, with this content. Its Content-Security-Policy
-    allows only its own script, identified by its hash, and only requests that `policy` allows."""
+    """Return the self-contained page `name` of the bundle in `page/`, filled with this content. Its
+    Content-Security-Policy allows only its own script, identified by its hash, and only the requests that `policy`
+    allows."""
     script = (PAGE / f"{name}.js").read_text(encoding="utf-8").replace("</script", "<\\/script")
     sha256 = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     parts = {

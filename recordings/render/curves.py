@@ -37,7 +37,8 @@ POINTS = 4000  # instants of a curve on the page
 
 @dataclass
 class Curve:
-    """A curve: times (n,) [s], values (n,) in its panel's unit; dashed: second recording; `spoken`: sent on ports."""
+    """A curve: times (n,) [s], values (n,) in the unit of its panel; `dashed`: from the second recording; `spoken`:
+    values sent on ports."""
 
     name: str
     t: NDArray[np.float64]
@@ -49,7 +50,7 @@ class Curve:
 
 @dataclass
 class Panel:
-    """A panel with curves of one unit, and limits by name."""
+    """A panel with curves in one unit, and limits by name."""
 
     unit: str
     curves: list[Curve]
@@ -59,7 +60,7 @@ class Panel:
 
 @dataclass
 class Figure:
-    """A figure of panels with a common time; stages are (start [s], name)."""
+    """A figure of panels with a common time axis; stages are (start [s], name)."""
 
     title: str
     panels: list[Panel]
@@ -114,7 +115,7 @@ def _panel(axes: "Axes", panel: Panel) -> None:
 
 
 def page(figure: Figure) -> str:
-    """Return a self-contained page with selectable curves and zoom by dragging."""
+    """Return a self-contained page with curves that can be selected and zoomed by dragging."""
     content = {
         "title": figure.title,
         "stages": [{"t": t, "name": name} for t, name in figure.stages],
@@ -124,7 +125,8 @@ def page(figure: Figure) -> str:
 
 
 def _content(panel: Panel) -> dict[str, object]:
-    """Return a panel as plain data; curves of a recording share times, thinned to extrema of equal parts."""
+    """Return a panel as plain data; the curves of a recording share their times and are thinned to the extrema in equal
+    parts."""
     times: list[np.ndarray] = []
     of: list[int] = []  # table of times by curve
     for curve in panel.curves:
@@ -147,7 +149,8 @@ MANY = 60  # curves: more than that nobody can tell apart
 
 
 def curves(path: str | Path, patterns: Sequence[str], out: str | Path, force: bool = False) -> Path:
-    """Draw columns that match a pattern (default: tensions; of a DEVS run its ports) to .png, .svg or .html."""
+    """Draw the columns that match a pattern (default: tensions, or the ports of a DEVS run) into a .png, .svg or .html
+    file."""
     out = checked(out)
     rec = Recording(path)
     with rec.reading():
@@ -159,25 +162,26 @@ def curves(path: str | Path, patterns: Sequence[str], out: str | Path, force: bo
 
 
 def checked(out: str | Path) -> Path:
-    """Return the path, after checking that curves can be written there."""
+    """Return the path; raises RecordingError if curves cannot be written there."""
     return output_path(out, "a figure", (*FORMATS, ".html"))
 
 
 def drawn(figure: Figure, out: Path, force: bool = False) -> Path:
-    """Write the figure in the form given by the suffix, and return the path."""
+    """Write the figure in the format that the suffix names, and return the path."""
     if out.suffix.lower() != ".html":
         return picture(figure, out, force)
     return written(page(figure), out, "a figure", (*FORMATS, ".html"), force)
 
 
 def panels_of(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
-    """Return panels by unit: matching columns, their measured counterparts, rated values of ropes as limits."""
+    """Return panels by unit, with the matching columns, their measured counterparts, and rated values of ropes as
+    limits."""
     wanted = matching(rec, patterns)
     measured = [(MEASURED + name, column) for name, column in wanted if MEASURED + name in rec.signals()]
     wanted += [x for x in measured if x not in wanted and x[1] in rec.columns(x[0])]
     if len(wanted) > MANY:
         raise RecordingError(
-            f"{rec.path}: {len(wanted)} curves in one figure; name fewer, such as 'rope/tension/west.*'"
+            f"{rec.path}: {len(wanted)} curves are too many for one figure; name fewer, such as 'rope/tension/west.*'"
         )
     rec.load([*dict.fromkeys(name for name, _ in wanted)])
     rated = rec.fact("rated", {})
@@ -193,23 +197,25 @@ def panels_of(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
         if name in ("rope/tension", "rope/peak") and column in rated:
             panel.limits[column] = rated[column] * factor
     if not any(len(curve.t) > 1 for panel in panels.values() for curve in panel.curves):
-        raise RecordingError(f"{rec.path}: has no samples to draw; let the run last longer")
+        raise RecordingError(f"{rec.path}: has no samples to draw; simulate a longer run")
     return list(panels.values())
 
 
 def _of_ports(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
-    """Return a panel for each port of a DEVS run with its values."""
+    """Return a panel for each port of a DEVS run, with the values sent on it."""
     found = port_signals(rec, patterns)
     if not found:
-        raise RecordingError(f"{rec.path}: has no events to draw; let the run last longer")
+        raise RecordingError(f"{rec.path}: has no events to draw; simulate a longer run")
     if len(found) > PANELS:
         named = ", ".join(f"'{x.name}'" for x in found[:2])
-        raise RecordingError(f"{rec.path}: {len(found)} ports in one figure; name some of them, such as {named}")
+        raise RecordingError(
+            f"{rec.path}: {len(found)} ports are too many for one figure; name some of them, such as {named}"
+        )
     return [
         Panel("", [Curve(c, x.t, x[c], i, spoken=True) for i, c in enumerate(x.names)], title=x.name) for x in found
     ]
 
 
 def larger(unit: str) -> tuple[float, str]:
-    """Return a factor and a larger unit for display."""
+    """Return a factor and a larger unit in which values of a unit are displayed."""
     return LARGER.get(unit, (1.0, unit))

@@ -1,6 +1,7 @@
-"""Differences of two recordings other than values of signals: events, notes, rows, descriptions, facts, attachments.
+"""Differences of two recordings other than the values of signals: events, notes, rows, descriptions, facts,
+attachments.
 
-Rows are compared byte for byte, one by one; a missing one is reported by its time.
+Rows are compared byte for byte, one by one; a missing row is reported by its time.
 """
 
 from collections import Counter
@@ -24,7 +25,7 @@ ROWED = ("/samples", "/poses", "/measured", "/scene", "/ropes", "/rig")  # topic
 
 
 def event(A: Recording, B: Recording) -> Iterator[tuple[float, str]]:
-    """Yield time [s] and description of the first event that differs."""
+    """Yield the time [s] and a description of the first event that differs."""
     for x, y in zip_longest(A.events(), B.events()):
         if x != y or msgspec.json.encode(x) != msgspec.json.encode(y):
             t = min(e.t_ns for e in (x, y) if e is not None) * 1e-9
@@ -37,7 +38,7 @@ def _described(event: RecordedEvent | None) -> str:
 
 
 def notes(A: Recording, B: Recording) -> Iterator[tuple[float, str]]:
-    """Yield time [s] and description of the first note of the kernel that differs."""
+    """Yield the time [s] and a description of the first note of the kernel that differs."""
     for x, y in zip_longest(A.notes(), B.notes()):
         if x != y:
             text = " and ".join(f"'{note[1]}'" if note else "nothing" for note in (x, y))
@@ -46,7 +47,8 @@ def notes(A: Recording, B: Recording) -> Iterator[tuple[float, str]]:
 
 
 def rows(A: Recording, B: Recording, topic: str) -> tuple[list[str], list[tuple[float, str]]]:
-    """Return a topic's rows that only one recording has, in words; time [s] and text of the first difference."""
+    """Return descriptions of the rows of a topic that only one recording has, and the time [s] and text of the first
+    difference."""
     a, b = (hashes(rec, topic) for rec in (A, B))
     if np.array_equal(a, b):
         return [], []
@@ -73,7 +75,7 @@ def rows(A: Recording, B: Recording, topic: str) -> tuple[list[str], list[tuple[
 
 
 def hashes(rec: Recording, topic: str) -> NDArray[np.void]:
-    """Return an array (n,) of the messages of a topic in the order of the file: `t` [ns], `x` a hash of the bytes."""
+    """Return an array (n,) for the messages of a topic in file order: time `t` [ns] and a hash `x` of the bytes."""
     found = [(raw.publish_time, sha256(raw.data).digest()[:8]) for raw in rec.messages(topic)]
     return np.array(found, [("t", "<i8"), ("x", "S8")])
 
@@ -91,7 +93,7 @@ def _column(A: Recording, B: Recording, topic: str, row: int) -> str:
 
 
 def channels(A: Recording, B: Recording, but: Collection[str] = ()) -> Iterator[str]:
-    """Yield topics with different names, columns or schemas, except those in `but`."""
+    """Yield the topics that differ in names, columns or schemas, except those in `but`."""
     for topic in sorted({*A.topics, *B.topics}):
         a, b = ((x[:4], x.form) if (x := rec.topics.get(topic)) else None for rec in (A, B))
         if a != b and not topic.startswith("/protocol/") and topic not in but:
@@ -99,7 +101,7 @@ def channels(A: Recording, B: Recording, but: Collection[str] = ()) -> Iterator[
 
 
 def facts(A: Recording, B: Recording, but: Collection[str] = ()) -> Iterator[str]:
-    """Yield facts that differ, except circumstances and those in `but`."""
+    """Yield the facts that differ, except circumstances and those in `but`."""
     for kind, a, b in (("run", A.run, B.run), ("result", A.result, B.result)):
         for name in sorted(a.keys() | b.keys()):
             x, y = a.get(name), b.get(name)
@@ -108,21 +110,21 @@ def facts(A: Recording, B: Recording, but: Collection[str] = ()) -> Iterator[str
 
 
 def _short(text: str | None) -> str:
-    """Return a fact in a few words; for a verdict its line."""
+    """Return a fact in a few words; for a verdict its summary line."""
     with suppress(msgspec.MsgspecError, TypeError, KeyError):
         text = msgspec.json.decode(text or "")["line"]
     return "nothing" if text is None else printable(text, 60)
 
 
 def attachments(A: Recording, B: Recording, but: Collection[str] = ()) -> Iterator[str]:
-    """Yield attached files that differ, except those in `but`."""
+    """Yield the attached files that differ, except those in `but`."""
     for name in sorted({*A.attachments, *B.attachments} - {*but}):
         if A.attachments.get(name) != B.attachments.get(name):
             yield f"attachment: {printable(name, 60)}"
 
 
 def circumstances(A: Recording, B: Recording) -> Iterator[str]:
-    """Yield the circumstances (how a run was made and stored) in which two recordings differ."""
+    """Yield the circumstances (how a run was computed and stored) in which two recordings differ."""
     for name in sorted(CIRCUMSTANCES):
         if (A.run.get(name), A.result.get(name)) != (B.run.get(name), B.result.get(name)):
             yield name

@@ -47,10 +47,11 @@ class _Viewer(NamedTuple):
 
 
 class FoxgloveServer(AbstractContextManager["FoxgloveServer"]):
-    """A `Listener` that serves viewers on this machine; a context manager around the run."""
+    """Server that sends a run in progress to Foxglove and Lichtblick viewers on this machine; a context manager around
+    the run."""
 
     def __init__(self, name: str, port: int = PORT) -> None:
-        """Open the websocket; raises RecordingError if the package is missing or the port is taken."""
+        """Open the websocket; raises RecordingError if its package is missing or the port is in use."""
         missing = "--foxglove needs the package websockets: pip install 'heavylift[foxglove]'"
         server = extra("websockets.sync.server", RecordingError(missing))
         self._hello = json.dumps({"op": "serverInfo", "name": name, "capabilities": [], "metadata": {}})
@@ -64,7 +65,9 @@ class FoxgloveServer(AbstractContextManager["FoxgloveServer"]):
                 compression=None, max_size=LARGEST, server_header=None,
             )  # fmt: skip
         except (OSError, OverflowError) as error:
-            raise RecordingError(f"--foxglove: port {port} cannot be served ({error}); end what uses it") from None
+            raise RecordingError(
+                f"--foxglove: port {port} cannot be served ({error}); stop the program that uses it"
+            ) from None
         self.url = f"ws://{HOST}:{self._server.socket.getsockname()[1]}/{self._word}"
         """Where viewers find it."""
         threading.Thread(target=self._server.serve_forever, name="foxglove", daemon=True).start()
@@ -83,7 +86,7 @@ class FoxgloveServer(AbstractContextManager["FoxgloveServer"]):
         return any(viewer.numbers for viewer in self._viewers)
 
     def put(self, topic: str, t_ns: int, data: bytes) -> None:
-        """Send a message with this simulation time [ns] to its subscribers."""
+        """Send a message with this simulation time [ns] to the subscribers of its topic."""
         with self._lock:
             channel = self._channels[topic]["id"]
             for viewer in self._viewers:
@@ -91,7 +94,7 @@ class FoxgloveServer(AbstractContextManager["FoxgloveServer"]):
                     _put(viewer, MESSAGE.pack(1, viewer.numbers[channel], t_ns) + data)
 
     def _refused(self, connection: Any, request: Any) -> Any:
-        """Return the refusal of a request; None if it is accepted."""
+        """Return the response that refuses a request; None if the request is accepted."""
         headers = request.headers
         hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
         names = [f"{name}:{self._server.socket.getsockname()[1]}" for name in (HOST, "localhost")]
@@ -135,7 +138,7 @@ class FoxgloveServer(AbstractContextManager["FoxgloveServer"]):
 
 
 def _chosen(connection: Any, offered: Any) -> Any:
-    """Return the protocol for a viewer with these offers; None if it offers no suitable one."""
+    """Return the protocol to use with a viewer that offers these; None if none of them is suitable."""
     return next((name for name in PROTOCOLS if name in offered), None)
 
 
@@ -149,7 +152,7 @@ def _put(viewer: _Viewer, message: str | bytes) -> None:
 
 
 def _send(connection: Any, viewer: _Viewer) -> None:
-    """Send queued messages to a viewer until it disconnects."""
+    """Send the queued messages to a viewer until it disconnects."""
     with suppress(Exception):  # it may leave in any way
         while message := viewer.waiting.get():
             connection.send(message)
@@ -161,7 +164,7 @@ VIEW = (-0.62, -0.72, 0.32)  # from where the scene is seen
 
 
 def layout(ropes: Sequence[str], middle: tuple[float, float, float], radius: float) -> bytes:
-    """Return the layout as JSON: ropes in the order of `rope/tension`, a bounding sphere of the view [m]."""
+    """Return the layout as JSON, for ropes in the order of `rope/tension` and a view of this bounding sphere [m]."""
     whole = msgspec.json.decode((Path(__file__).parents[1] / "page" / LAYOUT).read_bytes())
     panels: dict[str, Any] = whole["configById"]
     x, y, z = VIEW

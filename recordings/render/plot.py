@@ -1,7 +1,8 @@
-"""The figure of a run, after Fig. 11 of the paper: governing rope on top, the next ones below, stages marked.
+"""The figure of a run, after Fig. 11 of the paper: the governing rope on top, the next ones below, stages marked.
 
 `plot("run.mcap", "run.png")`; the suffix .png or .svg selects the format. The colours are those of Okabe and Ito, which
-colour-blind readers can distinguish; coinciding curves are drawn in shrinking widths, so that all of them are seen.
+colour-blind readers can distinguish; curves that coincide are drawn with decreasing widths, so that all of them are
+visible.
 """
 
 from __future__ import annotations
@@ -45,8 +46,8 @@ Rest = tuple[Floats, Floats]  # (n,) times [s], (n,) tensions at rest [N]
 
 
 class Curves(NamedTuple):
-    """Data of a plot: time [s], values and peaks (n, m), name and rated value per column, quantity; measured curves,
-    error estimates of peaks and dynamic factors by column."""
+    """Data of a plot: time [s], values and peaks (n, m), name and rated value of each column, quantity; by column also
+    measured curves, error estimates of peaks, and dynamic factors."""
 
     t: Floats
     values: Floats
@@ -66,8 +67,9 @@ def plot(
     force: bool = False,
     rest: Mapping[str, Rest] | None = None,
 ) -> Path:
-    """Draw a recording into the file `out`; `ropes` by label, by default those with the highest utilisation; `rest`:
-    static tensions [N], for which a panel shows the tensions of the run relative to them."""
+    """Draw a recording into the file `out` and return its path. `ropes`: ropes by label, by default those with the
+    highest utilisation; `rest`: static tensions [N], relative to which an additional panel shows the tensions of the
+    run."""
     out = output_path(out, "a figure", FORMATS)
     rec = opened(path)
     if silent(rec):
@@ -118,14 +120,15 @@ def _curves(rec: Recording, ropes: Mapping[str, str] | None, rest: Mapping[str, 
 
 
 def _over(t: Floats, tension: Floats, peak: Floats, rest: Rest) -> tuple[Floats, Floats]:
-    """Return tension and its peak since the last sample (n,) over the static one; NaN where not loaded."""
+    """Return the tension and its peak since the last sample (n,), divided by the static tension; NaN where the rope is
+    not loaded."""
     still = np.interp(t, *rest)
     still[still <= BEARS * still.max(initial=0.0)] = np.nan
     return tension / still, peak / still
 
 
 def _most_used(names: Sequence[str], peaks: Floats, rated: Mapping[str, float]) -> list[str]:
-    """Sort ropes by utilisation, without pieces of ropes; those without rating follow, by tension."""
+    """Return ropes sorted by utilisation, then ropes without a rated tension sorted by tension."""
     most = {x: y for x, y in zip(names, peaks.max(axis=0, initial=0.0), strict=True) if "~" not in x}
     return sorted(most, key=lambda x: (x not in rated, -most[x] / rated.get(x, 1.0)))
 
@@ -190,7 +193,8 @@ def _heading(figure: Figure, rec: Recording, curves: Curves) -> None:
 
 
 def outline(t: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return a band in steps finer than a pixel, as a filled one of 100 000 samples would take a gigabyte."""
+    """Return the lower and upper outline of a curve in steps finer than a pixel, since a filled band of 100 000 samples
+    would take a gigabyte."""
     first = np.arange(0, len(t), -(-len(t) // FINE))
     return t[first], np.minimum.reduceat(low, first), np.maximum.reduceat(high, first)
 
@@ -229,7 +233,7 @@ def _panel(axes: Axes, curves: Curves, columns: Sequence[int], stages: Sequence[
 
 
 def _dynamic(axes: Axes, curves: Curves, stages: Sequence[tuple[float, str]]) -> None:
-    """Draw tensions relative to static ones: the dynamic part."""
+    """Draw tensions relative to the static ones, which shows their dynamic part."""
     for start, _ in banded(axes, [t for t, _ in stages], curves.t[-1]):
         axes.axvline(start, color=QUIET, lw=0.6, alpha=0.6, zorder=1)
     for i, (over, peak) in curves.over.items():
@@ -243,12 +247,12 @@ def _dynamic(axes: Axes, curves: Curves, stages: Sequence[tuple[float, str]]) ->
 
 
 def _bar(curves: Curves) -> str:
-    """Return the certificate's error estimate of the first curve's peak as text; "" without one."""
+    """Return the certificate's error estimate of the first curve's peak as text; "" if there is none."""
     return f" ± {digits(float(f'{curves.bars[0]:.2g}'))}" if 0 in curves.bars else ""
 
 
 def _note_peak(axes: Axes, curves: Curves) -> None:
-    """Mark the largest value of the first curve by a dot and a line of text."""
+    """Mark the largest value of the first curve with a dot and a line of text."""
     k = int(np.argmax(curves.peaks[:, 0]))
     t, value = curves.t[k], curves.peaks[k, 0]
     unit = curves.quantity.partition("[")[2].rstrip("]")
@@ -269,7 +273,7 @@ def _note_peak(axes: Axes, curves: Curves) -> None:
 
 
 def _label_stages(axes: Axes, times: Sequence[float], names: Sequence[str]) -> None:
-    """Write the names of stages above the panel, spaced, with lines to their begin."""
+    """Write the names of stages above the panel, at a distance from each other, with lines to their starts."""
     first, last = axes.get_xlim()
     points = 72 * WIDTH * (RIGHT - LEFT)
     wanted = [(t - first) / (last - first) * points for t in times]

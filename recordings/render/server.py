@@ -48,7 +48,8 @@ HEADERS = {
 
 
 def refusal(headers: Mapping[str, str], port: int) -> str:
-    """Return why a request is refused by its headers, or ""; `headers`: found by name in any spelling."""
+    """Return the reason why a request must be refused, from its headers; "" if it is allowed. `headers` finds names in
+    any capitalisation."""
     names = [f"{name}:{port}" for name in (HOST, "localhost")]
     if headers.get("Host", "") not in names:
         return "this page is served to this machine only"
@@ -61,7 +62,7 @@ def refusal(headers: Mapping[str, str], port: int) -> str:
 
 
 class PageServer:
-    """Server of the page until `close`; `say` adds a message for all browsers."""
+    """Server of the page until `close` is called; `say` adds a message for all browsers."""
 
     def __init__(self) -> None:
         self.word = secrets.token_urlsafe(24)
@@ -77,14 +78,15 @@ class PageServer:
         self._thread.start()
 
     def say(self, kind: str, data: bytes) -> None:
-        """Add a message for all browsers: JSON in one line."""
+        """Add a message for all browsers: JSON on a single line."""
         with self.change:
             number = len(self.messages)
             self.messages.append(b"id: %d\nevent: %s\ndata: %s\n\n" % (number, kind.encode(), data))
             self.change.notify_all()
 
     def close(self, patience: float, farewell: float) -> None:
-        """Wait up to `patience` [s] for a browser, up to `farewell` [s] until all have read to the end; then stop."""
+        """Wait up to `patience` [s] for a browser, and up to `farewell` [s] until all browsers have received
+        everything; then stop."""
         with self.change:
             self.change.wait_for(lambda: self.readers or self.served, timeout=patience)
             self.closing = True
@@ -110,7 +112,7 @@ class _Handler(BaseHTTPRequestHandler):
     timeout = STALLED
 
     def do_GET(self) -> None:
-        """Answer with the page, its messages, or a refusal."""
+        """Answer a request with the page, its messages, or a refusal."""
         refused = refusal(cast(Mapping[str, str], self.headers), self.server.owner.port)
         if refused:
             return self._answer(HTTPStatus.FORBIDDEN, refused.encode() + b"\n", "text/plain")
@@ -156,7 +158,7 @@ class _Handler(BaseHTTPRequestHandler):
                 owner.change.notify_all()
 
     def _send_from(self, at: int) -> None:
-        """Send messages from number `at` on until the server closes."""
+        """Send the messages from number `at` on, until the server closes."""
         owner = self.server.owner
         while True:
             with owner.change:
@@ -172,7 +174,7 @@ class _Handler(BaseHTTPRequestHandler):
                 return
 
     def log_message(self, format: str, *args: object) -> None:
-        """Write no log of requests."""
+        """Do nothing, so that requests are not logged."""
 
 
 FRAME = 1 / 30  # [s] at least between two messages
@@ -183,7 +185,8 @@ FAREWELL = 2.0  # [s] for browsers to get the end
 
 
 class LivePage(Spectator, AbstractContextManager["LivePage"]):
-    """The page of a run in progress, as a context manager: receives `begin`, `event`, `ropes`, `samples`, `end`."""
+    """The page of a run in progress, as a context manager and an observer of the run: it receives `begin`, `event`,
+    `ropes`, `samples`, `end`."""
 
     def __init__(self) -> None:
         self._server = PageServer()
@@ -256,7 +259,7 @@ class LivePage(Spectator, AbstractContextManager["LivePage"]):
             self._pack()
 
     def _pack(self) -> None:
-        """Pack all data since the last message into one message."""
+        """Pack all data that arrived since the last message into one message."""
         with self._lock:
             rows, self._rows = self._rows, []
             more, self._more = self._more, {"events": [], "stages": [], "rig": []}

@@ -45,7 +45,7 @@ CLOSE = 0.05  # of the largest value: limits that are nearer to one another shar
 
 @contextmanager
 def on_paper() -> Iterator[None]:
-    """Context with the style of drawn and saved figures."""
+    """Return a context with the style of figures that are drawn and saved."""
     from matplotlib import rc_context
 
     with rc_context({"svg.hashsalt": "heavylift", "font.size": 9.5, "axes.linewidth": 0.8, "text.parse_math": False}):
@@ -53,7 +53,7 @@ def on_paper() -> Iterator[None]:
 
 
 def tidied(axes: Axes, label: str) -> None:
-    """Style axes: light grid, no frame at top and right, label of the values."""
+    """Style axes: light grid, no frame at the top and right, and a label for the values."""
     axes.set_ylabel(label, color=INK)
     axes.grid(axis="y", color="#d9dee3", lw=0.6)
     axes.set_axisbelow(True)
@@ -61,7 +61,7 @@ def tidied(axes: Axes, label: str) -> None:
 
 
 def timed(axes: Axes) -> None:
-    """Label the run time [s] along x, beyond a minute as h:min:s."""
+    """Label the x axis with the run time [s], from a minute on as h:min:s."""
     from matplotlib.ticker import FixedLocator
 
     first, last = axes.get_xlim()
@@ -75,7 +75,7 @@ def timed(axes: Axes) -> None:
 
 
 def limited(axes: Axes, limits: Mapping[str, float], unit: str, high: float) -> float:
-    """Draw lines at rated values near the largest value; returns the upper end of the axis."""
+    """Draw lines at rated values that are near the largest value; return the upper end of the axis."""
     near = {name: limit for name, limit in limits.items() if limit < NEAR * high}
     top = max([high, *near.values()])
     groups: list[list[str]] = []  # those whose lines are close to one another share a label
@@ -97,13 +97,13 @@ def limited(axes: Axes, limits: Mapping[str, float], unit: str, high: float) -> 
 
 
 def digits(value: float) -> str:
-    """Return a number for people, thousands separated by a thin space."""
+    """Return a number as text, with thousands separated by a thin space."""
     text = f"{value:,.0f}" if abs(value) >= 100 else f"{value:.3g}"
     return text.replace(",", "\u2009").replace("-", "\u2212")
 
 
 def banded(axes: Axes, times: Sequence[float], last: float) -> Iterator[tuple[float, float]]:
-    """Shade every other stage; yields begin and end of each [s]."""
+    """Shade every other stage; yield the start and end [s] of each stage."""
     for i, (start, stop) in enumerate(pairwise([*times, last])):
         if i % 2 == 0:
             axes.axvspan(start, stop, color=BAND, lw=0, zorder=0)
@@ -111,7 +111,8 @@ def banded(axes: Axes, times: Sequence[float], last: float) -> Iterator[tuple[fl
 
 
 def spread(wanted: Sequence[float], highest: Sequence[float], gap: float) -> list[float]:
-    """Return places nearest to the wanted ones, at least `gap` apart, each at most at its `highest`."""
+    """Return positions as near as possible to the wanted ones that are at least `gap` apart, each at most at its
+    `highest`."""
     blocks: list[tuple[float, int]] = []  # mean place of labels that touch, how many they are
     for i, place in enumerate(wanted):
         blocks.append((place - i * gap, 1))
@@ -127,7 +128,7 @@ def spread(wanted: Sequence[float], highest: Sequence[float], gap: float) -> lis
 
 
 def save(figure: Figure, out: Path, force: bool = False, dpi: int = 160) -> Path:
-    """Write a .png or .svg figure and return its path; raises RecordingError if the system refuses."""
+    """Write a .png or .svg figure and return its path; raises RecordingError if the file cannot be written."""
     form = out.suffix.lower()[1:]
     metadata = {"Date": None, "Creator": GENERATOR} if form == "svg" else {"Software": GENERATOR}
     with PartFile(out, "a figure", FORMATS, force) as file, file.writing():
@@ -145,8 +146,8 @@ FACES = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (
 
 
 def storyboard(path: str | Path | Recording, out: str | Path, frames: int = 6, force: bool = False) -> Path:
-    """Draw `frames` instants of a recording side by side into a .png or .svg, or a film, one after another, into a
-    .gif; raises RecordingError if that is not possible."""
+    """Draw `frames` instants of a recording side by side into a .png or .svg, or one after another as a film into a
+    .gif; raises RecordingError if that is impossible."""
     out = output_path(out, "a picture", (*FORMATS, FILM))
     rec = path if isinstance(path, Recording) else Recording(path)
     with rec.reading(), on_paper():
@@ -156,7 +157,7 @@ def storyboard(path: str | Path | Recording, out: str | Path, frames: int = 6, f
 
 
 class _Drawing:
-    """Some instants of a recording, with the data to draw each."""
+    """Some instants of a recording, with the data for drawing them."""
 
     def __init__(self, rec: Recording, frames: int) -> None:
         names = [name for name in rec.signals() if name.startswith("pose/")]
@@ -172,12 +173,12 @@ class _Drawing:
         self._scene = rec.run.get("scene", "")
 
     def title(self, i: int) -> str:
-        """Return stage and time of an instant as text."""
+        """Return the stage and time of an instant as text."""
         stage = next((name for at, name in reversed(self._stages) if at <= self.times[i]), self._scene)
         return f"{stage}, {clock(self.times[i])}"
 
     def seen(self, i: int) -> tuple[list[Floats], list[Any], Floats]:
-        """Return the faces (4, 2) of an instant from far to near with their colours, and its rope lines (n, 2, 2), seen
+        """Return the faces (4, 2) at an instant from far to near, their colours, and the rope lines (n, 2, 2), all seen
         along x."""
         faces = []
         for box, world in self._boxes:
@@ -222,7 +223,7 @@ def _figure(drawing: _Drawing, frames: int) -> Figure:
 
 
 def _film(drawing: _Drawing) -> bytes:
-    """Return a film (GIF) of all instants in one frame, one after another."""
+    """Return a GIF film that shows all instants one after another."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure as Canvas
     from PIL import Image
@@ -251,7 +252,7 @@ def _film(drawing: _Drawing) -> bytes:
 
 
 def _instants(poses: list[Signal], frames: int) -> list[float]:
-    """Return times [s] that divide the motion of all bodies, seen along x, into equal parts."""
+    """Return times [s] that divide the motion of all bodies, as seen along x, into equal parts."""
     t = poses[0].t
     steps = []
     for pose in poses:
@@ -278,7 +279,7 @@ def _ropes(rec: Recording, times: list[float], poses: dict[str, Signal]) -> list
 
 
 def _end(body: str, p: tuple[float, float, float], poses: dict[str, Signal], i: int) -> Floats:
-    """Return the world position (3,) of a point of a body at an instant."""
+    """Return the world position (3,) of a point on a body at an instant."""
     row = poses[body].values[i] if body in poses else np.array((0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0))
     out: Floats = turned(row[3:], np.array(p)) + row[:3]
     return out

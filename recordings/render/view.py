@@ -1,6 +1,6 @@
-"""A recording as one page: the lift in 3D, signals, stages and events with a common time.
+"""A recording as one page: the lift in 3D, signals, stages and events on a common time axis.
 
-`view("run.mcap", "run.html")` writes a self-contained file that any browser opens without network. The bundle in
+`view("run.mcap", "run.html")` writes a self-contained file that any browser opens without a network. The bundle in
 `page/` is built from its sources by `npm run build`.
 """
 
@@ -38,22 +38,22 @@ def view(
     force: bool = False,
     beside: str | Path | None = None,
 ) -> Path:
-    """Write the page of a recording to a .html file; raises RecordingError if a file cannot be used. `verdict`: for a
-    recording that has none; `beside`: a second recording, shown as transparent bodies and dashed curves."""
+    """Write the page of a recording to a .html file; raises RecordingError if a file cannot be used. `verdict`: used if
+    the recording has none; `beside`: a second recording, shown as transparent bodies and dashed curves."""
     out = output_path(out, "a page", (".html",))
     other = None if beside is None else Recording(beside)
     return written(page(content(Recording(path), verdict, other)), out, "a page", (".html",), force)
 
 
 def page(run: dict[str, object]) -> str:
-    """Return the page that shows this content."""
+    """Return the page filled with this content."""
     return bundled("page", run, "; img-src data: blob:; connect-src 'self'")
 
 
 def content(
     rec: Recording, verdict: RecordedVerdict | None = None, beside: Recording | None = None
 ) -> dict[str, object]:
-    """Return all data of a recording for the page, and those of a second one, `beside`."""
+    """Return all data of a recording that the page shows, and those of a second recording `beside`."""
     with rec.reading():
         verdict = verdict or recorded_verdict(rec)
         layout, names = layout_of(rec), rec.signals()
@@ -103,13 +103,13 @@ def content(
 
 
 def _loads(rec: Recording, columns: PageColumns) -> Floats:
-    """Return the load of the ropes at each sample, by which samples are thinned."""
+    """Return the sum of rope loads at each sample, by which samples are thinned."""
     names = ["rope/tension"] if "rope/tension" in rec.signals() else list(dict.fromkeys(s[0] for s in columns.signals))
     return np.concatenate([load_of([], np.hstack(values)) for _, values in rec.blocks(names or rec.signals())])
 
 
 def _block(rec: Recording) -> dict[str, object] | None:
-    """Return name, mass [kg], centre of mass and lugs of the block, in its frame [m]; None without a block."""
+    """Return the name, mass [kg], centre of mass and lugs of the block, in its frame [m]; None without a block."""
     block = machines.block(machines.plan_of(rec.attachments))
     if not block:
         return None
@@ -122,14 +122,14 @@ def _block(rec: Recording) -> dict[str, object] | None:
 
 
 def sample_rows(rec: Recording) -> tuple[SampleLayout, Floats, Floats]:
-    """Return all signals in rows at common times, with their layout."""
+    """Return all signals as rows at common times, with the layout of the rows."""
     with rec.reading():
         layout, parts = layout_of(rec), [(times, np.hstack(values)) for times, values in rec.blocks(rec.signals())]
         return layout, np.concatenate([times for times, _ in parts]) / 1e9, np.vstack([rows for _, rows in parts])
 
 
 def layout_of(rec: Recording) -> SampleLayout:
-    """Return the layout of signals in a row; raises RecordingError if the recording has nothing to show."""
+    """Return the layout of all signals in one row; raises RecordingError if the recording has nothing to show."""
     least = min((rec.topics[topic].messages for topic in ("/samples", "/poses") if topic in rec.topics), default=0)
     if least < 2 or not rec.signals():
         models = "a DEVS model has messages only: `heavylift plot` draws them"
@@ -169,8 +169,8 @@ def _verdict_rows(verdict: RecordedVerdict | None) -> list[tuple[str, str]]:
 
 
 class _Ghost(NamedTuple):
-    """Second recording on the page: names and shapes of transparent bodies; (group, name, unit) of signals; poses (n, 7
-    bodies), values (n, signals)."""
+    """A second recording on the page: names and shapes of transparent bodies; signals as (group, name, unit); poses (n,
+    7 bodies), values (n, signals)."""
 
     bodies: list[str]
     boxes: list[DrawnBox]
@@ -180,7 +180,8 @@ class _Ghost(NamedTuple):
 
 
 def _ghost(rec: Recording, like: PageColumns, t: Floats) -> _Ghost:
-    """Return bodies and signals of another recording at times (n,) [s]; after it bodies stay, signals are NaN."""
+    """Return the bodies and signals of another recording at times (n,) [s]; after its end bodies stay in place and
+    signals are NaN."""
     known, drawn = rec.signals(), rec.boxes()
     bodies = [b for b in like.bodies if POSE + b in known and any(box.body == b for box in drawn)]
     signals = [s for s in like.signals if s[0] in known and s[1] in rec.columns(s[0])]

@@ -33,7 +33,7 @@ Value: TypeAlias = str | float | None
 
 
 class Marked(NamedTuple):
-    """A cell value with the colour of a state: red, amber, undecided, green, or of a recommended choice."""
+    """A cell value with the colour of a state: red, amber, undecided, green, or that of a recommended choice."""
 
     value: Value
     state: str = "red"
@@ -43,7 +43,8 @@ Cell: TypeAlias = Value | Marked
 
 
 class Column(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A column: a quantity with unit; `digits` after the decimal point, default as needed; texts have neither."""
+    """A column: a quantity with its unit; `digits` after the decimal point, by default as many as needed. Columns of
+    text have neither."""
 
     name: str
     unit: str = ""
@@ -51,12 +52,12 @@ class Column(msgspec.Struct, frozen=True, omit_defaults=True):
 
     @property
     def heading(self) -> str:
-        """Return name and unit as column heading."""
+        """The name and unit as column heading."""
         return f"{self.name} [{self.unit}]" if self.unit else self.name
 
     @property
     def numeric(self) -> bool:
-        """Whether its cells are numbers."""
+        """Whether the cells of the column are numbers."""
         return bool(self.unit) or self.digits is not None
 
     def text(self, cell: Cell) -> str:
@@ -72,8 +73,8 @@ class Column(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 def columns(*headings: str) -> tuple[Column, ...]:
-    """Return columns from headings such as `stage`, `peak [kN] .1`, `at [h:min:s]`; the number after the unit is that
-    of decimals."""
+    """Return columns from headings such as `stage`, `peak [kN] .1`, `at [h:min:s]`; the number after the unit is the
+    number of decimals."""
     found = []
     for heading in headings:
         message, _, digits = heading.partition(" .")
@@ -83,7 +84,7 @@ def columns(*headings: str) -> tuple[Column, ...]:
 
 
 class Table(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A table with notes, printed only if it has rows. `blank`: a form to be filled in."""
+    """A table with notes, printed only if it has rows; `blank`: it is a form to be filled in."""
 
     title: str
     columns: tuple[Column, ...]
@@ -93,7 +94,7 @@ class Table(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class Chart(msgspec.Struct, frozen=True):
-    """A drawing as <svg> or PNG bytes, with its caption."""
+    """A drawing, as <svg> text or PNG bytes, with a caption."""
 
     title: str
     image: str | bytes
@@ -101,7 +102,7 @@ class Chart(msgspec.Struct, frozen=True):
 
 
 class Notes(msgspec.Struct, frozen=True):
-    """Sentences under a heading."""
+    """A heading with sentences below it."""
 
     title: str
     lines: tuple[str, ...]
@@ -111,7 +112,7 @@ Part: TypeAlias = Table | Chart | Notes
 
 
 class Sheet(msgspec.Struct, frozen=True):
-    """A sheet of a report: title, summary, state (colour), and the parts in reading order."""
+    """A sheet with tables for people: title, summary, state (colour), and its parts in reading order."""
 
     title: str
     lead: str
@@ -125,17 +126,17 @@ class Sheet(msgspec.Struct, frozen=True):
 
 
 def plain(cell: Cell) -> Value:
-    """Return the value of a cell without its colour."""
+    """Return the value of a cell without its colour mark."""
     return cell.value if isinstance(cell, Marked) else cell
 
 
 def words(title: str, heads: Iterable[str], rows: Iterable[Iterable[Cell]], *notes: str) -> Table:
-    """Return a table whose columns are texts."""
+    """Return a table in which all columns are texts."""
     return Table(title, tuple(map(Column, heads)), tuple(map(tuple, rows)), notes)
 
 
 def trimmed(table: Table) -> Table:
-    """Return a table without empty columns."""
+    """Return a table without its empty columns."""
     kept = [i for i in range(len(table.columns)) if any(plain(row[i]) not in ("", None) for row in table.rows)]
     columns, rows = table.columns, table.rows
     picked = tuple(tuple(row[i] for i in kept) for row in rows)
@@ -143,7 +144,7 @@ def trimmed(table: Table) -> Table:
 
 
 def data_of(sheet: Sheet) -> dict[str, Any]:
-    """Return a sheet as plain data without charts; times in seconds."""
+    """Return a sheet as plain data, without charts and with times in seconds."""
     tables = [
         {
             "title": table.title,
@@ -163,8 +164,7 @@ def _finite(value: Value) -> Value:
 
 
 def table_text(made: Table) -> str:
-    """Return a table as columns side by side with printable cells, those of numbers right-aligned; empty without
-    rows."""
+    """Return a table as text with columns side by side, those of numbers right-aligned; empty if it has no rows."""
     if not made.rows:
         return ""
     rows = [[x.text(cell) for x, cell in zip(made.columns, row, strict=True)] for row in made.rows]
@@ -183,7 +183,7 @@ def table_text(made: Table) -> str:
 
 
 def listed(heads: Iterable[str], rows: Iterable[Iterable[Cell]]) -> str:
-    """Return columns of texts side by side."""
+    """Return columns of texts side by side, as lines of text."""
     return table_text(words("", heads, rows))
 
 
@@ -217,7 +217,7 @@ POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 
 
 def page_of(sheet: Sheet) -> str:
-    """Return the page of a sheet."""
+    """Return a sheet as an HTML page."""
     body = "\n".join(filter(None, map(_part, sheet.parts)))
     return f"""<!doctype html>
 <html lang="en">
@@ -252,7 +252,7 @@ def _part(part: Part) -> str:
 
 
 def table_html(table: Table) -> str:
-    """Return a table as HTML with its title; empty without rows."""
+    """Return a table as HTML with its title; empty if it has no rows."""
     if not table.rows:
         return ""
     head = "".join(f"<th{_kind(column)}>{escape(column.heading)}</th>" for column in table.columns)
@@ -285,7 +285,7 @@ THEME = {INK: "var(--ink)", QUIET: "var(--quiet)", BAND: "var(--band)", PAPER: "
 
 
 def in_page(figure: "Figure") -> str:
-    """Return a figure as <svg> with text and colours of the page."""
+    """Return a figure as <svg> that uses the text and colours of the page."""
     text = io.StringIO()
     figure.savefig(text, format="svg", metadata={"Date": None}, transparent=True)
     svg = text.getvalue()
@@ -296,7 +296,8 @@ def in_page(figure: "Figure") -> str:
 
 
 def styled(fonts: str) -> AbstractContextManager[None]:
-    """Context with the style of figures in these colours; `fonts` of SVG: "none" for text, "path" for outlines."""
+    """Return a context in which figures are drawn in the placeholder colours; `fonts` of SVG: "none" for text, "path"
+    for outlines."""
     from matplotlib import rc_context
 
     style: dict[Any, Any] = {"svg.hashsalt": "heavylift", "svg.fonttype": fonts,

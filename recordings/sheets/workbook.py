@@ -1,8 +1,9 @@
-"""The tables of a sheet as a workbook: a worksheet each, one quantity and one unit per column, numbers as numbers.
+"""The tables of a sheet as a workbook: one worksheet for each table, one quantity and unit in each column, numbers as
+numbers.
 
-Print a page to PDF with a browser on this machine: Chromium or a relative of it, without a window.
+Also printing of a page as PDF with a browser on this machine: Chromium or a relative of it, without a window.
 
-Writing a sheet to a file: a page, a PDF, a workbook, text or plain data, by the ending of its name.
+Also writing a sheet to a file: a page, PDF, workbook, text or plain data, depending on the suffix of the file name.
 """
 
 import io
@@ -36,7 +37,7 @@ NAMELESS = re.compile(r"[\\/*?:\[\]\x00-\x1f]")  # and no name of a leaf
 
 
 def workbook_of(sheet: Sheet) -> bytes:
-    """Return an .xlsx file; raises RecordingError if its library is not installed."""
+    """Return a sheet as the bytes of an .xlsx file; raises RecordingError if its library is not installed."""
     missing = "a workbook needs openpyxl: pip install 'heavylift[xlsx]'; or write the report as .html"
     book = extra("openpyxl", RecordingError(missing)).Workbook()
     book.remove(book.active)
@@ -59,7 +60,7 @@ def _named(title: str, taken: list[str]) -> str:
 
 
 def _fill(leaf: "Worksheet", table: Table, first: int) -> None:
-    """Write head, rows and notes of a table into a worksheet, from row `first` on."""
+    """Write the column heads, rows and notes of a table into a worksheet, from row `first` on."""
     from openpyxl.styles import Font
     from openpyxl.utils import get_column_letter
 
@@ -93,7 +94,7 @@ def _form(column: Column) -> str:
 
 
 def _write(place: Any, value: Value) -> None:
-    """Write a number, or a text that is never taken as a formula, into a cell."""
+    """Write a number into a cell, or a text that is never interpreted as a formula."""
     if value is not None:
         place.value = FORBIDDEN.sub(" ", value) if isinstance(value, str) else value
         place.data_type = "s" if isinstance(value, str) else "n"
@@ -104,7 +105,8 @@ PATIENCE = 60.0  # [s]
 
 
 def print_page(page: str, out: Path) -> bytes:
-    """Print a self-contained page as PDF and return its bytes; raises RecordingError if no browser can do it."""
+    """Print a self-contained page as PDF and return its bytes; raises RecordingError if there is no browser that can do
+    it."""
     found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
     if found is None:
         raise RecordingError(
@@ -131,13 +133,14 @@ PRINTED = f"% {GENERATOR}\n".encode()  # a comment behind the end of a PDF
 
 
 def write(sheet: Sheet, out: str | Path, what: str, force: bool = False) -> Path:
-    """Write a sheet and return its path; `what` names it in errors, such as "a report". Raises RecordingError."""
+    """Write a sheet to a file and return its path; `what` describes it in errors, such as "a report". Raises
+    RecordingError if it cannot be written."""
     path = output_path(out, what, FORMATS)
     return written(printed(sheet, path), path, what, FORMATS, force)
 
 
 def printed(sheet: Sheet, out: Path) -> str | bytes:
-    """Return a sheet in the form given by the ending of `out`."""
+    """Return a sheet in the format that the suffix of `out` names."""
     match out.suffix.lower():
         case ".pdf":
             return print_page(page_of(sheet), out) + PRINTED

@@ -1,9 +1,9 @@
-"""Data topics of a recording in progress for programs that draw them: thinned, and only if somebody listens.
+"""Data topics of a recording in progress for programs that draw them: thinned, and sent only if somebody listens.
 
 `/samples`, `/poses`, `/ropes`, `/scene` and `/log` have the same bytes as in the recording. Shapes and lines are sent
-again each second, for late listeners.
+again every second, for programs that connect later.
 
-Also the interface of observers of a run in progress; its base class ignores everything.
+Also the interface for observers of a run in progress, whose base class ignores everything.
 """
 
 import time
@@ -23,12 +23,13 @@ from .sink import RowWriter
 
 
 class Spectator:
-    """Observer of recorded data: receives `begin`, then `event`, `ropes`, `samples`, then `end`; ignores all."""
+    """Base class for observers of recorded data: an observer receives `begin`, then `event`, `ropes` and `samples`,
+    then `end`. This class ignores all of them."""
 
     def begin(
         self, run: Mapping[str, object], layout: SampleLayout, boxes: Sequence[DrawnBox], lines: Sequence[RopeLine]
     ) -> None:
-        """Receive the start data: facts of the run, sample columns, shapes and lines."""
+        """Receive the data at the start: facts of the run, sample columns, shapes and lines."""
 
     def event(self, t_ns: int, source: str, port: str, type: str, payload: bytes) -> None:
         """Receive an event on a port of a coupled model."""
@@ -37,14 +38,14 @@ class Spectator:
         """Receive the rope lines that are valid from now on."""
 
     def samples(self, times: Sequence[int], rows: NDArray[np.float64]) -> None:
-        """Receive simulation times [ns] and rows of samples."""
+        """Receive rows of samples with their simulation times [ns]."""
 
     def end(self, status: str, message: Mapping[str, str], peaks: Sequence[Mapping[str, object]], where: str) -> None:
-        """Receive the end of the run: status, remarks, peaks of the ropes, path of the recording."""
+        """Receive the end of the run: status, remarks, peak tensions of the ropes, path of the recording."""
 
 
 class Spectators(Spectator):
-    """Passes everything to several observers in order."""
+    """An observer that passes everything on to several observers, in order."""
 
     def __init__(self, *those: Spectator) -> None:
         for method in ("begin", "event", "ropes", "samples", "end"):
@@ -60,20 +61,20 @@ AGAIN_s = 1.0  # of the clock, after which what stands still is sent once more
 
 
 class Listener(Protocol):
-    """Interface of a receiver of protobuf messages that never blocks the caller."""
+    """Interface of a receiver of protobuf messages that must never block the caller."""
 
     def announce(self, topic: str, descriptor: Descriptor) -> None:
         """Announce a topic and the type of its messages."""
 
     def listens(self) -> bool:
-        """Return whether a subscriber exists."""
+        """Return whether there is a subscriber."""
 
     def put(self, topic: str, t_ns: int, data: bytes) -> None:
         """Publish a message with this simulation time [ns]."""
 
 
 class Broadcast(Spectator):
-    """Observer that passes at most `hz` samples per simulated second to the listener."""
+    """An observer that passes at most `hz` samples per simulated second on to a listener."""
 
     def __init__(self, listener: Listener, hz: float) -> None:
         self._listener, self._every_ns, self._due = listener, round(1e9 / hz), 0
@@ -88,13 +89,13 @@ class Broadcast(Spectator):
     def protobuf(
         self, topic: str, message: type[Message] | Descriptor, facts: Mapping[str, object] | None = None
     ) -> int:
-        """Add a channel, as `RecordingSink.protobuf` does for a recording; returns its number."""
+        """Add a channel, as `RecordingSink.protobuf` does for a recording; return its number."""
         self._topics.append(topic)
         self._listener.announce(topic, getattr(message, "DESCRIPTOR", message))
         return len(self._topics) - 1
 
     def write(self, channel: int, log_ns: int, publish_ns: int, data: bytes) -> None:
-        """Pass a message to the listener, as a recording would write it."""
+        """Pass on a message to the listener, in the form in which a recording would contain it."""
         self._listener.put(self._topics[channel], publish_ns, data)
 
     def begin(

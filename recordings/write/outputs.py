@@ -34,15 +34,15 @@ KINDS = (
 
 
 def file_path(path: object) -> Path:
-    """Return the path of a file name, given as text or a Path; raises RecordingError for anything else."""
+    """Return the path for a file name that is given as text or as a Path; raises RecordingError for anything else."""
     named = os.fspath(path) if isinstance(path, str | os.PathLike) else b""
     if isinstance(named, bytes) or "\0" in named:
-        raise RecordingError(f"{path!r} names no file; give its path as text or as a Path, such as 'run.mcap'")
+        raise RecordingError(f"{path!r} is not a file name; give a path as text or as a Path, such as 'run.mcap'")
     return Path(named)
 
 
 def unnamable(path: Path) -> str:
-    """Return why no file can have this name, including suffixes of a run; "" if one can."""
+    """Return why no file can have this name, including the suffixes that a run adds; "" if a file can."""
     try:
         _mode(path.with_name(path.name + COMMANDS))
     except OSError as error:
@@ -51,14 +51,14 @@ def unnamable(path: Path) -> str:
 
 
 def output_path(path: str | Path, what: str = "", endings: Sequence[str] = ()) -> Path:
-    """Return the path if it is free or an earlier output; raises OutputError that names what exists there or the
-    allowed suffixes, RecordingError if its folder is missing."""
+    """Return the path if it is free or holds an earlier output; raises OutputError, naming what exists there or which
+    suffixes are allowed, or RecordingError if its folder is missing."""
     path = file_path(path)
     with writing(path):
         _refuse(path)
         if not path.parent.is_dir():
             raise RecordingError(
-                f"{path}: the folder {path.parent} does not exist; make it or choose another place with -o"
+                f"{path}: the folder {path.parent} does not exist; create it or choose another folder with -o"
             )
         if endings and path.suffix.lower() not in endings:
             these = f"{', '.join(endings[:-1])} or {endings[-1]}" if len(endings) > 1 else endings[0]
@@ -71,14 +71,14 @@ def output_path(path: str | Path, what: str = "", endings: Sequence[str] = ()) -
 
 
 def names(path: Path) -> Iterator[Path]:
-    """Yield run.mcap, run-2.mcap, run-3.mcap and so on."""
+    """Yield the names run.mcap, run-2.mcap, run-3.mcap and so on."""
     yield path
     for number in count(2):
         yield path.with_name(f"{path.stem}-{number}{path.suffix}")
 
 
 def remains(path: Path) -> list[Path]:
-    """Return the existing files of an output of this name."""
+    """Return the existing files that belong to an output with this name."""
     every = [path, *(path.with_name(path.name + ending) for ending in (PART, COMMANDS))]
     return [x for x in every if _mode(x) is not None]
 
@@ -96,7 +96,7 @@ def left_by_a_run(part: Path) -> bool:
 
 
 def beside(path: Path, ending: str) -> Path:
-    """Return the default name of a derived file: run.mcap and -report.html give run-report.html."""
+    """Return the default name of a derived file: run.mcap and the ending -report.html give run-report.html."""
     return path.parent / f"{path.stem}{ending}"
 
 
@@ -106,7 +106,7 @@ def writing(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise RecordingError(f"{path}: cannot be written ({error.strerror}); choose another place with -o") from None
+        raise RecordingError(f"{path}: cannot be written ({error.strerror}); choose another folder with -o") from None
 
 
 def _refuse(path: Path) -> None:
@@ -120,7 +120,7 @@ def _refuse(path: Path) -> None:
     if not kind and not _made(path):
         kind = "a file that heavylift has not made"
     if kind:
-        raise OutputError(f"{path}: is {kind} and stays as it is; choose another name with -o")
+        raise OutputError(f"{path}: is {kind} and will not be overwritten; choose another name with -o")
 
 
 def _mode(path: Path) -> int | None:

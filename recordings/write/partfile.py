@@ -28,10 +28,10 @@ BLOCK = 1 << 20  # [bytes] read at once
 
 
 class PartFile(AbstractContextManager["PartFile"]):
-    """A file under construction: `stream` writes to it, `show()` or `finish()` names it; `path`: its final name.
+    """A file under construction: `stream` writes to it, `show()` or `finish()` gives it a name; `path`: its final name.
 
-    If `force`, an earlier output of heavylift of this name is replaced; else the next free name is taken. As a context
-    manager it finishes the file at its end, or leaves no file if the body raises.
+    If `force`, an earlier output of heavylift with this name is replaced; otherwise the next free name is used. As a
+    context manager it finishes the file at its end, or leaves no file if the body raises.
     """
 
     def __init__(
@@ -56,7 +56,7 @@ class PartFile(AbstractContextManager["PartFile"]):
         return writing(self._at or self.path)
 
     def show(self) -> None:
-        """Name the file `PATH.part`, or that of the next free path, as it is worth keeping from now on."""
+        """Give the file the name `PATH.part`, or that of the next free path, since it is worth keeping from now on."""
         with self.writing():
             self.stream.flush()
             for path in names(self.path):
@@ -76,7 +76,7 @@ class PartFile(AbstractContextManager["PartFile"]):
                 return
 
     def check(self, whole: bool = False) -> None:
-        """Raise RecordingError if the written data are no longer under the file's name; `whole`: compare all bytes."""
+        """Raise RecordingError if the file's name no longer leads to the written data; `whole`: compare all bytes."""
         if self._at is not None:
             try:
                 there = os.stat(self._at, follow_symlinks=False)
@@ -87,7 +87,7 @@ class PartFile(AbstractContextManager["PartFile"]):
         self._raw.check(whole)
 
     def finish(self) -> Path:
-        """Close the file and give it its final name, while it is still locked; returns its path."""
+        """Close the file and give it its final name while it is still locked; return its path."""
         with self.writing():
             self.stream.flush()
             self.check(whole=True)
@@ -104,7 +104,7 @@ class PartFile(AbstractContextManager["PartFile"]):
         return self.path
 
     def abandon(self, keep: bool = True) -> None:
-        """Close a file that cannot be finished; if `keep`, the incomplete file stays."""
+        """Close a file that cannot be finished; with `keep`, the incomplete file is kept."""
         with suppress(OSError, RecordingError):
             self.stream.close()
         with suppress(OSError):
@@ -143,7 +143,8 @@ class PartFile(AbstractContextManager["PartFile"]):
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 if path.suffix == PART and left_by_a_run(path):
                     raise OutputError(
-                        f"{path}: was left by a run that was cut off and is kept; `heavylift resume {path}` completes "
+                        f"{path}: was left by a run that was cut off and will not be "
+                        f"overwritten; `heavylift resume {path}` completes "
                         "that run, `heavylift recover` saves what there is; then delete it, or choose another name "
                         "with -o"
                     )

@@ -40,21 +40,21 @@ MEDIA = {".yaml": "application/yaml", ".json": "application/json"}
 
 
 def library() -> str:
-    """Return the name of the writer in the file's header: `heavylift X mcap-python/Y`."""
+    """Return the name of the writer for the file's header: `heavylift X mcap-python/Y`."""
     return f"heavylift {__version__} mcap-python/{version('mcap')}"
 
 
 def texts(facts: Mapping[str, object]) -> dict[str, str]:
-    """Return metadata values: text unchanged, everything else as JSON."""
+    """Return facts as metadata values: texts unchanged, everything else as JSON."""
     return {
         name: value if isinstance(value, str) else msgspec.json.encode(value).decode() for name, value in facts.items()
     }
 
 
 class RecordingSink:
-    """Writes facts and attachments as `<path>.part`; `finish` renames it.
+    """Writes facts and attachments to `<path>.part`; `finish` renames the file.
 
-    Messages are written to `mcap`, within `writing`.
+    Messages are written to `mcap`, within the context `writing`.
     """
 
     def __init__(
@@ -88,27 +88,28 @@ class RecordingSink:
 
     @property
     def path(self) -> Path:
-        """Path of the recording, which `finish` may change if a file has appeared there."""
+        """Path of the recording, which `finish` may change if another file has appeared there."""
         return self._file.path
 
     def protobuf(
         self, topic: str, message: type[Message] | Descriptor, facts: Mapping[str, object] | None = None
     ) -> int:
-        """Add a channel of this protobuf message class (or its descriptor); returns its number."""
+        """Add a channel for this protobuf message class (or its descriptor), and return the channel's number."""
         descriptor = getattr(message, "DESCRIPTOR", message)
         schema, name = file_descriptor_set(descriptor), descriptor.full_name
         return self.channel(topic, MessageEncoding.Protobuf, name, SchemaEncoding.Protobuf, schema, facts or {})
 
     def json(self, topic: str, name: str, schema: bytes, facts: Mapping[str, object]) -> int:
-        """Add a channel of JSON objects with this JSON Schema; returns its number."""
+        """Add a channel of JSON objects with this JSON Schema, and return the channel's number."""
         return self.channel(topic, MessageEncoding.JSON, name, SchemaEncoding.JSONSchema, schema, facts)
 
     def channel(
         self, topic: str, encoding: str, name: str, language: str, schema: bytes, facts: Mapping[str, object]
     ) -> int:
-        """Add a channel with this message encoding, schema name, schema language and schema; returns its number."""
+        """Add a channel with this message encoding, schema name, schema language and schema, and return the channel's
+        number."""
         if topic in self.topics:
-            raise RecordingError(f"topic {topic}: announced twice; name models, ports and samples apart")
+            raise RecordingError(f"topic {topic}: announced twice; models, ports and samples must have different names")
         with self.writing():
             number = self._schemas.get((name, schema))
             if number is None:
@@ -117,7 +118,7 @@ class RecordingSink:
         return self.topics[topic]
 
     def checkpoint(self, at: tuple[int, int], state: bytes) -> None:
-        """Attach a compressed state under its tag."""
+        """Attach a compressed state, named after its logical time."""
         with self.writing():
             media = "application/zstd"
             packed = zstandard.ZstdCompressor(write_checksum=True).compress(state)
@@ -132,7 +133,7 @@ class RecordingSink:
             yield
 
     def flush(self) -> None:
-        """Write to disk and check the file, at most twice per second."""
+        """Write pending data to disk and check the file, at most twice per second."""
         if time.monotonic() - self._flushed > FLUSH:
             with self.writing():
                 self.mcap.flush()
@@ -153,7 +154,7 @@ class RecordingSink:
         self._thread.join()
 
     def finish(self, result: Mapping[str, object]) -> Path:
-        """Write the metadata `result` and the summary, and give the file its name; returns its path."""
+        """Write the metadata `result` and the summary, and give the file its final name; return its path."""
         self._rest()
         with self.writing():
             self.mcap.metadata("result", texts(result))
@@ -161,7 +162,8 @@ class RecordingSink:
         return self._file.finish()
 
     def abandon(self, keep: bool = True) -> None:
-        """Close a file that cannot be finished; `keep` the incomplete file. Without effect on a finished one."""
+        """Close a file that cannot be finished; with `keep`, the incomplete file is kept. Has no effect on a finished
+        file."""
         self._rest()
         self._file.abandon(keep)
 
@@ -174,7 +176,7 @@ class Peak(NamedTuple):
 
 
 class RowBlock(NamedTuple):
-    """Encoded rows: simulation and log times [ns], numbers and poses, messages (n, bytes)."""
+    """Encoded sample rows: simulation and log times [ns], numbers and poses, messages (n, bytes)."""
 
     times: list[int]
     log_ns: list[int]
@@ -184,13 +186,13 @@ class RowBlock(NamedTuple):
 
 
 class Messages(Protocol):
-    """Interface that receives messages of channels, usually a recording."""
+    """Interface of a receiver of messages on channels, usually a recording."""
 
     def write(self, channel: int, log_ns: int, publish_ns: int, data: bytes) -> None: ...
 
 
 class Channels(Protocol):
-    """Interface that creates channels, whose messages go to `mcap`."""
+    """Interface that creates channels; their messages go to `mcap`."""
 
     @property
     def mcap(self) -> Messages: ...
@@ -200,7 +202,7 @@ class Channels(Protocol):
 
 
 class RowWriter:
-    """Writer of the rows of one layout; keeps the peak of each rope."""
+    """Writer of the sample rows of one layout; keeps the peak tension of each rope."""
 
     def __init__(self, sink: Channels, layout: SampleLayout, lines_every: float, lift: str = "") -> None:
         """Create the channels of all rows, or of the rows of a single lift in topics with its name."""
@@ -223,7 +225,8 @@ class RowWriter:
             self._lines = 0 if lift else sink.protobuf("/ropes", viewers.SceneUpdate)
 
     def ropes(self, lines: Sequence[viewers.RopeLine]) -> viewers.Ropes:
-        """Return rope lines prepared for `hang`; raises RecordingError for a line on a body without poses."""
+        """Return rope lines prepared for `hang`; raises RecordingError for a line on a body whose poses are not
+        sampled."""
         for line in lines:
             for body in (line.a_body, line.b_body):
                 if body != viewers.WORLD and body not in self.bodies:
@@ -271,8 +274,8 @@ class RowWriter:
 
 
 def note_peaks(peaks: dict[str, Peak], layout: SampleLayout, times: Sequence[int], rows: NDArray[np.float64]) -> None:
-    """Update each rope's peak tension: from all accepted steps if rows have it; for ropes over sheaves from samples, of
-    the most loaded part."""
+    """Update the peak tension of each rope: from all accepted steps if the rows contain it; for ropes over sheaves from
+    the samples, of the most loaded part."""
     found = [x for x in (layout.find("rope/peak") or layout.find("rope/tension"), layout.find(REEVING)) if x]
     when = layout.find("rope/peak_time")
     for tension in found:

@@ -37,7 +37,7 @@ EVENT, SAMPLE = 0, 1  # at one instant events stand before the sample taken afte
 
 
 class PendingRows(NamedTuple):
-    """The pending rows of a block, from number `first` on."""
+    """The rows of a block that wait to be written, from number `first` on."""
 
     rows: RowWriter
     block: RowBlock
@@ -55,9 +55,9 @@ class _Apart:
 class Recorder:
     """Writer of the recording `path`; `run`: facts known at the start, `attachments`: files by name.
 
-    An earlier recording of this name is kept and this one is run-2.mcap, unless `force` replaces it. Ropes are drawn at
-    most every `lines_every` [s] of simulation time. As a context manager it closes the file as failed when the body
-    raises.
+    An earlier recording with this name is kept and the new one becomes run-2.mcap, unless `force` replaces it. Ropes
+    are drawn at most every `lines_every` [s] of simulation time. As a context manager it closes the file as failed if
+    the body raises.
     """
 
     def __init__(
@@ -99,7 +99,7 @@ class Recorder:
     def add_port(
         self, model: str, port: str, schema: Mapping[str, object], key: str = "", units: Mapping[str, str] | None = None
     ) -> None:
-        """Add an output port: JSON Schema of its values, Zenoh key, units by field."""
+        """Add an output port, with the JSON Schema of its values, its Zenoh key, and units by field."""
         name = str(schema.get("title", schema.get("$ref", port))).rpartition("/")[2]
         facts = {"model": model, "port": port, "key": key, "units": dict(units or {})}
         self._ports[model, port] = self._sink.json(
@@ -107,17 +107,17 @@ class Recorder:
         )
 
     def layout(self, layout: SampleLayout) -> None:
-        """Set the columns of sample rows; to be called once."""
+        """Set the columns of sample rows; must be called only once."""
         self._rows = RowWriter(self._sink, layout, self._lines_every)
         self._lifts = {name: _Apart(RowWriter(self._sink, own, 0.0, name)) for name, own in layout.lifts.items()}
 
     def boxes(self, boxes: Sequence[DrawnBox]) -> None:
-        """Draw these boxes on their bodies, from time 0 on; to be called once, before the first message."""
+        """Draw these boxes on their bodies from time 0 on; must be called only once, before the first message."""
         channel = self._sink.protobuf("/scene", SceneUpdate)
         self._message(channel, 0, boxes_message(boxes))
 
     def ropes(self, t_ns: int, lines: Sequence[RopeLine]) -> None:
-        """Draw these ropes with the samples from this simulation time [ns] on, in place of earlier ones."""
+        """Draw these ropes with the samples from this simulation time [ns] on, replacing earlier ones."""
         rows = self._announced()
         ropes = rows.ropes(lines)
         self._put(t_ns, lambda _: rows.hang(ropes))
@@ -138,7 +138,7 @@ class Recorder:
         self._drain()
 
     def samples(self, payload: bytes) -> None:
-        """Record an encoded batch of the kernel; rows that are already recorded are skipped."""
+        """Record an encoded batch of samples from the kernel; rows that are already recorded are skipped."""
         rows = self._announced()
         batch = decode_batch(payload, rows.layout)
         if batch.lift:
@@ -195,7 +195,7 @@ class Recorder:
         self._drain()
 
     def checkpoint(self, at: tuple[int, int], state: bytes) -> None:
-        """Attach the state of the mechanics, complete up to this tag; not part of the digest."""
+        """Attach the state of the mechanics, complete up to this logical time; it is not part of the digest."""
         self._sink.checkpoint(at, state)
 
     def log(self, t_ns: int, level: str, name: str, message: str) -> None:
@@ -208,7 +208,7 @@ class Recorder:
         self._drain()
 
     def close(self, status: str = "finished", reason: str = "", result: Mapping[str, object] | None = None) -> Path:
-        """Write all pending data and the metadata `result`, finish the file and give it its name; returns its path."""
+        """Write all pending data and the metadata `result`, finish the file and give it its name; return its path."""
         if self._closed:
             return self._sink.path
         self._closed = True

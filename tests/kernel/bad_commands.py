@@ -39,11 +39,11 @@ def driven():
 COMMANDS = [
     (
         lambda s: s.references.set_profile("x", 0, 1.0, 1.0, None),
-        "'x': no drive, winch or master of this name; there are theta, drive, rope, sling",
+        "'x': there is no drive, winch or master with this name; there are theta, drive, rope, sling",
     ),
     (
         lambda s: s.references.set_profile("sling", 0, 1.0, 1.0, 1.0),
-        "rope 'sling': it has no winch; declare one to drive it",
+        "rope 'sling': it has no winch; declare one to change its length",
     ),
     (
         lambda s: s.references.set_profile("rope", SECOND, 1.0, 0.0, 1.0),
@@ -67,7 +67,7 @@ COMMANDS = [
     ),
     (
         lambda s: s.set_follow("sling", "theta", (1.0, 0.0, 0.0)),
-        "rope 'sling': it has no winch; declare one to drive it",
+        "rope 'sling': it has no winch; declare one to change its length",
     ),
     (
         lambda s: s.set_follow("rope", "x", (1.0, 0.0, 0.0)),
@@ -79,25 +79,25 @@ COMMANDS = [
     ),
     (
         lambda s: s.set_follow("rope", "its", (1.0, 0.0, 0.0)),
-        "'rope' cannot follow 'its', which servo may",
+        "'rope' cannot follow 'its', which only servo may follow",
     ),
     (
         lambda s: s.set_follow("drive", "way", (1.0, 0.0, 0.0)),
-        "'drive' cannot follow 'way': a prescribed drive follows commanded masters only",
+        "'drive' cannot follow 'way': a prescribed drive can follow only commanded masters",
     ),
     (
         lambda s: s.set_follow("rope", "theta", (nan, 0.0, 0.0)),
         "'rope' cannot follow (nan, 0.0, 0.0): the coefficients must be finite numbers",
     ),
-    (lambda s: s.set_brake("x", True), "'x': no brake of this name; there are brake"),
-    (lambda s: s.switches.watch("x", 1.0, True), "'x': no threshold of this name; there are low"),
-    (lambda s: s.switches.unwatch("x"), "'x': no threshold of this name; there are low"),
+    (lambda s: s.set_brake("x", True), "'x': there is no brake with this name; there are brake"),
+    (lambda s: s.switches.watch("x", 1.0, True), "'x': there is no threshold with this name; there are low"),
+    (lambda s: s.switches.unwatch("x"), "'x': there is no threshold with this name; there are low"),
     (
         lambda s: s.switches.watch("low", nan, True),
-        "threshold 'low': nan is no value to wait for; it must be a finite number",
+        "threshold 'low': nan is not a valid threshold; it must be a finite number",
     ),
-    (lambda s: s.unhook("x"), "'x': no rope of this name; there are rope, sling"),
-    (lambda s: s.hook("x"), "'x': no rope of this name; there are rope, sling"),
+    (lambda s: s.unhook("x"), "'x': there is no rope with this name; there are rope, sling"),
+    (lambda s: s.hook("x"), "'x': there is no rope with this name; there are rope, sling"),
     (lambda s: s.hook("sling", a=(1.0,)), "rope 'sling' at 0.000 s: end (1.0,); it must be 3 finite numbers"),
     (lambda s: s.hook("sling", b=(1.0, 2.0)), "rope 'sling' at 0.000 s: end (1.0, 2.0); it must be 3 finite numbers"),
     (
@@ -106,7 +106,7 @@ COMMANDS = [
     ),
     (lambda s: s.run(nan), "time nan: it must be a whole number of nanoseconds"),
     (lambda s: s.interrupt(1e8), "time 100000000.0: it must be a whole number of nanoseconds"),
-    (lambda s: s.interrupt(-1), "time -1 ns: it lies before the present, 0 ns"),
+    (lambda s: s.interrupt(-1), "time -1 ns is before the present time, 0 ns"),
     (lambda s: s.fire(), "no event has been located; run first"),
-    (lambda s: s.hook("rope"), "rope 'rope' at 0.000 s: it is hooked already; unhook it first"),
+    (lambda s: s.hook("rope"), "rope 'rope' at 0.000 s: it is already hooked; unhook it first"),
 ]

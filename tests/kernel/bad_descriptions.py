@@ -47,18 +47,18 @@ def with_(**parts):
 
 DESCRIPTIONS = [
     # the graph
-    (with_(bodies=(BODY, BODY)), "body 'a': two of this name; names must be unique"),
-    (with_(joints=(GUIDE, GUIDE)), "joint 'a-guide': two of this name; names must be unique"),
+    (with_(bodies=(BODY, BODY)), "body 'a': this name is used twice; names must be unique"),
+    (with_(joints=(GUIDE, GUIDE)), "joint 'a-guide': this name is used twice; names must be unique"),
     (with_(joints=(replace(GUIDE, child="b"),)), "joint 'a-guide': there is no body 'b'; known: a, world"),
     (with_(joints=(replace(GUIDE, parent="b"),)), "joint 'a-guide': there is no body 'b'; known: a, world"),
     (with_(joints=()), "body 'a': no joint connects it to the ground; add one (kind free if it floats)"),
     (
         with_(joints=(replace(GUIDE, parent="a"),)),
-        "joint 'a-guide': it joins 'a' to itself; give it another parent or child",
+        "joint 'a-guide': it connects 'a' to itself; give it another parent or child",
     ),
     (
         with_(bodies=(Body("world", 1.0),), joints=(replace(GUIDE, child="world"),)),
-        "body 'world': this is the name of the ground; choose another one",
+        "body 'world': this name is reserved for the ground; choose another one",
     ),
     (with_(bodies=(Body("a", -1.0),)), "body 'a': mass -1 kg; a mass cannot be negative"),
     (with_(joints=(replace(GUIDE, q0=(0.0, 1.0)),)), "joint 'a-guide': 2 initial coordinates; a prismatic joint has 1"),
@@ -78,8 +78,8 @@ DESCRIPTIONS = [
     # axes
     (
         with_(joints=(replace(GUIDE, kind="universal", second=(0.0, 0.6, 0.8)),)),
-        "joint 'a-guide': the angle between its axes is 36.87 deg; the second axis of a universal joint is "
-        "perpendicular to the first",
+        "joint 'a-guide': the angle between its axes is 36.87 deg; the second axis of a universal joint "
+        "must be perpendicular to the first",
     ),
     (
         with_(joints=(replace(GUIDE, kind="planar", second=(0.0, 2.0, 0.0)),)),
@@ -87,9 +87,9 @@ DESCRIPTIONS = [
     ),
     (
         with_(joints=(replace(GUIDE, kind="screw"),)),
-        "joint 'a-guide': its pitch is 0; a screw advances, in m/rad (else make it revolute)",
+        "joint 'a-guide': its pitch is 0; give the pitch of a screw in m/rad, or make the joint revolute",
     ),
-    (with_(joints=(replace(GUIDE, pitch=0.1),)), "joint 'a-guide': pitch is 0.1; a prismatic joint has none"),
+    (with_(joints=(replace(GUIDE, pitch=0.1),)), "joint 'a-guide': pitch is 0.1; a prismatic joint has no pitch"),
     # numbers
     (with_(bodies=(Body("a", nan),)), "body 'a': mass is nan; it must be a finite number"),
     (with_(bodies=(Body("a", 1.0, (0.0, inf, 0.0)),)), "body 'a': com is inf; it must be a finite number"),
@@ -99,14 +99,15 @@ DESCRIPTIONS = [
     ),
     (
         with_(bodies=(Body("a", 1.0, inertia=diagonal(1.0, 5.0, 3.0)),)),
-        "body 'a': its principal moments of inertia are 1, 3, 5 kg m2; no body has one that is larger than the sum of "
-        "the others (a flat plate has Ixx + Iyy = Izz): where the other two do not matter, as in plane motion, write "
+        "body 'a': its principal moments of inertia are 1, 3, 5 kg m2; none can be larger than the sum of the other "
+        "two (for a flat plate Ixx + Iyy = Izz): where the other two do not matter, as in plane motion, write "
         "[1.5, 5, 3.5] kg m2",
     ),
     (
         with_(bodies=(Body("a", 1.0, inertia=((1.0, 2.0, 0.0), (2.0, 1.0, 0.0), (0.0, 0.0, 1.0))),)),
-        "body 'a': its principal moments of inertia are -1, 1, 3 kg m2, and none can be negative: the products of "
-        "inertia Ixy 2, Ixz 0, Iyz 0 are too large for the moments; make them smaller",
+        "body 'a': its principal moments of inertia are -1, 1, 3 kg m2, but a "
+        "principal moment cannot be negative: the products of "
+        "inertia Ixy 2, Ixz 0, Iyz 0 are too large for the moments; reduce them",
     ),
     (with_(joints=(replace(GUIDE, p_PJ=(nan, 0.0, 0.0)),)), "joint 'a-guide': p_PJ is nan; it must be a finite number"),
     (with_(joints=(replace(GUIDE, q0=(-inf,)),)), "joint 'a-guide': q0 is -inf; it must be a finite number"),
@@ -130,7 +131,7 @@ DESCRIPTIONS = [
     (with_(ropes=(replace(ROPE, EA=0.0),)), "rope 'rope': EA is 0; it must be positive"),
     (with_(ropes=(replace(ROPE, L0=-3.0),)), "rope 'rope': L0 is -3; it must be positive"),
     (with_(ropes=(replace(ROPE, damping=-1.0),)), "rope 'rope': damping is -1; it cannot be negative"),
-    (with_(ropes=(replace(ROPE, lines=()),)), "rope 'rope': it has no line; give it at least one"),
+    (with_(ropes=(replace(ROPE, lines=()),)), "rope 'rope': it has no straight part (line); give it at least one"),
     (
         with_(ropes=(replace(ROPE, lines=(Line(Point("a", (0.0, 0.0, nan)), Point("world")),)),)),
         "rope 'rope': lines is nan; it must be a finite number",
@@ -154,7 +155,7 @@ DESCRIPTIONS = [
     # types and shapes
     ({}, "the description is {}; it must be a System"),
     (with_(gravity=None), "gravity is None; it must be a number"),
-    (with_(bodies=(GUIDE, *ONE.bodies)), f"bodies: {str(GUIDE)[:57]}... is none of them; it must be a Body"),
+    (with_(bodies=(GUIDE, *ONE.bodies)), f"bodies: {str(GUIDE)[:57]}... is not allowed; it must be a Body"),
     (with_(bodies=(Body(7, 1.0),)), "body 7: name is 7; it must be a text"),
     (with_(bodies=(Body("a", "heavy"),)), "body 'a': mass is 'heavy'; it must be a number"),
     (with_(bodies=(Body("a", None),)), "body 'a': mass is None; it must be a number"),
@@ -199,11 +200,11 @@ DESCRIPTIONS = [
     ),
     (
         with_(joints=(replace(GUIDE, kind="cylindrical", q0=(), v0=()),), springs=(JointSpring("spring", "a-guide"),)),
-        "'spring': say which coordinate of the cylindrical joint 'a-guide': travel or angle",
+        "'spring': name the coordinate of the cylindrical joint 'a-guide': travel or angle",
     ),
     (
         with_(springs=(JointSpring("spring", "a-guide", coordinate="angle"),)),
-        "'spring': joint 'a-guide' is prismatic; it has no coordinate 'angle' but travel",
+        "'spring': joint 'a-guide' is prismatic; it does not have the coordinate 'angle', only travel",
     ),
     (
         with_(joints=(replace(GUIDE, kind="fixed", q0=(), v0=()),), springs=(JointSpring("spring", "a-guide"),)),
@@ -248,14 +249,14 @@ DESCRIPTIONS = [
     ),
     (
         with_(ropes=(ROPE, ROPE)),
-        "'rope': two of this name; names of laws, drives and masters must be unique",
+        "'rope': this name is used twice; names of laws, drives and masters must be unique",
     ),
     (
         with_(ropes=(ROPE,), masters=(Master("rope"),)),
-        "'rope': two of this name; names of laws, drives and masters must be unique",
+        "'rope': this name is used twice; names of laws, drives and masters must be unique",
     ),
     (
         with_(ropes=(ROPE,), thresholds=(Threshold("rope", "tension", ropes=("rope",)),)),
-        "'rope': two of this name; names of laws, drives and masters must be unique",
+        "'rope': this name is used twice; names of laws, drives and masters must be unique",
     ),
 ]

@@ -103,10 +103,12 @@ def test_values_on_each_port_are_drawn_in_their_own_panel(recorded: Path, tmp_pa
 def test_too_many_or_unknown_ports_are_reported(tmp_path: Path) -> None:
     path = tmp_path / "many.mcap"
     run_models(f"{Path(__file__)}:clocks(9)", until=0.002, output=path, in_process=True)
-    with pytest.raises(RecordingError, match=r"18 ports in one figure; name some of them, such as 'clock0/bell', '"):
+    with pytest.raises(
+        RecordingError, match=r"18 ports are too many for one figure; name some of them, such as 'clock0/bell', '"
+    ):
         plot(path, tmp_path / "many.png")
     run_models(clocks, until=0.001, output=tmp_path / "none.mcap", in_process=True)
-    with pytest.raises(RecordingError, match=r"has no events to draw; let the run last longer$"):
+    with pytest.raises(RecordingError, match=r"has no events to draw; simulate a longer run$"):
         plot(tmp_path / "none.mcap", tmp_path / "none.png")
     assert export(tmp_path / "none.mcap", tmp_path / "none.csv").read_text().startswith("time [s],microstep,model")
     assert json.dumps(info_data(tmp_path / "none.mcap"))

@@ -243,7 +243,7 @@ def test_a_full_disk_is_reported_in_one_sentence(begin: Begin, tmp_path: Path) -
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
     assert str(error.value) == (
-        f"{tmp_path}/run.mcap.part: cannot be written (File too large); choose another place with -o"
+        f"{tmp_path}/run.mcap.part: cannot be written (File too large); choose another folder with -o"
     )
 
 
@@ -253,8 +253,8 @@ def test_undeclared_messages_are_refused_by_the_writer(begin: Begin, batch: Batc
         "event of west.moved: this port was not announced; call add_port first": lambda: rec.event(
             0, 0, "west", "moved", 0, "Done", b"\x80"
         ),
-        "topic /commander/stage: announced twice; name models, ports and samples apart": lambda: rec.add_port(
-            "commander", "stage", {"type": "object"}
+        "topic /commander/stage: announced twice; models, ports and samples must have different names": lambda: (
+            rec.add_port("commander", "stage", {"type": "object"})
         ),
         "rope line on girder: the samples have no pose of this body; check the name": lambda: rec.ropes(
             0, [RopeLine("r", "girder", (0, 0, 0), "hook", (0, 0, 0))]

@@ -27,8 +27,8 @@ def refusal(path: Path) -> str:
 
 def test_opening_a_pipe_as_a_recording_is_refused_without_waiting(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.mcap")
-    assert refusal(tmp_path / "pipe.mcap") == "is no file but a pipe or device; save the recording in a file first"
-    with pytest.raises(RecordingError, match=r"pipe\.mcap: is no file; give the name of a recording"):
+    assert refusal(tmp_path / "pipe.mcap") == "is a pipe or device; save the recording to a file first"
+    with pytest.raises(RecordingError, match=r"pipe\.mcap: is not a file; give the name of a recording"):
         recover(tmp_path / "pipe.mcap")
 
 
@@ -109,7 +109,7 @@ def test_a_chunk_that_claims_to_be_huge_is_not_unpacked(recorded: Path, tmp_path
     with pytest.raises(RecordingError) as error:
         Recording(path).events()
     assert str(error.value) == (
-        f"{path}: is damaged (a chunk of 134217728 bytes is beyond the limit; the checksum of its data is wrong); "
+        f"{path}: is damaged (a chunk of 134217728 bytes exceeds the size limit; the checksum of its data is wrong); "
         f"`heavylift recover {path}` saves what can be read"
     )
     frame = place + 12 + 4 + len("zstd") + 8
@@ -117,7 +117,7 @@ def test_a_chunk_that_claims_to_be_huge_is_not_unpacked(recorded: Path, tmp_path
     head = bomb[: index.compressed_size]
     data[frame : frame + len(head)] = head
     path.write_bytes(data)
-    with pytest.raises(RecordingError, match="a chunk does not have its stated size"):
+    with pytest.raises(RecordingError, match="the size of a chunk differs from the stated size"):
         Recording(path).events()
 
 

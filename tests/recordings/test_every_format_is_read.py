@@ -38,7 +38,7 @@ def test_each_recording_format_has_a_stored_example() -> None:
 @pytest.mark.parametrize("number", READABLE)
 def test_every_reader_reads_each_recording_format(number: int, tmp_path: Path) -> None:
     text = read_in_all_ways(golden(number), golden(number), tmp_path, pictures=True)
-    assert text == [f"{golden(number)}: is whole; there is nothing to recover"]
+    assert text == [f"{golden(number)}: is complete and undamaged; there is nothing to recover"]
 
 
 @pytest.mark.parametrize("number", READABLE)

@@ -171,7 +171,9 @@ def test_the_remains_of_a_killed_run_are_kept_even_if_its_name_is_forced(begin: 
     assert recorded_at(tmp_path / "run.mcap").name == "run-2.mcap"
     assert (part.read_bytes(), orders.read_bytes()) == (left, b"orders")
     before = all_below(tmp_path)
-    with pytest.raises(OutputError, match=rf"{part}: was left by a run that was cut off and is kept; .*resume {part}"):
+    with pytest.raises(
+        OutputError, match=rf"{part}: was left by a run that was cut off and will not be overwritten; .*resume {part}"
+    ):
         recorded_at(tmp_path / "run.mcap", force=True)
     assert all_below(tmp_path) == before
 

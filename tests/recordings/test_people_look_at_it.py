@@ -77,7 +77,8 @@ def test_recordings_that_cannot_be_plotted_are_reported(
             recorded,
             tmp_path / "no" / "run.png",
             None,
-            f"{tmp_path}/no/run.png: the folder {tmp_path}/no does not exist; make it or choose another place with -o",
+            f"{tmp_path}/no/run.png: the folder {tmp_path}/no does not exist; "
+            "create it or choose another folder with -o",
         ),
         (
             recorded,

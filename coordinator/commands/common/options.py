@@ -43,7 +43,9 @@ def paying_processes(
     if asked != AUTO:
         return asked
     if elsewhere:
-        raise typer.BadParameter("--processes auto tries processes on this machine; leave out --remote and --external")
+        raise typer.BadParameter(
+            "--processes auto measures processes on this machine only; leave out --remote and --external"
+        )
     from .process_count import paying
 
     count, found = paying(run, models)
@@ -54,7 +56,7 @@ def paying_processes(
 def one_process(in_process: bool, processes: int, places: Sequence[str] | None) -> bool:
     """Return `in_process`; raises BadParameter if another option contradicts it."""
     if in_process and (processes or places):
-        raise typer.BadParameter("--in-process: all models run in this process, leave out --processes and --place")
+        raise typer.BadParameter("--in-process: all models run in this process; leave out --processes and --place")
     return in_process
 
 

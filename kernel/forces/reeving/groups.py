@@ -158,7 +158,7 @@ def check_parallel(f: Reeving, graph: Graph, poses: Poses) -> None:
         if bends or loose:
             what = f"what bends of '{bends[0].body.name}'" if bends else f"the joint '{loose[0].joint.name}'"
             message = f"its edges are on several bodies, and {what} can turn the one on '{body}' out of parallel"
-            raise KernelError(f"reeving '{f.name}': {message}; name edges of one body")
+            raise KernelError(f"reeving '{f.name}': {message}; use edges of a single body")
 
 
 def _path(graph: Graph, body: str) -> list[int]:

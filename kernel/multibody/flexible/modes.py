@@ -60,7 +60,9 @@ class FlexibleModes:
             return len(self.nodes) - 1, self.nodes[-1]
         if distance[node] > NODE:
             near = ", ".join(f"{x:g}" for x in self.nodes[node])
-            raise KernelError(f"body '{self.name}': ({p[0]:g}, {p[1]:g}, {p[2]:g}) is no node; the nearest is ({near})")
+            raise KernelError(
+                f"body '{self.name}': ({p[0]:g}, {p[1]:g}, {p[2]:g}) is not a node; the nearest one is ({near})"
+            )
         return node, self.nodes[node]
 
     def at(self, station: int | float) -> np.ndarray:
@@ -165,7 +167,7 @@ def _modes_of(name: str, flexible: Flexible) -> FlexibleModes:
         if not x > NODE * stiffness.max():
             raise _loose(name, k + 1)
     if flexible.start and len(flexible.start) != len(mass):
-        raise KernelError(f"body '{name}': {len(flexible.start)} coordinates at the start for {len(mass)} modes")
+        raise KernelError(f"body '{name}': {len(flexible.start)} start coordinates for {len(mass)} modes")
     damping = 2.0 * flexible.damping * np.sqrt(mass * stiffness)
     return FlexibleModes(name, flexible, nodes, M, shapes, *(rounded_each(x) for x in (mass, stiffness, damping)))
 
@@ -192,7 +194,7 @@ def _shapes(
         rigid = orthonormal(rigid, times(M_f, rigid))[0]
         n = len(free) - rigid.shape[1]
         if n < flexible.modes:
-            raise KernelError(f"body '{name}': {flexible.modes} modes, but its model has only {n}")
+            raise KernelError(f"body '{name}': {flexible.modes} modes are requested, but its model has only {n}")
         try:
             basis = eigenmodes(M_f, K_f, flexible.modes, rigid)
         except ZeroDivisionError:

@@ -52,7 +52,9 @@ def track(modes: FlexibleModes, joint: str) -> Track:
     slider joint if the body is no beam or a mode is not smooth."""
     beam, m = modes.flexible.beam, len(modes.mass)
     if beam is None or beam.start:
-        raise KernelError(f"joint '{joint}': body '{modes.name}' is no beam from its origin on; a slider needs one")
+        raise KernelError(
+            f"joint '{joint}': body '{modes.name}' is not a beam that begins at its origin, as a slider needs"
+        )
     x = roots(4 * beam.elements)
     places = (1.0 + x) * beam.length / 2.0
     nodal = modes.shapes.reshape(-1, 6, m)[:, :4].reshape(-1, 4 * m)  # ux uy uz rx; ry and rz are slopes
@@ -65,7 +67,7 @@ def track(modes: FlexibleModes, joint: str) -> Track:
     least = min(errors.values())
     if least > NOT_SMOOTH:
         raise KernelError(
-            f"joint '{joint}': polynomials follow the modes of '{modes.name}' to {least:.1g} only; "
+            f"joint '{joint}': polynomials approximate the modes of '{modes.name}' to {least:.1g}; "
             "give its beam fewer modes or loads, or more elements"
         )
     fit = fits[next(n for n, error in errors.items() if error <= max(SMOOTH, 2.0 * least))]

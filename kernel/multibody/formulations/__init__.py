@@ -32,5 +32,5 @@ FORMULATIONS: dict[str, Callable[..., tuple[Array, Array, Array]]] = {
 def formulated(name: str) -> Callable[..., tuple[Array, Array, Array]]:
     """Return the function of a formulation; raises KernelError for an unknown name."""
     if name not in FORMULATIONS:
-        raise KernelError(f"formulation '{name}': there are {', '.join(FORMULATIONS)}")
+        raise KernelError(f"formulation '{name}' does not exist; choose {', '.join(FORMULATIONS)}")
     return FORMULATIONS[name]

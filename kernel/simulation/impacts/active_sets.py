@@ -224,15 +224,15 @@ class ContactSets:
             # no mobility and an approach: driven bodies would have to yield
             if not c.A[3 * i, 3 * i] > 0.0 and not c.b[3 * i] > 0.0:
                 raise KernelError(
-                    f"{x.label} '{x.name}' at {t:.6f} s: drives or locks hold all that it could move; stop the drive "
-                    "before, make it a servo, or free a joint"
+                    f"{x.label} '{x.name}' at {t:.6f} s: drives or locks hold everything that it could "
+                    "move; stop the drive earlier, make it a servo, or free a joint"
                 )
         f = settle(c)
         if not f.found:
             names = ", ".join(dict.fromkeys(f"{x.label} '{x.name}'" for x in on))
             raise KernelError(
-                f"{names} at {t:.6f} s: no forces fulfil contact and friction here (Painleve's paradox); "
-                "lower mu, or let a support with stiffness take its place"
+                f"{names} at {t:.6f} s: no forces satisfy contact and friction (Painleve's paradox); "
+                "reduce mu, or replace the contact by a support with stiffness"
             )
         return f
 

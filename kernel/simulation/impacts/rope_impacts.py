@@ -105,13 +105,13 @@ def _complementary(
     found = solve(A * (scale[:, None] * scale), b * scale, lo, hi)
     if not found.found:
         raise KernelError(
-            f"rigid ropes at {t:.6f} s: no set of taut ropes fits the forces; let some of them be elastic"
+            f"rigid ropes at {t:.6f} s: no set of taut ropes is consistent with the forces; make some of them elastic"
         )
     left = fsum(np.abs(found.x * found.w)[:first].tolist())
     if scale.min() < scale.max() and left > LEFT * fsum(np.abs(found.x * b * scale).tolist()):
         raise KernelError(
-            f"rigid ropes at {t:.6f} s: the masses that they and the loops move differ too much to find their "
-            "impulses; make the heavy bodies lighter, or let the ropes be elastic"
+            f"rigid ropes at {t:.6f} s: the masses that they and the loops move differ too much to "
+            "compute the impulses; make the heavy bodies lighter, or the ropes elastic"
         )
     return found.x * scale, found.w / scale
 

@@ -192,8 +192,8 @@ def check_start(sites: list[Site], numbers: Numbers, ends: Ends) -> None:
         deep = min(gap for gap, _ in s.pair.watch(*_shapes(s, numbers, ends)))
         if deep < -INSIDE:
             raise KernelError(
-                f"contact '{s.contact.name}' at 0.000 s: '{s.contact.a.body}' lies {-deep * 1e3:.3g} mm inside "
-                f"of '{s.contact.b.body}'; move them apart"
+                f"contact '{s.contact.name}' at 0.000 s: '{s.contact.a.body}' lies {-deep * 1e3:.3g} "
+                f"mm inside '{s.contact.b.body}'; move them apart"
             )
 
 

@@ -107,8 +107,8 @@ def check_compression(native: NativeState, row: np.ndarray, t_ns: int, lasting: 
         where, held = f"{where} {100.0 * part:.3g} % of", _held(program, program.graph.number(link.body.name))
         if part >= 1.0 and not held and t - limit[3] >= lasting:
             raise KernelError(
-                f"{where} the load at which it buckles, so that no deflection means anything; relieve it, make it "
-                "stiffer, or hold it where it would bend"
+                f"{where} its buckling load, so its computed deflection is meaningless; "
+                "reduce the load, make it stiffer, or brace it"
             )
         if not limit[1] and (not column.softens or part >= 1.0 or not held):
             limit[1] = 1.0
@@ -117,13 +117,13 @@ def check_compression(native: NativeState, row: np.ndarray, t_ns: int, lasting: 
 
 def _compressed(part: float, softens: bool, held: bool) -> str:
     if softens and held:
-        return "the load at which it would buckle if nothing but its frame held it; see that what else holds it does"
+        return "the load at which it would buckle if only its frame held it; make sure that its other supports hold it"
     if softens:
-        return "the load at which it buckles; make it stiffer or relieve it"
+        return "its buckling load; make it stiffer or reduce the load"
     more = f"about {100.0 * part / (1.0 - part):.2g} % too small" if part < 1.0 else "too small"
     return (
-        f"the load at which it buckles{' if nothing but its frame holds it' if held else ''}, which its matrices do "
-        f"not know of: its deflections across are {more}; describe it as a beam"
+        f"its buckling load{' if only its frame holds it' if held else ''}, an effect that its matrices do not "
+        f"include: its lateral deflections are {more}; describe it as a beam"
     )
 
 

@@ -29,7 +29,7 @@ def check_lengths(program: Program, t: float, lengths: np.ndarray) -> None:
     """Raise KernelError for a rope that is wound up; lengths: unstretched (n_ropes,) [m]."""
     for i in np.flatnonzero(wound_up(lengths)) if len(lengths) else ():
         name = program.system.ropes[i].name
-        raise KernelError(f"rope '{name}' at {t:.3f} s: all of it is wound up; stop its winch before")
+        raise KernelError(f"rope '{name}' at {t:.3f} s: it is completely wound up; stop its winch earlier")
 
 
 def wound_up(lengths: np.ndarray) -> np.ndarray:
@@ -44,7 +44,7 @@ def check_sliders(program: Program, t: float, q: np.ndarray) -> None:
         if not 0.0 <= q[k.q.start] <= length:
             raise KernelError(
                 f"slider '{k.joint.name}' at {t:.3f} s: it has left its beam, which reaches from 0 to "
-                f"{length:g} m; stop it before"
+                f"{length:g} m; stop it earlier"
             )
 
 
@@ -147,6 +147,6 @@ def _check(program: Program, tree: Tree, q: np.ndarray) -> None:
         if not 1.0 / factors.D_inverse[k] > ROUND_OFF * (s @ np.abs(I[i]) @ s):
             name, joint = tree.bodies[i].name, program.graph.links[tree.first + i].joint
             raise KernelError(
-                f"body '{name}': nothing resists its motion in joint '{joint.name}'; give it, or what it carries, mass "
-                "or inertia"
+                f"body '{name}': it can move without inertia in joint '{joint.name}'; give "
+                "it, or the bodies that it carries, mass or inertia"
             )

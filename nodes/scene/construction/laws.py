@@ -4,6 +4,7 @@ Their units are checked here, since they depend on whether the coordinate is a d
 """
 
 from collections.abc import Mapping
+from math import degrees
 from typing import Any
 
 from heavylift.kernel.description import mechanics as k
@@ -120,6 +121,12 @@ def laws_of(given: mechanics.Parts[Any]) -> dict[str, tuple[Any, ...]]:
     }
 
 
+def _place(checks: Checking, drive: mechanics.DriveKeys, x: float | None) -> str:
+    """Return a place of a drive as text: that of a joint that turns in degrees, others in metres without a unit."""
+    turns = getattr(checks.given.joints.get(drive.joint), "type", "") == "revolute"
+    return f"{degrees(x or 0.0):.4g} deg" if turns else f"{x or 0.0:g}"
+
+
 def actuators(checks: Checking) -> list[plan.Actuator]:
     """Return the drives and winches, with their start, ramp and end positions."""
     found = []
@@ -130,7 +137,8 @@ def actuators(checks: Checking) -> list[plan.Actuator]:
         accel, pulses = ramp_of(drive.ramp)
         ordered = lower is not None and upper is not None and lower < upper
         if drive.range and ordered and not drive.range[0] - TOUCH <= start <= drive.range[1] + TOUCH:
-            message = f"{plan.driven(name)} begins at {start:g}, past the end of its range, {lower:g} to {upper:g}"
+            first, *ends = (_place(checks, drive, x) for x in (start, lower, upper))
+            message = f"{plan.driven(name)} begins at {first}, past the end of its range, {' to '.join(ends)}"
             checks.fault((*checks.base, "joints", drive.joint, "start"), message)
         found.append(
             plan.Actuator(

@@ -1,6 +1,7 @@
 """Expansion of a crane or frame to the parts of its type: parameters are inserted, expressions evaluated, and names
 prefixed."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -179,15 +180,31 @@ class Expansion:
             if word in self.given or not (isinstance(raw, str) and raw.startswith("=")):
                 return raw
         try:
-            return self.values.computed(text[1:])
+            made = self.values.computed(text[1:])
+            if path[-1:] == ("start",) and (named := self._blamed(text)):
+                self.source.given[(*self.base, *to)] = (*self.at, self.written[named])
+            return made
         except ExpressionError as error:
             del self.values  # which stands where it failed
+            self.computed = False
+            if blamed := self._blamed(text):
+                message = f"the type {self.kind.name} computes {text[1:].strip()}: {error}"
+                self.source.fault((*self.at, self.written[blamed]), message)
+                return None
             what = "crane" if self.at[0] == "cranes" else "frame"
             own = f"in the {what} '{self.name}' of type {self.kind.name}"
             column = max(1 + error.column, len(text) - len(text[1:].lstrip()))
             self.source.fault((*self.base, *to), str(error), own, column=column)
-            self.computed = False
             return None
+
+    def _blamed(self, text: str) -> str:
+        """Return the first given parameter of a formula that can be computed with the type's own values; else ""."""
+        named = [key for key in self.given if re.search(rf"\b{re.escape(key)}\b", text)]
+        try:
+            Parameters(self.kind.parameters, {}).computed(text[1:])
+        except ExpressionError:
+            return ""
+        return min(named, key=text.index, default="")
 
     @cached_property
     def values(self) -> Parameters:

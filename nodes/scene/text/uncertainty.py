@@ -96,7 +96,7 @@ def half_width(text: str, units: Mapping[str, Fraction], how: str = "+-", relati
     if unit == "%" and relative:
         return width / 100.0, 0.0
     if unit not in units:
-        what = f"'{unit}' is no unit of it" if unit else "the unit is missing"
+        what = f"'{unit}' is not a unit of this quantity" if unit else "the unit is missing"
         raise ValueError(f"'{text}': {what}; use {', '.join(dict.fromkeys(('%', *filter(None, offered(units)))))}")
     return 0.0, width * float(units[unit])
 

@@ -29,7 +29,7 @@ def test_new_scenes_never_overwrite_existing_files(tmp_path: Path, monkeypatch: 
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mine.yaml").write_text("a day's work\n")
     message = CliRunner().invoke(app, ["new", "mine"])
-    assert str(message.exception) == "mine.yaml: is there already and stays as it is; choose another name"
+    assert str(message.exception) == "mine.yaml: exists already and will not be overwritten; choose another name"
     assert (tmp_path / "mine.yaml").read_text() == "a day's work\n"
 
 

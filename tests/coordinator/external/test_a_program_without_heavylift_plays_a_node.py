@@ -76,7 +76,8 @@ def test_an_existing_file_with_the_name_of_the_ticket_is_not_overwritten(tmp_pat
     ("more", "said"),
     {
         "--external s7": "--external 's7': there is no process 's7'; the processes are s0, s1",
-        "--external s1 --in-process": "--in-process: process s1 is an external program; leave out one of the two",
+        "--external s1 --in-process": "--in-process: process s1 is an external program; "
+        "use only one of the two options",
     }.items(),
 )
 def test_models_that_cannot_run_externally_are_refused_before_the_run(

@@ -65,7 +65,7 @@ REFUSED = {  # what it says, and the sentence
     ),
     "a result of others": (
         bye("ring.s10"),
-        "node s1 sent a result of ring.s10: a node sends results of its own models only",
+        "node s1 sent a result for ring.s10: a node may send results only for its own models",
     ),
     "a result of no type": (bye("ring.s1", "Ufo"), "node s1, its result of ring.s1: unknown message type 'Ufo'"),
     "an unknown field": (done([event(ms(5), payload=b"\x82\xa6number\x00\xa1x\x00")]), "not the canonical ones"),
@@ -134,7 +134,7 @@ def of_tomorrow(path: Path) -> None:
 
 
 CASES = {
-    "garbage": (speak(b"\x93\xa5hello\xc1"), "node s1 sent something that is not a message of the time protocol"),
+    "garbage": (speak(b"\x93\xa5hello\xc1"), "node s1 sent data that is not a message of the time protocol"),
     "no frame": (unframed, "node s1, message 0 on 'out': 39 bytes arrived that are no heavylift message"),
     "a flood": (flooding, "node s1, message 0 on 'out': 100 bytes arrived that are no heavylift message"),
     "a frame of tomorrow": (of_tomorrow, "node s1, message 0 on 'out': a frame of wire version 2 arrived, and this"),

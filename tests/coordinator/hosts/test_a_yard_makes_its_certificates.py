@@ -73,11 +73,11 @@ def test_missing_invalid_and_publicly_readable_key_files_are_reported_by_name(tm
     (tmp_path / "south.key").chmod(0o644)
     assert refusal(tmp_path, "south").endswith(f"make it private: chmod 600 {tmp_path}/south.key")
     (tmp_path / "south.key").chmod(0o600)
-    assert refusal(tmp_path, "south") == f"{tmp_path}/south.pem was made for 'west' and not for 'south'"
+    assert refusal(tmp_path, "south") == f"{tmp_path}/south.pem was issued to 'west' and not to 'south'"
     (tmp_path / "west.pem").write_bytes((tmp_path / "other" / "west.pem").read_bytes())
     assert "was not signed by" in refusal(tmp_path, "west")
     (tmp_path / "east.pem").write_text("no certificate")
-    assert refusal(tmp_path, "east") == f"{tmp_path}/east.pem is no certificate that can be read"
+    assert refusal(tmp_path, "east") == f"{tmp_path}/east.pem is not a readable certificate"
 
 
 def test_an_expired_certificate_is_reported_with_its_dates(tmp_path: Path) -> None:
@@ -89,7 +89,7 @@ def test_an_expired_certificate_is_reported_with_its_dates(tmp_path: Path) -> No
     (tmp_path / "west.key").write_bytes(key)
     (tmp_path / "west.key").chmod(0o600)
     until = datetime.now(UTC) - timedelta(minutes=30)
-    assert f"to {until:%Y-%m-%d} only, make a new one" in refusal(tmp_path, "west")
+    assert f"to {until:%Y-%m-%d} only; create a new one" in refusal(tmp_path, "west")
 
 
 @pytest.mark.parametrize("name", ["yard", "observer", "afar", "a b", ""])

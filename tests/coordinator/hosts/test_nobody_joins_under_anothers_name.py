@@ -49,10 +49,10 @@ def test_a_remote_process_may_join_only_under_the_name_in_its_certificate(run: R
             assert message == JoinReply(None, "its certificate was not made for 'crane'")
         assert asked(liar, key(hub.run, "enter", "crane"), "crane") is None
         message = asked(liar, key(hub.run, "enter", "block"), "crane")
-        assert message == JoinReply(None, "its certificate was made for 'block'")
+        assert message == JoinReply(None, "its certificate was issued to 'block'")
         assert text == [
             "refused process crane on host here: its certificate was not made for 'crane'",
-            "refused process crane on host here: its certificate was made for 'block'",
+            "refused process crane on host here: its certificate was issued to 'block'",
         ]
         with (
             remote_session(crane) as honest,

@@ -72,7 +72,7 @@ def test_check_suggests_sharing_processes_between_nodes_when_there_are_very_many
         (["crain=a"], 0, "--place 'crain=a': there is no node 'crain'; the nodes are commander, crane, "),
         (["crane"], 0, "--place 'crane': write nodes and their process, such as --place 'west,east=yard-a'"),
         (["crane,=a"], 0, "--place 'crane,=a': write nodes and their process"),
-        (["crane=a", "crane=b"], 0, "--place 'crane=b': node 'crane' is placed twice, name it once"),
+        (["crane=a", "crane=b"], 0, "--place 'crane=b': node 'crane' is placed twice; name it only once"),
         (["crane=a"], 2, "--processes and --place both assign nodes to processes; give one of them"),
         ([], -1, "--processes -1: a run needs at least one process"),
     ],

@@ -65,7 +65,7 @@ def test_lateness_is_measured_and_a_pause_stops_the_clock() -> None:
 
 @pytest.mark.parametrize("rate", [0.0, -1.0, float("nan"), float("inf")])
 def test_a_real_time_rate_must_be_positive_and_finite(rate: float) -> None:
-    with pytest.raises(ProtocolError, match=f"^--rate {rate:g}: a rate is positive and finite, 1 is real time$"):
+    with pytest.raises(ProtocolError, match=f"^--rate {rate:g}: a rate must be positive and finite; 1 is real time$"):
         RealTime(rate)
 
 
@@ -113,4 +113,4 @@ def test_a_run_in_real_time_reports_its_lateness(tmp_path: Path) -> None:
     assert (code, error.count("heavylift:")) == (0, 0)
     assert "by the clock: latest " in out
     code, _, error = said(tmp_path, "run", "sledge.yaml", "--rate", "-3")
-    assert (code, error) == (1, "heavylift: --rate -3: a rate is positive and finite, 1 is real time\n")
+    assert (code, error) == (1, "heavylift: --rate -3: a rate must be positive and finite; 1 is real time\n")

@@ -121,6 +121,4 @@ def test_watching_a_finished_run_is_refused(tmp_path: Path) -> None:
     (tmp_path / "old.mcap").touch()
     code, _, error = said(tmp_path, "watch", "old.mcap")
     assert code == 1
-    assert error == (
-        "heavylift: old.mcap: no run is writing it any more; `heavylift info old.mcap` lists its contents\n"
-    )
+    assert error == ("heavylift: old.mcap: its run has ended; `heavylift info old.mcap` lists its contents\n")

@@ -63,7 +63,7 @@ def test_a_drive_reaches_logged_positions_at_their_times(scene: LoadedScene, tmp
     [
         ("fall.hoist", "write target, verb, file and column"),
         ("fall.hoist={}:hoist", "row 1, column 'hoist': the unit is missing"),
-        ("fall.hoist={}:hoist [kN]", "row 1, column 'hoist': 'kN' is no unit of a speed or place"),
+        ("fall.hoist={}:hoist [kN]", "row 1, column 'hoist': 'kN' is not a unit of a speed or place"),
         ("fall.hoist={}:lift [m/s]", "row 1, column 'lift': there is no such column; there are time, hoist"),
         ("fall.hoist={}:hoist [m/min] @ 3", "missing unit"),
         ("fall.hoist={}:hoist [m/min] @ -90 s", "no two rows lie within the run"),

@@ -44,7 +44,7 @@ def refused(run: Path, path: Path, *maps: str, offset: float | None = None) -> s
         ({"time [s]": changed(T, 5, T[4]), "cell": CELL}, 7, "time", "2.0 comes after 2.0; times must rise"),
         ({"time [s]": [*T[:30], *(t + 9.0 for t in T[30:])], "cell": CELL}, 31, "time", "a gap of 9.5 s behind it"),
         ({"time": T, "cell": CELL}, 1, "time", "the unit is missing"),
-        ({"time [m]": T, "cell": CELL}, 1, "time", "'m' is no unit of time"),
+        ({"time [m]": T, "cell": CELL}, 1, "time", "'m' is not a unit of time"),
         ({"clock [s]": T, "cell": CELL}, 1, "time", "there is no such column; there are clock, cell"),
         ({"time [s]": T, "cel": CELL}, 1, "cell", "there is no such column; did you mean cel?"),
         ({"time [s]": T[:1], "cell": CELL[:1]}, 2, "time", "the log needs at least two rows"),
@@ -63,7 +63,7 @@ def test_a_fault_in_the_log_is_reported(
     ("line", "what"),
     [
         ("cell=rope/tension/west.H1", "row 1, column 'cell': the unit is missing"),
-        ("cell=rope/tension/west.H1 [m]", "'m' is no unit of rope/tension/west.H1; use kN, N, MN, t, kg"),
+        ("cell=rope/tension/west.H1 [m]", "'m' is not a unit of rope/tension/west.H1; use kN, N, MN, t, kg"),
         ("cell=rope/tension/west.H7 [kN]", "the run has no such channel; did you mean 'rope/tension/west.H"),
         ("cell=rope/tension/* [kN]", "2 channels"),
         ("cell=rope/tension/west.H1 [kN] +- 3", "the unit is missing; use %, kN"),
@@ -106,7 +106,7 @@ def test_a_file_that_is_not_a_measured_log_is_refused(run: Path, tmp_path: Path)
         assert "there is no such log" in refused(run, tmp_path / name)
     path = tmp_path / "log.csv"
     for data, what in ((b"", "no rows"), (b"time,cell\n", "no rows"), (b"\xff\xfe\n\x81", "no text"),
-                       (b"time [s],cell\n0,1\n1,2,3\n", "row 3: has 3 cells below a head of 2")):  # fmt: skip
+                       (b"time [s],cell\n0,1\n1,2,3\n", "row 3: has 3 cells, but the header has 2")):  # fmt: skip
         path.write_bytes(data)
         assert what in refused(run, path)
 

@@ -80,12 +80,12 @@ WRONG = [
     (
         HAND,
         ("models.hand.orders={pace: pusher}",),
-        "beside.py:Hand has no out port 'pace' for a SetPoint; it has speed",
+        "beside.py:Hand has no output port 'pace' for a SetPoint; it has speed",
     ),
     (
         HAND,
         ("models.hand.signals={ears: position of rail}",),
-        "beside.py:Hand has no in port 'ears' for a Sample; it has heard",
+        "beside.py:Hand has no input port 'ears' for a Sample; it has heard",
     ),
     (HAND, ("models.hand.period=0",), "0 is out of range: choose 0.001 ms to 100 days"),
     (HAND, ("models.hand.delay=-1 ms",), "a time must be zero or more here, not -1 ms"),

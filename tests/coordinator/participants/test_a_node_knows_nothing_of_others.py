@@ -162,7 +162,7 @@ def test_a_child_that_is_missing_in_the_second_build_is_reported() -> None:
 
 
 def test_a_build_that_returns_one_model_twice_is_refused() -> None:
-    message = "same() returned the model of an earlier call; let it make a new one each time"
+    message = "same() returned the model of an earlier call; it must create a new one each time"
     assert run("same()", in_process=True).endswith(message)
 
 
@@ -209,10 +209,10 @@ def test_an_invalid_limit_of_microsteps_is_refused(limit: Any) -> None:
 @pytest.mark.parametrize(
     ("until", "told"),
     [
-        (-1, "until=-1: a run ends at 0 s or later; give seconds"),
-        (float("nan"), "until=nan: a run ends at 0 s or later; give seconds"),
-        ("1 s", "until: '1 s' is no number; give seconds"),
-        (True, "until: True is no number; give seconds"),
+        (-1, "until=-1: a run ends at 0 s or later; give a number of seconds"),
+        (float("nan"), "until=nan: a run ends at 0 s or later; give a number of seconds"),
+        ("1 s", "until: '1 s' is not a number; give a number of seconds"),
+        (True, "until: True is not a number; give a number of seconds"),
         (
             10_000_000_000,
             "until=10000000000 looks like nanoseconds and would be 115741 days: `until` is in seconds; write 10.0 for "

@@ -84,6 +84,6 @@ def test_invalid_couplings_are_named() -> None:
     with pytest.raises(ProtocolError, match=r"^coupling a\.o -> x\.i: there is no node x$"):
         distances(["a"], [link("a", "x")], {})
     with pytest.raises(
-        ProtocolError, match=r"^coupling a\.o -> a\.i: both ports are of one node; couple them inside it$"
+        ProtocolError, match=r"^coupling a\.o -> a\.i: both ports belong to one node; couple them inside it$"
     ):
         distances(["a"], [link("a", "a")], {})

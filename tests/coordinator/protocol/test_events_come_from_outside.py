@@ -153,5 +153,5 @@ def test_events_for_decided_instants_or_unknown_nodes_are_refused() -> None:
     ):
         core.inject(*spoken([(5, 1)]))
     core.inject(*spoken([(6, 1)]))
-    with pytest.raises(ProtocolError, match=r"g0\.out is coupled to no node from outside"):
+    with pytest.raises(ProtocolError, match=r"g0\.out is not coupled to any node as an event from outside"):
         core.inject(Event(9, 0, "g0", "out", 0, "Number", b""))

@@ -127,7 +127,7 @@ def test_repeated_grants_are_answered_with_the_stored_done_and_a_done_counts_onc
     core.done("a", done)
     with pytest.raises(ProtocolError) as error:
         core.done("a", done)
-    assert str(error.value) == "a sent DONE 1 out of order, its last GRANT is 1"
+    assert str(error.value) == "a sent DONE 1 out of order; its last GRANT was 1"
     with pytest.raises(ProtocolError) as error:
         node.handle(Grant(4, FOREVER, None, False, []))
     assert str(error.value) == "a got GRANT 4 after GRANT 1"
@@ -138,7 +138,7 @@ def test_a_second_hello_is_refused() -> None:
     core.hello("a", Hello(Tag(5), [], Tag(5, 1)))
     with pytest.raises(ProtocolError) as error:
         core.hello("a", Hello(Tag(5), [], Tag(5, 1)))
-    assert str(error.value) == "a sent HELLO twice: two nodes have this name, or an old process came back"
+    assert str(error.value) == "a sent HELLO twice: two nodes have this name, or an earlier process has reconnected"
 
 
 def test_a_message_in_the_past_is_refused_with_its_port() -> None:

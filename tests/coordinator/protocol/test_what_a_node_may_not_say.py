@@ -9,14 +9,14 @@ from heavylift.nodes.devs import FOREVER, Tag
 
 def test_forbidden_messages_of_a_node_are_refused() -> None:
     core = Coordinator(["a", "b"], PAIR)
-    with pytest.raises(ProtocolError, match=r"^x is not a node of this run: they are a, b$"):
+    with pytest.raises(ProtocolError, match=r"^x is not a node of this run; its nodes are a, b$"):
         core.hello("x", hello(1))
     core.hello("a", hello(5, [event(5)]))
     with pytest.raises(ProtocolError, match=r"^a sent HELLO twice"):
         core.hello("a", hello(5))
     core.hello("b", hello(FOREVER.t))
     done = GrantDone(1, FOREVER, [], FOREVER, [], FOREVER, b"")
-    with pytest.raises(ProtocolError, match=r"^a sent DONE 1 out of order, its last GRANT is 0$"):
+    with pytest.raises(ProtocolError, match=r"^a sent DONE 1 out of order; its last GRANT was 0$"):
         core.done("a", done)
     core.ready()
     with pytest.raises(ProtocolError, match=r"^a sent an event of b: a node sends events of its own models only$"):
@@ -53,7 +53,8 @@ def test_a_node_that_sends_earlier_than_its_lookahead_is_reported_with_its_port(
     fail = node.handle(Grant(1, Tag(100), None, False, [event(5, "b")]))
     assert isinstance(fail, Fail)
     assert fail.sentence == (
-        "a at (0.000000015 s, 0): output on port out earlier than the (0.000000055 s, 0) that was declared; "
+        "a at (0.000000015 s, 0): output on port out before (0.000000055 s, 0), the earliest time that its declared "
+        "lookahead allows; "
         "declare a shorter lookahead"
     )
 

@@ -133,9 +133,9 @@ def test_without_a_terminal_replay_has_no_keys(lift: Path) -> None:
     assert done.returncode == 1
     assert done.stderr.endswith("--paused waits for keys, but there is no terminal; leave it out\n")
     done = subprocess.run([*arguments, "--from", "99", "--loop"], capture_output=True, text=True, timeout=60)
-    assert done.stderr.endswith("nothing was recorded in this time; give an earlier --from\n"), "no endless loop"
+    assert done.stderr.endswith("nothing was recorded in this time range; give an earlier --from\n"), "no endless loop"
     done = subprocess.run([*arguments, "--rate", "0"], capture_output=True, text=True, timeout=60)
-    assert done.stderr.endswith("--rate 0 is no speed; give a number above 0, such as 20\n")
+    assert done.stderr.endswith("--rate 0 is not a valid rate; give a number greater than 0, such as 20\n")
 
 
 def test_a_terminal_is_read_key_by_key_and_gets_its_settings_back(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -180,4 +180,4 @@ def test_a_replay_is_shown_in_the_same_page_as_runs(lift: Path, recorded: Record
     assert end["status"] == f"replayed, 20 s simulated; recorded in {lift}"
     done = subprocess.run([*arguments, "--loop"], capture_output=True, text=True, timeout=60)
     assert done.returncode == 1
-    assert done.stderr == f"heavylift: {lift}: --view shows a replay once, in one time; leave --loop out\n"
+    assert done.stderr == f"heavylift: {lift}: --view shows a replay only once; leave out --loop\n"

@@ -70,7 +70,7 @@ def test_a_control_function_is_called_every_period_with_all_samples():
         ({"period": 0.1}, "give both, or neither"),
         ({"control": lambda t, now: 3.0, "period": 0.1}, "3.0 at 0 s; return a dict of values by name"),
         ({"control": lambda t, now: {"hoist": 1.0}, "period": 0.1}, "'hoist'"),
-        ({"control": lambda t, now: {"push": float("nan")}, "period": 0.1}, "nan is no value of a signal"),
+        ({"control": lambda t, now: {"push": float("nan")}, "period": 0.1}, "nan is not a valid value of a signal"),
         ({"control": lambda t, now: {}, "period": 0.0}, "period"),
     ],
 )

@@ -54,7 +54,7 @@ def test_a_scene_with_a_very_long_name_runs(tmp_path: Path) -> None:
     (tmp_path / "long.yaml").write_text(text)
     code, answer, left = play(tmp_path, "run long.yaml --set end=1s --in-process")
     assert (code, len(answer), left) == (1, 1, [])
-    assert answer[0].endswith("cannot be written (File name too long); choose another place with -o")
+    assert answer[0].endswith("cannot be written (File name too long); choose another folder with -o")
 
 
 @pytest.mark.parametrize("words", ["run pendulum", f"devs {__file__}:long_60 --until 3ms", "check pendulum"])

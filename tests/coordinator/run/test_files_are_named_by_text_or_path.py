@@ -70,7 +70,7 @@ def test_arguments_that_name_no_file_are_refused(name: str, no_file: object, tmp
     monkeypatch.chdir(tmp_path)
     with pytest.raises(RecordingError) as e:
         READERS[name](no_file)
-    assert str(e.value) == f"{no_file!r} names no file; give its path as text or as a Path, such as 'run.mcap'"
+    assert str(e.value) == f"{no_file!r} is not a file name; give a path as text or as a Path, such as 'run.mcap'"
     assert not any(tmp_path.iterdir())
 
 

@@ -79,7 +79,7 @@ def test_events_from_simulate_agree_with_those_of_the_recording(tmp_path: Path) 
 
 def test_a_time_outside_the_run_is_refused() -> None:
     result = simulate(FALLING, until=1.0)
-    for times, message in ((1.5, "1.5 s is outside of the run, from 0 to 1 s"), (-0.1, "-0.1 s is outside")):
+    for times, message in ((1.5, "1.5 s is outside the run, which lasts from 0 to 1 s"), (-0.1, "-0.1 s is outside")):
         with pytest.raises(KernelError, match=message):
             result.at(times)
     for times in ([float("nan")], [[0.1]], "soon"):

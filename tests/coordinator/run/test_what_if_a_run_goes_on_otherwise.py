@@ -135,7 +135,7 @@ def test_an_edited_scene_replaces_the_recorded_one_in_a_branch(lift: Path, tmp_p
     [
         ("stage turn", "there is no stage 'turn'; there are take up slack, lift off, up, sideways, swing"),
         ("stage upp", "there is no stage 'upp'; did you mean up?"),
-        ("end of stage swing", "swing is the last stage, nothing comes after it"),
+        ("end of stage swing", "swing is the last stage; there is nothing after it to branch into"),
         ("stage take up slack", "nothing lies before it; run the scene instead"),
         ("0", "nothing lies before it"),
         ("2:00", "the run ended at 77.329 s"),
@@ -156,7 +156,7 @@ def test_changes_that_rule_out_a_branch_are_reported(
 ) -> None:
     with pytest.raises(SceneError, match="the branch changes nothing"):
         RunBranch.of(lift, "stage up")
-    with pytest.raises(SceneError, match=r"end 20 s: lies before the branch at 23\.680 s"):
+    with pytest.raises(SceneError, match=r"end 20 s: is before the branch point 23\.680 s"):
         RunBranch.of(lift, "stage up", ["end=20 s"])
     with pytest.raises(RecordingError, match="is the recording itself, which stays as it is"):
         branch(RunBranch.of(lift, "stage up", [SLOWER]), lift, force=True)

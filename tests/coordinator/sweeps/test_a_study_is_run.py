@@ -189,12 +189,12 @@ def test_a_process_pool_works_from_the_command_line(tmp_path: Path, monkeypatch,
     ("option", "value", "told"),
     [
         ("keep", "some", "--keep 'some': keep none, failed, all"),
-        ("workers", -1, "--workers: -1 is not an integer of 0 or more"),
-        ("workers", 2.5, "--workers: 2.5 is not an integer of 0 or more"),
+        ("workers", -1, "--workers: -1 is not a non-negative integer"),
+        ("workers", 2.5, "--workers: 2.5 is not a non-negative integer"),
         ("limit", 0.0, "--limit: 0.0 s is out of range"),
-        ("limit", "x", "--limit: 'x' is no number; give seconds"),
-        ("sample", True, "--sample: True is not an integer of 0 or more"),
-        ("seed", "x", "--seed: 'x' is not an integer of 0 or more"),
+        ("limit", "x", "--limit: 'x' is not a number; give a number of seconds"),
+        ("sample", True, "--sample: True is not a non-negative integer"),
+        ("seed", "x", "--seed: 'x' is not a non-negative integer"),
         ("vary", [3], "--vary [3]: give texts PATH=VALUES"),
         ("executor", 3, "executor=3: give one of concurrent.futures"),
         ("into", 3, "3 names no file"),
@@ -225,7 +225,7 @@ def test_a_missing_optional_package_for_studies_is_reported_in_one_sentence(
 
 
 def test_an_unknown_sampling_design_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(HeavyliftError, match="--design 'random': there is none; choose sobol or lhs"):
+    with pytest.raises(HeavyliftError, match="--design 'random' is not a known design; choose sobol or lhs"):
         studied(tmp_path / "study", sample=10, design="random")
 
 

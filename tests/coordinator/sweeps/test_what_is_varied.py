@@ -85,7 +85,7 @@ def test_one_number_of_a_list_can_be_varied_by_path(path: str) -> None:
         ("block.mass", "write PATH=VALUES"),
         ("block.mass=400..200 t by 25 t", "the range is empty"),
         ("block.mass=200..400 t by 0 t", "the range is empty"),
-        ("block.mass=200..400 t by 25 kg", "write one unit, t or kg"),
+        ("block.mass=200..400 t by 25 kg", "use a single unit, t or kg"),
         ("block.mass=200..400 t", "say in which steps"),
         ("block.mass={}", "nothing between the braces"),
         ("block.mas={1 t, 2 t}", "unknown key 'mas'"),

@@ -29,6 +29,7 @@ def near(scene: LoadedScene) -> list[Check]:
     return [x for x in near_at_rest(scene.plan, scene.statics) if isinstance(x, Check)]
 
 
+@pytest.mark.large(beyond=3)
 def test_a_load_out_of_plumb_is_reported_with_its_rope_on_every_crane_type(lift: Lift) -> None:
     tight = "limits={off-lead: 0.1 deg}"
     assert not red(lift.read(tight), "off-lead")
@@ -80,6 +81,7 @@ def test_the_swing_after_an_emergency_stop_is_checked(lift: Lift) -> None:
     assert 0.5 * float(angle.max()) <= (worst.value or 0.0) <= 1.05 * float(angle.max())
 
 
+@pytest.mark.large(beyond=3)
 def test_slings_that_pass_through_a_beam_are_reported(lift: Lift) -> None:
     """A box half way up a sling as it carries."""
     scene = lift.read()
@@ -93,6 +95,7 @@ def test_slings_that_pass_through_a_beam_are_reported(lift: Lift) -> None:
     assert any(tie.rope in f"{f.subject} {f.sentence}" or tie.rope.split(".")[0] in f.subject for f in found)
 
 
+@pytest.mark.large(beyond=3)
 def test_a_block_that_is_driven_into_a_wall_is_reported(lift: Lift) -> None:
     text = lift.beginning(f"  - {{stage: go, {lift.moved(MOVES)}}}\n")
     free = lift.read(text=text)

@@ -33,6 +33,7 @@ def apart(scene: LoadedScene) -> list[Check]:
     return [x for x in checks if x.quantity == "clearance" and "block" in x.subject and "wall" in x.subject]
 
 
+@pytest.mark.large(beyond=3)
 def test_a_clearance_below_its_limit_at_the_worst_corner_of_uncertain_inputs_is_red(lift: Lift) -> None:
     """The gap of the wall as it is written, and a scene in which it stands where it is worst."""
     random = Random(lift.x)
@@ -55,6 +56,7 @@ def test_a_run_reduces_clearances_at_the_worst_corner_as_check_does(lift: Lift) 
     assert [(x.state, x.value) for x in rows if "block" in x.subject] == [("red", pytest.approx(0.4, abs=0.05))]
 
 
+@pytest.mark.large(beyond=2)
 def test_lifts_side_by_side_keep_what_each_keeps_alone(lift: Lift) -> None:
     """One with a wall at an uncertain place and a limit of its own, beside one without both."""
     random = Random(lift.y)

@@ -127,7 +127,7 @@ def test_the_workbench_runs_one_simulation_at_a_time_and_can_stop_it(
             time.sleep(0.02)
 
     monkeypatch.setattr(runs, "COMMAND", [sys.executable, "-c", SLEEPER])
-    assert ask("stop") == (409, "no run goes on")
+    assert ask("stop") == (409, "no run is in progress")
     assert page.get(f"/{WORD}/live").status_code == 404
     assert ask("run") == (200, "")
     said("live", True)
@@ -135,7 +135,7 @@ def test_the_workbench_runs_one_simulation_at_a_time_and_can_stop_it(
     assert "is no order" in ask("dance")[1]
     assert ask("stop") == (200, "")
     said("code", 130)
-    assert ask("stop") == (409, "no run goes on")
+    assert ask("stop") == (409, "no run is in progress")
 
 
 @pytest.mark.parametrize(

@@ -183,7 +183,7 @@ def test_a_joint_in_a_loop_turned_by_a_motor_cannot_be_locked():
     with pytest.raises(KernelError) as e:
         s.set_lock("bolt", True)
     assert str(e.value) == (
-        "lock 'bolt' at 1.000 s: drive 'motor' moves; stop it before a joint of a scene with closed loops is locked"
+        "lock 'bolt' at 1.000 s: drive 'motor' is moving; stop it before locking a joint of a scene with closed loops"
     )
 
 
@@ -242,11 +242,11 @@ PLAIN = double_pendulum()
         ),
         (
             replace(PLAIN, drives=(Drive("d", "elbow", "prescribed"),)),
-            "lock 'bolt': joint 'elbow' is moved by the prescribed drive 'd'; stop that instead",
+            "lock 'bolt': joint 'elbow' is moved by the prescribed drive 'd'; stop the drive instead",
         ),
         (
             replace(PLAIN, locks=(Lock("l", "elbow", engaged=True),)),
-            "lock 'l': joint 'elbow' starts locked; its initial velocity must be zero",
+            "lock 'l': joint 'elbow' is locked at the start; its initial velocity must be zero",
         ),
         (
             replace(PLAIN, joints=(PLAIN.joints[0], replace(PLAIN.joints[1], kind="fixed", q0=(), v0=()))),
@@ -254,7 +254,7 @@ PLAIN = double_pendulum()
         ),
         (
             replace(PLAIN, locks=(Lock("l", "elbow"), Lock("l", "shoulder"))),
-            "'l': two of this name; names of laws, drives and masters must be unique",
+            "'l': this name is used twice; names of laws, drives and masters must be unique",
         ),
     ],
 )
@@ -268,4 +268,4 @@ def test_an_unknown_lock_is_refused():
     s = at(PLAIN, 0)
     with pytest.raises(KernelError) as e:
         s.set_lock("nut", True)
-    assert str(e.value) == "'nut': no lock of this name; there are bolt"
+    assert str(e.value) == "'nut': there is no lock with this name; there are bolt"

@@ -227,7 +227,7 @@ REFUSED = [
     ),
     (
         System((Body("load", 1.0),), (replace(GUIDE, parent="load"),)),
-        "joint 'guide': it joins 'load' to itself; give it another parent or child",
+        "joint 'guide': it connects 'load' to itself; give it another parent or child",
     ),
     (
         System(

@@ -42,12 +42,13 @@ def test_invalid_descriptions_are_refused(system, sentence):
         (
             with_(bodies=(Body("a", 0.0),)),
             {},
-            "body 'a': nothing resists its motion; give it, or what it carries, mass or inertia",
+            "body 'a': it can move without inertia; give it, or the bodies that it carries, mass or inertia",
         ),
         (
             with_(bodies=(Body("a", 1.0, (0.0, 0.6, 0.8)),), joints=(Joint("ball", "spherical", "world", "a"),)),
             {},
-            "body 'a': nothing resists its motion in joint 'ball'; give it, or what it carries, mass or inertia",
+            "body 'a': it can move without inertia in joint 'ball'; give it, "
+            "or the bodies that it carries, mass or inertia",
         ),
         (
             System(
@@ -55,7 +56,8 @@ def test_invalid_descriptions_are_refused(system, sentence):
                 (Joint("j", "spherical", "world", "a"), Joint("k", "revolute", "a", "b", X, axis=(0.0, 0.6, 0.8))),
             ),
             {},
-            "body 'b': nothing resists its motion in joint 'k'; give it, or what it carries, mass or inertia",
+            "body 'b': it can move without inertia in joint 'k'; give it, or "
+            "the bodies that it carries, mass or inertia",
         ),
         (ONE, {"tolerance": 0.0}, "tolerance 0: it must lie between 1e-14 and 1"),
         (ONE, {"tolerance": nan}, "tolerance nan: it must lie between 1e-14 and 1"),
@@ -63,16 +65,17 @@ def test_invalid_descriptions_are_refused(system, sentence):
         (
             ONE,
             {"method": "euler"},
-            "method 'euler': there is none of this name; choose one of semi-implicit-euler, rk4, dopri5, dop853, "
+            "method 'euler': there is no method with this name; choose one of "
+            "semi-implicit-euler, rk4, dopri5, dop853, "
             "radau5",
         ),
-        (ONE, {"method": "rk4"}, "method 'rk4': it has no error estimate; give it a step, such as 0.001 s"),
+        (ONE, {"method": "rk4"}, "method 'rk4': it has no error estimate and needs a fixed step, such as 0.001 s"),
         (ONE, {"tolerance": 1e-30}, "tolerance 1e-30: it must lie between 1e-14 and 1"),
         (ONE, {"tolerance": "a"}, "tolerance is 'a'; it must be a number"),
         (ONE, {"h_max": nan}, "h_max nan s: the longest step must be positive and finite"),
         (ONE, {"h_max": 0.0}, "h_max 0 s: the longest step must be positive and finite"),
         (ONE, {"h_max": -1.0}, "h_max -1 s: the longest step must be positive and finite"),
-        (ONE, {"h_max": 1e9}, "a step of 1e+09 s has more than 1000000 samples; make it shorter"),
+        (ONE, {"h_max": 1e9}, "a step of 1e+09 s has more than 1000000 samples; make the step shorter"),
         (ONE, {"opt": 9}, "opt 9: the compiler's levels are 0, 1, 2 and 3"),
         (ONE, {"step": 0.0}, "step 0 s: a fixed step must be at least 1e-09 s and finite"),
         (ONE, {"step": nan}, "step nan s: a fixed step must be at least 1e-09 s and finite"),
@@ -134,7 +137,7 @@ def test_unknown_names_are_refused():
         ("threshold", switches.unwatch),
         ("brake", lambda name: switches.set_brake(name, True, None)),
     ):
-        with pytest.raises(KernelError, match=f"'x': no {what} of this name; there are none"):
+        with pytest.raises(KernelError, match=f"'x': there is no {what} with this name; there are none"):
             call("x")
 
 
@@ -144,7 +147,7 @@ def test_a_winch_that_winds_up_more_rope_than_there_is_ends_the_run():
     s.settle()
     with pytest.raises(KernelError) as e:
         s.run(60 * SECOND)
-    assert str(e.value) == "rope 'rope' at 7.117 s: all of it is wound up; stop its winch before"
+    assert str(e.value) == "rope 'rope' at 7.117 s: it is completely wound up; stop its winch earlier"
 
 
 def test_infinite_motion_is_reported_with_its_body():
@@ -180,8 +183,8 @@ def test_a_drive_that_pushes_a_body_into_the_ground_is_reported_with_the_contact
     with pytest.raises(KernelError) as e:
         s.run(2 * SECOND)
     assert str(e.value) == (
-        "contact 'ground' at 0.632456 s: drives or locks hold all that it could move; stop the drive before, make it "
-        "a servo, or free a joint"
+        "contact 'ground' at 0.632456 s: drives or locks hold everything that it could move; stop the drive earlier, "
+        "make it a servo, or free a joint"
     )
 
 

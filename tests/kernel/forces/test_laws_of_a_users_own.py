@@ -129,7 +129,7 @@ BAD = [
     ("counting", "a condition is not a number", "use select(condition, a, b)"),
     ("answering", "a condition is not a number", "use select(condition, a, b)"),
     ("choosing", "a number is not a condition", "with > or >="),
-    ("gambling", "computes something else each time", "a law depends on what it is given only"),
+    ("gambling", "gives different results when it is called again", "a law may depend only on its arguments"),
     ("undefined", "'laws_of_a_user:undefined' computes with nan", "give it finite numbers"),
     ("absent", "there is no function 'absent' in 'laws_of_a_user'", ""),
 ]
@@ -206,7 +206,7 @@ def test_invalid_characteristics_are_refused(x, effort, told):
 
 def test_two_forces_with_the_same_name_are_refused():
     loads = (Load("f", Point("load"), X), Load("f", Point("load"), X))
-    with pytest.raises(KernelError, match="'f': two of this name"):
+    with pytest.raises(KernelError, match="'f': this name is used twice"):
         Simulation(replace(slider(), forces=loads))
 
 

@@ -76,7 +76,7 @@ def test_the_failure_of_one_island_is_raised_after_an_earlier_event_of_another()
 def test_an_unknown_name_in_a_command_to_islands_is_refused() -> None:
     s = islands()
     s.start()
-    with pytest.raises(KernelError, match="'rope-c': no drive, winch or master of this name"):
+    with pytest.raises(KernelError, match="'rope-c': there is no drive, winch or master with this name"):
         s.set_profile("rope-c", 0, 1.0, 1.0, 1.0)
-    with pytest.raises(KernelError, match="'rope-c': no rope of this name"):
+    with pytest.raises(KernelError, match="'rope-c': there is no rope with this name"):
         s.unhook("rope-c")

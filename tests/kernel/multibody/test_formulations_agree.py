@@ -73,5 +73,7 @@ def test_massless_parts_with_prescribed_joints_are_solved_in_every_formulation(f
 
 
 def test_an_unknown_formulation_is_refused():
-    with pytest.raises(KernelError, match="formulation 'magic': there are recursive, articulated, embedding, augment"):
+    with pytest.raises(
+        KernelError, match="formulation 'magic' does not exist; choose recursive, articulated, embedding, augment"
+    ):
         Simulation(hung(60.0), formulation="magic")

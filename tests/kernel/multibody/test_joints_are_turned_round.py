@@ -68,5 +68,5 @@ def test_a_joint_that_cannot_be_reversed_without_changing_coordinates_is_refused
         started(System((load,), (Joint("ball", "spherical", "load", WORLD),)))
     assert str(e.value) == (
         "joint 'ball': only this joint holds its parent 'load', and a joint carries its child; "
-        "exchange its parent and child"
+        "swap its parent and child"
     )

@@ -113,13 +113,13 @@ def driven(subscribed: frozenset[str] = frozenset()) -> Simulation:
 
 
 SETTLE = "the simulation was stopped there by an event or a command; call settle() first"
-STOP = "the run has gone on since; call interrupt(t_ns) or fire() before, and settle() after it"
+STOP = "the run has advanced since then; call interrupt(t_ns) or fire() before, and settle() after it"
 
 
 def test_an_interrupt_before_the_last_step_is_refused() -> None:
     s = driven()
     s.run(3 * SECOND)
-    with pytest.raises(KernelError, match=r"^time 1000000000 ns: it lies before the present, 2\d{9} ns$"):
+    with pytest.raises(KernelError, match=r"^time 1000000000 ns is before the present time, 2\d{9} ns$"):
         s.interrupt(SECOND)
 
 
@@ -176,7 +176,7 @@ def test_a_command_to_a_simulation_that_was_not_stopped_is_refused(name: str) ->
 def test_settle_without_a_preceding_stop_is_refused() -> None:
     s = driven()
     s.run(SECOND)
-    with pytest.raises(KernelError, match=r"^settle at 0\.\d+ s: the run has gone on since; call interrupt"):
+    with pytest.raises(KernelError, match=r"^settle at 0\.\d+ s: the run has advanced since then; call interrupt"):
         s.settle()
 
 
@@ -193,7 +193,7 @@ def test_a_second_settle_changes_nothing() -> None:
 def test_starting_during_a_run_is_refused() -> None:
     s = driven()
     s.run(SECOND)
-    with pytest.raises(KernelError, match="the simulation has been started and has gone on; build another one"):
+    with pytest.raises(KernelError, match="the simulation has already advanced; create another one"):
         s.start()
 
 

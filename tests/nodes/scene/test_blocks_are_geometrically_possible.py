@@ -94,8 +94,8 @@ mechanism:
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
-        ("P1: [-8 m, -6 m, 4.3 m]", "P1: [-8 m, -6 m, 5.2 m]", "the lug P1 is 1.2 m off the block"),
-        ("R1: [-2 m, 6 m, 4.3 m]", "R1: [-2 m, 9.5 m, 4.8 m]", "the lug R1 is 1.7 m off the block"),
+        ("P1: [-8 m, -6 m, 4.3 m]", "P1: [-8 m, -6 m, 5.2 m]", "the lug P1 is 1.2 m away from the block"),
+        ("R1: [-2 m, 6 m, 4.3 m]", "R1: [-2 m, 9.5 m, 4.8 m]", "the lug R1 is 1.7 m away from the block"),
         ("size: [20 m, 16 m, 8 m]", "com: [0 m, 0 m, 30 m]\n  size: [20 m, 16 m, 8 m]", "is 26 m outside the block"),
         ("size: [20 m, 16 m, 8 m]", "com: [0 m, 0 m, -4.5 m]\n  size: [20 m, 16 m, 8 m]", "is 0.5 m outside the block"),
     ],

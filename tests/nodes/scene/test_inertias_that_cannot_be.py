@@ -20,7 +20,7 @@ mechanism:
 """
 PIN = "type: revolute, axis: [0, 0, 1]"
 FLAT = (
-    "no body has one that is larger than the sum of the others (a flat plate has Ixx + Iyy = Izz): where the other two "
+    "none can be larger than the sum of the other two (for a flat plate Ixx + Iyy = Izz): where the other two "
     "do not matter, as in plane motion, write"
 )
 COUNT = "Ixx, Iyy, Izz or Ixx, Iyy, Izz, Ixy, Ixz, Iyz are needed here, not"
@@ -71,13 +71,14 @@ def faults(inertia, mass="1 kg", joint=PIN):
         ("[0, 0, 0, 0, 0, 0, 0]", f"8:16: error: {INERTIA}: {COUNT} 7 values"),
         (
             "[1 kg m2, 1 kg m2, 1 kg m2, 5 kg m2, 0, 0]",
-            f"8:7: error: {INERTIA}: body 'bar': its principal moments of inertia are -4, 1, 6 kg m2, and none can be "
-            "negative: the products of inertia Ixy 5, Ixz 0, Iyz 0 are too large for the moments; make them smaller",
+            f"8:7: error: {INERTIA}: body 'bar': its principal moments of inertia are -4, 1, 6 kg m2, but a principal "
+            "moment cannot be negative: the products of inertia Ixy 5, Ixz 0, Iyz 0 are too large for the "
+            "moments; reduce them",
         ),
         (
             "[1 kg m2, 1 kg m2, 0]",
-            "6:5: error: mechanism.bodies.bar: body 'bar': nothing resists its motion; give it, or what it carries, "
-            "mass or inertia",
+            "6:5: error: mechanism.bodies.bar: body 'bar': it can move without inertia; give it, or the bodies that it "
+            "carries, mass or inertia",
         ),
     ],
 )  # fmt: skip

@@ -37,7 +37,7 @@ REFUSED = [
     ("block.mass=300 t +- 1e999 t", "'+- 1e999 t' is no uncertainty"),
     ("block.mass=300 t +-", "'+-' is no uncertainty"),
     ("block.mass=300 t +- 10", "'+- 10': the unit is missing; use %, t, kg"),
-    ("block.mass=300 t sd 3 kN", "'sd 3 kN': 'kN' is no unit of it; use %, t, kg"),
+    ("block.mass=300 t sd 3 kN", "'sd 3 kN': 'kN' is not a unit of it; use %, t, kg"),
     ("block.mass=300 t +- 120 %", "reaches down to -60 t, and a mass must be greater than zero here"),
     ("block.mass=300 t sd 60 %", "reaches down to -60 t"),
     ("block.mass=306..294 t", "'306..294 t': the first end must be below the second"),
@@ -118,7 +118,7 @@ def test_an_uncertainty_on_the_command_line_replaces_that_of_the_file() -> None:
     ("given", "sentence"),
     [
         (["block.mass"], "write its uncertainty behind it"),
-        (["block.mass +- 3 kN"], "input block.mass: '+- 3 kN': 'kN' is no unit of it"),
+        (["block.mass +- 3 kN"], "input block.mass: '+- 3 kN': 'kN' is not a unit of it"),
         (["block.weight +- 3 %"], "input block.weight: there is no 'weight'"),
         (["block.mass +- 3 %", "block.mass +- 2 %"], "input block.mass: is named twice"),
         (["block.com.x +- 3 %"], "'+- 3 %' of a value of 0 says nothing"),

@@ -112,7 +112,7 @@ def lines(old: str, new: str) -> list[str]:
             "second axis: [0, 1, 0]",
             "second axis: [1, 1, 0]",
             "scene.yaml:29:5: error: mechanism.joints.cross: joint 'cross': the angle between its axes is 45 deg; "
-            "the second axis of a universal joint is perpendicular to the first",
+            "the second axis of a universal joint must be perpendicular to the first",
         ),
         (
             "second axis: [0, 1, 0]",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from math import acos, atan2, cos, pi, sqrt
 from pathlib import Path
 
@@ -127,6 +128,14 @@ def test_faults_name_the_line_of_type_or_scene(tmp_path: Path, type_text: str, s
     with pytest.raises(SceneError) as refused:
         load(own(tmp_path, type_text, scene))
     assert told in str(refused.value)
+
+
+@pytest.mark.parametrize("kind", [name for name, path in library().items() if "\n  radius:" in path.read_text()])
+def test_a_radius_out_of_reach_is_a_fault_of_the_scene_on_every_type(kind: str) -> None:
+    for radius, cause in (("1000 m", "'acos' needs a ratio from -1 to 1"), ("2 m", "deg, past the end of its range")):
+        with pytest.raises(SceneError, match=re.escape(cause)) as refused:
+            parse(f"heavylift: 1\nname: far\nend: 1 s\ncranes:\n  c: {{type: {kind}, radius: {radius}}}\n", "far.yaml")
+        assert f"far.yaml:5:{23 + len(kind)}: error: cranes.c.radius: " in str(refused.value)
 
 
 OLD = """\

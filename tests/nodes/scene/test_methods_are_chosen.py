@@ -76,7 +76,7 @@ def test_integration_methods_that_cannot_run_are_refused_before_the_start(keys: 
     ("scene", "keys", "sentence"),
     [
         ("lift", ["method=rk4"], "method 'rk4': it has no error estimate; give it a step"),
-        ("lift", ["method=rk4", "step=1 s"], "step 1 s at 0.000 s: too long for method 'rk4', since 'block' on"),
+        ("lift", ["method=rk4", "step=1 s"], "step 1 s at 0.000 s is too long for method 'rk4', since 'block' on"),
         ("lift", ["method=rk4", "ask=[swing]", "accuracy=1 %"], "method 'rk4': it has no error estimate"),
         ("arm", ["method=semi-implicit-euler"], "it has no error estimate; give it a step"),
         ("girder", ["method=rk4", "step=1 s"], "too long for method 'rk4', since 'girder' on 'girder' swings at"),

@@ -187,7 +187,9 @@ def test_edges_on_bodies_that_stay_parallel_may_bend_the_same_rope(joint: str) -
         return
     with pytest.raises(SceneError) as message:
         parse(text, passing=True)
-    assert "the joint 'stands' can turn the one on 'pier' out of parallel; name edges of one body" in str(message.value)
+    assert "the joint 'stands' can turn the one on 'pier' out of parallel; use edges of a single body" in str(
+        message.value
+    )
     assert "scene.yaml:" in str(message.value)
 
 

@@ -11,14 +11,14 @@ from scipy.spatial.transform import Rotation
 from small_scenes import SECOND, G, started
 
 REFUSED = [
-    (Contact("c", Box("brick", (1.0, 1.0, 1.0)), Ball("world")), "box against ball; possible are"),
+    (Contact("c", Box("brick", (1.0, 1.0, 1.0)), Ball("world")), "box against ball; possible pairs are"),
     (Contact("c", Ball("brick"), Ball("brick")), "both shapes belong to 'brick'"),
     (Contact("c", Ball("brick"), Plane(), -0.1), "mu is -0.1; it cannot be negative"),
     (Contact("c", Ball("brick"), Plane(), 0.1, 1.5), "restitution is 1.5"),
     (Contact("c", Ball("brick"), Plane(normal=(0.0, 0.0, 0.0))), "the normal of its plane is zero"),
     (Contact("c", Box("brick", (1.0, 0.0, 1.0)), Plane()), "make them positive"),
     (Contact("c", Ball("brock"), Plane()), "there is no body 'brock'"),
-    (Contact("c", Ball("brick", radius=0.51), Plane()), "lies 10 mm inside of 'world'"),
+    (Contact("c", Ball("brick", radius=0.51), Plane()), "lies 10 mm inside 'world'"),
 ]
 
 

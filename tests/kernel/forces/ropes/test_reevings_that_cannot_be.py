@@ -37,7 +37,7 @@ def test_impossible_reevings_are_refused(changes, told):
 
 def test_a_rope_whose_line_has_no_length_is_refused():
     rope = Rope("r", (Line(WORLD, LOAD), Line(LOAD, Point("load"))), 1e6, 10.0)
-    with pytest.raises(KernelError, match="rope 'r': line 2 begins and ends at one point; it has no length"):
+    with pytest.raises(KernelError, match="rope 'r': line 2 begins and ends at the same point, so its length is zero"):
         Simulation(replace(slider(), ropes=(rope,)))
 
 

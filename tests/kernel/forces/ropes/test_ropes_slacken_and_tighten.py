@@ -82,7 +82,7 @@ def test_a_sling_can_be_hooked_only_if_it_is_long_enough():
     s.run(SECOND)
     assert events(s)[:1] == [("rope", "taut")]
     s.interrupt(SECOND)
-    with pytest.raises(KernelError, match=r"rope 'rope' at 1\.000 s: it is hooked already; unhook it first"):
+    with pytest.raises(KernelError, match=r"rope 'rope' at 1\.000 s: it is already hooked; unhook it first"):
         s.hook("rope")
 
 
@@ -109,5 +109,5 @@ def test_an_unhooked_rope_has_neither_tension_nor_events():
     hand_over(s, 2 * SECOND)
     assert s.state[1] == pytest.approx(-G * 1.0, rel=1e-9)
     s.unhook("rope")  # twice is no error
-    with pytest.raises(KernelError, match=r"'towline': no rope of this name; there are rope"):
+    with pytest.raises(KernelError, match=r"'towline': there is no rope with this name; there are rope"):
         s.unhook("towline")

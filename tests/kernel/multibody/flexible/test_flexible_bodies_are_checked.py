@@ -41,10 +41,10 @@ BAD = [
         replace(GOOD, beam=replace(BEAM, GJ=1.0)),
         "its beam twists (GJ), but nothing resists that: give the moment of inertia 'polar'",
     ),
-    (replace(GOOD, beam=replace(BEAM, EI_y=0.0)), "2 modes, but its model has only 0"),
-    (replace(GOOD, modes=17), "17 modes, but its model has only 16"),
+    (replace(GOOD, beam=replace(BEAM, EI_y=0.0)), "2 modes are requested, but its model has only 0"),
+    (replace(GOOD, modes=17), "17 modes are requested, but its model has only 16"),
     (replace(GOOD, loads=(11.0,)), "a load at 11 m lies beyond its ends at 0 and 10 m"),
-    (replace(GOOD, start=(0.1,)), "1 coordinates at the start for 2 modes"),
+    (replace(GOOD, start=(0.1,)), "1 start coordinates for 2 modes"),
     (Flexible(1, nodal=replace(NODAL, mass=DIAGONAL[:2])), "a mass matrix of 2 rows for 1 nodes"),
     (Flexible(1, nodal=replace(NODAL, stiffness=DIAGONAL[:2])), "its stiffness matrix is not one of 3 rows"),
     (
@@ -71,7 +71,7 @@ def test_points_outside_a_flexible_body_are_refused():
     with pytest.raises(KernelError, match=r"body 'beam': x = 10.5 m lies beyond its ends at 0 and 10 m"):
         Program(system(GOOD, (10.5, 0.0, 0.0)))
     held = replace(NODAL, held=(0, 1))
-    with pytest.raises(KernelError, match=r"body 'beam': \(5, 0, 0\) is no node; the nearest is \(1, 0, 0\)"):
+    with pytest.raises(KernelError, match=r"body 'beam': \(5, 0, 0\) is not a node; the nearest one is \(1, 0, 0\)"):
         Program(system(Flexible(1, nodal=held)))
 
 
