@@ -139,7 +139,7 @@ class Corners:
 
     def uses(self, values: Values, build: Callable[[], LoadedScene]) -> dict[Key, float]:
         """Return the utilisation of each limit at a corner; `build` makes the scene at this corner."""
-        message, why = ", ".join(f"{shown(path)} {text}" for path, text in values.items()), ""
+        message, why = ", ".join(f"{shown(path)} {text}".replace("'", "") for path, text in values.items()), ""
         try:
             scene = build()
             found = self._sizes(scene)

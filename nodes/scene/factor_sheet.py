@@ -58,7 +58,7 @@ def rigging(plan: Plan, uses: Sequence[Use]) -> Iterator[Table]:
             rows.append((part, limit.subject, rest.value / 1e3, *map(factors.get, named), *loads, used, use.stage))
         form = f"[{message}] .1"
         heads = columns("part", "", f"load at rest {form}", *(f"{name} .3" for name in named), f"design load {form}",
-                        f"limit {form}", f"met {form}", "used [%] .1", "most loaded in")  # fmt: skip
+                        f"limit {form}", f"simulated {form}", "used [%] .1", "most loaded in")  # fmt: skip
         yield trimmed(Table(f"Design loads{of}", heads, tuple(rows), tuple(sources(mine))))
     heads = columns("item", "number .0", "kind", "WLL [t] .2", "mass each [kg] .1", "standard", "termination",
                     "certificate", "where")  # fmt: skip

@@ -69,7 +69,7 @@ class RecordingComparison:
             return "\n".join([f"{self.a} and {self.b} are equal: {text}, {n} signals", *lines])
         share = _shares(self.differences)
         rows = [
-            [d.name, _number(d.most), f"{d.when:.3f} s", _number(d.rms), f"{100 * share[d.name]:.2g} %", d.unit]
+            [d.name, _number(d.most), f"{d.when:.3f} s", _number(d.rms), _percent(share[d.name]), d.unit]
             for d in sorted(self.differences, key=lambda d: -share[d.name])
             if d.most > 0.0
         ]
@@ -190,3 +190,8 @@ def _rms(t: NDArray[np.float64], x: NDArray[np.float64]) -> float:
 
 def _number(x: float) -> str:
     return f"{x:.4g}"
+
+
+def _percent(share: float) -> str:
+    """Return a share in per cent to two digits, without an exponent above 100 %."""
+    return f"{100 * share:.0f} %" if share >= 0.1 else f"{100 * share:.2g} %"

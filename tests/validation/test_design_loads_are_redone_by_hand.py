@@ -15,7 +15,7 @@ from heavylift.recordings import report
 
 openpyxl = pytest.importorskip("openpyxl")
 HAND, TONNE = 5e-3, 9.80665  # [kN]
-NOT_FACTORS = {"part", None, "load at rest", "design load", "limit", "used", "met", "most loaded in"}
+NOT_FACTORS = {"part", None, "load at rest", "design load", "limit", "used", "simulated", "most loaded in"}
 TERMS = re.compile(r"Fmin = ([\d.]+) kN, Zp = ([\d.]+), KT = ([\d.]+)")
 ASSEMBLY = re.compile(r"KL = ([\d.]+) up to 45 degrees")
 PEAK = re.compile(r"([\d.]+) kN(?: assumed)? over ((?:[\d.]+ x )+[\d.]+) \(.*?\) x ([\d.]+) \(wear\)")
@@ -103,7 +103,7 @@ class Report:
         for row in self.designs():
             factors = {x: row[x] for x in row if x not in NOT_FACTORS and isinstance(row[x], int | float)}
             required = row["load at rest"] * prod(factors.values())
-            met = (row["met"] or 0.0) * prod(factors[x] for x in factors if x != "dynamic")
+            met = (row["simulated"] or 0.0) * prod(factors[x] for x in factors if x != "dynamic")
             design = max(required, met)
             assert row["design load"] == pytest.approx(design, rel=HAND), row
             if row["limit"]:
