@@ -252,7 +252,7 @@ def _of_limits(look: Look, measuring: Measuring) -> Errors:
     """Return the errors of the utilisations of limits, from the runs made so far; they do not influence the choice of a
     candidate."""
     own = measuring.limits(look.candidate)
-    known = [tuple(measuring.limits(x) for x in pair) for pair in look.pairs]
+    known = [tuple(measuring.limits(x, values=True) for x in pair) for pair in look.pairs]
     return {
         name: (f.misread + WITNESSED * sum(abs(a[name].value - b[name].value) for a, b in known)) / f.scale
         for name, f in own.items()

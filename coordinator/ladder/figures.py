@@ -129,8 +129,11 @@ def figures(run: Played, ask: Sequence[Asked] = ASKABLE) -> list[AskedFigure]:
     return found
 
 
-def judged(judge: Judge, ask: Sequence[Asked] = ("limits", "clearance")) -> list[AskedFigure]:
-    """Return the figures that come from the verdict of a run: utilisations of limits and smallest clearances."""
+def judged(judge: Judge, ask: Sequence[Asked] = ("limits", "clearance"), values: bool = False) -> list[AskedFigure]:
+    """Return the figures that come from the verdict of a run: utilisations of limits and smallest clearances.
+    `values`: without their reading errors."""
+    if values:
+        return [f for quantity in ask for f in _numbered(_judged(quantity, *judge.fine))]
     return [f for quantity in ask for f in _misread(_judged(quantity, *judge.fine), _judged(quantity, *judge.coarse))]
 
 

@@ -73,11 +73,11 @@ class Measuring:
             self._report(f"{candidate.name}: {run.cpu_s:.2g} s")
         return self._read[candidate.key]
 
-    def limits(self, candidate: ModelLevel) -> dict[str, AskedFigure]:
+    def limits(self, candidate: ModelLevel, values: bool = False) -> dict[str, AskedFigure]:
         """Return the utilisations and the smallest clearance of a candidate's run; empty if the candidate was not
-        run."""
+        run. `values`: without reading errors."""
         judge = self._judges.get(candidate.key)
-        return {f.name: f for f in judged(judge)} if judge else {}
+        return {f.name: f for f in judged(judge, values=values)} if judge else {}
 
     def slack(self, candidate: ModelLevel, hooks: bool = False) -> bool:
         """Return whether a rope goes slack in a candidate's run; with `hooks`, whether a hook rope does."""
