@@ -124,7 +124,7 @@ def uncertain_inputs(scene: LoadedScene, given: Sequence[str] = ()) -> list[Unce
     for text in given:
         form = spread_of(text)
         if form is None:
-            raise SceneError(f"input {text}: write its uncertainty behind it, such as 'block.mass +- 3 %'")
+            raise SceneError(f"input {text}: write its uncertainty after it, such as 'block.mass +- 3 %'")
         one, kind = _input(scene, source, form[0])
         if one.path in named:
             raise SceneError(f"input {one.name}: is named twice; once is enough")
@@ -220,7 +220,7 @@ def _input(scene: LoadedScene, source: SourceText, name: str) -> tuple[Input, Qu
     if at is None:
         raise SceneError(f"input {name}: the scene gives it no value; write a nominal one")
     if found is None or isinstance(at, bool) or not isinstance(at, int | float):
-        raise SceneError(f"input {name}: is no quantity; name one, such as block.mass")
+        raise SceneError(f"input {name}: is not a quantity; name one, such as block.mass")
     dimension = found.dimension
     source = made(source) if path[:1] == ("machines",) else source
     unit = unit_in(str(source.at(path)), dimension.units)

@@ -55,9 +55,9 @@ def _refused(scene: "LoadedScene", order: actions.Order) -> str:
     until = order.until if isinstance(order, actions.Move | actions.Turn) else None
     parts = until.all if isinstance(until, actions.And) else (until,)
     if any(isinstance(part, actions.CrossingCondition) for part in parts):
-        return "what is measured can be waited for in the scene only: say a distance, or a time with 'until after'"
+        return "a command cannot wait for a measured quantity: give a distance, or a time with 'until after'"
     if isinstance(order, actions.Move) and order.pulses:
-        return "what swings is known of the action list only: say an acceleration, 'ramp 0.05 m/s2'"
+        return "ramps without swing are possible only in the action list: give an acceleration, 'ramp 0.05 m/s2'"
     if isinstance(order, actions.Wait):
         return "a command does something at once; to wait, give it later"
     listed = (other for action in scene.plan.actions for other in action.orders)

@@ -32,7 +32,9 @@ def hull_of(path: Path) -> Hydrodynamics:
         with netcdf_file(path, "r", mmap=False) as file:
             data = {name: np.array(x.data) for name, x in file.variables.items()}
     except TypeError:
-        raise SceneError(f"{path}: it is no netCDF file of the classic format; write it with NETCDF3_64BIT") from None
+        raise SceneError(
+            f"{path}: it is not a netCDF file of the classic format; write it with NETCDF3_64BIT"
+        ) from None
     except (OSError, ValueError) as error:
         raise SceneError(f"{path}: {error_text(error)}") from None
     if missing := [name for name in NEEDED if name not in data]:
@@ -40,7 +42,7 @@ def hull_of(path: Path) -> Hydrodynamics:
     found = _hull(data, path.stem, f"Capytaine, {path.name}")
     if (worst := max(found.radiation.error.added_mass, found.radiation.error.damping)) > WORST:
         advice = f"more than {WORST:.0%}; compute finer panels with a lid, or no frequencies whose waves they miss"
-        raise SceneError(f"{path}: the error of the fitted radiation is {worst:.1%} of the largest, {advice}")
+        raise SceneError(f"{path}: the error of the radiation fit is {worst:.1%} of the largest coefficient, {advice}")
     return found
 
 

@@ -8,6 +8,7 @@ travel, relative to the bow.
 
 from bisect import bisect_right
 from collections.abc import Sequence
+from functools import lru_cache
 from itertools import pairwise
 from math import pi
 
@@ -91,20 +92,23 @@ class Hydrodynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return [side * x for side, x in zip(SIDES, found, strict=True)] if mirrored else found
 
 
+@lru_cache(4)  # a vessel is built of it, and its water forces
 def read_hydrodynamics(text: bytes, file: str) -> Hydrodynamics:
     """Return the hydrodynamics in a file; raises SceneError if the file contains none, or if its radiation fit is too
     inaccurate."""
     try:
         found = msgspec.json.decode(text, type=Hydrodynamics)
     except msgspec.DecodeError as error:
-        raise SceneError(f"{file} is no file of a hull's hydrodynamics: {error}") from None
+        raise SceneError(f"{file} is not a file of a hull's hydrodynamics: {error}") from None
     if found.version != VERSION:
         raise SceneError(f"{file} has version {found.version}; this heavylift reads version {VERSION}")
     of = found.loads
     shape = [len(of.frequencies)] * len(of.headings)
     rising = all(b > a for row in (of.frequencies, of.headings) for a, b in pairwise(row))
     if not (rising and min(len(of.frequencies), len(of.headings)) > 1):
-        raise SceneError(f"{file}: frequencies and headings of the loads must rise, two of each at least")
+        raise SceneError(
+            f"{file}: frequencies and headings of the loads must be in ascending order, at least two of each"
+        )
     if [len(row) for row in of.real] != shape or [len(row) for row in of.imaginary] != shape:
         raise SceneError(f"{file}: the loads need one row for each heading and frequency")
     worst = max(found.radiation.error.added_mass, found.radiation.error.damping)

@@ -149,7 +149,7 @@ def _displacements(move: Move, states: list[StaticState], begun: int) -> dict[st
 def _choice(heard: MoveModes, ways: Mapping[str, list[float]]) -> RampTiming:
     periods = [_period(modes, ways) for modes in heard.modes]
     if not all(periods):
-        return RampTiming(why="nothing swings that it moves: write an acceleration behind 'ramp'")
+        return RampTiming(why="nothing swings that it moves: write an acceleration after 'ramp'")
     return RampTiming((periods[0], periods[-1]), (heard.times[-1] - heard.times[0]) * 1e-9)
 
 

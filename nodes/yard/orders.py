@@ -71,7 +71,7 @@ def values(text: str) -> tuple[str, ...]:
     found = range_of(text)
     low, high, by = (float(found.low), float(found.high), float(found.step or 0)) if found else (0.0, 0.0, 0.0)
     if not found or not low < high or not 0 < by <= high - low or (high - low) / by > MOST:
-        raise ValueError(f"'{text}' is no axis of a table: write it as '100..500 t by 200 t'")
+        raise ValueError(f"'{text}' is not a valid axis of a table: write it as '100..500 t by 200 t'")
     count = int((high - low) / by + 1e-9) + 1
     return tuple(f"{low + n * by:.12g} {found.unit}".strip() for n in range(count))
 

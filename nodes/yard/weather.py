@@ -153,7 +153,7 @@ def wind_of(given: Taking, start: date) -> tuple[HourlyWind | None, int]:
         def read(text: str) -> float:
             x = float(text) if name in ("shape", "month") else SPEED.read(with_unit(text, units[name]))
             if not (isfinite(x) and (x > 0 or (name == "wind" and x == 0))):
-                raise ValueError(f"'{text}' is no {name} of the wind: write a positive number")
+                raise ValueError(f"'{text}' is not a valid {name} of the wind: write a positive number")
             return x
 
         return given.take(path, read, 1.0, cells[name].mark, cells[name].text)

@@ -106,7 +106,7 @@ BAD = {  # an interlock of the scene, and what is reported of it
     "{when: load of crawler >= 3 t, stops: [luff up]}": "nothing can 'luff up'",
     "{when: load of crawler >= 3 t, stops: [travel], on: crawler}": "'crawler' has nothing that can travel",
     "{when: load of crawler >= 3 t, stops: all, on: crane}": "there is no machine 'crane' with drives or winches",
-    "{when: load of crawler >= 3 t, stops: all, until: wind <= 3 m/s}": "an interlock is reset by what trips it: write",
+    "{when: load of crawler >= 3 t, stops: all, until: wind <= 3 m/s}": "reset by the quantity that trips it: write",
     "{when: load of crawler >= 3 t, stops: all, until: load of crawler >= 2 t}": "it would be reset where it trips",
     "{when: load of crawler >= 3 t, stops: all, until: load of crawler <= 4 t}": "it would be reset where it trips",
     "{when: load of crawler >= 3 t, stops: [hoist], towards: true}": "it is known of a gap between two machines",

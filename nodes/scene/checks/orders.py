@@ -238,7 +238,7 @@ def _follows(x: CheckedOrder) -> Violations:
             speed = max((abs(state.speeds.get(name, 0.0)) for state in x.states), default=0.0)
             if limit is not None and speed > limit * SAME:
                 message = f"{plan.driven(name)} would have to follow the turn at {speed * 60:.1f} m/min"
-                yield name, order.where, f"{message}, it can {limit * 60:g} m/min"
+                yield name, order.where, f"{message}, but its maximum is {limit * 60:g} m/min"
 
 
 def _tips(x: CheckedOrder) -> Violations:
@@ -251,7 +251,7 @@ def _tips(x: CheckedOrder) -> Violations:
             message = f"the {named(body)} tips by {degrees(_lean(first, body)):.0f} degrees as it is lifted"
             slack = sorted(name for name in first.hooked if first.tensions[name] <= 0.0)
             hint = f", and {slack[0]} goes slack" if slack else ""
-            yield body, x.action.where, f"{message}{hint}: its centre of mass is not between the lugs that carry"
+            yield body, x.action.where, f"{message}{hint}: its centre of mass is not between the lugs that carry it"
 
 
 def _lean(x: StaticState, body: str) -> float:

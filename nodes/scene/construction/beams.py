@@ -58,7 +58,7 @@ def on_hook(
     mass = sum(body.mass for body in system.bodies)
     ends = [Point(end.body, end.at) for end in given.parts.slings]
     if given.lugs and len(given.lugs) != len(ends):
-        builder.source.fault((*path, "lugs"), f"{len(ends)} slings hang on it, which need as many lugs")
+        builder.source.fault((*path, "lugs"), f"{len(ends)} slings hang on it: name as many lugs")
     strain = mass * builder.scene.gravity / (hook.falls * hook.fall_EA)
     if given.rope is not None:
         hangs = given.rope * (1 + strain)

@@ -166,10 +166,8 @@ class _Resolver:
                 to = phrase.to or 0.0
                 block = found[0].model
                 if self.turned not in ("", block):
-                    message = (
-                        f"'{self.turned}' is turned before, and one block of a list can be: leave '{block}' as it is"
-                    )
-                    self.source.fault(path, message)
+                    message = f"'{self.turned}' is turned before, and one list can turn only one block"
+                    self.source.fault(path, f"{message}: leave '{block}' as it is")
                 self.turned = block
                 return [actions.Turn(block=block, rate=phrase.speed, accel=accel, to=to, until=until, where=where)]
             case "begin":
@@ -201,7 +199,7 @@ class _Resolver:
                 return [actions.BrakeOrder(model=m, brake=b, engaged=verb.engages, where=where) for m, b in brakes]
             case "move":
                 if isinstance(phrase.ramp, phrases.SwingRamp) and found[0].kind in ("hook", "winch"):
-                    self.source.fault(path, f"to {verb.name} makes nothing swing: write an acceleration behind 'ramp'")
+                    self.source.fault(path, f"{verb.name} makes nothing swing: write an acceleration after 'ramp'")
                 moves = [self._move(path, actor, phrase, until, where) for actor in found]
                 return [*(self._together(path, moves) if phrase.together else moves)]
 
@@ -273,7 +271,9 @@ class _Resolver:
     def _together(self, path: Path, moves: list[actions.Move]) -> list[actions.Move]:
         """Return the moves with a common ramp, the one with the lowest acceleration."""
         if len(moves) == 1 or moves[0].by is None or moves[0].pulses:
-            message = "several drives or winches move together, by the same way and with one ramp: write 'by'"
+            message = (
+                "several drives or winches move together by the same distance and with an ordinary ramp: write 'by'"
+            )
             self.source.fault(path, message)
         names, accel = tuple(move.actuator for move in moves), min(move.accel for move in moves)
         return [msgspec.structs.replace(move, together=names, accel=accel) for move in moves]
@@ -288,7 +288,7 @@ class _Resolver:
                 self.source.fault(path, f"'{found[0].name}' is hooked where its end is: write 'hook' without lugs")
             return [actions.Hookup(sling=s, where=where) for s in slings]
         if not phrase.lugs:
-            self.source.fault(path, "say to which lugs, such as 'hook [P1, P2]'")
+            self.source.fault(path, "write the lugs, such as 'hook [P1, P2]'")
             return []
         unknown = [lug for lug in phrase.lugs if lug not in self.lugs]
         for lug in unknown:

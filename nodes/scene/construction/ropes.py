@@ -46,7 +46,7 @@ def _stretch(checks: Checking, path: Path, rope: mechanics.RopeKeys) -> None:
         return
     for key in ("EA", "damping"):
         if getattr(rope, key) is not None:
-            checks.fault((*path, key), f"a rigid rope cannot stretch: leave '{key}' or 'rigid' away", on_key=True)
+            checks.fault((*path, key), f"a rigid rope cannot stretch: remove '{key}' or 'rigid'", on_key=True)
 
 
 def reeving_of(checks: Checking, name: str, rope: mechanics.RopeKeys) -> forces.Reeving:

@@ -84,7 +84,7 @@ def dimension_of(text: object) -> Dimension | None:
 def shown_as(value: Value) -> str | float:
     """Return a value exactly, in the form written in a scene; raises ExpressionError if no unit fits."""
     if not math.isfinite(value.number):
-        raise ExpressionError("the result is no finite number")
+        raise ExpressionError("the result is not a finite number")
     if value.exponents == PLAIN:
         return value.number
     if value.exponents not in _units():
@@ -129,7 +129,7 @@ class _Arithmetic(Reader):
             at = self.at
             right = self.factor()
             if sign == "/" and right.number == 0.0:
-                raise ExpressionError("this is zero and cannot divide", at)
+                raise ExpressionError("division by zero: this expression is zero", at)
             number = left.number * right.number if sign == "*" else left.number / right.number
             left = Value(number, _times(left.exponents, right.exponents, 1 if sign == "*" else -1))
         return left

@@ -79,7 +79,9 @@ def _like(source: SourceText, section: Path, entries: dict[str, Data], name: str
     if not isinstance(other, str) or other not in entries or other in (name, *above):
         circle = other in (name, *above)
         hint = "" if circle else closest(str(other), [x for x in entries if x != name])
-        source.fault(at, f"'{name}' is like itself" if circle else f"there is no '{other}' here to be like", hint)
+        source.fault(
+            at, f"'{name}' refers to itself by 'like'" if circle else f"there is no '{other}' here to be like", hint
+        )
     else:
         _like(source, section, entries, other, (*above, name))
         _copy(source, entries[other], (*section, other), own, path)

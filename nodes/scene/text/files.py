@@ -24,7 +24,7 @@ def content(path: Path, most: int = LARGEST) -> bytes:
     larger than `most` bytes."""
     with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
         if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
-            raise OSError(0, "it is a pipe or a device, no file")
+            raise OSError(0, "it is a pipe or a device, not a file")
         data = file.read(most + 1)
     if len(data) > most:
         raise OSError(0, f"it has more than {most} bytes")
@@ -41,8 +41,10 @@ def within(root: Path, path: Path) -> Path:
                 named[str(found)] = state(str(found))
             return found
     except (OSError, RuntimeError, ValueError):
-        raise ValueError("this is no path of a file") from None
-    raise ValueError(f"{path.name!r} is outside of the scene's folder, whose files alone it may use; copy it there")
+        raise ValueError("this is not a valid path of a file") from None
+    raise ValueError(
+        f"{path.name!r} is outside of the scene's folder, and a scene may use only files in it; copy it there"
+    )
 
 
 @contextmanager
@@ -88,7 +90,7 @@ def scene_text(path: Path, name: str) -> str:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
         if _is_recording(path):
             reason = (
-                f"it is a recording, no scene; `heavylift info {name}` lists its contents, `heavylift view` shows it"
+                f"it is a recording, not a scene; `heavylift info {name}` lists its contents, `heavylift view` shows it"
             )
         raise SceneError(f"the scene file '{name}' cannot be read: {reason}") from None
 

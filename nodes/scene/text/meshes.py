@@ -117,7 +117,7 @@ def _read(source: SourceText, file: str) -> list[Triangle]:
     surface."""
     kind = file.rpartition(".")[2].lower()
     if kind not in ("stl", *YUP):
-        raise SceneError(f"'{file}' is no .stl, .glb or .gltf file")
+        raise SceneError(f"'{file}' is not a .stl, .glb or .gltf file")
     trimesh = extra("trimesh", SceneError("a shape needs trimesh: pip install 'heavylift[shapes]'"))
     try:
         data = content(within(source.root, source.root / file), LARGEST)
@@ -134,7 +134,7 @@ def _read(source: SourceText, file: str) -> list[Triangle]:
         raise SceneError(f"the shape '{file}' cannot be read: {_why(kind, data)}")
     if not all(isfinite(x) for each in faces for p in each for x in p):
         raise SceneError(
-            f"the shape '{file}' has coordinates that are no finite numbers: correct it in the program that drew it"
+            f"the shape '{file}' has coordinates that are not finite numbers: correct it in the program that drew it"
         )
     if not closed:
         raise SceneError(f"the surface in '{file}' is not closed: correct it in the program that drew it")

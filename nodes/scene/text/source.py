@@ -277,7 +277,7 @@ def _scalar(node: Node, path: Path, source: SourceText) -> str | int | float | b
         if kind == "float":
             return float(text.replace("_", "").lower().replace(".inf", "inf").replace(".nan", "nan"))
     except ValueError:  # a tag calls it a number
-        source.fault(path, f"'{text}' is no number")
+        source.fault(path, f"'{text}' is not a number")
         return None
     if isinstance(node, ScalarNode) and node.style in {"'", '"'}:  # the text begins after the quote
         mark = source.values[path]

@@ -154,7 +154,7 @@ def explained(error: MarkedYAMLError, lines: Sequence[str]) -> tuple[str, Place]
     if "block end" in problem and "'-'" in problem:
         return "an item of a list stands among keys: indent it below the key whose list it is in", here
     if "block end" in problem and "scalar" in problem:
-        return "text follows behind the closing quote: put the quotes around all of it", here
+        return "text follows after the closing quote: put the quotes around all of it", here
     if found := STRAY.search(problem):
         return f"nothing is open that this '{found[1]}' closes", here
     if problem == "sequence entries are not allowed here":
@@ -201,7 +201,7 @@ def _value(lines: Sequence[str], at: Place) -> tuple[str, Place]:
     text = lines[above].partition("#")[0]
     begin = len(text) - len(text.lstrip())
     if found := re.match(r"[\s-]*[^:'\"]+:(?=\S)", text):
-        return "a blank is missing behind this colon: write 'key: value'", (above, found.end() - 1)
+        return "a space is missing after this colon: write 'key: value'", (above, found.end() - 1)
     if ":" not in text:
         return "a colon is missing behind this key: write 'key: value'", (above, begin)
     return _indent(lines, (line, _indented(lines[line])))

@@ -104,7 +104,7 @@ def table(root: FilePath, file: str) -> SceneTable:
     """Return a table in the scene's folder; raises SceneError if it cannot be read."""
     read = {".csv": _separated, ".tsv": _separated, ".xlsx": _workbook}.get(FilePath(file).suffix.lower())
     if read is None:
-        raise SceneError(f"'{file}' is no table: name a .csv, .tsv or .xlsx file beside the scene, then # and a row")
+        raise SceneError(f"'{file}' is not a table: name a .csv, .tsv or .xlsx file beside the scene, then # and a row")
     try:
         data = content(within(root, root / file))
     except FileNotFoundError:
@@ -140,7 +140,7 @@ def _separated(data: bytes, file: str) -> Iterator[list[TableCell]]:
         try:
             texts = next(csv.reader([line], delimiter=separator, strict=True), [])
         except csv.Error as error:
-            raise SceneError(f"{file}:{number}: this is no row of a table: {error}") from None
+            raise SceneError(f"{file}:{number}: this is not a row of a table: {error}") from None
         at, row = 0, []
         for text in texts:
             at = max(at, line.find(text, at))
@@ -174,7 +174,7 @@ def _workbook(data: bytes, file: str) -> Iterator[list[TableCell]]:
     except SceneError:
         raise
     except Exception as error:  # whatever a broken workbook makes of the library
-        raise SceneError(f"the table '{file}' is no workbook that can be read: {error}") from None
+        raise SceneError(f"the table '{file}' cannot be read as a workbook: {error}") from None
     for number, values in enumerate(found, 1):
         texts = ["" if value is None else str(value).strip() for value in values]
         line, row = " | ".join(texts), []

@@ -147,7 +147,7 @@ def _block(source: SourceText, base: Path, read: SceneTable, row: list[TableCell
             continue
         if not cell.text:
             message = f"the row '{row[0].text}' is empty in column '{f'{column.key} {column.axis}'.strip()}'"
-            source.fault(path, message, "write its value, or leave the column away", mark=cell.mark)
+            source.fault(path, message, "write its value, or remove the column", mark=cell.mark)
             continue
         text = read.text(row, i)
         known = found.get(column.key)

@@ -49,7 +49,7 @@ MISTAKES = [
     ("wait: wait 3 s", "a command does something at once; to wait, give it later", 6, ""),
     (
         "crane H1: hoist 3 m/min until tension of crane.H1 >= 1 MN",
-        "what is measured can be waited for in the scene only: say a distance, or a time with 'until after'",
+        "a command cannot wait for a measured quantity: give a distance, or a time with 'until after'",
         10,
         "",
     ),

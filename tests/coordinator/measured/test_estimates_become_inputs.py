@@ -106,7 +106,7 @@ def test_estimating_one_input_leaves_all_others_unchanged() -> None:
         ("block.weight", "there is no 'weight'; "),
         ("block.com.w", "there is no 'w'; known: 0, 1, 2"),
         ("cranes.west.at", "there is no 'west'; known: crane"),
-        ("name", "is no quantity"),
+        ("name", "is not a quantity"),
         ("block.mass.x", "'mass' is a quantity and has no 'x'"),
         ("rig.sling.WLL", "the scene gives it no value"),
     ],

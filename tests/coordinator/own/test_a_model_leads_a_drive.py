@@ -76,7 +76,7 @@ WRONG = [
     (HAND, ("models.hand.signals.heard=postion of rail",), "there is no signal 'postion'"),
     (HAND, ("models.hand.signals.heard=position of rial",), "there is no 'rial' with position"),
     (HAND, ("models.hand.signals.heard=swing along of fell",), "there is no 'fell' with swing along"),
-    (HAND, ("models.hand.orders={speed: pushed}",), "'pushed' is no drive or winch that can be led"),
+    (HAND, ("models.hand.orders={speed: pushed}",), "'pushed' is not a drive or winch that a model can control"),
     (
         HAND,
         ("models.hand.orders={pace: pusher}",),

@@ -54,7 +54,7 @@ ORDERS = {
         [("turn 0.15 deg/s to 90", "turn 0.3 deg/s to 90")],
         "block: turn",
         (
-            "actions[5].block: east.H1 would have to follow the turn at 4.6 m/min, it can 3 m/min; "
+            "actions[5].block: east.H1 would have to follow the turn at 4.6 m/min, but its maximum is 3 m/min; "
             "likewise east.H2, east.H3, west.H1, west.H2, west.H3"
         ),
     ),

@@ -166,7 +166,7 @@ YARDS = {
         "stage: lift",
         (
             "actions[1]: the block tips by 19 degrees as it is lifted, and loader-1.sling-1 goes slack: its centre of "
-            "mass is not between the lugs that carry"
+            "mass is not between the lugs that carry it"
         ),
     ),
     "centre of mass outside the stools": (

@@ -107,7 +107,7 @@ def test_a_workbook_and_a_csv_table_give_the_same_block(scene: Path) -> None:
         ("0.25;0;-0.5", "0.25;;-0.5", "blocks.csv:3:26: error: block.com: the row 'B17' is empty in column 'com y'"),
         ("B17", "B71", "lift.yaml:9:9: error: block.from: blocks.csv has no row 'B17': did you mean 'B71'?"),
         ("B16", "B17", "block.from: blocks.csv has the row 'B17' 2 times, in lines 2 and 3"),
-        ("A-2;300", 'A-2;"300', "block.from: blocks.csv:3: this is no row of a table: unexpected end of data"),
+        ("A-2;300", 'A-2;"300', "block.from: blocks.csv:3: this is not a row of a table: unexpected end of data"),
     ],
 )
 def test_faults_in_a_table_are_reported_with_file_row_and_column(
@@ -123,12 +123,12 @@ def test_faults_in_a_table_are_reported_with_file_row_and_column(
     [
         (
             "../blocks.csv#B17",
-            "'blocks.csv' is outside of the scene's folder, whose files alone it may use; copy it there",
+            "'blocks.csv' is outside of the scene's folder, and a scene may use only files in it; copy it there",
         ),
         ("nothing.csv#B17", "there is no table 'nothing.csv' beside the scene"),
         (
             "blocks.doc#B17",
-            "'blocks.doc' is no table: name a .csv, .tsv or .xlsx file beside the scene, then # and a row",
+            "'blocks.doc' is not a table: name a .csv, .tsv or .xlsx file beside the scene, then # and a row",
         ),
         ("lift.xlsx#B17", "there is no table 'lift.xlsx' beside the scene"),
         ("blocks.csv", "blocks.csv has no row ''"),

@@ -108,7 +108,7 @@ def test_a_turned_block_can_be_set_down_on_its_other_face() -> None:
 
 
 def test_a_second_block_of_the_action_list_does_not_turn() -> None:
-    message = "'tank' is turned before, and one block of a list can be: leave 'other' as it is"
+    message = "'tank' is turned before, and one list can turn only one block: leave 'other' as it is"
     with pytest.raises(SceneError, match=message):
         parse(several(SCENE).replace("  tank:\n", f"{OTHER}  tank:\n", 1) + "  - other: turn 20 deg/min to 15 deg\n")
 

@@ -46,7 +46,7 @@ BASES = {
     "/etc/x.yaml": OUTSIDE,
     "own": "is neither a file .yaml nor the name of a bundled scene",
     "/dev/zero": "is neither a file .yaml nor the name of a bundled scene",
-    "pipe.yaml": "cannot be read: it is a pipe or a device, no file",
+    "pipe.yaml": "cannot be read: it is a pipe or a device, not a file",
     "below": "is neither a file .yaml",
     "nul\\0.yaml": r"nul\x00.yaml",
 }
@@ -118,8 +118,8 @@ BOMBS = {
     "indents": (HEAD + "".join(f"{' ' * i}a:\n" for i in range(500)), f"nested deeper than {DEEPEST} levels"),
     "digits": (HEAD + f"seed: {'9' * 6000}\n", f"a number has at most {MOST_DIGITS} digits, this one has 6000"),
     "hexadecimal digits": (HEAD + f"seed: 0x{'f' * 6000}\n", f"a number has at most {MOST_DIGITS} digits"),
-    "a word that is called a number": (HEAD + "seed: !!int many\n", "'many' is no number"),
-    "a fraction that is called a number": (HEAD + "seed: !!int 1.5\n", "'1.5' is no number"),
+    "a word that is called a number": (HEAD + "seed: !!int many\n", "'many' is not a number"),
+    "a fraction that is called a number": (HEAD + "seed: !!int 1.5\n", "'1.5' is not a number"),
     "unknown keys": (HEAD + "".join(f"k{i}: 1\n" for i in range(3000)), "more than 200 errors in scene.yaml"),
     "a long line": (HEAD + "a: {" + "b: 1, " * 4000 + "}\n", "errors in scene.yaml"),
 }
@@ -143,8 +143,8 @@ def test_settings_may_not_read_files_outside_the_folder_of_the_scene() -> None:
 
 
 def test_a_scene_must_be_a_regular_file_of_limited_size(folder: Path) -> None:
-    assert refused(folder / "pipe.yaml").endswith("cannot be read: it is a pipe or a device, no file")
-    assert refused(Path("/dev/zero")).endswith("cannot be read: it is a pipe or a device, no file")
+    assert refused(folder / "pipe.yaml").endswith("cannot be read: it is a pipe or a device, not a file")
+    assert refused(Path("/dev/zero")).endswith("cannot be read: it is a pipe or a device, not a file")
     assert refused(folder).endswith("cannot be read: Is a directory")
     (folder / "long.yaml").write_text("#" * (LARGEST + 1))
     assert refused(folder / "long.yaml").endswith(f"cannot be read: it has more than {LARGEST} bytes")

@@ -106,7 +106,7 @@ def test_an_invalid_setting_is_reported_like_a_line_of_the_scene() -> None:
 def test_a_recording_given_as_a_scene_is_reported_as_such(tmp_path: Path) -> None:
     for size in (100, 20_000_000):  # the latter is larger than any scene
         (tmp_path / "lift.mcap").write_bytes(b"\x89MCAP0\r\n" + bytes(size))
-        with pytest.raises(SceneError, match="it is a recording, no scene; `heavylift info"):
+        with pytest.raises(SceneError, match="it is a recording, not a scene; `heavylift info"):
             load(tmp_path / "lift.mcap")
 
 

@@ -115,7 +115,7 @@ def test_a_hull_is_drawn_as_slices_that_contain_it(tmp_path: Path) -> None:
     [
         ("open.stl", "mass: 60 t", "the surface in 'open.stl' is not closed: correct it in the program that drew it"),
         ("no.stl", "mass: 60 t", "the shape 'no.stl' cannot be read: No such file or directory"),
-        ("hull.step", "mass: 60 t", "'hull.step' is no .stl, .glb or .gltf file"),
+        ("hull.step", "mass: 60 t", "'hull.step' is not a .stl, .glb or .gltf file"),
         ("large.stl", "mass: 60 t", "'large.stl' is 9000 m long; give its unit, such as"),
         ("hull.stl", "", "has either a 'mass' or, with its shape, a 'density'"),
         (
@@ -186,7 +186,7 @@ BROKEN = {
     "beside.gltf": (gltf(BOX), "needs another file, 'gltf_buffer_0.bin'; write all into one .glb file"),
     "draco.gltf": (gltf(BOX, extensionsRequired=["KHR_draco_mesh_compression"]), "is compressed; write it without"),
     "nothing.glb": (b"glTF\x02\0\0\0\x0c\0\0\0", "is broken, cut off, or no glb file; write it anew"),
-    "nan.stl": (text_stl("0 0 0", "1 0 0", "0 nan 0"), "no finite numbers|is broken"),
+    "nan.stl": (text_stl("0 0 0", "1 0 0", "0 nan 0"), "not finite numbers|is broken"),
     "flat.stl": (FLAT.export(file_type="stl"), "has no inside: draw it as a solid|is not closed|is broken"),
 }
 

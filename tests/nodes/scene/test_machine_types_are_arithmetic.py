@@ -33,7 +33,7 @@ WRONG = [
     ("boom*(radius", 12, "a bracket is not closed"),
     ("boom radius", 0, "there is no parameter 'boom radius'"),
     ("2*", 2, "is expected here"),
-    ("boom/(radius - 12 m)", 5, "this is zero and cannot divide"),
+    ("boom/(radius - 12 m)", 5, "division by zero: this expression is zero"),
     ("acos(boom/radius)", 0, "needs a ratio from -1 to 1, not 3.5"),
     ("sqrt(boom)", 0, "no square root"),
     ("sin(boom)", 0, "needs an angle, not m"),

@@ -63,8 +63,8 @@ def test_instances_can_be_like_each_other() -> None:
 
 BAD = {
     "loader-2: {like: loader-9, hook: crane H2, lugs: [Q1, Q2]}": "loader-2.like: there is no 'loader-9' here",
-    "loader-2: {like: loader-2, hook: crane H2, lugs: [Q1, Q2]}": "'loader-2' is like itself",
-    "loader-2: {like: loader-3, hook: crane H2, lugs: [Q1, Q2]}": "is like itself",
+    "loader-2: {like: loader-2, hook: crane H2, lugs: [Q1, Q2]}": "'loader-2' refers to itself by 'like'",
+    "loader-2: {like: loader-3, hook: crane H2, lugs: [Q1, Q2]}": "refers to itself by 'like'",
 }
 
 

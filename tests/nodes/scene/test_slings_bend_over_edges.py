@@ -236,7 +236,7 @@ def test_a_hook_rope_bends_over_a_sill_and_leaves_it() -> None:
 
 
 def test_a_hook_rope_over_an_edge_is_modelled_as_one_line() -> None:
-    with pytest.raises(SceneError, match="a hook rope over edges is one line: leave 'drum' and 'apart' away"):
+    with pytest.raises(SceneError, match="a hook rope over edges is one line: remove 'drum' and 'apart'"):
         parse(SILL.replace("apart: 0 m, ", ""), passing=True)
 
 

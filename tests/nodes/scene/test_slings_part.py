@@ -103,7 +103,7 @@ TAG = "mechanism: {ropes: {tag: {start: {body: world}, end: {body: block}, EA: 1
         ),
         (
             ("loader-1.sling-1: hook",),
-            "say to which lugs, such as 'hook [P1, P2]'",
+            "write the lugs, such as 'hook [P1, P2]'",
         ),
         (
             ("tag: hook [P1]",),

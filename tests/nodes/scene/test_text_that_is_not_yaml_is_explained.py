@@ -103,7 +103,7 @@ def test_a_yaml_mistake_in_any_bundled_scene_is_reported_at_its_line(
         ("a:\n  b: 1\n  - c\n", (3, 3), ITEM),
         ("a: - 1\n", (1, 4), "a list with '-' begins on a line of its own; in one line write [first, second]"),
         ("a: [1, 2]]\n", (1, 10), "nothing is open that this ']' closes"),
-        ("a: 'x' y\n", (1, 8), "text follows behind the closing quote: put the quotes around all of it"),
+        ("a: 'x' y\n", (1, 8), "text follows after the closing quote: put the quotes around all of it"),
         ("a: 1\n---\nb: 2\n", (2, 1), "'---' begins a second document; a scene is one"),
         ('n: "my\na: 1\nb: {c: "2026"}\n', (1, 4), f"{LATER} 3: one of them is missing"),
         ('b: {k: "s, EA: 1, c: "2026"}\n', (1, 8), f"{LATER} 1: one of them is missing"),

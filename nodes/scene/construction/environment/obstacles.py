@@ -32,7 +32,7 @@ def obstacles_machine(builder: SceneBuilder, around: System) -> plan.Mechanism:
     if not blocks:
         source.fault((OBSTACLES if scene.obstacles else "floor",), "there is no block that could meet it", on_key=True)
     if bends := next((name for name, block in blocks.items() if block.flexible), ""):
-        message = f"'{bends}' bends, and only rigid blocks meet floor and obstacles: leave either away"
+        message = f"'{bends}' bends, and only rigid blocks meet floor and obstacles: remove one of the two"
         source.fault((OBSTACLES if scene.obstacles else "floor",), message, on_key=True)
     taken = {*scene.machines, *scene.vessels, *scene.rigging, *blocks}
     for name, given in scene.obstacles.items():

@@ -60,7 +60,7 @@ def hang(checks: Checking, whole: k.System, tree: RiggingTree | None, gravity: f
         if radius and not hook.radius_from:
             checks.fault(path, "a chart by radius needs 'radius from', the body that slews", on_key=True)
         if hook.over_edges and (hook.drum or hook.apart):
-            message = "a hook rope over edges is one line: leave 'drum' and 'apart' away"
+            message = "a hook rope over edges is one line: remove 'drum' and 'apart'"
             checks.fault((*path, "over edges"), message, on_key=True)
         check_drums(checks.source, path, hook)
         if hook.shortest >= hook.longest:

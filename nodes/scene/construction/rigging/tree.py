@@ -129,7 +129,7 @@ class RiggingTree:
                     self.source.fault((*here, "to", i), f"the {what} {word} already carries a sling of {used[word]}")
         for name in self.frames:
             if not any(name == self._body(word) for x in self.rigging.values() for word in getattr(x, "to", ())):
-                message = "nothing holds this frame: name it, or points of it, behind the 'to' of slings"
+                message = "nothing holds this frame: name it, or points of it, under the 'to' of slings"
                 self.source.fault(("rigging", name), message, on_key=True)
 
     def _body(self, word: str) -> str:

@@ -114,9 +114,13 @@ class _Builder:
             return test.value + away * by
         until = given.until[0]
         if not isinstance(until, CrossTest) or (until.quantity, until.of) != (test.quantity, test.of):
-            self.source.fault(path, f"an interlock is reset by what trips it: write '{_behind(test)}' or leave it out")
+            self.source.fault(
+                path, f"an interlock is reset by the quantity that trips it: write '{_behind(test)}' or leave it out"
+            )
         elif until.rising == test.rising or (until.value - test.value) * away < 0.0:
-            self.source.fault(path, f"it would be reset where it trips: write '{_behind(test)}', behind that")
+            self.source.fault(
+                path, f"it would be reset where it trips: write '{_behind(test)}' with a value on the safe side"
+            )
         return until.value if isinstance(until, CrossTest) else test.value
 
     def _stops(self, path: Path, machine: str, given: Keys, test: CrossTest) -> list[BarredActuator]:

@@ -90,7 +90,7 @@ class _Models:
         quantity, of = match[1], (match[2] or "").removesuffix(" in %").removeprefix("all ")
         share = words.endswith(" in %")
         if share and not QUANTITIES[quantity].rated:
-            self.source.fault(path, f"no {quantity} is rated: leave 'in %' away")
+            self.source.fault(path, f"no {quantity} is rated: remove 'in %'")
             return None
         actor = next(iter(self.targets.get(of, ())), None)
         if quantity in ("position", "speed") and actor and (moved := self.moved(actor)):
@@ -114,7 +114,9 @@ class _Models:
         actor = found[0] if len(found) == 1 else None
         if actor is None or actor.kind not in LED_BY:
             known = [words for words, some in self.targets.items() if len(some) == 1 and some[0].kind in LED_BY]
-            self.source.fault(path, f"'{target}' is no drive or winch that can be led", closest(target, known))
+            self.source.fault(
+                path, f"'{target}' is not a drive or winch that a model can control", closest(target, known)
+            )
             return None
         if other := self.leaders.get(actor.name):
             self.source.fault(
