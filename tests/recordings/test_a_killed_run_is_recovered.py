@@ -62,7 +62,7 @@ def test_recovery_skips_and_names_a_damaged_chunk(recorded: Path, tmp_path: Path
     data[chunk.chunk_start_offset + chunk.chunk_length - 5] ^= 0xFF
     damaged = tmp_path / "damaged.mcap"
     damaged.write_bytes(data)
-    with pytest.raises(RecordingError, match="holds no message that can be read"):
+    with pytest.raises(RecordingError, match="contains no readable message"):
         recover(damaged)
 
 
@@ -108,7 +108,7 @@ def test_files_without_a_run_cannot_be_recovered(tmp_path: Path, begin: Callable
     rec = begin()  # killed before the first flush: only the facts are on disk
     early = tmp_path / "early.mcap.part"
     shutil.copy(tmp_path / "run.mcap.part", early)
-    with pytest.raises(RecordingError, match="holds no message that can be read"):
+    with pytest.raises(RecordingError, match="contains no readable message"):
         recover(early)
     rec.close()
 

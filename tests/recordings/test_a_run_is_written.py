@@ -223,9 +223,9 @@ def test_unwritable_output_places_are_refused_at_the_start(tmp_path: Path) -> No
     cases = {
         tmp_path: f"{tmp_path}: is a folder; give the name of a file in it, such as {tmp_path}/run.mcap",
         tmp_path / "no" / "run.mcap": f"{tmp_path}/no/run.mcap: the folder {tmp_path}/no does not exist; "
-        "make it or choose another place with -o",
+        "create it or choose another folder with -o",
         Path("/proc/run.mcap"): "/proc/run.mcap: cannot be written (No such file or directory); "
-        "choose another place with -o",
+        "choose another folder with -o",
     }
     for path, sentence in cases.items():
         with pytest.raises(RecordingError) as error:

@@ -69,10 +69,10 @@ def check(data: bytes, spoiled: bytes, path: Path) -> Recording | None:
         found, refused = recover(path, out, force=True), ""
     except RecordingError as error:
         found, refused = None, str(error)
-    assert (text == "") == ("is whole" in refused), (text, refused)
+    assert (text == "") == ("is complete and undamaged" in refused), (text, refused)
     if found is None:
         assert text == "" or not whole_chunks(data, spoiled), refused
-        assert any(x in refused for x in ("is whole", "holds no", "is not a recording"))
+        assert any(x in refused for x in ("is complete and undamaged", "contains no", "is not a recording"))
         return None
     saved = Recording(found.path)
     assert told(found.path) == ""

@@ -112,7 +112,7 @@ def test_for_content_changed_by_another_program_no_command_suggests_recover(reco
         RecordingError, match=r"has contents that no run writes \(.*\), though no byte is damaged: another pro"
     ):
         Recording(path).signal("rope/tension")
-    with pytest.raises(RecordingError, match="is whole; there is nothing to recover"):
+    with pytest.raises(RecordingError, match="is complete and undamaged; there is nothing to recover"):
         recover(path)
 
 

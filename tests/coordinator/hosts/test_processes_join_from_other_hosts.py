@@ -218,7 +218,7 @@ def test_a_remote_process_does_not_outlive_its_coordinator(tmp_path: Path, keys:
         (["block"], "", False, "process block runs on another host, say where it can reach this one: --listen tls/"),
         (["blok"], "", False, "--remote 'blok': there is no process 'blok'; the processes are block, crane"),
         ([], "tls/127.0.0.1:1", False, "--listen tls/127.0.0.1:1: no process runs on another host"),
-        (["block"], "tcp/127.0.0.1:7447", False, "tcp/127.0.0.1:7447: hosts are connected by tls only"),
+        (["block"], "tcp/127.0.0.1:7447", False, "tcp/127.0.0.1:7447: hosts may connect only over TLS"),
         (["block"], "7447", False, "'7447' is not a valid address; write tls/HOST:PORT"),
         (["block"], "tls/here:99999", False, "'tls/here:99999' is not a valid address; write tls/HOST:PORT"),
         (["block"], "tls/127.0.0.1:7447", True, "--in-process: process block is placed on another host"),

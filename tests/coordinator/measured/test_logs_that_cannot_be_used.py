@@ -36,12 +36,22 @@ def refused(run: Path, path: Path, *maps: str, offset: float | None = None) -> s
 @pytest.mark.parametrize(
     ("columns", "row", "column", "what"),
     [
-        ({"time [s]": T, "cell": changed(CELL, 7, "nan")}, 9, "cell", "'nan' is no finite number"),
-        ({"time [s]": T, "cell": changed(CELL, 0, "-inf")}, 2, "cell", "'-inf' is no finite number"),
+        ({"time [s]": T, "cell": changed(CELL, 7, "nan")}, 9, "cell", "'nan' is not a finite number"),
+        ({"time [s]": T, "cell": changed(CELL, 0, "-inf")}, 2, "cell", "'-inf' is not a finite number"),
         ({"time [s]": T, "cell": changed(CELL, 59, "")}, 61, "cell", "is empty, which is a gap"),
         ({"time [s]": T, "cell": changed(CELL, 3, "12_0")}, 5, "cell", "'12_0' is no number"),
-        ({"time [s]": changed(T, 5, 1.0), "cell": CELL}, 7, "time", "1.0 comes after 2.0; times must rise"),
-        ({"time [s]": changed(T, 5, T[4]), "cell": CELL}, 7, "time", "2.0 comes after 2.0; times must rise"),
+        (
+            {"time [s]": changed(T, 5, 1.0), "cell": CELL},
+            7,
+            "time",
+            "1.0 comes after 2.0; times must be in ascending order",
+        ),
+        (
+            {"time [s]": changed(T, 5, T[4]), "cell": CELL},
+            7,
+            "time",
+            "2.0 comes after 2.0; times must be in ascending order",
+        ),
         ({"time [s]": [*T[:30], *(t + 9.0 for t in T[30:])], "cell": CELL}, 31, "time", "a gap of 9.5 s behind it"),
         ({"time": T, "cell": CELL}, 1, "time", "the unit is missing"),
         ({"time [m]": T, "cell": CELL}, 1, "time", "'m' is not a unit of time"),
@@ -69,8 +79,8 @@ def test_a_fault_in_the_log_is_reported(
         ("cell=rope/tension/west.H1 [kN] +- 3", "the unit is missing; use %, kN"),
         ("cell=rope/tension/west.H1 [kN] +- much", "is no uncertainty"),
         ("cell=measured/wind [m/s]", "no column is mapped to a channel of"),
-        ("cell=measured/ [m/s]", "measured/ has no name"),
-        ("map.yaml", "map.yaml: no map can be read there"),
+        ("cell=measured/ [m/s]", "measured/ does not name a channel"),
+        ("map.yaml", "map.yaml: the map cannot be read"),
     ],
 )
 def test_a_fault_in_the_mapping_is_reported(run: Path, tmp_path: Path, line: str, what: str) -> None:
@@ -91,21 +101,21 @@ def test_a_fault_in_a_text_file_is_reported_with_its_line(run: Path, tmp_path: P
 
 def test_logs_that_do_not_overlap_the_run_are_refused(run: Path, tmp_path: Path) -> None:
     message = refused(run, log(tmp_path / "log.csv", {"time [s]": T, "cell": CELL}), offset=500.0)
-    assert "rows 2 to 61 are 500 to 529.5 s of the run, which goes from 0 to 39.95 s: no overlap" in message
+    assert "rows 2 to 61 are 500 to 529.5 s of the run, which goes from 0 to 39.95 s; they do not overlap" in message
 
 
 def test_a_measured_log_from_another_machine_is_refused(run: Path, tmp_path: Path) -> None:
     still = log(tmp_path / "still.csv", {"time [s]": T, "cell": [300.0] * 60})
-    assert "no mapped channel moves" in refused(run, still)
+    assert "no mapped channel varies" in refused(run, still)
     other = log(tmp_path / "other.csv", {"time [s]": T, "cell": [math.sin(40.0 * t * t) for t in T]})
-    assert "not alike" in refused(run, other)
+    assert "do not match" in refused(run, other)
 
 
 def test_a_file_that_is_not_a_measured_log_is_refused(run: Path, tmp_path: Path) -> None:
     for name in ("none.csv", ".", "n" * 300):
-        assert "there is no such log" in refused(run, tmp_path / name)
+        assert "this log does not exist" in refused(run, tmp_path / name)
     path = tmp_path / "log.csv"
-    for data, what in ((b"", "no rows"), (b"time,cell\n", "no rows"), (b"\xff\xfe\n\x81", "no text"),
+    for data, what in ((b"", "no rows"), (b"time,cell\n", "no rows"), (b"\xff\xfe\n\x81", "not UTF-8 text"),
                        (b"time [s],cell\n0,1\n1,2,3\n", "row 3: has 3 cells, but the header has 2")):  # fmt: skip
         path.write_bytes(data)
         assert what in refused(run, path)

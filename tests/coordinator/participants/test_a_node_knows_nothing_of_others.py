@@ -93,7 +93,7 @@ SHARED = {"log": "beyond.LOG", "tally": "beyond.count", "classwide": "beyond.Tic
 
 @pytest.mark.parametrize("act", SHARED)
 def test_shared_globals_that_change_are_named_with_their_users(act: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    message = f"yard.other, yard.ticker use {SHARED[act]}, which has changed, but each process has its own copy"
+    message = f"yard.other, yard.ticker use {SHARED[act]}, which has changed, although each process has its own copy"
     assert run(f"yard('{act}')", in_process=True).startswith(message)
     if act == "log":
         assert run(f"yard('{act}')").startswith(message), "in processes, too"
@@ -103,8 +103,8 @@ def test_shared_globals_that_change_are_named_with_their_users(act: str, monkeyp
 
 def test_a_global_variable_that_holds_a_model_is_named_before_anything_runs() -> None:
     assert run("yard('registered')", in_process=True) == (
-        "yard.other, yard.ticker may use beyond.FRIENDS, which holds a model of this process, though the others run "
-        "elsewhere; send messages to them instead"
+        "yard.other, yard.ticker may use beyond.FRIENDS, which refers to a model of this process while the other "
+        "models run elsewhere; communicate by messages instead"
     )
 
 

@@ -79,8 +79,8 @@ def test_replaying_an_unknown_model_lists_the_known_ones(recorded: RecordedRun) 
     with pytest.raises(RecordingError) as error:
         single(recorded, "crane/west")
     assert str(error.value) == (
-        f"{recorded.path}: there is no model crane/west in it, it has crane/crane, loader/loader-1, loader/loader-2, "
-        "loader/loader-3, block, commander, kernel"
+        f"{recorded.path}: there is no model crane/west; the recording has crane/crane, loader/loader-1, "
+        "loader/loader-2, loader/loader-3, block, commander, kernel"
     )
 
 

@@ -197,7 +197,7 @@ def test_a_process_pool_works_from_the_command_line(tmp_path: Path, monkeypatch,
         ("seed", "x", "--seed: 'x' is not a non-negative integer"),
         ("vary", [3], "--vary [3]: give texts PATH=VALUES"),
         ("executor", 3, "executor=3: give one of concurrent.futures"),
-        ("into", 3, "3 names no file"),
+        ("into", 3, "3 is not a file name"),
     ],
 )
 def test_invalid_study_options_are_reported_in_one_sentence(tmp_path: Path, option: str, value, told: str) -> None:

@@ -147,7 +147,9 @@ def test_an_invalid_cache_bound_is_reported_in_a_sentence(
 ) -> None:
     monkeypatch.setenv("HEAVYLIFT_CACHE_MB", given)
     for use in (lambda: read_cached("x"), lambda: write_cached("x", b""), _cache):
-        with pytest.raises(OutputError, match=rf"HEAVYLIFT_CACHE_MB='{given}' is no size; give megabytes, such as 512"):
+        with pytest.raises(
+            OutputError, match=rf"HEAVYLIFT_CACHE_MB='{given}' is not a valid size; give megabytes, such as 512"
+        ):
             use()
 
 

@@ -53,7 +53,7 @@ def test_the_new_command_writes_a_scene_for_each_row_of_the_table(folder: Path) 
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (("--crane", "jib-60"), "a crane lifts blocks: give both"),
+        (("--crane", "jib-60"), "--crane and --blocks belong together"),
         (("--crane", "jib-60", "--blocks", "blocks.csv#big"), "blocks.csv has no row 'big'"),
         (("--crane", "jib-6", "--blocks", "blocks.csv#small"), "there is no machine type 'jib-6'"),
         (("--crane", "jib-60", "--blocks", "block.csv"), "there is no table 'block.csv' beside the scene"),

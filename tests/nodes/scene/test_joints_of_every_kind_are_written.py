@@ -122,8 +122,8 @@ def lines(old: str, new: str) -> list[str]:
         (
             "lead: 10 mm",
             "lead: 0 mm",
-            "scene.yaml:28:5: error: mechanism.joints.spindle: joint 'spindle': its pitch is 0; a screw advances, in "
-            "m/rad (else make it revolute)",
+            "scene.yaml:28:5: error: mechanism.joints.spindle: joint 'spindle': its pitch is 0; give the pitch of a "
+            "screw in m/rad, or make the joint revolute",
         ),
         (
             "fence: {joint: table, coordinate: y,",
@@ -183,6 +183,6 @@ def test_an_impossible_inertia_is_reported_at_its_body():
         .splitlines()[0]
         .startswith(
             "scene.yaml:7:22: error: mechanism.bodies.top.inertia: body 'top': its principal moments of inertia are 1, "
-            "1, 3 kg m2; no body has one that is larger than the sum of the others"
+            "1, 3 kg m2; none can be larger than the sum of the other two"
         )
     )

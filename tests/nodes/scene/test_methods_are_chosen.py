@@ -63,7 +63,7 @@ def test_faults_of_integration_settings_are_reported_with_their_line(keys: str, 
 @pytest.mark.parametrize(
     ("keys", "sentence"),
     [
-        ("method: rk4", "method 'rk4': it has no error estimate; give it a step"),
+        ("method: rk4", "method 'rk4': it has no error estimate and needs a fixed step"),
         ("method: rk4\nstep: 5 s", "too long for method 'rk4', since 'bob' swings at 0.3"),
     ],
 )
@@ -75,10 +75,10 @@ def test_integration_methods_that_cannot_run_are_refused_before_the_start(keys: 
 @pytest.mark.parametrize(
     ("scene", "keys", "sentence"),
     [
-        ("lift", ["method=rk4"], "method 'rk4': it has no error estimate; give it a step"),
+        ("lift", ["method=rk4"], "method 'rk4': it has no error estimate and needs a fixed step"),
         ("lift", ["method=rk4", "step=1 s"], "step 1 s at 0.000 s is too long for method 'rk4', since 'block' on"),
         ("lift", ["method=rk4", "ask=[swing]", "accuracy=1 %"], "method 'rk4': it has no error estimate"),
-        ("arm", ["method=semi-implicit-euler"], "it has no error estimate; give it a step"),
+        ("arm", ["method=semi-implicit-euler"], "it has no error estimate and needs a fixed step"),
         ("girder", ["method=rk4", "step=1 s"], "too long for method 'rk4', since 'girder' on 'girder' swings at"),
     ],
 )
