@@ -96,7 +96,7 @@ def test_a_fault_in_a_text_file_is_reported_with_its_line(run: Path, tmp_path: P
     lines = tmp_path / "map.yaml"
     lines.write_text("# cells\ncell: rope/tension/west.H1 [kg m]\n")
     message = refused(run, log(tmp_path / "log.csv", {"time [s]": T, "cell": CELL}), str(lines))
-    assert f"{lines}:2:7: error: cell: 'kg m' is no unit" in message
+    assert f"{lines}:2:7: error: cell: 'kg m' is not a unit" in message
 
 
 def test_logs_that_do_not_overlap_the_run_are_refused(run: Path, tmp_path: Path) -> None:

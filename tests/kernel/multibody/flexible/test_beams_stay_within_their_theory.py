@@ -177,7 +177,7 @@ def test_a_body_given_by_matrices_reports_that_compression_is_ignored():
     assert upright(column(flexible, force=on_tip(0.04))) == ""
     noted = upright(column(flexible, force=on_tip(0.2)))
     assert "is compressed to 20 % of its buckling load, an effect that its matrices do not include" in noted
-    assert "deflections across are about 25 % too small" in noted
+    assert "lateral deflections are about 25 % too small" in noted
     assert upright(column(flexible, force=on_tip(1.1))).startswith("ends: body 'jib'")
 
 
