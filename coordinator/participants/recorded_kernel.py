@@ -221,8 +221,8 @@ class _Known:
         return times, rows
 
     def read(self, end: int, before_ns: int) -> Iterator[tuple[int, list[int], Floats]]:
-        """Yield the number of the first row, the times, and rows in the kernel's layout, up to row `end` and before a
-        time [ns]."""
+        """Yield the recorded rows in batches: number of the first row, times, and rows in the kernel's layout. Stops at
+        row `end`, or before a time [ns] if that comes first."""
         while self.number < end and self._next() and self._times[0] < before_ns:
             first = self.number
             n = sum(t < before_ns for t in self._times[: min(BATCH, end - first)])

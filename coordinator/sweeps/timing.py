@@ -61,7 +61,8 @@ class TimingStep:
         return self.most if part >= 1.0 else self.now + (self.most - self.now) * part
 
     def text(self, before: str, part: float) -> str:
-        """Return the new text at a path, from the text `before`, for a fraction of the step."""
+        """Return the scene text to write at a path whose text is `before`, if only the fraction `part` of this
+        acceleration is applied."""
         x = self.value(part)
         if self.kind == "overlap":
             return f"after {x:.1f} s"

@@ -86,8 +86,8 @@ def lift_of(plan: Plan, thing: str) -> str:
 
 
 def limit_between(plan: Plan) -> Kept:
-    """Return a function that gives the required clearance [m] between two parts: that of their lift, between two lifts
-    the larger one; called without names, the largest of all."""
+    """Return a function that gives the required clearance [m] between two parts: the clearance of their lift if both
+    belong to one, otherwise the larger of two. Called without names, it gives the largest of all lifts."""
     limits = {x.subject: x.value for x in reversed(plan.limits) if x.quantity == "clearance" and x.value is not None}
     own = {x.name: limits[x.name] for x in plan.lists if x.name in limits}
     most = max(own.values(), default=next(reversed(limits.values()), LIMIT))

@@ -42,7 +42,7 @@ class NearestSoFar:
         return int(np.isfinite(self._least).sum())
 
     def take(self) -> list[Minimum | None]:
-        """Return the distances found since the last call; the bounds that follow from them remain."""
+        """Return and clear the distances found since the last call; the bounds derived from them are kept."""
         found, self.found = self.found, [None] * len(self.found)
         return found
 

@@ -102,7 +102,7 @@ class Wide:
             self._loop(width, block)
 
     def copy(self, x: Sym, base: str, first: int) -> None:
-        """Emit the loop that copies a long value into a block."""
+        """Emit the loop that copies a vector with many elements into a block."""
 
         def block(piece: str, lanes: int, at: str) -> list[str]:
             lines: list[str] = []

@@ -67,7 +67,7 @@ def check_description(system: System) -> System:
         for x in (x for name in group for x in getattr(system, name)):
             if x.name in seen:
                 raise KernelError(
-                    f"'{x.name}': this name is used twice; names of laws, drives and masters must be unique"
+                    f"'{x.name}': this name is used twice; names of force laws, drives and masters must be unique"
                 )
             seen.add(x.name)
     items = [x for f in fields(system) if f.name != "gravity" for x in getattr(system, f.name)]

@@ -83,7 +83,8 @@ class SampleRecorder:
             self.number += 1
 
     def keep(self, t_ns: int, row: np.ndarray) -> None:
-        """Store a row of the native table as a sample; raises KernelError if a winch has wound up its whole rope."""
+        """Store a row that native code has written as a sample; raises KernelError if a winch has wound up its whole
+        rope."""
         native = self._native
         at = native.method.row_layout.at
         check_lengths(native.program, t_ns * 1e-9, row[at["length"]])

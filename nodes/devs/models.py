@@ -156,7 +156,7 @@ class Atomic(Model):
     def hold_in(self, wait: int) -> None:
         """Schedule the next internal transition `wait` [ns] after now (0: at the next microstep)."""
         if type(wait) is not int:
-            raise ModelError(f"hold_in({wait!r}): the wait must be an int in ns; use seconds(1.5)")
+            raise ModelError(f"hold_in({wait!r}): the wait must be an int in ns, such as seconds(1.5)")
         if not 0 <= wait <= NEVER:
             if wait < 0:
                 raise ModelError(f"negative time advance: hold_in({wait}) [ns]; the wait must be >= 0")

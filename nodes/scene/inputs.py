@@ -143,8 +143,8 @@ def _of_lift(scene: LoadedScene, name: str) -> Iterator[UncertainInput]:
 
 
 def stated(scene: LoadedScene, one: Input, value: str, half: str) -> str:
-    """Return a value with its 95 % uncertainty as text; only the value if the uncertainty would be invalid for the
-    input."""
+    """Return a value with its 95 % uncertainty as text; without the uncertainty if the scene would not accept it for
+    this input."""
     _, kind = _input(scene, _source(scene)[0], one.name)
     try:
         standard(Stated(value, "+-", half), kind)

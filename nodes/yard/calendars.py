@@ -44,7 +44,7 @@ class Calendar:
         return begins[n] + total - worked[n]
 
     def back(self, t: int, work: int) -> int:
-        """Return the latest time at which work must begin to be done at t."""
+        """Return the latest time at which work can begin and still be finished at t."""
         if not self.key or not work:
             return t - work
         begins, _, worked = windows(self.key)

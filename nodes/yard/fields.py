@@ -46,7 +46,7 @@ def duration(text: str) -> Distribution:
         word, rest = "fixed", text
     if word not in KINDS:
         raise ValueError(
-            f"'{text}' is no duration, such as '6 h' or '{KINDS['triangular'][0]}'; {closest(word, KINDS)}"
+            f"'{text}' is not a valid duration, such as '6 h' or '{KINDS['triangular'][0]}'; {closest(word, KINDS)}"
         )
     example, count = KINDS[word]
     phases = re.fullmatch(r"(\d+) phases (.*)", rest) if word == "erlang" else None
@@ -112,7 +112,7 @@ def day(text: object) -> date:
             raise ValueError
         return found
     except ValueError:
-        raise ValueError(f"'{text}' is no date: write year, month and day, such as 2027-05-01") from None
+        raise ValueError(f"'{text}' is not a valid date: write year, month and day, such as 2027-05-01") from None
 
 
 def days_off(text: object) -> Iterator[date]:
@@ -131,7 +131,7 @@ def weekdays(text: object) -> tuple[int, ...]:
         first, _, last = part.partition("-")
         for word in (first, last or first):
             if word not in WEEK:
-                raise ValueError(f"'{word}' is no day of the week: write them as 'mon-fri' or 'mon wed sat'")
+                raise ValueError(f"'{word}' is not a day of the week: write them as 'mon-fri' or 'mon wed sat'")
         a, b = WEEK.index(first), WEEK.index(last or first)
         found += [n % 7 for n in range(a, b + 1 if b >= a else b + 8)]
     return tuple(sorted({*found}))
@@ -145,7 +145,9 @@ def shift(text: object) -> tuple[Shift, ...]:
         clock = CLOCK.fullmatch(part)
         a, b = (int(clock[n]) * 60 + int(clock[n + 1]) for n in (1, 3)) if clock else (0, 0)
         if not clock or max(a, b) > 1440:
-            raise ValueError(f"'{part}' is no shift: write it as '08:00-17:00', with breaks '08:00-12:00 13:00-17:00'")
+            raise ValueError(
+                f"'{part}' is not a valid shift: write it as '08:00-17:00', with breaks '08:00-12:00 13:00-17:00'"
+            )
         found.append((a, b if b > a else b + 1440))
     return tuple(found)
 
@@ -180,5 +182,5 @@ def words(data: object) -> list[str]:
 def units(value: object) -> int:
     """Read the number of units of a resource."""
     if isinstance(value, bool) or not re.fullmatch(r"\d+", str(value)):
-        raise ValueError(f"'{value}' is no number of units: write a whole number, such as 1")
+        raise ValueError(f"'{value}' is not a valid number of units: write a whole number, such as 1")
     return int(str(value))

@@ -62,7 +62,9 @@ def planned_in_project(path: Path, name: str) -> Planned:
     except OSError as error:
         raise SceneError(f"the schedule '{name}' cannot be read: {error.strerror}") from None
     except Xml.ParseError as error:
-        raise SceneError(f"{name}:{error.position[0]}:{error.position[1] + 1}: this is no XML: {error}") from None
+        raise SceneError(
+            f"{name}:{error.position[0]}:{error.position[1] + 1}: this is not valid XML: {error}"
+        ) from None
     found, above = Planned(), dict[int, str]()
     for task in tasks:
         texts = {part.tag.rpartition("}")[2]: (part.text or "").strip() for part in task}
@@ -92,4 +94,4 @@ def _moment(text: str, where: str) -> datetime:
     try:
         return datetime.fromisoformat(text).replace(tzinfo=None)
     except ValueError:
-        raise SceneError(f"{where}: '{text}' is no time; export the schedule with start and finish") from None
+        raise SceneError(f"{where}: '{text}' is not a valid time; export the schedule with start and finish") from None

@@ -187,4 +187,4 @@ def _time(text: str) -> datetime:
     try:
         return datetime.fromisoformat(text).replace(tzinfo=None)
     except ValueError:
-        raise ValueError(f"'{text}' is no time: write it as 2026-01-31 13:00") from None
+        raise ValueError(f"'{text}' is not a valid time: write it as 2026-01-31 13:00") from None

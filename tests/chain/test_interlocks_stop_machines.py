@@ -110,10 +110,10 @@ BAD = {  # an interlock of the scene, and what is reported of it
     "{when: load of crawler >= 3 t, stops: all, until: load of crawler >= 2 t}": "it would be reset where it trips",
     "{when: load of crawler >= 3 t, stops: all, until: load of crawler <= 4 t}": "it would be reset where it trips",
     "{when: load of crawler >= 3 t, stops: [hoist], towards: true}": "it is known of a gap between two machines",
-    "{when: load of crawler >= 3 m, stops: all}": "'3 m' is no mass",
+    "{when: load of crawler >= 3 m, stops: all}": "'3 m' is not a valid mass",
     "{when: wind >= 3 m/s, stops: all}": "no wind blows in this scene: add 'wind'",
     "{when: load of crawler >= 3 t, halts: all}": "unknown key 'halts'",
-    "{when: load of crawler >= 3 t, stops: all, deceleration: 1 deg/s2}": "'1 deg/s2' is no acceleration",
+    "{when: load of crawler >= 3 t, stops: all, deceleration: 1 deg/s2}": "'1 deg/s2' is not a valid acceleration",
 }
 ORDERS = {
     "crawler moment: by pass": "an order begins with a verb, not 'by'",

@@ -189,12 +189,12 @@ def test_levelling_measures_the_tilt_of_any_block(seed: int) -> None:
     [
         ("block: level 0.3 m/min within 0.1 deg with crane H9", "crane H9 cannot level the block"),
         ("block: level 0.3 m/min with crane H3", "after the speed 'within' must follow"),
-        ("block: level 0.3 m/min within 1 m with crane H3", "'1 m' is no angle"),
+        ("block: level 0.3 m/min within 1 m with crane H3", "'1 m' is not a valid angle"),
         ("crane H3: level 1 m/min within 1 deg with crane H3", "'crane H3' cannot level"),
         ("crane: travel 10 m/min by 1 m together", "several drives or winches move together"),
         ("trolleys: traverse 10 m/min to 70 m together", "several drives or winches move together"),
         ("crane: travel 10 m/min to above [X9]", "the block has no lug 'X9'"),
-        ("crane H1: hoist 10 m/min to above [P1]", "'above' is no length"),
+        ("crane H1: hoist 10 m/min to above [P1]", "'above' is not a valid length"),
         ("crane: travel 10 m/min to above P1", "after 'above' '[' must follow"),
     ],
 )

@@ -249,14 +249,14 @@ DESCRIPTIONS = [
     ),
     (
         with_(ropes=(ROPE, ROPE)),
-        "'rope': this name is used twice; names of laws, drives and masters must be unique",
+        "'rope': this name is used twice; names of force laws, drives and masters must be unique",
     ),
     (
         with_(ropes=(ROPE,), masters=(Master("rope"),)),
-        "'rope': this name is used twice; names of laws, drives and masters must be unique",
+        "'rope': this name is used twice; names of force laws, drives and masters must be unique",
     ),
     (
         with_(ropes=(ROPE,), thresholds=(Threshold("rope", "tension", ropes=("rope",)),)),
-        "'rope': this name is used twice; names of laws, drives and masters must be unique",
+        "'rope': this name is used twice; names of force laws, drives and masters must be unique",
     ),
 ]

@@ -156,7 +156,7 @@ def test_a_recording_name_gets_its_suffix(name: str, tmp_path: Path) -> None:
 def test_outputs_follow_no_symbolic_link(ending: str, force: bool, tmp_path: Path) -> None:
     is_link(tmp_path / f"run.mcap{ending}")
     before = all_below(tmp_path)
-    with pytest.raises(OutputError, match=rf"run.mcap{ending}: is a link and stays as it is"):
+    with pytest.raises(OutputError, match=rf"run.mcap{ending}: is a link and will not be overwritten"):
         recorded_at(tmp_path / "run.mcap", force)
     assert all_below(tmp_path) == before
 

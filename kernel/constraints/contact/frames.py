@@ -24,8 +24,9 @@ TINY = 1e-300  # keeps what is computed of an empty slot finite
 
 @dataclass(frozen=True)
 class ContactFrame:
-    """gap [m]; x (3,) in the world with rate; F (3, 3) rows n, t1, t2 with rates; along: coordinates of x within the
-    face or along the edges of A and B [m]."""
+    """Contact frame of bodies A and B: gap [m]; contact point x (3,) in world axes, with its rate; F (3, 3), whose rows
+    are the normal n and the tangents t1 and t2, with its rate; along: coordinates of x within the face, or along the
+    edges of A and B [m]."""
 
     gap: Scalar
     x: Array

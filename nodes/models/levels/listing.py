@@ -13,7 +13,7 @@ def as_modelled(plan: Plan, machine: Mechanism) -> Mechanism:
 
 
 def exact(plan: Plan) -> dict[str, str]:
-    """Return the passes of a plan's model level that change no motion, each with the reason."""
+    """Return the simplifications of a plan's model level that leave the motion unchanged, each with the reason."""
     return {each.name: why for each in PASSES if (why := each.guard(plan))}
 
 

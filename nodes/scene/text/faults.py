@@ -20,7 +20,7 @@ def raise_faults(source: SourceText, faults: Iterable[Fault]) -> None:
     texts = list(dict.fromkeys(_text(mark, fault, source.written(fault.path)) for mark, fault in marked[:MOST]))
     if texts:
         number = f"more than {MOST}" if len(marked) > MOST else f"{len(texts)}"
-        count = f"{number} error{'s' if len(marked) > 1 else ''} in {source.name}"
+        count = f"{number} error{'' if number == '1' else 's'} in {source.name}"
         error = SceneError("\n".join([*texts, count]))
         error.faults = tuple(dict.fromkeys(_placed(source, mark, fault) for mark, fault in marked[:MOST]))
         raise error

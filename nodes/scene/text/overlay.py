@@ -83,7 +83,7 @@ def override(source: SourceText, setting: str, default: Callable[[SourceText, Pa
 
 
 def path_in(source: SourceText, text: str) -> Path:
-    """Return the path in the data of a scene that a text written by a user means."""
+    """Return the path in the scene's data to which a user's text refers."""
     path: list[str | int] = []
     if (named := STAGE.fullmatch(text)) and named[1] in (stages := _stages(source)):
         path, text = ["actions", stages.index(named[1])], named[2]

@@ -119,7 +119,10 @@ def table(root: FilePath, file: str) -> SceneTable:
     for row in rows[1:]:
         if any(cell.text for cell in row[width:]):
             where = f"{file}:{row[0].mark.line}"
-            raise SceneError(f"{where}: has more cells than the head; write decimal points, or ';' between cells")
+            raise SceneError(
+                f"{where}: this row has more cells than the header; if it has decimal commas, write points, "
+                "or separate cells by ';'"
+            )
     return SceneTable(file, head, [row[:width] + [TableCell("", row[0].mark)] * (width - len(row)) for row in rows[1:]])
 
 

@@ -104,7 +104,11 @@ class Expansion:
         for key, value in self.given.items():
             if key in known and not self._fits(key, value):
                 path = (*self.at, self.written[key])
-                self.source.fault(path, f"'{value}' does not fit", f"in the type: {known[key]}")
+                self.source.fault(
+                    path,
+                    f"'{value}' does not fit this parameter",
+                    f"the type has {known[key]} here: write a value of that kind",
+                )
         self.given = {key: x for key, x in self.given.items() if key in known and self._fits(key, x)}
         local = {section: self._names(section) for section in NAMED}
         self.bodies, self.joints = {*local["bodies"], *local["hooks"]}, {*local["joints"]}

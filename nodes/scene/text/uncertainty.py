@@ -92,7 +92,9 @@ def half_width(text: str, units: Mapping[str, Fraction], how: str = "+-", relati
     number, unit = number_and_unit(text)
     width, text = float(number) if number else math.nan, f"{how} {text.strip()}".strip()
     if not 0.0 <= width < math.inf:
-        raise ValueError(f"'{text}' is no uncertainty: write a number and a unit, such as '+- 5 kN' or '+- 1 %'")
+        raise ValueError(
+            f"'{text}' is not a valid uncertainty: write a number and a unit, such as '+- 5 kN' or '+- 1 %'"
+        )
     if unit == "%" and relative:
         return width / 100.0, 0.0
     if unit not in units:

@@ -68,10 +68,10 @@ class Dimension:
         invalid."""
         number = self.number(value)
         if not math.isfinite(number):
-            raise ValueError(f"'{value}' is no finite number")
+            raise ValueError(f"'{value}' is not a finite number")
         if number and not SMALL <= abs(number) <= LARGE:
             extreme = f"smaller than {SMALL:g}" if abs(number) < SMALL else f"larger than {LARGE:g}"
-            raise ValueError(f"'{value}' is {extreme} in SI units, which is no {self.name} in practice")
+            raise ValueError(f"'{value}' is {extreme} in SI units, beyond any realistic {self.name}")
         return number
 
     def number(self, value: object) -> float:
@@ -85,11 +85,11 @@ class Dimension:
     @lru_cache(4096)  # noqa: B019 - dimensions stay, and variants of a scene share nearly all texts
     def _of_text(self, value: str) -> float:
         if meant := punctuation(value, self.units):
-            raise ValueError(f"'{value}' is no {self.name}: {meant}")
+            raise ValueError(f"'{value}' is not a valid {self.name}: {meant}")
         written, unit = number_and_unit(value)
         if not written:
             known = ", ".join(filter(None, offered(self.units)))
-            raise ValueError(f"'{value}' is no {self.name}: write a number and a unit of {known}")
+            raise ValueError(f"'{value}' is not a valid {self.name}: write a number and a unit of {known}")
         if not unit:
             return self._bare(_product(written, _ONE), written)
         if unit not in self.units:
@@ -98,7 +98,7 @@ class Dimension:
             short = spelled(unit, self.units)
             meant = f": write '{written} {short}'" if short else ""
             raise ValueError(
-                f"'{value}' is no {self.name}: '{unit}' is {what}; use {', '.join(offered(self.units))}{meant}"
+                f"'{value}' is not a valid {self.name}: '{unit}' is {what}; use {', '.join(offered(self.units))}{meant}"
             )
         return _product(written, self.units[unit])
 

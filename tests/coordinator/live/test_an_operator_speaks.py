@@ -35,7 +35,12 @@ def test_an_operator_command_has_the_meaning_of_the_same_words_in_a_scene() -> N
 MISTAKES = [
     ("crane H1: hoit 3 m/min by 1 m", "an order begins with a verb, not 'hoit'", 10, "did you mean 'hoist'?"),
     ("crane H9: hoist 3 m/min by 1 m", "there is no 'crane H9' to give an order to", 0, "did you mean 'crane H3'?"),
-    ("crane H1: hoist 3 kg by 1 m", "'3 kg' is no speed: 'kg' is a unit of mass; use m/min, m/s, mm/s", 16, ""),
+    (
+        "crane H1: hoist 3 kg by 1 m",
+        "'3 kg' is not a valid speed: 'kg' is a unit of mass; use m/min, m/s, mm/s",
+        16,
+        "",
+    ),
     (
         "crane H1: travel 3 m/min by 1 m",
         "'crane H1' cannot travel",

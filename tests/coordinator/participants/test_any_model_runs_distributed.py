@@ -96,7 +96,9 @@ def test_a_node_that_misses_the_deadline_is_replaced(tmp_path):
     assert done.stdout.startswith("last event at 0 s; ")
     assert done.stderr.startswith("node stuck is replaced at t = 0.000 s: its process ")
     refused = command("stuck.py:build", "--deadline", "soon", cwd=tmp_path)
-    message = "heavylift: --deadline 'soon': 'soon' is no time: write a number and a unit of s, min, h, ms, days\n"
+    message = (
+        "heavylift: --deadline 'soon': 'soon' is not a valid time: write a number and a unit of s, min, h, ms, days\n"
+    )
     assert (refused.returncode, refused.stderr) == (1, message)
 
 

@@ -158,7 +158,7 @@ def test_changes_that_rule_out_a_branch_are_reported(
         RunBranch.of(lift, "stage up")
     with pytest.raises(SceneError, match=r"end 20 s: is before the branch point 23\.680 s"):
         RunBranch.of(lift, "stage up", ["end=20 s"])
-    with pytest.raises(RecordingError, match="is the recording itself, which stays as it is"):
+    with pytest.raises(RecordingError, match="is the recording itself, which will not be overwritten"):
         branch(RunBranch.of(lift, "stage up", [SLOWER]), lift, force=True)
     other = tmp_path / "other.mcap"
     other.write_bytes(b"mine")

@@ -254,7 +254,7 @@ PLAIN = double_pendulum()
         ),
         (
             replace(PLAIN, locks=(Lock("l", "elbow"), Lock("l", "shoulder"))),
-            "'l': this name is used twice; names of laws, drives and masters must be unique",
+            "'l': this name is used twice; names of force laws, drives and masters must be unique",
         ),
     ],
 )

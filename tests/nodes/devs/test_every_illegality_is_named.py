@@ -98,12 +98,12 @@ def test_endless_recursion_in_any_of_the_five_model_functions_is_reported(functi
 WAITS: list[tuple[Any, str]] = [
     (-1, "negative time advance: hold_in(-1) [ns]; the wait must be >= 0"),
     (-(2**70), f"negative time advance: hold_in({-(2**70)}) [ns]; the wait must be >= 0"),
-    (0.5, "hold_in(0.5): the wait must be an int in ns; use seconds(1.5)"),
-    (float("nan"), "hold_in(nan): the wait must be an int in ns; use seconds(1.5)"),
-    (float("inf"), "hold_in(inf): the wait must be an int in ns; use seconds(1.5)"),
-    (None, "hold_in(None): the wait must be an int in ns; use seconds(1.5)"),
-    (True, "hold_in(True): the wait must be an int in ns; use seconds(1.5)"),
-    ("1 s", "hold_in('1 s'): the wait must be an int in ns; use seconds(1.5)"),
+    (0.5, "hold_in(0.5): the wait must be an int in ns, such as seconds(1.5)"),
+    (float("nan"), "hold_in(nan): the wait must be an int in ns, such as seconds(1.5)"),
+    (float("inf"), "hold_in(inf): the wait must be an int in ns, such as seconds(1.5)"),
+    (None, "hold_in(None): the wait must be an int in ns, such as seconds(1.5)"),
+    (True, "hold_in(True): the wait must be an int in ns, such as seconds(1.5)"),
+    ("1 s", "hold_in('1 s'): the wait must be an int in ns, such as seconds(1.5)"),
 ]
 
 

@@ -274,7 +274,7 @@ def test_a_drive_that_bears_weight_stays_stiff() -> None:
     ("elastic", "message"),
     [
         ("jib.slew: {stiffness: 5 MN m/rad}", "there is no prescribed drive 'jib.slew', body or rope"),
-        ("jib.slewer: {stiffness: 5 MN/m}", "'5 MN/m' is no torsional stiffness"),
+        ("jib.slewer: {stiffness: 5 MN/m}", "'5 MN/m' is not a valid torsional stiffness"),
         ("jib.rope: {mass per length: 5 kg/m}", "there is no rope 'jib.rope'"),
         ("jib.booms: {EI: 5 GN m2}", "there is no rigid body 'jib.booms'"),
         ("jib.upper: {span: 5 m, mass: 1 t, stiffness: 1 MN/m, height: 1 m, slides: [x]}", "there is no joint 'x'"),

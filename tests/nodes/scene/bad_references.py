@@ -54,7 +54,7 @@ REFERENCES = {
         ],
         "1 m/s2",
         (
-            "mechanism.drives.one.ramp: '1 m/s2' is no angular acceleration: 'm/s2' is a unit of "
+            "mechanism.drives.one.ramp: '1 m/s2' is not a valid angular acceleration: 'm/s2' is a unit of "
             "acceleration; use deg/s2, rad/s2"
         ),
     ),

@@ -123,7 +123,8 @@ def test_a_contact_with_the_block_is_not_a_support() -> None:
         ),
         (
             "  springs: {s: {joint: crane.gantry, stiffness: 1 kN m/rad}}\n",
-            "mechanism.springs.s.stiffness: '1 kN m/rad' is no stiffness: 'kN m/rad' is a unit of torsional stiffness",
+            "mechanism.springs.s.stiffness: '1 kN m/rad' is not a valid stiffness: "
+            "'kN m/rad' is a unit of torsional stiffness",
         ),
     ],
 )

@@ -62,7 +62,7 @@ def test_a_new_verb_is_parsed_resolved_run_and_waited_for(tmp_path: Path) -> Non
 @pytest.mark.parametrize(
     ("written", "told"),
     [
-        ("swivel 3 m/min by 30 deg", "'3 m/min' is no angular rate"),
+        ("swivel 3 m/min by 30 deg", "'3 m/min' is not a valid angular rate"),
         ("swvel 3 deg/s by 30 deg", "did you mean 'swivel'"),
         ("hoist 3 m/min by 1 m", "it can: slew, luff, drive, stop, hold, swivel"),
     ],

@@ -63,7 +63,7 @@ def test_a_verb_with_its_own_module_is_parsed_resolved_and_run(tmp_path: Path) -
 
 @pytest.mark.usefixtures("nudge")
 def test_faults_of_a_verb_with_its_own_module_are_reported_like_others() -> None:
-    with pytest.raises(SceneError, match="'5 m' is no angle"):
+    with pytest.raises(SceneError, match="'5 m' is not a valid angle"):
         parse(SCENE.replace("5 deg", "5 m"))
     with pytest.raises(SceneError, match="'pivot' to give an order to"):
         parse(SCENE.replace("turntable: nudge", "pivot: nudge"))

@@ -88,9 +88,9 @@ def test_an_invalid_setting_is_reported_like_a_line_of_the_scene() -> None:
     assert (
         refused(TEXTS["lift"], "cranes.crane.at=41")
         == """\
---set:1:17: error: cranes.crane.at: '41' does not fit
+--set:1:17: error: cranes.crane.at: '41' does not fit this parameter
     1 | cranes.crane.at=41
-      |                 ^ in the type: 0 m
+      |                 ^ the type has 0 m here: write a value of that kind
 1 error in scene.yaml"""
     )
     assert "did you mean 'at'?" in refused(TEXTS["lift"], "cranes.crane.att=41 m")

@@ -64,7 +64,11 @@ def test_matrices_are_read_from_files_next_to_the_scene(tmp_path: Path, form: st
     ("old", "new", "told"),
     [
         ("mass per length: 0.2 t/m, ", "", "bodies.boom.beam: a beam has either 'mass' or 'mass per length'"),
-        ("900 MN m2", "900 MN", "beam.EI y: '900 MN' is no bending stiffness: 'MN' is a unit of force; use MN m2,"),
+        (
+            "900 MN m2",
+            "900 MN",
+            "beam.EI y: '900 MN' is not a valid bending stiffness: 'MN' is a unit of force; use MN m2,",
+        ),
         ("at: 30 m}", "at: 31 m}", "joints.tip.at: 31 m is not on the beam of 'boom', which reaches from 0 to 30 m"),
         ("start: 10 m", "start: -1 m", "joints.rail.start: -1 m is not on the beam of 'boom'"),
         ("parent: boom, child: trolley", "child: trolley", "a slider needs a flexible beam, and 'world' has none"),

@@ -100,14 +100,14 @@ def test_forces_are_transmitted_to_processes_unchanged(written):
 
 BAD = [
     ("type: load,", "type: lode,", "'lode' is not known here"),
-    ("force: [0, 3 kN, 0]", "force: [0, 3 kg, 0]", "'3 kg' is no force"),
-    ("area: 12 m2", "area: 12 m", "'12 m' is no area"),
+    ("force: [0, 3 kN, 0]", "force: [0, 3 kg, 0]", "'3 kg' is not a valid force"),
+    ("area: 12 m2", "area: 12 m", "'12 m' is not a valid area"),
     ("gusts: [[0 s, 5 m/s]", "gusts: [[5 s, 5 m/s]", "wind 'gale': signal goes back to 2.0 s; its times must not fall"),
     ("end: {body: cart}, rest", "end: {body: card}, rest", "there is no body 'card'"),
     ("axis: [0, 0, 3]", "axis: [0, 0, 0]", "torsion 'bar': axis has length 0; it must be a unit vector"),
     ("joint: slew, over", "joint: slow, over", "there is no joint 'slow'"),
-    ("[[10 deg/s, 8 kN m]", "[[10 m/s, 8 kN m]", "'10 m/s' is no angular rate"),
-    ("[20 deg/s, 0]", "[20 deg/s, 3 kN]", "'3 kN' is no moment"),
+    ("[[10 deg/s, 8 kN m]", "[[10 m/s, 8 kN m]", "'10 m/s' is not a valid angular rate"),
+    ("[20 deg/s, 0]", "[20 deg/s, 3 kN]", "'3 kN' is not a valid moment"),
     ("mine.py:push", "mine.py:pull", "law 'own': there is no function 'pull'"),
     ("mine.py:push", "yours.py:push", "cannot be imported"),
     ("    own:", "    bar2:\n      type: law\n    own:", "the key 'function' is missing"),

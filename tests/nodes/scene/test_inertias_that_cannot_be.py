@@ -57,14 +57,15 @@ def faults(inertia, mass="1 kg", joint=PIN):
             "[1 kg m2, 1 kg m2, -3 t m2, 0, 0, 0]",
             f"8:35: error: {INERTIA}[2]: a moment of inertia must be zero or more here, not -3 t m2",
         ),
-        ("[.nan, 1 kg m2, 1 kg m2]", f"8:17: error: {INERTIA}[0]: 'nan' is no finite number"),
+        ("[.nan, 1 kg m2, 1 kg m2]", f"8:17: error: {INERTIA}[0]: 'nan' is not a finite number"),
         (
             "[1 kg m2, 1 kg m2, 1 kg m2, 0, .nan, 0]",
-            f"8:47: error: {INERTIA}[4]: 'nan' is no finite number",
+            f"8:47: error: {INERTIA}[4]: 'nan' is not a finite number",
         ),
         (
             "[1 kg, 1 kg m2, 1 kg m2]",
-            f"8:17: error: {INERTIA}[0]: '1 kg' is no moment of inertia: 'kg' is a unit of mass; use kg m2, t m2",
+            f"8:17: error: {INERTIA}[0]: '1 kg' is not a valid moment of inertia: 'kg' is a unit of mass; use "
+            "kg m2, t m2",
         ),
         ("[1 kg m2, 1 kg m2]", f"8:16: error: {INERTIA}: {COUNT} 2 values"),
         ("[1 kg m2, 1 kg m2, 1 kg m2, 0]", f"8:16: error: {INERTIA}: {COUNT} 4 values"),

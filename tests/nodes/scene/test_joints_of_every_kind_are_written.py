@@ -139,7 +139,8 @@ def lines(old: str, new: str) -> list[str]:
         (
             "coordinate: y,",
             "coordinate: angle,",
-            "scene.yaml:37:54: error: mechanism.stops.fence.range[0]: '-1 m' is no angle: 'm' is a unit of length; "
+            "scene.yaml:37:54: error: mechanism.stops.fence.range[0]: '-1 m' is "
+            "not a valid angle: 'm' is a unit of length; "
             "use deg, rad",
         ),
         (
@@ -151,7 +152,8 @@ def lines(old: str, new: str) -> list[str]:
         (
             "dry: 1 kN m,",
             "dry: 1 kN,",
-            "scene.yaml:27:54: error: mechanism.joints.ram.friction.angle.dry: '1 kN' is no moment: 'kN' is a unit of "
+            "scene.yaml:27:54: error: mechanism.joints.ram.friction.angle.dry: "
+            "'1 kN' is not a valid moment: 'kN' is a unit of "
             "force; use kN m, N m, MN m",
         ),
         (

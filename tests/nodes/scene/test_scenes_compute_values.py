@@ -31,7 +31,7 @@ def test_settings_change_parameters_of_expressions():
     [
         ("=2*haf", "block.mass: there is no parameter 'haf'"),
         ("=half + span", "block.mass: kg and m cannot be added or subtracted"),
-        ("=span", "block.mass: '40.0 m' is no mass"),
+        ("=span", "block.mass: '40.0 m' is not a valid mass"),
         ("=half*(1 + 2", "block.mass: a bracket is not closed here"),
     ],
 )

@@ -47,7 +47,7 @@ MISSPELT = {
     "swing of jib main >= 1 deg": "after 'swing' 'along' or 'across' must follow, not 'of'",
     "gap west <= 3 m": "a second name is expected here, not '<='",
     "load >= 3 t": "'load' needs 'of' and a name, such as 'load of loader-1'",
-    "moment of jib >= 3 t": "'3 t' is no ratio: 't' is a unit of mass",
+    "moment of jib >= 3 t": "'3 t' is not a valid ratio: 't' is a unit of mass",
 }
 
 
@@ -222,7 +222,7 @@ def test_an_interlock_can_watch_each_sling(value, quantity):
         ("angle <= 3 deg", "a limit is one of places, ropes, hooks or the wind"),
         ("all slings taut", "a limit is one of places, ropes, hooks or the wind"),
         ("gap west nord >= 1 m", "there is no 'nord' with gap"),
-        ("load of west H1 <= 3 m", "'3 m' is no mass"),
+        ("load of west H1 <= 3 m", "'3 m' is not a valid mass"),
     ],
 )
 def test_signals_that_cannot_be_limited_are_reported(words, sentence):

@@ -51,44 +51,50 @@ REFUSES = [
     (units.MASS, "900", "missing unit: write '900 t' or '900000 kg'"),
     (units.SPEED, 3, "missing unit: write '3 m/min' or '0.05 m/s'"),
     (units.INERTIA, 6.63e7, "missing unit: write '66300000 kg m2' or '66300 t m2'"),
-    (units.LENGTH, "3 kN", "'3 kN' is no length: 'kN' is a unit of force; use m, mm, cm, km"),
-    (units.TIME, "3 weeks", "'3 weeks' is no time: 'weeks' is not a unit that is known here; use s, min, h, ms, days"),
-    (units.LENGTH, "long", "'long' is no length: write a number and a unit of m, mm, cm, km"),
+    (units.LENGTH, "3 kN", "'3 kN' is not a valid length: 'kN' is a unit of force; use m, mm, cm, km"),
+    (
+        units.TIME,
+        "3 weeks",
+        "'3 weeks' is not a valid time: 'weeks' is not a unit that is known here; use s, min, h, ms, days",
+    ),
+    (units.LENGTH, "long", "'long' is not a valid length: write a number and a unit of m, mm, cm, km"),
     (units.LENGTH, True, "a length is needed here, such as '1 m' or '1000 mm'"),
     (units.ACCELERATION, None, "an acceleration is needed here, such as '1 m/s2' or '1000 mm/s2'"),
-    (units.TIME, "1e999 s", "'1e999 s' is no finite number"),
-    (units.MASS, math.nan, "'nan' is no finite number"),
-    (units.MASS, 10**400, f"'{10**400}' is no finite number"),
+    (units.TIME, "1e999 s", "'1e999 s' is not a finite number"),
+    (units.MASS, math.nan, "'nan' is not a finite number"),
+    (units.MASS, 10**400, f"'{10**400}' is not a finite number"),
     (units.SAMPLING, "1e-12 Hz", "1e-12 Hz is out of range: choose 0.001 Hz to 10 kHz"),
     (units.SAMPLING, "10.1 kHz", "10.1 kHz is out of range: choose 0.001 Hz to 10 kHz"),
     (units.ACCURACY, 1e9, "1000000000 is out of range: choose 1e-10 % to 10 %"),
     (units.ACCURACY, "9.9e-11 %", "9.9e-11 % is out of range: choose 1e-10 % to 10 %"),
-    (units.TIME, "1:15", "'1:15' is no time: write '75 s' or '75 min', as it is meant"),
-    (units.TIME, "1:02:03", "'1:02:03' is no time: write it in one unit, '3723 s'"),
-    (units.LENGTH, "0,05 m", "'0,05 m' is no length: a decimal has a point, no comma: write '0.05 m'"),
-    (units.LENGTH, "0,125 m", "'0,125 m' is no length: a decimal has a point, no comma: write '0.125 m'"),
+    (units.TIME, "1:15", "'1:15' is not a valid time: write '75 s' or '75 min', as it is meant"),
+    (units.TIME, "1:02:03", "'1:02:03' is not a valid time: write it in one unit, '3723 s'"),
+    (units.LENGTH, "0,05 m", "'0,05 m' is not a valid length: a decimal has a point, no comma: write '0.05 m'"),
+    (units.LENGTH, "0,125 m", "'0,125 m' is not a valid length: a decimal has a point, no comma: write '0.125 m'"),
     (
         units.LENGTH,
         "-1,000 metres",
-        "'-1,000 metres' is no length: a decimal has a point, no comma: write '-1000 m' or '-1.000 m', as it is meant",
+        "'-1,000 metres' is not a valid length: a decimal has a point, no comma: "
+        "write '-1000 m' or '-1.000 m', as it is meant",
     ),
-    (units.MASS, "1,234,567 kg", "'1,234,567 kg' is no mass: thousands are not set apart: write '1234567 kg'"),
-    (units.MASS, "1,234.5 t", "'1,234.5 t' is no mass: thousands are not set apart: write '1234.5 t'"),
+    (units.MASS, "1,234,567 kg", "'1,234,567 kg' is not a valid mass: thousands are not set apart: write '1234567 kg'"),
+    (units.MASS, "1,234.5 t", "'1,234.5 t' is not a valid mass: thousands are not set apart: write '1234.5 t'"),
     (
         units.MASS,
         "300 tonnes",
-        "'300 tonnes' is no mass: 'tonnes' is not a unit that is known here; use t, kg: write '300 t'",
+        "'300 tonnes' is not a valid mass: 'tonnes' is not a unit that is known here; use t, kg: write '300 t'",
     ),
     (
         units.SPEED,
         "3 Metres per Minute",
-        "'3 Metres per Minute' is no speed: 'Metres per Minute' is not a unit that is known here; use m/min, m/s, mm/s:"
+        "'3 Metres per Minute' is not a valid speed: 'Metres per Minute' is not "
+        "a unit that is known here; use m/min, m/s, mm/s:"
         " write '3 m/min'",
     ),
     (
         units.FORCE,
         "5 KN",
-        "'5 KN' is no force: 'KN' is not a unit that is known here; use kN, N, MN: write '5 kN'",
+        "'5 KN' is not a valid force: 'KN' is not a unit that is known here; use kN, N, MN: write '5 kN'",
     ),
     (units.DURATION, "2401 h", "2401 h is out of range: choose 0.001 ms to 100 days"),
 ]
@@ -127,9 +133,9 @@ def exactly(x: Fraction) -> str:
 
 
 def test_a_number_beyond_the_range_of_floats_is_refused() -> None:
-    with pytest.raises(ValueError, match="is no finite number"):
+    with pytest.raises(ValueError, match="is not a finite number"):
         units.MASS.read("1e307 t")
-    with pytest.raises(ValueError, match="is no finite number"):
+    with pytest.raises(ValueError, match="is not a finite number"):
         units.MASS.read(f"1{'0' * 400} t")
     with pytest.raises(ValueError, match="smaller than 1e-30"):
         units.LENGTH.read("1e-400 mm")
