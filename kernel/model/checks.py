@@ -131,7 +131,7 @@ def _check_kind(x: Any) -> None:
                 raise KernelError(f"drive '{x.name}': it {fault}")
         case Stop():
             if x.lower > x.upper:
-                raise KernelError(f"stop '{x.name}': its lower limit {x.lower:g} lies above the upper one, {x.upper:g}")
+                raise KernelError(f"stop '{x.name}': its lower limit {x.lower:g} is above the upper one, {x.upper:g}")
 
 
 def _encoded(system: object) -> bytes:

@@ -146,7 +146,7 @@ DESCRIPTIONS = [
     ),
     (
         with_(stops=(Stop("stop", "a-guide", 1.0, -1.0, 1e6, 0.0),)),
-        "stop 'stop': its lower limit 1 lies above the upper one, -1",
+        "stop 'stop': its lower limit 1 is above the upper one, -1",
     ),
     (
         with_(brakes=(Brake("brake", "a-guide", -1.0, 1e6, 0.0),)),

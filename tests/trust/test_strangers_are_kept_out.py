@@ -65,5 +65,5 @@ def test_a_study_row_from_another_process_is_validated_or_refused() -> None:
 
 
 def test_a_study_row_that_is_not_bytes_is_refused() -> None:
-    with pytest.raises(ProtocolError, match="did not answer with the bytes of a row"):
+    with pytest.raises(ProtocolError, match="returned something other than an encoded row"):
         received({"number": 3}, Variant(3, (), ()))

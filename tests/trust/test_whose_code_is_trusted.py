@@ -77,7 +77,7 @@ def test_files_of_other_users_are_not_trusted(own: Path) -> None:
 def test_the_list_of_trusted_folders_is_readable_by_its_user_only(own: Path, tmp_path: Path) -> None:
     kept = tmp_path / "configuration" / "heavylift" / "trusted-folders"
     kept.chmod(0o666)
-    with pytest.raises(KernelError, match=r"the list of folders that you trust, is not safe: it can be written"):
+    with pytest.raises(KernelError, match=r"your list of trusted folders, is not safe: it can be written"):
         trust.refusal("own/mine.py")
     kept.unlink()
     os.mkfifo(kept)

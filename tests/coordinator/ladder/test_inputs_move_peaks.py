@@ -63,7 +63,7 @@ def test_a_requested_accuracy_finer_than_the_input_uncertainty_is_reported() -> 
 
 
 def test_for_a_scene_without_uncertain_inputs_the_message_says_how_to_state_them() -> None:
-    with pytest.raises(ModelError, match="states no uncertainty; write one behind a value"):
+    with pytest.raises(ModelError, match="states no uncertainties; add one after a value"):
         sensitivities(load("snatch"), at_once=0)
 
 

@@ -58,7 +58,7 @@ def test_the_command_printed_for_a_level_reproduces_it(measured: MeasuredLadder)
     ("ask", "budget", "told"),
     [
         ("swng", 60.0, "is not a known quantity"),
-        ("lift-off time", 60.0, "the run has no such quantity"),
+        ("lift-off time", 60.0, "this run does not have that quantity"),
         ("", 1e-3, "too little"),
     ],
 )
@@ -75,7 +75,8 @@ def test_a_run_with_a_time_limit_reports_settings_that_reproduce_its_digest() ->
 
 @pytest.mark.parametrize(
     ("given", "told"),
-    [({"seconds": "1 ms"}, "too short, this machine needs about"), ({"factor": -1.0}, "give a number above 0"),
+    [({"seconds": "1 ms"}, "the time is too short; this machine needs about"),
+     ({"factor": -1.0}, "give a number greater than 0"),
      ({"seconds": "1 s", "rate": 1.0}, "give one of --within"), ({"seconds": "soon"}, "--within 'soon'")],
 )  # fmt: skip
 def test_a_time_limit_that_is_too_short_is_refused(given: dict[str, object], told: str) -> None:

@@ -156,7 +156,7 @@ def test_a_script_that_runs_its_model_while_imported_is_reported(tmp_path):
         "run_models(build, until=1e-7)\n"
     )
     done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=60)
-    assert "runs a model while it is imported" in done.stderr.splitlines()[-1]
+    assert "runs a model when it is imported" in done.stderr.splitlines()[-1]
 
 
 def test_a_model_function_takes_arguments():

@@ -115,7 +115,7 @@ def test_only_the_selected_part_of_a_recording_is_replayed(recorded: RecordedRun
         Replay(recorded, ["crane/west"])
     with pytest.raises(RecordingError, match=r"nothing lies between 5\.0 s and 1\.0 s; give --from before --to$"):
         Replay(recorded, [], 5.0, 1.0)
-    with pytest.raises(RecordingError, match="--from and --to are seconds of the run; give numbers"):
+    with pytest.raises(RecordingError, match="--from and --to must be numbers, in seconds of the run"):
         Replay(recorded, [], float("nan"))
 
 

@@ -146,4 +146,4 @@ def test_a_recording_of_devs_models_cannot_be_branched(tmp_path: Path) -> None:
     run_models(reference, until=5.0, output=tmp_path / "queue.mcap", in_process=True)
     with pytest.raises(RecordingError) as error:
         RunBranch.of(tmp_path / "queue.mcap", "2 s", ["c=3"])
-    assert str(error.value).endswith("holds a model and no scene; `heavylift resume` runs it again")
+    assert str(error.value).endswith("holds a DEVS model and no scene; `heavylift resume` repeats its run")

@@ -108,10 +108,10 @@ def failing(seed: int) -> Coupled:
 @pytest.mark.parametrize(
     ("build", "sentence"),
     [
-        (drawing, r"^replication \d+ \(seed \d+\): top\.\w+\.x is a result of some replications only; "),
+        (drawing, r"^replication \d+ \(seed \d+\): top\.\w+\.x is a result of only some replications; "),
         (failing, r"^replication \d+, .*failing\(seed=\d+\): top.one at \(1 s, 0\): result\(\) raised ZeroDivision"),
-        ("heavylift.nodes.zoo.token_ring:ring(3, 1, 5)", r"ring\(\) takes no seed, so that all runs are equal; "),
-        (f"{MMC}(seed=4)", r"the seed is given twice; leave it out of the brackets$"),
+        ("heavylift.nodes.zoo.token_ring:ring(3, 1, 5)", r"ring\(\) takes no seed, so all runs would be identical; "),
+        (f"{MMC}(seed=4)", r"the seed is given twice; leave it out of the arguments$"),
     ],
 )
 def test_models_that_cannot_be_replicated_are_reported(build: object, sentence: str) -> None:

@@ -95,5 +95,5 @@ def test_editing_a_law_after_a_run_does_not_change_its_dense_output(own_modules:
     result = simulate(system, until=1.0)
     result.at(0.3)
     (own_modules / "pull.py").write_text("def pull(x):\n    return 2.0\n")
-    with pytest.raises(KernelError, match="code that it names was edited"):
+    with pytest.raises(KernelError, match="code that it uses has been edited"):
         result.at(0.3)

@@ -104,7 +104,7 @@ def test_a_difference_found_while_resuming_is_reported_with_time_and_port(part: 
 
 
 def test_resuming_keeps_the_interrupted_recording(part: Path) -> None:
-    with pytest.raises(RecordingError, match="would overwrite what is to be resumed"):
+    with pytest.raises(RecordingError, match="would overwrite the recording to be resumed"):
         resume(part, Beginning.of(part), part.with_name("lift.mcap"))
 
 

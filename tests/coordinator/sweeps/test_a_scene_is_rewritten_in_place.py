@@ -62,5 +62,5 @@ def test_a_new_key_is_written_after_the_name_of_its_stage() -> None:
     ],
 )
 def test_only_values_written_in_the_file_can_be_rewritten(text: str, path: Path) -> None:
-    with pytest.raises(SceneError, match="cannot be written with its comments"):
+    with pytest.raises(SceneError, match="cannot be changed without losing its comments"):
         rewritten(text, "x.yaml", {path: "2 m"})

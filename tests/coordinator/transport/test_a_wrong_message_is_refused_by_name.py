@@ -123,12 +123,12 @@ def test_the_node_refuses_repeated_messages_of_the_hub() -> None:
 
 @pytest.mark.parametrize("name", ["", "west/out", "*", "event", "observer", "west crane"])
 def test_a_name_that_is_not_a_valid_key_is_refused(name: str) -> None:
-    with pytest.raises(ProtocolError, match="cannot be used, choose 1 to 200 letters"):
+    with pytest.raises(ProtocolError, match="cannot be used; choose 1 to 200 letters"):
         Hub([name])
 
 
 def test_two_nodes_with_the_same_name_are_refused() -> None:
-    with pytest.raises(ProtocolError, match="two of the node names are 'west', give each node its own name"):
+    with pytest.raises(ProtocolError, match="two of the node names are 'west'; give each node its own name"):
         LocalHub(["west", "east", "west"])
 
 

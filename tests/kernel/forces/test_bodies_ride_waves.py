@@ -199,6 +199,6 @@ def test_only_prescribed_drives_follow_waves():
     for kind, ramp in distances.items():
         system = replace(given(), drives=(Drive("d", "heave", kind, 1.0, 1.0, wave=Wave(1.0, W, ramp)),))
         with pytest.raises(
-            KernelError, match=r"drive .d.: (only a prescribed one follows a wave|it has a wave with a ramp)"
+            KernelError, match=r"drive .d.: (only prescribed drives can follow a wave|it has a wave with a ramp)"
         ):
             Program(system)

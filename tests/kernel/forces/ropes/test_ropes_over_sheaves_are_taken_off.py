@@ -103,8 +103,8 @@ def test_a_rope_over_sheaves_can_be_hooked_only_if_it_is_long_enough():
         s.hook("r")
     s.hook("r", b=(2.0, 0.0, -1.0))
     s.settle()
-    with pytest.raises(KernelError, match=r"it is hooked already; unhook it first"):
+    with pytest.raises(KernelError, match=r"it is already hooked; unhook it first"):
         s.hook("r")
     s.unhook("r")
-    with pytest.raises(KernelError, match=r"a rope over sheaves keeps its own"):
+    with pytest.raises(KernelError, match=r"the length of a rope over sheaves cannot be changed"):
         s.hook("r", L0=9.0)
