@@ -39,7 +39,7 @@ def refused(run: Path, path: Path, *maps: str, offset: float | None = None) -> s
         ({"time [s]": T, "cell": changed(CELL, 7, "nan")}, 9, "cell", "'nan' is not a finite number"),
         ({"time [s]": T, "cell": changed(CELL, 0, "-inf")}, 2, "cell", "'-inf' is not a finite number"),
         ({"time [s]": T, "cell": changed(CELL, 59, "")}, 61, "cell", "is empty, which is a gap"),
-        ({"time [s]": T, "cell": changed(CELL, 3, "12_0")}, 5, "cell", "'12_0' is no number"),
+        ({"time [s]": T, "cell": changed(CELL, 3, "12_0")}, 5, "cell", "'12_0' is not a number"),
         (
             {"time [s]": changed(T, 5, 1.0), "cell": CELL},
             7,

@@ -131,7 +131,7 @@ def test_the_workbench_runs_one_simulation_at_a_time_and_can_stop_it(
     assert page.get(f"/{WORD}/live").status_code == 404
     assert ask("run") == (200, "")
     said("live", True)
-    assert "a run goes on" in ask("run")[1]
+    assert "a run is in progress" in ask("run")[1]
     assert "is no order" in ask("dance")[1]
     assert ask("stop") == (200, "")
     said("code", 130)
