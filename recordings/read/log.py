@@ -61,7 +61,7 @@ class LogTable:
             try:
                 out[i] = float("x" if "_" in text else text.replace(self.decimal, "."))
             except ValueError:
-                what = f"'{text}' is no number" if text else "is empty, which is a gap"
+                what = f"'{text}' is not a number" if text else "is empty, which is a gap"
                 raise self.error(row, column, f"{what}; {CUT}") from None
             if not np.isfinite(out[i]):
                 raise self.error(row, column, f"'{text}' is not a finite number; {CUT}")
