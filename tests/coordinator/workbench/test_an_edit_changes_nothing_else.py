@@ -74,10 +74,10 @@ def test_random_edits_of_bundled_scenes_change_one_value_each(name: str) -> None
     ("path", "value", "why"),
     [
         (["block", "mass"], "[1 t,", "no"),
-        (["block", "mass"], "1 t\nname: other", "one line"),
+        (["block", "mass"], "1 t\nname: other", "single line"),
         (["block", "mass", "of"], "3 t", "is a value"),
         (["actions", 17], "{wait: 5 s}", "no such place"),
-        (["block", "colour"], None, "nothing stands there"),
+        (["block", "colour"], None, "there is no such entry"),
         ([], "3", "name the key"),
     ],
 )
