@@ -100,7 +100,7 @@ def test_an_exception_of_a_node_in_this_process_reaches_the_coordinator() -> Non
 def test_waiting_for_messages_without_any_node_is_an_error() -> None:
     with LocalHub(["west"]) as hub:
         assert hub.receive(timeout=5) is None
-        with pytest.raises(ProtocolError, match="no node of this process has one to answer"):
+        with pytest.raises(ProtocolError, match="no node of this process has a message to answer"):
             hub.receive()
         with pytest.raises(ProtocolError, match="node west waits for a message that nobody"):
             hub.link("west").receive()
