@@ -49,7 +49,7 @@ def test_a_rigid_rope_has_a_length_but_no_stiffness():
         (
             "      rigid: true",
             "      rigid: true\n      EA: 1 MN",
-            "14:7: .*a rigid rope cannot stretch: leave 'EA' or",
+            "14:7: .*a rigid rope cannot stretch: remove 'EA' or",
         ),
         ("      rigid: true", "      rigid: true\n      damping: 1 kN s/m", "14:7: .*remove 'damping' or 'rigid'"),
         ("      rigid: true\n", "", "9:5: .*the key 'EA' is missing; a rope that cannot stretch is 'rigid: true'"),
