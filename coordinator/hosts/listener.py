@@ -96,7 +96,7 @@ class JoinHandshake:
             return
         named = str(query.key_expr).rpartition("/")[2]
         with self._lock:
-            why = self.refusal(asked) if asked.process == named else f"its certificate was made for '{named}'"
+            why = self.refusal(asked) if asked.process == named else f"its certificate was issued to '{named}'"
             if not why:
                 self.hosts[named], self._entered[named] = printable(asked.host, SHOWN), time.monotonic()
         self._answer(query, asked, JoinReply(None, why) if why else JoinReply(self._hub.ticket(named)))

@@ -72,7 +72,7 @@ def test_a_fixed_step_is_checked_when_a_joint_is_locked_or_freed(first):
     s = started(scene, **STEP)
     hand_over(s, SECOND)
     s.set_lock("lock", False)
-    with pytest.raises(KernelError, match=r"step 0\.5 s at 1\.000 s: .*'light' on 'spring' swings at 15.9 Hz"):
+    with pytest.raises(KernelError, match=r"step 0\.5 s at 1\.000 s is .*'light' on 'spring' swings at 15.9 Hz"):
         s.settle()
 
 

@@ -149,7 +149,7 @@ def test_events_for_decided_instants_or_unknown_nodes_are_refused() -> None:
     core = OpenCoordinator(["g0"], [], Tag(END), outside=[WIRE])
     core.floor = Tag(5, 1)
     with pytest.raises(
-        ProtocolError, match=r"operator.out at \(0.000000005 s, 0\): .* decided up to \(0.000000005 s, 1\)"
+        ProtocolError, match=r"operator.out at \(0.000000005 s, 0\): everything up to \(0.000000005 s, 1\)"
     ):
         core.inject(*spoken([(5, 1)]))
     core.inject(*spoken([(6, 1)]))

@@ -98,7 +98,7 @@ def test_the_exit_code_of_a_verification_reports_its_success(
 def test_verification_starts_no_player(
     lift: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    says = f"heavylift: {lift}: {{}} runs models as fast as possible and replays nothing; leave out {{}} out\n"
+    says = f"heavylift: {lift}: {{}} runs models as fast as possible and replays nothing; leave out {{}}\n"
     assert command(monkeypatch, "replay", lift, "--verify", "--rate", "3", "--loop") == 1
     assert capsys.readouterr().err == says.format("--verify", "--rate, --loop")
     assert command(monkeypatch, "replay", lift, "--live", "crane", "--from", "0") == 1

@@ -132,7 +132,7 @@ def test_the_workbench_runs_one_simulation_at_a_time_and_can_stop_it(
     assert ask("run") == (200, "")
     said("live", True)
     assert "a run is in progress" in ask("run")[1]
-    assert "is no order" in ask("dance")[1]
+    assert "is not an order" in ask("dance")[1]
     assert ask("stop") == (200, "")
     said("code", 130)
     assert ask("stop") == (409, "no run is in progress")
