@@ -77,7 +77,7 @@ def test_a_fault_in_the_log_is_reported(
         ("cell=rope/tension/west.H7 [kN]", "the run has no such channel; did you mean 'rope/tension/west.H"),
         ("cell=rope/tension/* [kN]", "2 channels"),
         ("cell=rope/tension/west.H1 [kN] +- 3", "the unit is missing; use %, kN"),
-        ("cell=rope/tension/west.H1 [kN] +- much", "is no uncertainty"),
+        ("cell=rope/tension/west.H1 [kN] +- much", "is not a valid uncertainty"),
         ("cell=measured/wind [m/s]", "no column is mapped to a channel of"),
         ("cell=measured/ [m/s]", "measured/ does not name a channel"),
         ("map.yaml", "map.yaml: the map cannot be read"),

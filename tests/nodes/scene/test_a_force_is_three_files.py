@@ -128,7 +128,7 @@ def test_a_scene_reads_and_runs_a_new_force(copy: Path) -> None:
     ("old", "new", "sentence"),
     [
         ("0.4 kN m", "400", "missing unit: write '400 kN' or '400000 N'"),
-        ("700 deg/s", "700 m/s", "is no angular rate"),
+        ("700 deg/s", "700 m/s", "is not a valid angular rate"),
         ("joint: hinge", "joint: hinges", "there is no joint 'hinges'"),
         ("critical", "critcal", "unknown key 'critcal'"),
         ("eddy brake", "eddy break", "'eddy break' is not known here"),

@@ -85,7 +85,7 @@ def test_a_chart_has_a_bar_for_each_activity(tmp_path):
             "block,step,start,end\nB1,work,2026-02-01,2026-02-02\n",
             r"p.csv:2:1: error: .*before the yard's start",
         ),
-        ("p.xml", "<Project>", r"error: .*p.xml:1:\d+: this is no XML"),
+        ("p.xml", "<Project>", r"error: .*p.xml:1:\d+: this is not valid XML"),
         ("p.xml", f'<Project xmlns="{SPACE}"/>', r"error: .*no tasks below a summary task"),
         ("p.xml", '<!DOCTYPE x [<!ENTITY a "b">]><x/>', r"error: .*defines entities"),
         ("q.csv", "", r"error: .*there is no table 'p.csv'"),
