@@ -93,7 +93,7 @@ def run_models(
     """
     if importing():
         raise ModelError(
-            f"{importing()} runs a model while it is imported, but each node imports it; "
+            f"{importing()} runs a model when it is imported, and each node imports it; "
             'put the call of run_models under `if __name__ == "__main__":`'
         )
     MicrostepLimit(microsteps)  # complains before anything begins

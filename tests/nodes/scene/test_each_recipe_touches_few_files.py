@@ -97,6 +97,9 @@ def package(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("copy") / "heavylift"
     for room in ROOMS:
         shutil.copytree(ROOT / room, folder / room, copy_function=link, ignore=shutil.ignore_patterns("node_modules"))
+    link(
+        str(ROOT / "coordinator/face/__init__.py"), str(folder / "__init__.py")
+    )  # a package comes before an installed one
     return folder
 
 

@@ -1,4 +1,6 @@
 // What the server says and is asked.
+import { words } from "./words";
+
 export type Path = (string | number)[];
 export interface Scene { scenes: string[]; bundled: string[]; file: string; own?: boolean; text?: string; version?: string; number: number }
 export interface Fault { file: string; line: number; column: number; path: string; sentence: string; hint: string }
@@ -41,7 +43,9 @@ export function listen(heard: { [K in keyof Messages]: (data: Messages[K]) => vo
 export class Refused extends Error {}
 
 async function answered<T>(asked: Promise<Response>): Promise<T> {
-  const answer = await asked;
+  const answer = await asked.catch(() => {
+    throw new Refused(words.lost);
+  });
   const data = await answer.json();
   if (!answer.ok) throw new Refused(data.error);
   return data;
