@@ -62,9 +62,10 @@ def test_a_planner_needs_no_mouse(page: Any, hands: Hands) -> None:
     page.keyboard.press("Enter")
     hands.written("mass: 310 t")
     to("#form [data-key='size']")
+    hands.previewed()  # until then the stages are made anew
     page.locator("#stages button").nth(3).focus()
     page.keyboard.press("Enter")
-    assert "up" in page.locator("#state").inner_text()
+    page.locator("#state", has_text="up").wait_for()
     page.get_by_role("tab", name="Checks").focus()
     page.keyboard.press("ArrowRight")
     assert page.get_by_role("tab", name="Loads").get_attribute("aria-selected") == "true"
