@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import pytest
 from heavylift.coordinator.ladder import play
 from heavylift.coordinator.run import Beginning, run
 from heavylift.coordinator.run.resume import resume
+from heavylift.coordinator.sweeps.seeds import SeedsVerdict, replicated
+from heavylift.kernel import SceneError
 from heavylift.nodes.limits import checks_of
 from heavylift.nodes.scene import LoadedScene, load, parse
 from heavylift.nodes.scenes import bundled
+from heavylift.nodes.sea.extremes import extreme
 
 SEA = """\
 seed: %d
@@ -63,3 +69,43 @@ def test_a_single_seed_of_a_sea_does_not_make_a_verdict_green() -> None:
     (row,) = [x for x in checks_of(lift().plan, [], [], None, []) if x.quantity == "sea state"]
     assert (row.state, row.why) == ("amber", "not checked")
     assert not [x for x in checks_of(load("floating").plan, [], [], None, []) if x.quantity == "sea state"]
+
+
+@pytest.fixture(scope="module")
+def over_seeds() -> SeedsVerdict:
+    with ThreadPoolExecutor(1) as pool:
+        return replicated(lift(), 10, executor=pool)
+
+
+def test_a_verdict_over_seeds_is_on_the_quantile_and_not_on_the_largest_of_them(over_seeds: SeedsVerdict) -> None:
+    """The values are those of single runs; each limit between its P90 with the bound and beyond decides."""
+    largest = play(lift(over_seeds.seeds[3]).plan).judge.fine[1]
+    assert [x.value for x in largest] == [x.value for x in over_seeds.runs[3].uses][: len(largest)]
+    (row,) = [x for x in over_seeds.checks if x.quantity == "off-lead"]
+    values = [x.value for run in over_seeds.runs for x in run.uses if x.limit.quantity == "off-lead"]
+    found = extreme(values, 0.9)
+    assert row.value == pytest.approx(found.value)
+    assert row.shown.startswith("P90 ")
+    assert row.error is None, "that of the computation is unknown"
+    (use,) = [x for x in over_seeds.uses if x.limit.quantity == "off-lead"]
+    known = {"use of crane.main off-lead": found.above / found.value}
+    for bound, state in ((0.99, "red"), (1.01, "undecided"), (1.02 + found.above / found.value, "green")):
+        limit = msgspec.structs.replace(use.limit, value=bound * found.value)
+        one = replace(use, limit=limit, use=limit.use(use.value))
+        (check,) = [x for x in checks_of(lift().plan, [one], [], known, []) if x.quantity == "off-lead"]
+        assert check.state == ("undecided" if bound < 1.0 else state)
+
+
+def test_a_verdict_over_seeds_has_a_row_with_its_quantile_and_one_for_each_cut_lift(over_seeds: SeedsVerdict) -> None:
+    (sea,) = [x for x in over_seeds.checks if x.quantity == "sea state"]
+    assert (sea.state, sea.shown) == ("green", "P90")
+    (cut,) = [x for x in over_seeds.checks if x.quantity == "cut"]
+    assert (over_seeds.state, cut.state) == ("red", "red")
+    assert cut.sentence.endswith("in 10 of 10 seeds)")
+
+
+def test_replications_of_a_scene_without_random_waves_are_refused() -> None:
+    with pytest.raises(SceneError, match="nothing in the scene depends on its seed"):
+        replicated(load("floating"), 10)
+    with pytest.raises(SceneError, match="give 10 or more"):
+        replicated(lift(), 3)
