@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
+from random import Random
+from types import SimpleNamespace
 
-import msgspec
 import pytest
 from heavylift.coordinator.ladder import play
 from heavylift.coordinator.run import Beginning, run
 from heavylift.coordinator.run.resume import resume
-from heavylift.coordinator.sweeps.seeds import SeedsVerdict, replicated
+from heavylift.coordinator.sweeps.seeds import SeedRun, SeedsVerdict, replicated, verdict_of_seeds
 from heavylift.kernel import SceneError
-from heavylift.nodes.limits import checks_of
+from heavylift.nodes.limits import RatedLimit, Use, checks_of
 from heavylift.nodes.scene import LoadedScene, load, parse
 from heavylift.nodes.scenes import bundled
 from heavylift.nodes.sea.extremes import extreme
@@ -36,6 +38,7 @@ vessels:
 """
 
 
+@cache
 def lift(seed: int = 1) -> LoadedScene:
     """The bundled lift from a barge, in an irregular sea."""
     text = bundled()["floating"].read_text()
@@ -83,17 +86,28 @@ def test_a_verdict_over_seeds_is_on_the_quantile_and_not_on_the_largest_of_them(
     assert [x.value for x in largest] == [x.value for x in over_seeds.runs[3].uses][: len(largest)]
     (row,) = [x for x in over_seeds.checks if x.quantity == "off-lead"]
     values = [x.value for run in over_seeds.runs for x in run.uses if x.limit.quantity == "off-lead"]
-    found = extreme(values, 0.9)
-    assert row.value == pytest.approx(found.value)
+    assert row.value == pytest.approx(extreme(values, 0.9).value)
     assert row.shown.startswith("P90 ")
     assert row.error is None, "that of the computation is unknown"
-    (use,) = [x for x in over_seeds.uses if x.limit.quantity == "off-lead"]
-    known = {"use of crane.main off-lead": found.above / found.value}
-    for bound, state in ((0.99, "red"), (1.01, "undecided"), (1.02 + found.above / found.value, "green")):
-        limit = msgspec.structs.replace(use.limit, value=bound * found.value)
-        one = replace(use, limit=limit, use=limit.use(use.value))
-        (check,) = [x for x in checks_of(lift().plan, [one], [], known, []) if x.quantity == "off-lead"]
-        assert check.state == ("undecided" if bound < 1.0 else state)
+
+
+@pytest.mark.parametrize("kind", ["most", "least", "between", "chart"])
+@pytest.mark.parametrize("seed", range(10))
+def test_the_bound_of_a_quantile_decides_each_kind_of_limit(seed: int, kind: str) -> None:
+    """A limit beyond the bound is green, one between quantile and bound undecided, one far on the other side red."""
+    random = Random(seed)
+    values = [random.gauss(100.0, 5.0) for _ in range(30)]
+    found = extreme([-x for x in values] if kind == "least" else values, 0.9)
+    scene = replace(lift(), answer=SimpleNamespace(figures={"use of crane signal": 0.0}))
+    for way, state in ((1.1, "green"), (0.9, "undecided"), (-0.9, "undecided"), (-1.1, "red")):
+        most = abs(found.value + way * found.above)
+        more = {"between": (-most, most)} if kind == "between" else {"value": most, "least": kind == "least"}
+        limit = RatedLimit(subject="crane", quantity="signal", unit="N", source="test", **more)
+        bound = most if kind == "chart" else None
+        uses = [Use(limit, x, use=x / most if bound else limit.use(x), bound=bound) for x in values]
+        runs = [SeedRun({"status": "done", "simulated [s]": 60.0}, (use,)) for use in uses]
+        (check,) = [x for x in verdict_of_seeds(scene, range(30), runs).checks if x.quantity == "signal"]
+        assert (way, check.state) == (way, state)
 
 
 def test_a_verdict_over_seeds_has_a_row_with_its_quantile_and_one_for_each_cut_lift(over_seeds: SeedsVerdict) -> None:
