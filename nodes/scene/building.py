@@ -41,6 +41,7 @@ from heavylift.nodes.scene.text.extending import alike, extended
 from heavylift.nodes.scene.text.faults import raise_faults
 from heavylift.nodes.scene.text.machine_types import gather
 from heavylift.nodes.scene.text.meshes import shaped
+from heavylift.nodes.scene.text.model_files import imported
 from heavylift.nodes.scene.text.source import Data, Fault, Path as InData, SourceText, read
 from heavylift.nodes.scene.text.tables import tabled
 from heavylift.nodes.statics.aiming import aimed
@@ -88,6 +89,7 @@ def build(
     tabled(source)
     geared(source)
     shaped(source)
+    imported(source)
     gather(source)
     whole = json.dumps(source.data) if overrides or source.data != read(text, name).data else ""
     return _built(source, path, text, overrides, passing, whole, followed)

@@ -115,6 +115,7 @@ class _Assembly(ElasticParts):
             bends=bends,
             servos=servos,
             footing=footing_of(self.source, self.base, given.stands, self.bodies, ""),
+            lacks=tuple(given.model_file.lacks) if isinstance(given.model_file, mechanics.ModelFile) else (),
             where=self.source.where(self.base),
         )  # fmt: skip
 
