@@ -53,8 +53,8 @@ def followers(
     if all(dist(line, lines[0]) < LEVER for line in lines):
         v, w = lines[0]
         raise OrderRejected(
-            f"the block cannot turn: all its hooks pull at one line, {v:g} m beside and {w:g} m above its centre of mass; "
-            "hook slings of another trolley to lugs away from this line"
+            f"the block cannot turn: all its hooks pull at one line, {v:g} m beside and {w:g} m above its centre of "
+            "mass; hook slings of another trolley to lugs away from this line"
         )
     return list(found.values())
 
