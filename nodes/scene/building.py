@@ -41,7 +41,6 @@ from heavylift.nodes.scene.text.extending import alike, extended
 from heavylift.nodes.scene.text.faults import raise_faults
 from heavylift.nodes.scene.text.machine_types import gather
 from heavylift.nodes.scene.text.meshes import shaped
-from heavylift.nodes.scene.text.model_files import imported
 from heavylift.nodes.scene.text.source import Data, Fault, Path as InData, SourceText, read
 from heavylift.nodes.scene.text.tables import tabled
 from heavylift.nodes.statics.aiming import aimed
@@ -53,6 +52,7 @@ from heavylift.nodes.statics.swinging import swing_free
 from .corners import Centres, cornered, designed, ends_of, with_centres
 from .instances import several
 from .loaded_scene import LoadedScene, SceneFacts
+from .model_files import imported
 
 CHOICE = {"ask", "accuracy", "method", "tolerance", "step", "fidelity", "samples"}  # keys that say how it is to be run
 
@@ -83,13 +83,13 @@ def build(
     source = extended(path, name, text, path.parent)
     if not source.data:
         raise_faults(source, source.faults)
+    imported(source)
     for setting in overrides:
         override(source, setting)
     alike(source)
     tabled(source)
     geared(source)
     shaped(source)
-    imported(source)
     gather(source)
     whole = json.dumps(source.data) if overrides or source.data != read(text, name).data else ""
     return _built(source, path, text, overrides, passing, whole, followed)

@@ -5,7 +5,6 @@ source          the data of a scene, with the place in the text of every key and
 extending       a scene merged over those that it extends; entries that are `like` others
 tables          blocks, lugs and responses of vessels from tables in the scene's folder; table_files: CSV and XLSX
 meshes          the shape of a block from a file in the scene's folder
-model_files     the parts of a machine from a robot model in URDF or MJCF
 overlay         settings from the command line, applied to a scene
 machine_types   machine types as files; type_expansion: expansion of a crane to the parts of its type
 expressions     arithmetic; parameters: values that may be expressions of one another

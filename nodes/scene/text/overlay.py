@@ -12,7 +12,6 @@ from copy import deepcopy
 from .extending import forget
 from .faults import closest
 from .machine_types import expand
-from .model_files import imported
 from .source import DEEPEST, Data, Mark, Path, SourceText, child, read
 from .spelling import NUMBER
 
@@ -101,7 +100,6 @@ def path_in(source: SourceText, text: str) -> Path:
 def made(source: SourceText) -> SourceText:
     """Return a copy of a scene's data in which machines are expanded to their parts."""
     copy = deepcopy(source)
-    imported(copy)
     expand(copy)
     return copy
 

@@ -198,14 +198,17 @@ def test_invalid_model_files_are_reported_with_file_and_line(model, scene, sente
 
 
 def test_a_fault_of_a_part_names_the_line_of_the_model_file(tmp_path):
-    model = (
-        '<mujoco>\n<worldbody>\n<body name="b">\n  <joint name="j"/>\n<inertial pos="0 0 0" mass="1" '
-        'diaginertia="1 1 1"/></body></worldbody></mujoco>'
-    )
+    model = '<mujoco>\n<worldbody>\n<body name="b">\n <joint name="j"/><geom size="1"/></body></worldbody></mujoco>'
     scene = written(tmp_path, model, MACHINE + "    joints: {{arm.j: {{friction: {{travel: {{dry: 1 N}}}}}}}}\n")
     with pytest.raises(SceneError, match="has no coordinate 'travel'"):
         load(scene)
-    scene = written(tmp_path, model, SCENE + "mechanism:\n  from: {}\n  bodies: {{j: {{mass: 1 kg}}}}\n")
-    with pytest.raises(SceneError) as error:
-        load(scene)
-    assert "body 'j'" in str(error.value)
+    with pytest.raises(SceneError, match=r"--set:1:19: .*write the model file in the scene"):
+        load(scene, ["machines.arm.from=other.xml"])
+    tendon = """<mujoco><worldbody><site name="s"/><body name="b"><joint name="j"/><geom size="1"/>
+    <site name="t" pos="0 0 2"/></body></worldbody><tendon>
+    <spatial name="wire" stiffness="1e9" springlength="0 1"><site site="s"/><site site="t"/></spatial></tendon>
+    </mujoco>"""
+    with pytest.raises(
+        SceneError, match=r"model\.xml:3:5: error: machines\.arm\.ropes\.arm\.wire\.length: the rope begins"
+    ):
+        load(written(tmp_path, tendon))

@@ -267,7 +267,7 @@ class ModelFile(Base):
 class Parts(Base, Generic[PartKey]):
     """Bodies, joints and laws of a mechanism, by name."""
 
-    model_file: str | ModelFile | None = Field(default=None, alias="from")  # robot.urdf or model.xml
+    model_file: ModelFile | str | None = Field(default=None, alias="from")  # robot.urdf or model.xml
     name: Name = "mechanism"
     bodies: dict[PartKey, BodyKeys] = Field(default_factory=dict)
     joints: dict[PartKey, Joint] = Field(default_factory=dict)

@@ -22,9 +22,8 @@ from heavylift.kernel.description import forces
 from heavylift.kernel.description.mechanics import JOINTS, WORLD, Body, Joint, Line, Point, Rope, System
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.mujoco_models import ImportedModel, import_model
-
-from .files import content, within
-from .source import Data, Mark, Path, SourceText
+from heavylift.nodes.scene.text.files import content, within
+from heavylift.nodes.scene.text.source import Data, Mark, Path, SourceText
 
 LARGEST = 16_000_000  # bytes of a file
 KINDS = ".urdf", ".xml", ".mjcf"
@@ -32,7 +31,6 @@ BASE = "base"
 FOLDERS, FILES = ("meshdir", "texturedir", "assetdir"), ("file", "filename")  # attributes of MJCF and URDF
 RAMP = {True: "1 rad/s2", False: "1 m/s2"}  # of drives, by whether their joint turns
 UNITS = {True: ("rad", "N m", "N m/rad", "N m s/rad"), False: ("m", "N", "N/m", "N s/m")}
-ORIGIN = (0.0, 0.0, 0.0)
 Lines = dict[str, Mark]
 
 
@@ -73,7 +71,7 @@ def _put(source: SourceText, base: Path, entry: dict[str, Data], file: str) -> N
         sentence = str(error).removeprefix(f"{path}: ")
         row = re.search(r", line (\d+)", sentence)
         raise _InvalidXml(sentence, _mark(path, int(row[1]) if row else 1)) from None
-    sections, lacks = _Parts(model, prefix, lines).sections()
+    sections, lacks = _Parts(model, prefix).sections()
     whole = source.mark((*base, "from"))
     for section, parts in sections.items():
         for name in parts:
@@ -137,7 +135,7 @@ def _scan(root: FilePath, path: FilePath, lines: Lines, seen: tuple[FilePath, ..
 class _Parts:
     """Conversion of an imported model to the sections of a machine, as a scene writes them."""
 
-    def __init__(self, model: ImportedModel, prefix: str, lines: Lines) -> None:
+    def __init__(self, model: ImportedModel, prefix: str) -> None:
         self.model, self.prefix = model, prefix
         self.system: System = model.found.system
         self.kinds = {joint.name: joint.kind for joint in self.system.joints}
