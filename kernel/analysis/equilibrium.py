@@ -26,7 +26,7 @@ from heavylift.kernel.model.tangent_stiffness import SECOND
 from heavylift.kernel.simulation.native.samples import channels, published
 from heavylift.kernel.simulation.safeguards.deflection_check import check_bending
 
-from .poses import Poses
+from .poses import SMALLEST, STEP, Poses
 
 if TYPE_CHECKING:
     from heavylift.kernel.simulation.simulation import Simulation
@@ -114,6 +114,9 @@ ROUNDING = 1e-6  # [m/s2, rad/s2] below which an acceleration that no longer fal
 NEAR = 1e-10  # [m, rad] a Newton step behind which there is only the rounding of stiff laws on light bodies
 LONGEST = 0.3  # [m, rad] a step
 MOST, MORE = 300, 150  # steps; halves of steps behind them, for two poses may lead to each other
+# steps behind which a stiffness is looked for on a small scale: sliding friction of a pad that carries a few newtons
+# turns its direction within the deflection of its spring, which is less than a micrometre
+FINE = 100
 RELAXED = 1.0  # [s] of pseudo time from which a step is Newton's
 SHORT, LONG = 0.1, 100.0  # [s] of pseudo time; LONG leaves neutral directions alone
 
@@ -164,7 +167,8 @@ def relaxed(poses: Poses, q: np.ndarray) -> tuple[np.ndarray, int, list[StateCha
         # switched evolution relaxation: the pseudo time step grows as the residual falls
         h = min(LONG, max(SHORT, h * min(10.0, max(0.2, before / size if size else 10.0))))
         before = size
-        step, h = _step(poses, poses.basis(q), poses.stiffness(q, SECOND), a, h)
+        K = poses.stiffness(q, SECOND, STEP if steps < FINE else SMALLEST)
+        step, h = _step(poses, poses.basis(q), K, a, h)
         last = float(np.abs(step).max(initial=0.0)) if h > RELAXED else np.inf
         # full steps may alternate between two poses: late ones go half as far
         part = 1.0 if steps < MOST else 0.5

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from heavylift.coordinator.ladder import play
 from heavylift.coordinator.verdict import near_at_rest
-from heavylift.kernel import SceneError
+from heavylift.kernel import ModelError, SceneError
 from heavylift.kernel.description import UNKNOWN, WORLD, Check, Point
-from heavylift.nodes.plan import lug_places
+from heavylift.nodes.models.commander import followers
+from heavylift.nodes.plan import lug_places, ties_on
 from heavylift.nodes.scene import LoadedScene, bundled, load
 from heavylift.nodes.statics import world
 from lift_of_a_type import Lift
@@ -43,6 +44,14 @@ def test_dropping_a_load_in_the_air_is_red_on_every_crane_type(lift: Lift) -> No
     off = ", ".join(f"{name}: unhook" for name in slings or ["all hooks"])
     with pytest.raises(SceneError, match="would fall"):
         lift.read(text=lift.beginning(f"  - {{stage: let go, {off}}}\n"))
+
+
+def test_a_turn_in_which_all_slings_pull_at_one_line_is_refused_on_every_crane_type(lift: Lift) -> None:
+    machines = lift.read().plan.machines
+    for hook in (hook for machine in machines for hook in machine.hooks):
+        lugs = {tie.rope: tie.lug for tie in ties_on(machines, hook) if tie.lug}
+        with pytest.raises(ModelError, match=r"pull at one line|no drive moves"):
+            followers(machines, lugs)
 
 
 @pytest.mark.large(beyond=5)
