@@ -13,12 +13,12 @@ import pytest
 from heavylift.coordinator.ladder import play
 from heavylift.coordinator.run import Beginning, run
 from heavylift.coordinator.run.resume import resume
-from heavylift.coordinator.sweeps.seeds import SeedRun, SeedsVerdict, replicated, verdict_of_seeds
+from heavylift.coordinator.sweeps import SeedRun, SeedsVerdict, replicated, verdict_of_seeds
 from heavylift.kernel import SceneError
 from heavylift.nodes.limits import RatedLimit, Use, checks_of
 from heavylift.nodes.scene import LoadedScene, load, parse
 from heavylift.nodes.scenes import bundled
-from heavylift.nodes.sea.extremes import extreme
+from heavylift.nodes.sea import extreme
 
 SEA = """\
 seed: %d

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from heavylift.nodes.sea.extremes import SURE, extreme, fitted, part_of, rayleigh
+from heavylift.nodes.sea import SURE, extreme, fitted, part_of, rayleigh
 from scipy.stats import gumbel_r, rayleigh as rayleigh_peaks
 
 STUDIES = 400
