@@ -48,14 +48,14 @@ def extreme(values: Sequence[float], part: float) -> Extreme:
     if isfinite(least) and isfinite(most):
         if most - least <= CONSTANT * max(abs(least), abs(most)):
             return Extreme(most, 0.0, "equal for all seeds")
-        place, scale = (float(a[0]) for a in fitted(x[None]))
+        place, scale = (float(a[0]) for a in gumbel_fit(x[None]))
         if _fits(x, place, scale):
             middle, high = _pivot(len(x), part)
             return Extreme(place + scale * middle, scale * (high - middle), "Gumbel's distribution")
     return _by_order(x, part)
 
 
-def fitted(x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def gumbel_fit(x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return places and scales (k,) of Gumbel's distributions, by maximum likelihood, for samples (k, n)."""
     mean = x.mean(axis=1, keepdims=True)
     z = x - mean
@@ -76,7 +76,7 @@ def fitted(x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.floa
 @lru_cache(64)
 def _pivot(n: int, part: float) -> tuple[float, float]:
     """Return the median and the 95 % quantile of (x - place) / scale for a quantile x and samples of n."""
-    place, scale = fitted(np.random.default_rng(n).gumbel(size=(DRAWS, n)))
+    place, scale = gumbel_fit(np.random.default_rng(n).gumbel(size=(DRAWS, n)))
     middle, high = np.quantile((-log(-log(part)) - place) / scale, (0.5, SURE))
     return float(middle), float(high)
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from heavylift.nodes.sea import SURE, extreme, fitted, part_of, rayleigh
+from heavylift.nodes.sea import SURE, extreme, gumbel_fit, part_of, rayleigh
 from scipy.stats import gumbel_r, rayleigh as rayleigh_peaks
 
 STUDIES = 400
@@ -18,7 +18,7 @@ def drawn(n: int, seed: int) -> np.ndarray:
 
 def test_the_fit_is_that_of_scipy() -> None:
     x = drawn(20, 1)[:20]
-    for place, scale, row in zip(*fitted(x), x, strict=True):
+    for place, scale, row in zip(*gumbel_fit(x), x, strict=True):
         assert (place, scale) == pytest.approx(gumbel_r.fit(row), rel=1e-5)
 
 
