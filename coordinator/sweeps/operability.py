@@ -99,7 +99,7 @@ def sea_of(scene: LoadedScene, name: str) -> str:
 
 def passes(row: Row) -> bool:
     """Return whether a verdict is neither red nor undecided, nor missing."""
-    return row["status"] == "done" and row["state"] != "undecided"
+    return bool(row["status"] == "done" and row["state"] != "undecided")
 
 
 def _highest(heights: Sequence[float], row_at: Callable[[float], Row]) -> tuple[int, Row, Row]:
