@@ -10,6 +10,7 @@ from heavylift.coordinator.ladder import play
 from heavylift.coordinator.verdict import near_at_rest
 from heavylift.kernel import ModelError, SceneError
 from heavylift.kernel.description import UNKNOWN, WORLD, Check, Point
+from heavylift.nodes.limits import governing
 from heavylift.nodes.models.commander import followers
 from heavylift.nodes.plan import lug_places, ties_on
 from heavylift.nodes.scene import LoadedScene, bundled, load
@@ -122,6 +123,15 @@ def test_a_block_that_is_driven_into_a_wall_is_reported(lift: Lift) -> None:
     found = [f for f in near(scene) if f.state == "red" and "wall" in f.sentence]
     assert any("touched wall, which nothing orders" in f.sentence for f in found)
     assert after.stage == "go"
+
+
+@pytest.mark.large(beyond=4)
+def test_a_load_governs_and_a_block_that_only_stands_has_no_impact(lift: Lift) -> None:
+    stands = f"{lift.text[: lift.text.index('actions:')]}actions:\n  - wait: 2 s\n"
+    for checks in (lift.read().checks, play(lift.read(text=stands).plan).verdict.checks):
+        assert [x for x in checks if x.quantity == "impact" and x.use is not None] == []
+        first, *_ = governing(checks)
+        assert any(first.startswith(f"governs: {x.quantity} of") for x in checks if x.unit in ("N", "kg", "N m", "Pa"))
 
 
 @pytest.mark.large(beyond=4)
