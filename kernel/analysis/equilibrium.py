@@ -117,6 +117,7 @@ MOST, MORE = 300, 150  # steps; halves of steps behind them, for two poses may l
 # steps behind which a stiffness is looked for on a small scale: sliding friction of a pad that carries a few newtons
 # turns its direction within the deflection of its spring, which is less than a micrometre
 FINE = 100
+ONWARD = 0.9  # cosine between late steps that go on in one direction: what slides far slides in long steps
 RELAXED = 1.0  # [s] of pseudo time from which a step is Newton's
 SHORT, LONG = 0.1, 100.0  # [s] of pseudo time; LONG leaves neutral directions alone
 
@@ -150,7 +151,7 @@ def equilibrium_at(simulation: Simulation, q: np.ndarray, steps: int) -> Equilib
 def relaxed(poses: Poses, q: np.ndarray) -> tuple[np.ndarray, int, list[StateChange]]:
     """Return the rest pose (nq,) reached from q, the number of iterations, and the changes of law states; raises
     KernelError naming a body that does not come to rest."""
-    h, before, last, stalled = SHORT, np.inf, np.inf, 0
+    h, before, last, stalled, onward, way = SHORT, np.inf, np.inf, 0, False, np.zeros(len(poses.free))
     events: list[StateChange] = []
     for steps in range(MOST + MORE):
         switched = switch(poses, q)
@@ -165,11 +166,13 @@ def relaxed(poses: Poses, q: np.ndarray) -> tuple[np.ndarray, int, list[StateCha
             check_bending(poses.simulation.native)
             return q, steps, events
         # switched evolution relaxation: the pseudo time step grows as the residual falls
-        h = min(LONG, max(SHORT, h * min(10.0, max(0.2, before / size if size else 10.0))))
+        grown = min(10.0, max(0.2, before / size if size else 10.0))
+        h = min(LONG, max(SHORT, h * (2.0 if onward else grown)))
         before = size
         K = poses.stiffness(q, SECOND, STEP if steps < FINE else SMALLEST)
         step, h = _step(poses, poses.basis(q), K, a, h)
         last = float(np.abs(step).max(initial=0.0)) if h > RELAXED else np.inf
+        onward, way = steps > FINE and _along(step, way) > ONWARD, step
         # full steps may alternate between two poses: late ones go half as far
         part = 1.0 if steps < MOST else 0.5
         q = poses.moved(q, step * min(part, LONGEST / float(np.abs(step).max(initial=LONGEST))))
@@ -194,6 +197,12 @@ def _step(poses: Poses, basis: np.ndarray | None, K: np.ndarray, a: np.ndarray, 
         if np.cumsum(step * a)[-1] >= 0.0 or h <= SHORT:
             return step, h
         h = max(SHORT, 0.25 * h)
+
+
+def _along(a: np.ndarray, b: np.ndarray) -> float:
+    """Return the cosine of the angle between two steps; 0 if one of them is zero."""
+    products = [float(np.cumsum(x)[-1]) if len(x) else 0.0 for x in (a * b, a * a, b * b)]
+    return products[0] / sqrt(products[1] * products[2]) if products[1] * products[2] > 0.0 else 0.0
 
 
 def _restless(poses: Poses, q: np.ndarray) -> KernelError:
