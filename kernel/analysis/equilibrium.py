@@ -109,6 +109,7 @@ def _length(way: np.ndarray) -> float:
     return sqrt(float(way[0] * way[0] + way[1] * way[1]))
 
 
+RESTLESS = "finds no rest"
 STILL = 1e-9  # [m/s2, rad/s2] acceleration that counts as none
 ROUNDING = 1e-6  # [m/s2, rad/s2] below which an acceleration that no longer falls is rounding of stiff laws
 NEAR = 1e-10  # [m, rad] a Newton step behind which there is only the rounding of stiff laws on light bodies
@@ -211,6 +212,6 @@ def _restless(poses: Poses, q: np.ndarray) -> KernelError:
     k = poses.free[worst]
     link = next(x for x in poses.simulation.program.graph.links if x.v.start <= k < x.v_modes.stop)
     return KernelError(
-        f"body '{link.body.name}' finds no rest: joint '{link.joint.name}' still accelerates by {a[worst]:.3g} "
+        f"body '{link.body.name}' {RESTLESS}: joint '{link.joint.name}' still accelerates by {a[worst]:.3g} "
         "(m/s2 or rad/s2); hang it on a rope, support it, or brake its joint"
     )

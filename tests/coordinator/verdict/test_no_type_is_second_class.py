@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from heavylift.nodes.limits import governing
 from heavylift.nodes.models.commander import followers
 from heavylift.nodes.plan import lug_places, ties_on
 from heavylift.nodes.scene import LoadedScene, bundled, load
-from heavylift.nodes.statics import world
+from heavylift.nodes.statics import path_findings, world
 from lift_of_a_type import Lift
 from lifting import unstated
 from scipy.spatial.transform import Rotation
@@ -167,3 +168,12 @@ def test_the_limits_of_a_scene_apply_to_every_crane_type(lift: Lift) -> None:
     assert {"clearance", "bridle angle", "wind", "impact"} <= rows.keys()
     assert [x for x in rows if x.startswith("off-lead")]
     assert rows["clearance"].value == 1.0
+
+
+def test_a_hook_out_of_plumb_is_named_where_no_rest_is_found_on_every_crane_type(lift: Lift) -> None:
+    scene = lift.read(f"block.at=[{lift.x + 0.5} m, {lift.y} m, 3 m]")
+    path = replace(
+        scene.statics, states=scene.statics.states[:1], acted=(), notes=(), cut="", why="it finds no rest: so"
+    )
+    (found,) = path_findings(scene.plan, path)
+    assert "is 0.50 m out of plumb; move it by 0.50 m along x and " in found.sentence
