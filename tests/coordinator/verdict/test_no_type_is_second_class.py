@@ -177,3 +177,14 @@ def test_a_hook_out_of_plumb_is_named_where_no_rest_is_found_on_every_crane_type
     )
     (found,) = path_findings(scene.plan, path)
     assert "is 0.50 m out of plumb; move it by 0.50 m along x and " in found.sentence
+
+
+def test_a_hook_inside_an_obstacle_at_the_start_is_one_sentence_on_every_crane_type(lift: Lift) -> None:
+    free = lift.read()
+    hook = next(hook for machine in free.plan.machines for hook in machine.hooks)
+    x, y, z = free.statics.states[0].poses[hook.eye.body][0]
+    wall = f"obstacles={{shed: {{box: [4 m, 4 m, 4 m], at: [{x} m, {y} m, {z} m]}}}}"
+    frames = [machine.name for machine in free.plan.machines if machine.name.startswith("loader")]
+    with pytest.raises(SceneError, match=r"made\.yaml:\d+:\d+: error: [^\n]* begins \d\.\d\d m inside of 'shed'"):
+        lift.read(wall)
+    assert lift.read(wall, f"may touch=[{', '.join(f'[shed, {name}]' for name in ('crane', *frames))}]").plan
