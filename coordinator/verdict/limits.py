@@ -86,7 +86,7 @@ def rehits(plan: Plan, past: RunHistory, lands: Sequence[tuple[float, float]]) -
         d, lifted, hits = np.array([[pads[name].d] for name in names]), False, list[tuple[float, float]]()
         for part in blocks(past) if names else ():
             F = np.array([part.tensions.get(name, np.zeros(len(part.t))) for name in names])
-            on = (F > 0.0).any(axis=0)
+            on = np.asarray((F > 0.0).any(axis=0))
             for i in np.flatnonzero(on[1:] != on[:-1]) + 1:
                 t = float(part.t[i])
                 meant = any(begin <= t <= end for begin, end in lands)
