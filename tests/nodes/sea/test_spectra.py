@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from heavylift.nodes.scene.keys.seas import Sea
+from heavylift.nodes.scene.keys import Sea
 from heavylift.nodes.sea import HIGHEST, LOWEST, components, jonswap, pierson_moskowitz, torsethaugen
 from pydantic import ValidationError
 from scipy.integrate import quad
