@@ -144,7 +144,7 @@ def _figure(rec: Recording, curves: Curves, stages: Sequence[tuple[float, str]])
     figure = Figure(figsize=(WIDTH, HEIGHT), facecolor="white")
     shown = [text if len(text) <= LONGEST else text[: LONGEST - 1] + "…" for _, text in stages]
     rise = max((0.56 * LABEL * len(text) * np.sin(np.radians(SLOPE)) for text in shown), default=0.0) + 26
-    lines = _subtitle(rec)
+    lines = subtitle(rec)
     top = 1 - (32 + 13 * len(lines) + (rise if stages else 0)) / (72 * HEIGHT)
     several = len(curves.names) > 1
     legend_columns = max(1, int(72 * WIDTH * (RIGHT - LEFT) / (5.2 * max(map(len, curves.names)) + 38)))
@@ -177,7 +177,7 @@ def _figure(rec: Recording, curves: Curves, stages: Sequence[tuple[float, str]])
     return figure
 
 
-def _subtitle(rec: Recording) -> list[str]:
+def subtitle(rec: Recording) -> list[str]:
     """Return the lines below the title: scene, duration, what was asked and modelled, and integration steps."""
     facts = [rec.run.get("scene", rec.path.stem), f"{duration(rec.fact('sim_s', 0.0))} simulated"]
     message = settings(rec.run)
