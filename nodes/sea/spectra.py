@@ -37,7 +37,7 @@ def pierson_moskowitz(w: float, Hs: float, Tp: float) -> float:
     period Tp [s]."""
     ratio = 2.0 * pi / (Tp * w)
     square = ratio * ratio
-    return EQUATION * Hs * Hs * square * square / w * exp(-1.25 * square * square)
+    return EQUATION * Hs * Hs * square * square / w * float(exp(-1.25 * square * square))
 
 
 def jonswap(w: float, Hs: float, Tp: float, gamma: float) -> float:
