@@ -215,7 +215,7 @@ def exp(x: Scalar) -> Any:
 
 
 def log(x: Scalar) -> Any:
-    """Return the natural logarithm of a positive normal number, to 3 ulp."""
+    """Return the natural logarithm of a positive normal number."""
     if printing(x):
         return node("log", x)
     k, f = _fraction(x)

@@ -1,4 +1,4 @@
-"""sin, cos, atan2, exp, log and powers against 60 digits of decimal arithmetic; machine code against floats, bit for bit."""
+"""sin, cos, atan2, exp, log, power against 60 digits of decimal arithmetic; machine code against floats, bitwise."""
 
 from decimal import Decimal, localcontext
 from math import inf, ldexp, nextafter, pi, ulp
