@@ -11,6 +11,7 @@ Floats = NDArray[np.float64]
 FEWEST = 8  # samples of a stage in which a swing is looked for
 SHOWN = 0.5  # of the mean square speed is in the ways between samples: of a sinusoid, at 2.3 samples a period
 FINE = 1e-9  # of a frequency
+STARTS, STEPS = 12, 30  # frequencies from which the best fit is sought, and steps of that
 SMALLEST = 1e-4  # [m or rad] amplitude of what has no period
 
 
@@ -63,21 +64,30 @@ def top(t: Floats, y: Floats) -> float:
 def _period(t: Floats, y: Floats) -> float:
     """Return the period [s] of the sinusoid on a straight line that fits best; 0 if fewer than two periods are seen, or
     the fit is poor."""
-    from scipy.optimize import minimize_scalar  # not before a swing is looked for: it takes a third of a second
-
-    even = np.linspace(t[0], t[-1], len(t))
+    even, lasts = np.linspace(t[0], t[-1], len(t)), float(t[-1])
     spectrum = np.abs(np.fft.rfft(np.interp(even, t, y) * np.hanning(len(t))))
-    k, lasts = int(np.argmax(spectrum[1:])) + 1, float(t[-1])
-    line = [np.ones_like(t), t]
+    low = max(0.4, float(np.argmax(spectrum[1:]))) / lasts
+    high = low + 2.2 / lasts
+    (left, step), f = min((_fitted(t, y, f), f) for f in np.linspace(low, high, STARTS).tolist())
+    # Gauss-Newton steps, shortened where they would not improve the fit
+    for _ in range(STEPS):
+        trial = min(max(f + step, low), high)
+        new = _fitted(t, y, trial)
+        f, (left, step) = (trial, new) if new[0] < left else (f, (left, 0.25 * step))
+        if abs(step) <= FINE * high:
+            break
+    return 1.0 / f if f * lasts >= 2.0 and left < 0.5 * float((y * y).sum()) else 0.0
 
-    def left(f: float) -> float:
-        A = np.column_stack([*line, np.cos(2 * pi * f * t), np.sin(2 * pi * f * t)])
-        x, *_ = np.linalg.lstsq(A, y, rcond=None)
-        return float(((A @ x - y) ** 2).sum())
 
-    low = max(0.4, k - 1.0) / lasts
-    f = float(minimize_scalar(left, bounds=(low, high := low + 2.2 / lasts), options={"xatol": FINE * high}).x)
-    return 1.0 / f if f * lasts >= 2.0 and left(f) < 0.5 * float((y * y).sum()) else 0.0
+def _fitted(t: Floats, y: Floats, f: float) -> tuple[float, float]:
+    """Return the sum of squares that a sinusoid of frequency `f` [Hz] on a straight line leaves of a signal, and the
+    change of the frequency [Hz] that would reduce it most."""
+    cosine, sine = np.cos(2 * pi * f * t), np.sin(2 * pi * f * t)
+    A = np.column_stack([np.ones_like(t), t, cosine, sine])
+    x = np.linalg.lstsq(A, y, rcond=None)[0]
+    slope = 2 * pi * t * (x[3] * cosine - x[2] * sine)
+    change = np.linalg.lstsq(np.column_stack([A, slope]), y, rcond=None)[0][4]
+    return float(((A @ x - y) ** 2).sum()), float(change)
 
 
 def unseen(t: Floats, x: Floats, speed: Floats | None, span: Span) -> float:

@@ -79,15 +79,15 @@ class Poses:
         G: np.ndarray = self._G.copy()
         return G
 
-    def stiffness(self, q: np.ndarray, order: tuple[float, float] = FOURTH) -> np.ndarray:
+    def stiffness(self, q: np.ndarray, order: tuple[float, float] = FOURTH, h: float = STEP) -> np.ndarray:
         """Return the derivative da/dq (n_free, n_free) of the accelerations at pose q (nq,) at rest [1/s2], with
-        discrete states frozen."""
+        discrete states frozen, from differences over at most h [m, rad]."""
         self.accelerations(q)
         native, nv = self.simulation.native, len(self._columns)
         self._now[:], self._order[:] = (native["t"], native.among()), order
         self._stands[:], self._guards[:] = self._y, self._G
         self._J[:] = 0.0
-        h, asked = STEP, self._asked
+        asked = self._asked
         while True:
             self._columns[:, 0] = 0.0
             self._columns[asked, 0] = h

@@ -8,6 +8,7 @@ elasticity shifts the true angle by a few tenths of a degree.
 """
 
 from collections.abc import Mapping, Sequence
+from math import dist
 
 from heavylift.nodes.plan.actions import Follow
 from heavylift.nodes.plan.mechanism import Hoist, Mechanism, beneath, ties_on
@@ -16,6 +17,7 @@ from .actuator_registry import TURN
 from .conditions import OrderRejected
 
 SAME = 1e-9  # [m]
+LEVER = 0.1  # [m] between lines of lugs below which the stretch of slings decides how far a block turns
 ACROSS = (0.0, 1.0, 0.0)  # the way of what follows a turn
 
 
@@ -23,8 +25,10 @@ def followers(
     machines: Sequence[Mechanism], lugs: Mapping[str, str], block: str = "block", master: str = TURN
 ) -> list[Follow]:
     """Return the reference law of each trolley and winch that holds the block by slings. `lugs`: lug of each hooked
-    sling. Raises OrderRejected if no hook can follow the turn."""
+    sling. Raises OrderRejected if no hook can follow the turn, or if none can tilt the block since all its lugs are in
+    one line."""
     found: dict[str, Follow] = {}
+    lines: list[tuple[float, float]] = []
     cargo = next((c for machine in machines for c in machine.cargo if c.body == block), None)
     for machine, hook in ((m, h) for m in machines for h in m.hooks):
         hung = [lugs[tie.rope] for tie in ties_on(machines, hook) if tie.rope in lugs]
@@ -32,6 +36,7 @@ def followers(
         if cargo is None or not places:
             continue
         v, w = (sum(p[i] for p in places) / len(places) - cargo.com[i] for i in (1, 2))
+        lines.append((v, w))
         drive = traversing(machine, hook)
         if not drive:
             raise OrderRejected(f"the block cannot turn: no drive moves {hook.on} of {machine.name} sideways")
@@ -45,6 +50,12 @@ def followers(
         found[hook.rope] = Follow(model=machine.name, actuator=hook.rope, master=master, law=(0.0, -w, v))
     if not found:
         raise OrderRejected("the block cannot turn: no sling is hooked")
+    if all(dist(line, lines[0]) < LEVER for line in lines):
+        v, w = lines[0]
+        raise OrderRejected(
+            f"the block cannot turn: all its hooks pull at one line, {v:g} m beside and {w:g} m above its centre of "
+            "mass; hook slings of another trolley to lugs away from this line"
+        )
     return list(found.values())
 
 

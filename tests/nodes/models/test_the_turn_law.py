@@ -43,8 +43,14 @@ def test_in_a_turn_every_trolley_and_winch_follows_and_no_crane_travels() -> Non
 
 
 def test_in_a_turn_a_winch_without_slings_stands_still() -> None:
-    found = laws(turnover(), first_lugs(turnover(hooked="A").machines))
-    assert [name for name in found if "H3" in name or "lower" in name] == []
+    found = laws(turnover(), {sling: lug for sling, lug in half("B").items() if not sling.startswith("loader-1")})
+    assert [name for name in found if name.startswith("west.H1")] == []
+    assert "west.H2" in found
+
+
+def test_a_turn_of_a_block_whose_slings_pull_at_one_line_is_refused_since_it_would_turn_nothing() -> None:
+    with pytest.raises(ModelError, match=r"^the block cannot turn: all its hooks pull at one line, .* another trolley"):
+        laws(turnover(), first_lugs(turnover(hooked="A").machines))
 
 
 def test_one_trolley_cannot_follow_two_different_places_in_a_turn() -> None:
