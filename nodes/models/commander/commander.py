@@ -151,7 +151,7 @@ class Commander(Orders):
         hung = [
             x for x in orders if not isinstance(x, scene.UnhookSling) or self.picture.ropes.get(x.sling, OFF) != OFF
         ]
-        orders = hung or orders
+        orders = tuple(hung) or orders
         asked = [self.owners.get(addressed(order) or "", "") for order in orders]
         if self.plan.lists and asked[0] not in self.own:
             return  # another list answers
