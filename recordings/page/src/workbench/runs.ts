@@ -38,7 +38,7 @@ export class Runs {
     order.onkeydown = (e) => e.key === "Enter" && give();
     const act = (name: "pause" | "continue" | "stop") => button(words[name], () => void this.ask(name));
     this.control.append(this.progress, act("pause"), act("continue"), act("stop"));
-    this.orders = element("div", { className: "tools orders", hidden: true }, order, button(words.give, give));
+    this.orders = element("div", { className: "tools orders", hidden: true }, ...Object.entries(words.halts).map(([text, order]) => button(text, () => void this.ask("command", order), { title: order })), order, button(words.give, give));
     this.host.append(
       element("div", { className: "split" },
         element("section", { "aria-label": words.recordings }, element("h2", { textContent: words.recordings }), this.list),
@@ -106,7 +106,7 @@ export class Runs {
       this.differences.replaceChildren(...(beside ? [element("h2", {}, words.differences(name, beside), " ", this.link(`compare/${encodeURIComponent(name)}/${encodeURIComponent(beside)}`, words.oneReport))] : []),
         ...played.differences.map((html) => element("div", { className: "table" }, markup(html))));
       this.draw();
-      this.differences.scrollIntoView({ block: "nearest" });
+      if (beside) this.differences.scrollIntoView({ block: "nearest" });
     } catch (error) {
       if (!(error instanceof Refused)) throw error;
       this.told.textContent = error.message;
