@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 from planner import Hands
 
-CUT = """() => [...document.querySelectorAll("header button, .segments button, .tabs button, th, #state, summary, [data-key=size]")]
+CUT = """() => [...document.querySelectorAll(
+        "header button, .segments button, .tabs button, th, #state, summary, [data-key=size]")]
     .filter(x => x.checkVisibility() && x.scrollWidth > x.clientWidth + 1).map(x => x.outerHTML.slice(0, 90))"""
 OUTSIDE = """() => [...document.querySelectorAll("header *, .toolbar *, .bar *, #path *")]
     .filter(x => { const box = x.getBoundingClientRect(); return box.right > innerWidth + 1 || box.left < -1; })

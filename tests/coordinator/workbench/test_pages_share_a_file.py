@@ -22,7 +22,7 @@ def second(chromium: Any, page: Any, hands: Hands) -> Iterator[Hands]:
 
 def test_an_edit_in_one_page_is_shown_in_the_other_and_an_outdated_one_is_refused(hands: Hands, second: Hands) -> None:
     delayed = list[Any]()
-    second.page.route("**/edit", delayed.append)
+    second.page.route("**/edit", lambda route: delayed.append(route))
     second.choose("block")
     second.fill("mass", "320 t")
     second.until(lambda: bool(delayed))

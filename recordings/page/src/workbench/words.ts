@@ -148,6 +148,7 @@ export const words = {
   from: "from",
   to: "to",
   by: "step",
+  now: (value: string) => `now ${value}`,
   addAxis: "another quantity",
   startStudy: "start",
   studyPages: "Pages of studies",
