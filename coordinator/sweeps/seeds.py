@@ -49,7 +49,7 @@ class SeedsVerdict:
     seeds: Sequence[int]
     runs: Sequence[SeedRun]
     checks: Sequence[Check]
-    uses: Sequence[Use]
+    uses: Sequence[Use]  # by the bounds of the quantiles
     numbers: Sequence[tuple[Cell, ...]]
 
     @property
@@ -83,15 +83,28 @@ def replicated(
 ) -> SeedsVerdict:
     """Run a scene for `count` seeds from `seed` on and return the verdict on the quantile that its waves state; raises
     SceneError if nothing in it is random, or a seed cannot be run."""
-    if not _random(scene):
-        raise SceneError("--replications: nothing in the scene depends on its seed; give 'waves: {seas: ...}'")
-    if count < FEWEST:
-        raise SceneError(f"--replications {count}: give {FEWEST} or more; with 30 every P90 has a bound")
+    check_seeds(scene, count)
     scene = level_of(scene)
     task, seeds = Task.of(scene, limit_s, "none", True), range(seed, seed + count)
     with Pool(min(count, cores())) if executor is None else nullcontext(executor) as pool:
         runs = over_seeds(task, (), seeds, pool)
     return verdict_of_seeds(scene, seeds, runs)
+
+
+@dataclass(frozen=True)
+class SeaRuns:
+    """Runs of a scene for the same seeds with changing settings, on one pool."""
+
+    scene: LoadedScene
+    seeds: Sequence[int]
+    limit_s: float
+    pool: Executor
+
+    def row(self, settings: Sequence[str]) -> Row:
+        """Return the verdict over the seeds as the row of a study; that of the first run without a result, if any."""
+        runs = over_seeds(Task.of(self.scene, self.limit_s, "none", True), settings, self.seeds, self.pool)
+        bad = [run.row for run in runs if run.row["status"] not in ("done", "red")]
+        return bad[0] if bad else verdict_of_seeds(self.scene, self.seeds, runs).row
 
 
 def over_seeds(task: Task, settings: Sequence[str], seeds: Sequence[int], pool: Executor) -> list[SeedRun]:
@@ -135,17 +148,23 @@ def verdict_of_seeds(scene: LoadedScene, seeds: Sequence[int], runs: Sequence[Se
     name = quantile + (f" in {duration / 3600:g} h" if duration else "")
     find = partial(extreme, part=part_of(quantile, length, duration))
     uses, errors, rows = list[Use](), dict[str, float](), list[tuple[float, tuple[Cell, ...]]]()
+    bounds = list[Use]()
     others, how = _together(seeds, runs), dict[tuple[str, str], str]()
     tables = [{_key(x.limit): x for x in run.uses} for run in runs]
     for key in (key for key in tables[0] if all(key in table for table in tables)):
         seen = [table[key] for table in tables]
         found, use = _quantile(seen, find)
         uses.append(use)
+        bounds.append(
+            use if use.use is None else replace(use, use=use.use + _share(use, found.above) * max(1.0, use.use))
+        )
         if use.use is None:
             continue
         limit, known = use.limit, error_of(use, scene.errors)
-        if known is not None:
-            errors[f"use of {limit.subject} {limit.quantity}"] = hypot(_share(use, known), _share(use, found.above))
+        if known is not None or found.above > -use.excess > -found.above:  # else its error stays unknown
+            errors[f"use of {limit.subject} {limit.quantity}"] = hypot(
+                _share(use, known or 0.0), _share(use, found.above)
+            )
         if not isfinite(found.above):
             message = f"{limit.quantity} of {limit.subject}: {found.how}"
             others.append(finding("amber", limit.quantity, limit.subject, message, why=NOT_CHECKED, value=use.value))
@@ -154,12 +173,16 @@ def verdict_of_seeds(scene: LoadedScene, seeds: Sequence[int], runs: Sequence[Se
     state = f"{name} over {len(seeds)} seeds; limits are checked with its bound at 95 % confidence"
     others.append(Check(quantity=SEA_STATE, subject="all", state="green", shown=name, basis=state, sentence=state))
     checks = [_named(x, name, how) for x in checks_of(scene.plan, uses, others, errors, ())]
-    return SeedsVerdict(name, seeds, runs, checks, uses, [row for _, row in sorted(rows, key=lambda x: -x[0])])
+    return SeedsVerdict(name, seeds, runs, checks, bounds, [row for _, row in sorted(rows, key=lambda x: -x[0])])
 
 
-def _random(scene: LoadedScene) -> bool:
+def check_seeds(scene: LoadedScene, count: int) -> None:
+    """Raise SceneError if nothing in the scene is random, or if there are too few seeds."""
     keys = scene.scene
-    return bool((keys.waves and keys.waves.seas) or (keys.wind and keys.wind.turbulence))
+    if not ((keys.waves and keys.waves.seas) or (keys.wind and keys.wind.turbulence)):
+        raise SceneError("--replications: nothing in the scene depends on its seed; give 'waves: {seas: ...}'")
+    if count < FEWEST:
+        raise SceneError(f"--replications {count}: give {FEWEST} or more; with 30 every P90 has a bound")
 
 
 def _key(limit: RatedLimit) -> str:
@@ -224,8 +247,11 @@ def _named(check: Check, quantile: str, how: Mapping[tuple[str, str], str]) -> C
     by = how.get((check.quantity, check.subject), "")
     if not by or not check.allowed:
         return check
-    more = f"; {quantile} by {by}" if check.state in ("red", "undecided") else ""
-    found = {"shown": f"{quantile} {check.shown}", "basis": f"{check.basis}; {by}", "sentence": check.sentence + more}
+    message = check.sentence
+    if check.state in ("red", "undecided"):
+        message = f"{message.partition('; an accuracy')[0]}; {quantile} by {by}"
+    message += "; more seeds narrow its bound" if check.state == "undecided" else ""
+    found = {"shown": f"{quantile} {check.shown}", "basis": f"{check.basis}; {by}", "sentence": message}
     return msgspec.structs.replace(check, **found)
 
 

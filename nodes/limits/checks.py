@@ -193,9 +193,9 @@ def _size(check: Check) -> float:
 
 
 def governing(checks: Sequence[Check]) -> list[str]:
-    """Return, for each quantity, the check with the highest utilisation as a line of text."""
+    """Return, for each quantity, the check with the highest utilisation as a line of text: loads before places."""
     found: dict[str, Check] = {}
-    for check in sorted(checks, key=lambda c: -(c.use or 0.0)):
+    for check in sorted(checks, key=lambda c: (not c.load, -(c.use or 0.0))):
         if check.use and not check.between:
             found.setdefault(check.quantity, check)
     lines = []

@@ -183,7 +183,8 @@ def tell(sheet: "Sheet", as_json: bool) -> None:
     import msgspec
     from heavylift.recordings.sheets.sheet import data_of, part_text
 
-    lines = [f"{sheet.title}\n{sheet.state.upper()}: {sheet.lead}", *filter(None, map(part_text, sheet.parts))]
+    word = f"{sheet.state.upper()}: "
+    lines = [f"{sheet.title}\n{word}{sheet.lead.removeprefix(word)}", *filter(None, map(part_text, sheet.parts))]
     typer.echo(msgspec.json.encode(data_of(sheet)).decode() if as_json else "\n\n".join(lines))
 
 
