@@ -8,8 +8,7 @@ from heavylift.coordinator.record import RopeLines
 from heavylift.nodes.limits import uses_on_path
 from heavylift.nodes.models import system
 from heavylift.nodes.scene import LoadedScene, parse
-from heavylift.nodes.scene.construction import follow
-from heavylift.nodes.statics import StaticState
+from heavylift.nodes.statics import StaticState, follow
 
 BREAKING = 6e6
 SCENE = """
