@@ -44,7 +44,7 @@ def scene_limits(builder: SceneBuilder) -> Iterator[RatedLimit]:
     checked = {"ropes", "wind", "signals", *(limits.model_fields_set - distances if hooks else ())}
     for key in sorted(limits.model_fields_set - checked):
         message = "no hook has one of its own: give 'off-lead'" if hooks else "the scene has no hooks: leave it out"
-        builder.source.fault(("limits", written(key)), f"nothing is checked by it, for {message}", on_key=True)
+        builder.source.fault(("limits", written(key)), f"this limit checks nothing: {message}", on_key=True)
     if hooks:
         by = "the scene" if "clearance" in limits.model_fields_set else "assumed"
         yield RatedLimit(
