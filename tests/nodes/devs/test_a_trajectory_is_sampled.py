@@ -4,8 +4,7 @@ from math import exp
 
 import pytest
 from heavylift.nodes import drive
-from heavylift.nodes.devs import In, Message, Out, Simulator, Tag, ms, seconds
-from heavylift.nodes.devs.hybrid import Hybrid, Trajectory
+from heavylift.nodes.devs import Hybrid, In, Message, Out, Simulator, Tag, Trajectory, ms, seconds
 
 
 class Level(Message):
@@ -13,7 +12,7 @@ class Level(Message):
 
 
 class Tank(Hybrid):
-    """Fills up to 4 m3, is emptied then, and when it is told to."""
+    """Fills up to 4 m3, is emptied then, and in part by its input."""
 
     full, empty = Out(Level), In(Level)
 
