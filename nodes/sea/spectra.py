@@ -39,7 +39,7 @@ def pierson_moskowitz(w: float, Hs: float, Tp: float) -> float:
     period Tp [s]."""
     ratio = 2.0 * pi / (Tp * w)
     square = ratio * ratio
-    return EQUATION * Hs * Hs * square * square / w * exp(-1.25 * square * square)
+    return EQUATION * Hs * Hs * square * square / w * float(exp(-1.25 * square * square))
 
 
 def jonswap(w: float, Hs: float, Tp: float, gamma: float) -> float:
@@ -61,7 +61,7 @@ class Peak(NamedTuple):
         """Return the spectral density S(w) [m2 s] with a tail of w^-4, not yet scaled to its energy."""
         ratio = 0.5 * w * self.Tp / pi
         off, fourth = (ratio - 1.0) / WIDTHS[ratio > 1.0], 1.0 / (ratio * ratio * ratio * ratio)
-        return fourth * exp(-fourth) * float(power(self.gamma, exp(-0.5 * off * off)))
+        return fourth * float(exp(-fourth)) * float(power(self.gamma, exp(-0.5 * off * off)))
 
 
 def torsethaugen(Hs: float, Tp: float) -> tuple[Peak, Peak]:
