@@ -90,7 +90,7 @@ def test_limits_are_written_with_the_words_of_planners() -> None:
     keys = json_schema()["$defs"]["LiftLimits"]["properties"]
     assert [*keys] == [
         "off-lead", "off-lead along", "off-lead across", "clearance", "bridle warning", "bridle", "heave",
-        "touch", "wind", "signals", "ropes",
+        "impact", "touch", "wind", "signals", "ropes",
     ]  # fmt: skip
     assert keys["off-lead"]["default"] == "3 deg"
     with pytest.raises(SceneError, match="unknown key 'off led'"):
