@@ -41,10 +41,11 @@ def scene_limits(builder: SceneBuilder) -> Iterator[RatedLimit]:
     hooks = bool(builder.cranes)
     keys = [hook for machine in builder.scene.machines.values() for hook in machine.hooks.values()]
     distances = {distance for distance in WAYS if not any(getattr(hook, distance) for hook in keys)}
-    heaves = {"heave"} if builder.scene.vessels else set[str]()
+    heaves = {"heave"} if builder.scene.vessels and hooks else set[str]()
     checked = {"ropes", "wind", "signals", *heaves, *(limits.model_fields_set - distances - {"heave"} if hooks else ())}
     for key in sorted(limits.model_fields_set - checked):
         message = "no hook has one of its own: give 'off-lead'" if hooks else "the scene has no hooks: leave it out"
+        message = "the scene has no vessels: leave it out" if key == "heave" and hooks else message
         builder.source.fault(("limits", written(key)), f"this limit checks nothing: {message}", on_key=True)
     if hooks:
         by = "the scene" if "clearance" in limits.model_fields_set else "assumed"
