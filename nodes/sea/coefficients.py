@@ -48,20 +48,24 @@ def computed(mesh: Path) -> Path:
     missing = SceneError("coefficients of a mesh are computed by Capytaine: pip install 'heavylift[sea]'")
     cpt, xr = extra("capytaine", missing), extra("xarray", missing)
     try:
-        whole = cpt.load_mesh(str(mesh)).immersed_part()
+        hull = cpt.load_mesh(str(mesh)).immersed_part()
     except Exception as error:  # whatever a library of meshes raises
         raise SceneError(f"{mesh}: {error_text(error)}") from None
     origin = {"rotation_center": (0.0, 0.0, 0.0)}
     body = cpt.FloatingBody(
-        mesh=whole, lid_mesh=whole.generate_lid(), dofs=cpt.rigid_body_dofs(**origin), center_of_mass=(0.0, 0.0, 0.0)
+        mesh=hull, lid_mesh=hull.generate_lid(), dofs=cpt.rigid_body_dofs(**origin), center_of_mass=(0.0, 0.0, 0.0)
     )
-    w = np.arange(STEP, _finest(whole), STEP)
+    w = np.arange(STEP, _finest(hull), STEP)
     common = {"radiating_dof": list(body.dofs), "water_depth": [np.inf], "rho": [1025.0]}
     solver, waves = cpt.BEMSolver(), np.linspace(0.0, np.pi, DIRECTIONS)
     radiation = solver.fill_dataset(xr.Dataset(coords={"omega": [*w, np.inf], **common}), body)
     diffraction = solver.fill_dataset(xr.Dataset(coords={"omega": w, "wave_direction": waves, **common}), body)
     out = mesh.with_suffix(".nc")
-    cpt.export_dataset(str(out), xr.merge([radiation, diffraction], compat="no_conflicts"), format="netcdf")
+    whole = cpt.io.xarray.separate_complex_values(xr.merge([radiation, diffraction], compat="no_conflicts"))
+    for modes in ("radiating_dof", "influenced_dof"):
+        whole[modes] = whole[modes].astype("str")
+    # the classic format, which needs no other library
+    whole.to_netcdf(out, engine="scipy", format="NETCDF3_64BIT")
     return out
 
 
