@@ -6,8 +6,10 @@ length, which is its lookahead.
 
 The model sends its outputs at t = 0, h, 2 h, ... An input at n h is applied in the step that begins then, an input
 between two of these times in the next step. So an output at t does not depend on inputs after t - h, and all times are
-exact: of the Jacobi schemes of co-simulation this is the one without extrapolation. A unit that can save its state has
-checkpoints; if the process of a unit that cannot is lost, the unit is replayed from the start, and a message says so.
+exact: of the Jacobi schemes of co-simulation this is the one without extrapolation. A unit of FMI 3 with event mode may
+return early: its outputs are then also sent at each of its events, rounded up to the nanosecond; inputs still act from
+n h on, and the lookahead is a nanosecond. A unit that can save its state has checkpoints; if the process of a unit that
+cannot is lost, the unit is replayed from the start, and a message says so.
 
 A unit is machine code: it runs only from a folder that the user has trusted (`heavylift trust`). Standards: FMI 2.0.4
 and 3.0.1, Modelica Association.
@@ -15,6 +17,7 @@ and 3.0.1, Modelica Association.
 
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
+from math import ceil, inf
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +29,8 @@ from heavylift.nodes.devs import Atomic, Bag, In, Message, Out, OutPort
 INTEGERS = {name: int for size in (8, 16, 32, 64) for name in (f"Int{size}", f"UInt{size}")}
 KINDS = {"2": {"Real": float, "Integer": int, "Enumeration": int, "Boolean": bool}}  # type of a variable in Python
 KINDS["3"] = {"Float64": float, "Float32": float, **INTEGERS, "Enumeration": int, "Boolean": bool}
+ROUNDING = 1e-3  # [ns] of a time in seconds
+NEAR = 0.5e-9  # [s]: nothing is left of a step
 ENUMERATION = {"2": "Integer", "3": "Int64"}  # by whose calls it is read and set
 
 
@@ -57,11 +62,11 @@ class Stepped(Atomic):
         self.step, self.number = step, 0
         for port in self.ports.values():
             if isinstance(port, OutPort):
-                port.lookahead = step
+                port.lookahead = 1 if self.unit.events else step
 
     def start(self) -> None:
         """Initialise the FMU; its outputs are sent at t = 0."""
-        self.number = 0
+        self.number = self.reached = 0
         self.unit.begin()
         self.said = Signals(self.unit.outputs())
         self.hold_in(0)
@@ -72,11 +77,14 @@ class Stepped(Atomic):
         self.internal()
 
     def internal(self) -> None:
-        """Make the next step; its outputs are sent at its end."""
-        self.unit.advance(self.number * self.step * 1e-9, self.step * 1e-9)
-        self.number += 1
+        """Make the next step, as far as its first event; the outputs are sent there."""
+        begin, end = self.number * self.step, (self.number + 1) * self.step
+        reached = self.unit.advance(begin * 1e-9, self.step * 1e-9, fresh=self.reached == begin)
+        then = min(end, max(ceil(reached * 1e9 - ROUNDING), self.reached + 1))
+        self.number += then == end
         self.said = Signals(self.unit.outputs())
-        self.hold_in(self.step)
+        self.hold_in(then - self.reached)
+        self.reached = then
 
 
 class Fmu(Stepped):
@@ -101,6 +109,9 @@ class FmuUnit:
         self.file, self.name, self.said, self.parameters = file, name, text, parameters
         self._fmu: Any = None
         self._state: bytes | None = None  # of the last step
+        self._waiting: dict[str, float] = {}  # inputs of the next step
+        self._now = 0.0  # where the last step ended [s]
+        self._next = inf  # time event that the unit has announced [s]
         if why := refusal(str(file)):
             raise ModelError(f"{name}: {why}")
         self._look(description(file, name))
@@ -112,6 +123,7 @@ class FmuUnit:
         self._variables = {v.name: v for v in message.modelVariables}
         unit = message.coSimulation
         self.keeps = bool(unit.canGetAndSetFMUstate and unit.canSerializeFMUstate)
+        self.events = self._version == "3" and bool(unit.hasEventMode)
         for name in (*self.said, *self.parameters):
             self._kind(name)
 
@@ -146,17 +158,32 @@ class FmuUnit:
         self._set(self.parameters.items())
         self._fmu.enterInitializationMode()
         self._fmu.exitInitializationMode()
+        self._waiting, self._now, self._next = {}, 0.0, inf
+        if self.events:
+            self._update()
 
     def _made(self) -> None:
         if self._fmu is not None:
             self._fmu.freeInstance()
-        self._fmu = library(self.name).instantiate_fmu(str(unpacked(self.file)), self._message, "CoSimulation")
+        more = {"event_mode_used": True, "early_return_allowed": True} if self.events else {}
+        folder = str(unpacked(self.file))
+        self._fmu = library(self.name).instantiate_fmu(folder, self._message, "CoSimulation", **more)
 
     def hold(self, values: Iterable[tuple[str, float]]) -> None:
-        """Set input variables, which keep these values."""
+        """Store values of input variables, which are set when the next step begins."""
         given = dict(values)
         self.check(given)
-        self._set(given.items())
+        self._waiting |= given
+
+    def _update(self) -> None:
+        """Leave event mode after all discrete states are updated; raises ModelError if the unit terminates there."""
+        again = True
+        while again:
+            again, over, _, _, timed, then = self._fmu.updateDiscreteStates()
+            if over:
+                raise ModelError(f"{self.name}: {self.file.name} asks for the end of the simulation at {self._now:g} s")
+            self._next = then if timed else inf
+        self._fmu.enterStepMode()
 
     def _set(self, values: Iterable[tuple[str, float]]) -> None:
         self._state = None
@@ -168,9 +195,32 @@ class FmuUnit:
                 )
             getattr(self._fmu, f"set{kind}")([found.valueReference], [python(value)])
 
-    def advance(self, t: float, h: float) -> None:
-        """Make a step of h [s] from t [s]; raises ModelError if the FMU terminates there."""
-        self._state = None
+    def advance(self, begin: float, h: float, fresh: bool = True) -> float:
+        """Step from where the last step ended to begin + h [s], or to the first event before; return the time reached
+        [s]. `fresh`: a step of the fixed length h begins, with the inputs that were stored. Raises ModelError if the
+        unit terminates there."""
+        self._state, end = None, begin + h
+        if fresh:
+            self._now = begin
+            if self._waiting and self.events:
+                self._fmu.enterEventMode()
+            self._set(self._waiting.items())
+            if self._waiting and self.events:
+                self._update()
+            self._waiting = {}
+        while True:
+            whole = self._now == begin and self._next >= end
+            length = h if whole else min(self._next, end) - self._now
+            event, self._now = self._step(self._now, length)
+            timed = self._next <= self._now
+            if event or timed:
+                self._fmu.enterEventMode()
+                self._update()
+            if event or timed or end - self._now < NEAR:
+                return self._now
+
+    def _step(self, t: float, h: float) -> tuple[bool, float]:
+        """Make a step of h [s] from t [s]; return whether the unit needs an event update, and the time reached [s]."""
         try:
             done = self._fmu.doStep(t, h)  # in FMI 3: event, end, early return, time
         except Exception as error:
@@ -181,6 +231,8 @@ class FmuUnit:
             ) from None
         if done and done[1]:
             raise ModelError(f"{self.name}: {self.file.name} asks for the end of the simulation at {done[3]:g} s")
+        early = self.events and done[2]
+        return self.events and bool(done[0]), done[3] if early else t + h
 
     def outputs(self) -> tuple[tuple[str, float], ...]:
         """Return the present outputs of the unit."""
@@ -197,10 +249,10 @@ class FmuUnit:
             state = self._fmu.getFMUState()
             self._state = bytes(self._fmu.serializeFMUState(state))
             self._fmu.freeFMUState(state)
-        return str(self.file), self.name, self.said, self.parameters, self._state
+        return str(self.file), self.name, self.said, self.parameters, self._state, self._waiting, self._now, self._next
 
     def __setstate__(self, kept: tuple[Any, ...]) -> None:
-        file, name, text, parameters, data = kept
+        file, name, text, parameters, data, *more = kept
         self.__init__(Path(file), name, text, parameters)  # type: ignore[misc]
         if data is not None:
             self.begin()
@@ -208,6 +260,7 @@ class FmuUnit:
             self._fmu.setFMUState(state)
             self._fmu.freeFMUState(state)
             self._state = data
+        self._waiting, self._now, self._next = more
 
 
 def description(file: Path, name: str) -> Any:

@@ -25,6 +25,8 @@ from heavylift.kernel.description.mechanics import (
 )
 from heavylift.kernel.errors import SceneError, error_text, extra
 
+from .mujoco_shapes import Box, boxes_of
+
 LARGEST = 16_000_000  # bytes of a file
 FREE, BALL, SLIDE, HINGE = range(4)
 KINDS: dict[int, JointKind] = {FREE: "free", BALL: "spherical", SLIDE: "prismatic", HINGE: "revolute"}
@@ -42,9 +44,23 @@ class FromMujoco(NamedTuple):
     missing: list[str]
 
 
+class ImportedModel(NamedTuple):
+    """Result of an import with the boxes (centre and edges in the frame of the body [m]) that enclose the geoms of each
+    body."""
+
+    found: FromMujoco
+    boxes: dict[str, list[Box]]
+
+
 def from_mujoco(path: str | Path) -> FromMujoco:
     """Return the system of an MJCF or URDF file in the pose `qpos0`, its sites, and a sentence for each feature that
     was not converted. Coordinates are zero in that pose. Raises SceneError if the file cannot be read."""
+    return import_model(path).found
+
+
+def import_model(path: str | Path) -> ImportedModel:
+    """Return what `from_mujoco` returns, with boxes for drawings and clearances; raises SceneError if the file cannot
+    be read."""
     library = extra("mujoco", SceneError("models of MuJoCo need its package; install heavylift[mujoco]"))
     file = Path(path)
     try:
@@ -54,7 +70,9 @@ def from_mujoco(path: str | Path) -> FromMujoco:
         model = library.MjModel.from_xml_path(str(file))
     except (OSError, ValueError, library.FatalError) as error:
         raise SceneError(f"{file}: {error_text(error)}") from None
-    return _Importer(library, model).found()
+    importer = _Importer(library, model)
+    boxes = boxes_of(model, importer.body, importer.missing)
+    return ImportedModel(importer.found(), boxes)
 
 
 class _Importer:

@@ -64,14 +64,15 @@ def run(
         float | None, typer.Option("--real-time", help="the same, so many times as fast as real time")
     ] = None,
     replications: Annotated[
-        int, typer.Option("--replications", min=1, help="of a yard file: runs with drawn durations", show_default=False)
+        int,
+        typer.Option("--replications", min=1, help="runs with other seeds of a sea, or of a yard", show_default=False),
     ] = 0,
     seed: Annotated[int, typer.Option("--seed", help="of the replications")] = 1,
     report: Annotated[
         list[Path] | None,
         typer.Option(
             "--report",
-            help="of a yard file: .html, .pdf, .xlsx, .json, .txt; its schedule: .csv, .xml, .ics, .svg, .png",
+            help="of replications, a yard file: .html, .pdf, .xlsx, .json, .txt; its schedule: .csv, .xml, .ics, .svg",
         ),
     ] = None,
     strict: o.Strict = False,
@@ -79,11 +80,19 @@ def run(
     verbose: o.Verbose = False,
     as_json: o.Json = False,
 ) -> None:
-    """Simulate a scene, or a yard file, and record it.    heavylift run turnover -o monday.mcap"""
-    own, only = {"output", "force", "in_process", "processes"}, {"replications", "seed", "report"}
-    if o.yard_file(context, scene, own, only):
-        runs = replications, seed, report
-        _run_yard(scene, output, force, sets, in_process, processes, *runs, strict, fail_on, as_json)
+    """Simulate a scene, or a yard file, and record it.    heavylift run turnover -o monday.mcap
+
+    With --replications, a scene in an irregular sea is run with so many seeds and not recorded; its limits are checked
+    against the quantile that its waves state.
+    """
+    runs, own = {"replications", "seed", "report"}, {"output", "force", "in_process", "processes"}
+    if o.yard_file(context, scene, own | runs, () if replications else runs):
+        drawn = replications, seed, report
+        _run_yard(scene, output, force, sets, in_process, processes, *drawn, strict, fail_on, as_json)
+        return
+    if replications:
+        loaded = _asked(scene, sets or [], accuracy)
+        _run_seeds(context, loaded, replications, seed, report, force, strict, fail_on, as_json)
         return
     from heavylift.coordinator.participants import PRELOAD_SCENE
     from heavylift.coordinator.supervision.processes import Processes
@@ -99,20 +108,18 @@ def run(
         from heavylift.coordinator.transport.placement import Placement, place
         from heavylift.nodes.models import node_names
         from heavylift.nodes.plan.fidelity import MEANT
-        from heavylift.nodes.scene import load
 
         pace = None if rate is None else RealTime(rate)
-        keys_given = ("method", method), ("step", step), ("accuracy", accuracy)
+        keys_given = ("method", method), ("step", step)
         given = [f"{key}={text}" for key, text in keys_given if text]
         patience = o.deadline_s(deadline)
-        fitted = None
+        settings, fitted = [*(sets or []), *given], None
         if within or real_time is not None:
             from heavylift.coordinator.ladder.within import within as best
 
-            fitted = best(scene, [*(sets or []), *given], MEANT, within, real_time, rate)
-        loaded = fitted.scene if fitted else load(scene, [*(sets or []), *given])
-        if accuracy and not loaded.facts.ask:
-            loaded = load(scene, [*(sets or []), *given, f"ask=[{', '.join(MEANT)}]"])
+            settings += [f"accuracy={accuracy}"] if accuracy else []
+            fitted = best(scene, settings, MEANT, within, real_time, rate)
+        loaded = fitted.scene if fitted else _asked(scene, settings, accuracy)
         if drive:
             from heavylift.coordinator.measured.mapping import driven
 
@@ -153,6 +160,33 @@ def run(
             crew.end()
     summary(loaded.plan, result, as_json, certificate, loaded.answer, verbose)
     _exit(result, strict, fail_on)
+
+
+def _asked(scene: str, settings: list[str], accuracy: str) -> LoadedScene:
+    """Load a scene; with an accuracy, it asks for the usual quantities unless it names its own."""
+    from heavylift.nodes.plan.fidelity import MEANT
+
+    loaded = o.scene_of(scene, settings := [*settings, *([f"accuracy={accuracy}"] if accuracy else [])])
+    return loaded if loaded.facts.ask or not accuracy else o.scene_of(scene, [*settings, f"ask=[{', '.join(MEANT)}]"])
+
+
+def _run_seeds(
+    context: typer.Context, scene: LoadedScene, count: int, seed: int, report: list[Path] | None, force: bool,
+    strict: bool, fail_on: str, as_json: bool,
+) -> None:  # fmt: skip
+    """Run a scene for many seeds, print the verdict on its quantiles, and write it."""
+    from heavylift.coordinator.sweeps.seeds import replicated
+    from heavylift.recordings.sheets.workbook import write
+
+    for parameter in o.given(context):
+        if parameter.name not in {*o.BOTH, "replications", "seed", "report", "force", "accuracy"}:
+            raise typer.BadParameter(f"{parameter.opts[0]} is for a single run; leave it or --replications out")
+    sheet = replicated(scene, count, seed).sheet(scene.plan.name)
+    o.tell(sheet, as_json)
+    for path in report or ():
+        typer.echo(f"wrote {write(sheet, path, 'a report', force)}", err=True)
+    if o.fails(sheet.state, strict, fail_on):
+        raise typer.Exit(1)
 
 
 def _run_yard(

@@ -2,7 +2,7 @@
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import msgspec
 import typer
@@ -291,18 +291,26 @@ def schema() -> None:
 def export_fmu(
     scene: o.Scene,
     output: Annotated[Path | None, o.written_to("unit; default NAME.fmu")] = None,
+    inputs: Annotated[
+        list[str] | None,
+        typer.Option("--input", help="Drive, winch or `wind` whose speed is an input; repeatable.", metavar="NAME"),
+    ] = None,
+    fmi: Annotated[Literal["2", "3"], typer.Option(help="Version; 3 returns early at events.")] = "2",
     force: o.Force = False,
     sets: o.Sets = None,
 ) -> None:
-    """Write a scene as a co-simulation unit of FMI 2.0.    heavylift export-fmu lift -o lift.fmu
+    """Write a scene as a co-simulation unit of FMI 2.0 or 3.0.    heavylift export-fmu lift -o lift.fmu
 
-    Inputs are commands; outputs are tensions, peaks and poses. The FMU needs this installation of heavylift.
+    Inputs are commands and the speeds that `--input` names; outputs are all signals. The FMU needs this installation of
+    heavylift.
     """
     from heavylift.coordinator.ladder.choosing import chosen
 
     loaded = o.scene_of(scene, sets)
     try:
-        from heavylift.coordinator.run.unit import export
+        from heavylift.coordinator.run.units.exporting import export
+
+        made = export(chosen(loaded), output or Path(f"{loaded.plan.name}.fmu"), force, inputs or (), fmi)
     except ImportError:
         raise SceneError("a unit of FMI is made with pythonfmu: pip install 'heavylift[fmi]'") from None
-    typer.echo(f"wrote {export(chosen(loaded), output or Path(f'{loaded.plan.name}.fmu'), force)}")
+    typer.echo(f"wrote {made}")

@@ -7,6 +7,7 @@ import json
 import tempfile
 import time
 from contextlib import nullcontext
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -19,9 +20,12 @@ from heavylift.kernel.errors import SceneError, Stopped
 if TYPE_CHECKING:
     from heavylift.coordinator.ladder.certificate import Certificate
     from heavylift.coordinator.sweeps.study import Study
+    from heavylift.nodes.scene import LoadedScene
+    from heavylift.recordings.sheets.sheet import Sheet
 
 EFFORT = 0.1  # of the solver's own seconds in one of the wall, as it works alone
 REPLICATIONS = 100  # of a yard
+SEEDS = 30  # of each sea of a scatter table
 REPORT_s = 10.0  # between two lines where there is no terminal
 
 
@@ -162,6 +166,10 @@ def limits(
     output: Annotated[Path | None, o.written_to("page with table and figure: limits.html")] = None,
     workers: Annotated[int, typer.Option("--workers", help="processes; default all cores")] = 0,
     limit: Annotated[str, typer.Option("--limit", help="wall time of a run")] = "60 s",
+    replications: Annotated[int, typer.Option("--replications", help="seeds of a random sea, for each value")] = 0,
+    scatter: Annotated[
+        Path | None, typer.Option("--scatter", help="table of seas, Hs by Tp: in how much of the time it passes")
+    ] = None,
     sets: o.Sets = None,
     force: o.Force = False,
     strict: o.Strict = False,
@@ -174,7 +182,8 @@ def limits(
     --set takes, or 'hoist speed', 'trolley accel' and the like, which scale all such orders. Exit code 1 if the verdict
     is red at the start, never turns red, or is green again beyond the limit; with --all only if it is red at the start.
     With --strict undecided counts as red, with --fail-on amber everything but green. Of a yard file:
-    'resources.welders=72..40' until a contract date is missed.
+    'resources.welders=72..40' until a contract date is missed. With --replications, --of 'waves.seas.wind.Hs=0.5..3 m'
+    finds the sea whose quantile over seeds is within the limits, and --scatter the share of a table of seas.
     """
     if o.yard_file(context, scene, {"of", "output", "workers", "force"}):
         from heavylift.coordinator.supervision.pool import Pool, cores
@@ -190,12 +199,17 @@ def limits(
     from heavylift.recordings.sheets.sheet import table_text
     from heavylift.recordings.sheets.workbook import write
 
+    if scatter:
+        sheet = _operability(o.scene_of(scene, sets), scatter, of or [""], replications, o.wall_s("--limit", limit))
+        o.tell_study(sheet, output, force, as_json)
+        return
     if bool(of) == every:
         raise SceneError("limits: give --of, such as --of 'block.mass=300..900 t', or --all")
     loaded, seconds = o.scene_of(scene, sets), o.wall_s("--limit", limit)
-    fails = max(("red", "undecided" if strict else "red", fail_on or "red"), key=STATES.index)
+    fails = max(("red", "undecided" if strict or replications else "red", fail_on or "red"), key=STATES.index)
     asked = of or askable(loaded)
-    found = limits_of_all(loaded, asked, seconds, workers, lambda text: typer.echo(text, err=True), fails)
+    say = partial(typer.echo, err=True)
+    found = limits_of_all(loaded, asked, seconds, workers, say, fails, replications)
     if as_json:
         typer.echo(json.dumps([one.data() for one in found]))
     elif every:
@@ -207,6 +221,19 @@ def limits(
         typer.echo(f"wrote {path}", err=as_json)
     if any(one.wrong for one in found) and (of or all(one.wrong for one in found)):
         raise typer.Exit(1)
+
+
+def _operability(scene: "LoadedScene", scatter: Path, of: list[str], count: int, limit_s: float) -> "Sheet":
+    from heavylift.coordinator.ladder.choosing import level_of
+    from heavylift.coordinator.supervision.pool import Pool, cores
+    from heavylift.coordinator.sweeps.operability import ScatterTable, operability_sheet, sea_of
+    from heavylift.coordinator.sweeps.seeds import SeaRuns, check_seeds
+
+    table, name = ScatterTable.read(scatter), sea_of(scene, of[0])
+    check_seeds(scene, count := count or SEEDS)
+    with Pool(min(count, cores())) as pool:
+        runs = SeaRuns(level_of(scene), range(1, count + 1), limit_s, pool)
+        return operability_sheet(scene, table, name, runs, partial(typer.echo, err=True))
 
 
 @app.command()

@@ -6,9 +6,11 @@ from typing import NamedTuple
 from heavylift.coordinator.protocol.distance import Coupling
 from heavylift.coordinator.protocol.messages import RunEnd
 from heavylift.coordinator.protocol.outside import OpenCoordinator
+from heavylift.kernel.description.forces import Wind
 from heavylift.kernel.description.mechanics import System
 from heavylift.nodes.devs import FOREVER, Tag
-from heavylift.nodes.models import COMMANDER, NodeModel, couplings, driving, hooked_later, subscriptions
+from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, couplings, driving, hooked_later, subscriptions
+from heavylift.nodes.models.user_models import OUTSIDE, aim_port
 from heavylift.nodes.plan.plan import Plan
 
 from .parts import KernelConfig, SignalSubscription
@@ -17,6 +19,7 @@ PATIENCE_ns = 4 * 3600 * 10**9  # simulated time without an order after which a 
 # that swings undamped never comes to rest, and a run must not go on for ever
 
 OPERATOR, COMMAND = "operator", "command"  # source and port of the events that commands are
+WIND = "wind"  # port of the events that set its speed
 
 
 class Wiring(NamedTuple):
@@ -40,7 +43,18 @@ def wiring(plan: Plan) -> Wiring:
     """Return the couplings between the models of a plan."""
     wires = [Coupling(*wire) for wire in couplings(plan)]
     notices = tuple((COMMANDER, port) for port in ("answer", "skipped", "stage"))
-    return Wiring(wires, [Coupling(OPERATOR, COMMAND, COMMANDER, COMMAND)], (COMMANDER, "finished"), notices)
+    outside = [Coupling(OPERATOR, COMMAND, COMMANDER, COMMAND)]
+    for own in (own for own in plan.models if own.model == OUTSIDE):
+        ports = [aim_port(own.name, led.port) for led in own.leads]
+        outside += [Coupling(OPERATOR, port, COMMANDER, port) for port in ports]
+    outside += [Coupling(OPERATOR, WIND, KERNEL, WIND)] if driven_winds(plan) else []
+    return Wiring(wires, outside, (COMMANDER, "finished"), notices)
+
+
+def driven_winds(plan: Plan) -> dict[str, float]:
+    """Return the wind forces whose speed comes from outside, each with its speed at the start [m/s]."""
+    forces = (f for machine in plan.machines for f in machine.system.forces)
+    return {f.name: f.signal.value for f in forces if isinstance(f, Wind) and f.signal.driven}
 
 
 def kernel_config(plan: Plan, models: Mapping[str, NodeModel], systems: Iterable[System]) -> KernelConfig:

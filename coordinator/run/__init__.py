@@ -4,7 +4,7 @@ scene               `run`, the run of a scene; models: `run_models`; resume: fro
 verify              a recorded run once more, compared with its recording in all that a run determines
 branch              a recorded run, otherwise from some time on and equal before
 replications        a model for many seeds, and what its results estimate
-unit                a scene as a unit of FMI that another program steps
+units               a scene as a unit of FMI that another program steps
 control             a controller in Python, called at a fixed period
 simulate, result    the same for Python, in seconds and arrays
 linear              `linearise`: the matrices of small motions, with inputs and outputs

@@ -15,11 +15,11 @@ from math import isfinite, nan, sqrt
 from statistics import fmean, stdev
 
 import msgspec
-from heavylift.coordinator.participants.building import seeded
+from heavylift.coordinator.participants.building import built, seeded
 from heavylift.coordinator.supervision.pool import Pool, cores, submits
 from heavylift.kernel import errors
 from heavylift.kernel.errors import HeavyliftError, ModelError, ProtocolError, Stopped
-from heavylift.nodes.devs import Coupled, Message
+from heavylift.nodes.devs import NEVER, Coupled, Message, Simulator
 from heavylift.nodes.devs.execution.rules import LIMIT
 
 from .arguments import end_ns, whole
@@ -114,11 +114,25 @@ def _once(task: tuple[int, str, float | None, str, int]) -> bytes:
     """Run the model once and return the numbers of its results, by "path.field"."""
     number, reference, until, stop, microsteps = task
     try:
-        run = run_models(reference, until, in_process=True, stop=stop, microsteps=microsteps)
+        results = (
+            _flat(reference, until, microsteps)
+            if not stop
+            else run_models(reference, until, in_process=True, stop=stop, microsteps=microsteps).results
+        )
     except HeavyliftError as error:
         return msgspec.msgpack.encode(({}, type(error).__name__, f"replication {number}, {reference}: {error}"))
-    values = {name: x for path, result in run.results.items() for name, x in numbers(path, result)}
+    values = {name: x for path, result in results.items() for name, x in numbers(path, result)}
     return msgspec.msgpack.encode((values, "", ""))
+
+
+def _flat(reference: str, until: float | None, microsteps: int) -> dict[str, Message]:
+    """Return the results of a run in the flat simulator, which passes values instead of the protocol's bytes."""
+    end = end_ns(until)
+    simulator = Simulator(built(reference), microsteps=microsteps)
+    simulator.start()
+    simulator.run(end)
+    results = simulator.results(end if end < NEVER else 0)
+    return {path: results[path] for path in sorted(results, key=lambda path: path.split("."))}
 
 
 def numbers(path: str, result: Message | msgspec.Struct) -> Iterator[tuple[str, float]]:

@@ -27,6 +27,7 @@ from heavylift.nodes.scene.text.spelling import range_of
 
 from .axes import Axis, Variant, axes_of
 from .motions import motion_of, motions
+from .seeds import SeaRuns, check_seeds
 from .variant import Row, Task, first_sentence, played
 
 LOG = logging.getLogger("heavylift.sweeps")
@@ -144,15 +145,21 @@ def limits_of_all(
     workers: int = 0,
     say: Callable[[str], None] = LOG.info,
     fails: State = "red",
+    replications: int = 0,
 ) -> list[FoundLimit]:
     """Find the limits of several numbers, each varied alone, in parallel processes; `say` reports the runs; `fails`:
-    the mildest state that ends a search."""
+    the mildest state that ends a search; with `replications`, each value is run with so many seeds."""
 
     def message(name: str, value: str, row: Row) -> None:
         status = "green" if row["status"] == "done" else f"{row['status']}: {reason(row)}"
         say(f"  {name.partition('=')[0]} {value}: {status}")
 
     scene = level_of(scene, say)
+    if replications:
+        check_seeds(scene, replications)
+        with Pool(workers or cores()) as pool:
+            runs = SeaRuns(scene, range(1, replications + 1), limit_s, pool)
+            return [limits_of(scene, name, limit_s, partial(message, name), fails, runs) for name in asked]
     if len(asked) == 1:
         return [limits_of(scene, asked[0], limit_s, partial(message, asked[0]), fails)]
     found = []
@@ -174,9 +181,10 @@ def limits_of(
     limit_s: float = 60.0,
     watch: Callable[[str, Row], None] = lambda value, row: None,
     fails: State = "red",
+    seas: SeaRuns | None = None,
 ) -> FoundLimit:
-    """Find the limit of `PATH`, or of `PATH=FROM..TO UNIT` in that direction; raises SceneError if PATH does not lead
-    to a number."""
+    """Find the limit of `PATH`, or of `PATH=FROM..TO UNIT` in that direction, over the seeds of `seas` if given; raises
+    SceneError if PATH does not lead to a number."""
     axis, start, end = _range(scene, asked)
     task, runs = Task.of(scene, limit_s, "none", True), dict[float, Row]()
 
@@ -185,7 +193,7 @@ def limits_of(
 
     def green(x: float) -> bool:
         if x not in runs:
-            runs[x] = played(task, Variant(len(runs), settings(x), (x,)))
+            runs[x] = seas.row(settings(x)) if seas else played(task, Variant(len(runs), settings(x), (x,)))
             watch(found.shown(x), runs[x])
         if runs[x]["status"] in ("cut", "lost"):
             raise SceneError(f"--of '{asked}': at {x:g} {axis.unit}: {runs[x]['sentence']}")
@@ -214,7 +222,8 @@ def limits_of(
     message = (
         "" if again is None else f"{fails} at {found.shown(red_at)}, but green again at {again:.5g}: no single limit"
     )
-    return replace(found, green=at, red=red_at, wrong=message, bar=_bar(task, settings(at), runs[at], runs[red_at]))
+    bar = None if seas else _bar(task, settings(at), runs[at], runs[red_at])
+    return replace(found, green=at, red=red_at, wrong=message, bar=bar)
 
 
 def _guess(good: Row, bad: Row, low: float, high: float, near: float, turn: int) -> float:

@@ -18,7 +18,7 @@ from typing import Any, Literal
 
 import msgspec
 import numpy as np
-from heavylift.coordinator.ladder.in_memory import CUT, Played, play
+from heavylift.coordinator.ladder.in_memory import CUT, Judged, Played, play
 from heavylift.coordinator.ladder.looking import as_it_is
 from heavylift.coordinator.ladder.measuring import Measuring
 from heavylift.coordinator.ladder.model_levels import ModelLevel
@@ -125,9 +125,14 @@ def first_sentence(text: str) -> str:
 
 def played(task: Task, variant: Variant) -> Row:
     """Run a variant and return its row: status, sentence, numbers, worker; `recording` holds bytes to keep."""
+    return judged(task, variant)[0]
+
+
+def judged(task: Task, variant: Variant) -> tuple[Row, Judged | None]:
+    """Run a variant and return its row, and its verdict with the utilisations if it came to its end."""
     began, cpu = time.perf_counter(), time.thread_time()
     row: Row = {"number": variant.number, "status": "done", "sentence": ""}
-    scene, settings = None, (*task.settings, *variant.settings)
+    scene, verdict, settings = None, None, (*task.settings, *variant.settings)
     try:
         scene = parse(task.text, task.name, settings, passing=True, followed=task.judged)
         scene = with_worst_clearances(scene) if task.judged else scene
@@ -138,6 +143,7 @@ def played(task: Task, variant: Variant) -> Row:
                 parse(task.text, task.name, settings, passing=True)  # which may know better why
             raise
         row |= _numbers(run, task.judged)
+        verdict = run.judge.fine if task.judged else None
         if task.ask and variant.number % EACH == 0:
             errors = as_it_is(scene.plan, USUAL, Measuring(task.ask)).error
             row["error in"] = max(errors, key=lambda x: (errors[x], x), default="")
@@ -149,7 +155,7 @@ def played(task: Task, variant: Variant) -> Row:
     if scene is not None and (task.keep == "all" or (task.keep == "failed" and row["status"] in ("red", "failed"))):
         row["recording"] = _recorded(scene)
     row |= {"host": platform.node(), "process": os.getpid()}
-    return row | {"cpu_s": time.thread_time() - cpu, "wall_s": time.perf_counter() - began}
+    return row | {"cpu_s": time.thread_time() - cpu, "wall_s": time.perf_counter() - began}, verdict
 
 
 def _numbers(run: Played, judged: bool) -> Row:

@@ -91,10 +91,11 @@ class YardStudy:
             rows.append((*texts, *made.cells()))
             states.append(made.state)
         heads = columns(*(path for path, _ in axes), *HEADS)
-        red = states.count("red")
-        lead = f"{red} of {len(states)} variants are late or cannot be built" if red else "all variants are green"
+        counts = {state: states.count(state) for state in ("green", "undecided", "red")}
+        lead = ", ".join(f"{count} {state}" for state, count in counts.items() if count)
         table = Table(f"Variants, {self.count} replications each", heads, tuple(rows))
-        return Sheet(f"Variants of {self.file}", lead, "red" if red == len(states) else "green", (table,))
+        best = next(state for state, count in counts.items() if count)
+        return Sheet(f"Variants of {self.file}", f"{len(states)} variants: {lead}", best, (table,))
 
     def beside(self, other: str) -> Sheet:
         """Compare two yard files, with the distribution of their difference."""
@@ -152,8 +153,8 @@ class YardStudy:
         return Sheet(f"Sensitivities of {self.file}", f"most: {rows[0][0]}", base.state, (table,))
 
     def limit(self, of: str) -> Sheet:
-        """Find how far a number may go from the first end of a range, `PATH=72..40`, before a contract date is
-        missed."""
+        """Find how far a number may go from the first end of a range, `PATH=72..40`, before it is no longer shown that
+        contract dates are met."""
         path, _, text = (part.strip() for part in of.partition("="))
         found = range_of(text)
         if found is None:
@@ -162,23 +163,23 @@ class YardStudy:
         whole = low.is_integer() and high.is_integer() and not unit
         near, shown = (1.0, int) if whole else (NEAR * abs(high - low), float)
 
-        def state(x: float) -> str:
-            return self.of(f"{path}={shown(x)} {unit}".strip()).state
+        def green(x: float) -> bool:
+            return self.of(f"{path}={shown(x)} {unit}".strip()).state == "green"
 
-        if state(low) == "red":
-            lead, low, high = f"{path} is red at the start, {shown(low)} {unit}", high, low
-        elif state(high) != "red":
-            lead, low = f"{path}: no value up to {shown(high)} {unit} is red", high
+        state = "green"
+        if not green(low):
+            lead, low, high, state = f"{path} is not green at the start, {shown(low)} {unit}", high, low, "red"
+        elif green(high):
+            lead, low = f"{path} is green up to {shown(high)} {unit}, the end of the range", high
         else:
             while abs(high - low) > near:
                 middle = (low + high) / 2
                 middle = float(int(middle)) if whole else middle
-                low, high = (low, middle) if state(middle) == "red" else (middle, high)
-            lead = f"{path}: green up to {shown(low)} {unit}, red at {shown(high)} {unit}".replace(" ,", ",").strip()
-        table = Table(
-            "Limit", columns("number", "green up to", "red at"), ((path, f"{low:g} {unit}", f"{high:g} {unit}"),)
-        )
-        return Sheet(f"Limit of {self.file}", lead, "red" if "at the start" in lead else "green", (table,))
+                low, high = (middle, high) if green(middle) else (low, middle)
+            lead = f"{path}: green up to {shown(low)} {unit}, not green at {shown(high)} {unit}"
+        row = path, f"{low:g} {unit}", f"{high:g} {unit}"
+        table = Table("Limit", columns("number", "green up to", "not green at"), (row,))
+        return Sheet(f"Limit of {self.file}", lead.replace(" ,", ",").strip(), state, (table,))
 
 
 def axis_of(text: str) -> tuple[str, tuple[str, ...]]:

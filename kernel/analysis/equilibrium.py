@@ -109,6 +109,7 @@ def _length(way: np.ndarray) -> float:
     return sqrt(float(way[0] * way[0] + way[1] * way[1]))
 
 
+RESTLESS = "finds no rest"
 STILL = 1e-9  # [m/s2, rad/s2] acceleration that counts as none
 ROUNDING = 1e-6  # [m/s2, rad/s2] below which an acceleration that no longer falls is rounding of stiff laws
 NEAR = 1e-10  # [m, rad] a Newton step behind which there is only the rounding of stiff laws on light bodies
@@ -117,6 +118,7 @@ MOST, MORE = 300, 150  # steps; halves of steps behind them, for two poses may l
 # steps behind which a stiffness is looked for on a small scale: sliding friction of a pad that carries a few newtons
 # turns its direction within the deflection of its spring, which is less than a micrometre
 FINE = 100
+ONWARD = 0.9  # cosine between late steps that go on in one direction: what slides far slides in long steps
 RELAXED = 1.0  # [s] of pseudo time from which a step is Newton's
 SHORT, LONG = 0.1, 100.0  # [s] of pseudo time; LONG leaves neutral directions alone
 
@@ -150,7 +152,7 @@ def equilibrium_at(simulation: Simulation, q: np.ndarray, steps: int) -> Equilib
 def relaxed(poses: Poses, q: np.ndarray) -> tuple[np.ndarray, int, list[StateChange]]:
     """Return the rest pose (nq,) reached from q, the number of iterations, and the changes of law states; raises
     KernelError naming a body that does not come to rest."""
-    h, before, last, stalled = SHORT, np.inf, np.inf, 0
+    h, before, last, stalled, onward, way = SHORT, np.inf, np.inf, 0, False, np.zeros(len(poses.free))
     events: list[StateChange] = []
     for steps in range(MOST + MORE):
         switched = switch(poses, q)
@@ -165,11 +167,13 @@ def relaxed(poses: Poses, q: np.ndarray) -> tuple[np.ndarray, int, list[StateCha
             check_bending(poses.simulation.native)
             return q, steps, events
         # switched evolution relaxation: the pseudo time step grows as the residual falls
-        h = min(LONG, max(SHORT, h * min(10.0, max(0.2, before / size if size else 10.0))))
+        grown = min(10.0, max(0.2, before / size if size else 10.0))
+        h = min(LONG, max(SHORT, h * (2.0 if onward else grown)))
         before = size
         K = poses.stiffness(q, SECOND, STEP if steps < FINE else SMALLEST)
         step, h = _step(poses, poses.basis(q), K, a, h)
         last = float(np.abs(step).max(initial=0.0)) if h > RELAXED else np.inf
+        onward, way = steps > FINE and _along(step, way) > ONWARD, step
         # full steps may alternate between two poses: late ones go half as far
         part = 1.0 if steps < MOST else 0.5
         q = poses.moved(q, step * min(part, LONGEST / float(np.abs(step).max(initial=LONGEST))))
@@ -196,12 +200,18 @@ def _step(poses: Poses, basis: np.ndarray | None, K: np.ndarray, a: np.ndarray, 
         h = max(SHORT, 0.25 * h)
 
 
+def _along(a: np.ndarray, b: np.ndarray) -> float:
+    """Return the cosine of the angle between two steps; 0 if one of them is zero."""
+    products = [float(np.cumsum(x)[-1]) if len(x) else 0.0 for x in (a * b, a * a, b * b)]
+    return products[0] / sqrt(products[1] * products[2]) if products[1] * products[2] > 0.0 else 0.0
+
+
 def _restless(poses: Poses, q: np.ndarray) -> KernelError:
     a = np.abs(poses.accelerations(q))
     worst = int(np.argmax(np.where(np.isfinite(a), a, np.inf)))
     k = poses.free[worst]
     link = next(x for x in poses.simulation.program.graph.links if x.v.start <= k < x.v_modes.stop)
     return KernelError(
-        f"body '{link.body.name}' finds no rest: joint '{link.joint.name}' still accelerates by {a[worst]:.3g} "
+        f"body '{link.body.name}' {RESTLESS}: joint '{link.joint.name}' still accelerates by {a[worst]:.3g} "
         "(m/s2 or rad/s2); hang it on a rope, support it, or brake its joint"
     )

@@ -200,7 +200,7 @@ class _Linearised:
         for c in channels(method):
             for i, name in enumerate(c.names):
                 if not np.isnan(values[c.start + i]):
-                    unit = _unit(self.program, c.topic, i, c.unit)
+                    unit = unit_of(self.program, c.topic, i, c.unit)
                     shown = LinearColumn(f"{c.topic}/{name}", unit, float(values[c.start + i]))
                     found[shown.name] = shown, slopes[:, c.start + i]
         out = dict[str, tuple[LinearColumn, np.ndarray]]()
@@ -217,7 +217,7 @@ class _Linearised:
 
     def _states(self, own: Sequence[int]) -> list[LinearColumn]:
         names, velocities = _state_names(self.program), coordinate_names(self.program.graph)[1]
-        units = [_unit(self.program, "joint/velocity", k, "") for k in range(self.program.nv)]
+        units = [unit_of(self.program, "joint/velocity", k, "") for k in range(self.program.nv)]
         placed = [LinearColumn(f"joint/position/{names[k]}", units[k].removesuffix("/s")) for k in own]
         return placed + [LinearColumn(f"joint/velocity/{velocities[k]}", units[k], float(self.v[k])) for k in own]
 
@@ -287,8 +287,8 @@ def _state_names(p: Program) -> list[str]:
     return out
 
 
-def _unit(p: Program, topic: str, i: int, unit: str) -> str:
-    """Unit of the i-th column of a topic whose columns have several."""
+def unit_of(p: Program, topic: str, i: int, unit: str) -> str:
+    """Return the unit of the i-th column of a topic whose columns have several."""
     if topic.startswith("pose/"):
         return "m" if i < 3 else "1"
     units: dict[str, list[str]] = {"joint/position": [], "joint/velocity": []}

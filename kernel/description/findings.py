@@ -12,6 +12,7 @@ State: TypeAlias = Literal["red", "undecided", "amber", "green", "none"]  # of a
 STATES: tuple[State, ...] = ("red", "undecided", "amber", "green", "none")
 NOT_CHECKED, ASSUMED, UNKNOWN = "not checked", "assumed", "error unknown"  # kinds of amber
 WARNED, NOTED = "warning", "note"  # what was found besides limits
+LOADS = ("N", "kg", "N m", "Pa")  # units of values that grow with what is lifted
 
 
 class Note(NamedTuple):
@@ -58,6 +59,11 @@ class Check(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     def between(self) -> bool:
         """Whether the value must lie between two limits, so that no utilisation is defined."""
         return " to " in self.allowed
+
+    @property
+    def load(self) -> bool:
+        """Whether the value is a load, moment or pressure, which can govern a lift, and not a place, angle or speed."""
+        return self.unit in LOADS or self.quantity in ("rope factor", "uplift")
 
     @property
     def found(self) -> bool:

@@ -27,6 +27,7 @@ NEAR = 0.1  # [m] errors of smaller clearances are relative to it
 HEAD = ("state", "check", "worst of", "worst", "at", "limit", "used", "basis")
 TOUCH = 0.01  # [m] what comes so near touches, as the sentences about clearances say
 SAME = 1e-6  # of the worst value: what comes so close to it came to it first, or is reported first
+SEA_STATE = "sea state"
 IN_A_RUN = "in a run"  # of what nothing is known at rest
 REMEDY = {
     UNKNOWN: ": the error of these values was not measured; `--accuracy 1%` measures it",
@@ -55,9 +56,9 @@ def checks_of(
     if any(m.hooks for m in plan.machines) and any(m.cargo for m in plan.machines) and not _factored(plan):
         message = "practice: none; write 'practice: 0027/ND', or 'factors: {...}'"
         found.append(Check(quantity="factor sheet", subject="all", state="amber", why=NOT_CHECKED, sentence=message))
-    if any(_irregular(m.system) for m in plan.machines):
-        message = "an irregular sea: one seed gives no quantile of the extremes; 'sweep --vary seed=1..30' runs others"
-        found.append(Check(quantity="sea state", subject="all", state="amber", why=NOT_CHECKED, sentence=message))
+    if any(_irregular(m.system) for m in plan.machines) and not any(x.quantity == SEA_STATE for x in others):
+        message = "an irregular sea: one seed is no verdict; `heavylift run --replications 30` runs others"
+        found.append(Check(quantity=SEA_STATE, subject="all", state="amber", why=NOT_CHECKED, sentence=message))
     return sorted(found, key=lambda check: STATES.index(check.state))
 
 
@@ -192,9 +193,9 @@ def _size(check: Check) -> float:
 
 
 def governing(checks: Sequence[Check]) -> list[str]:
-    """Return, for each quantity, the check with the highest utilisation as a line of text."""
+    """Return, for each quantity, the check with the highest utilisation as a line of text: loads before places."""
     found: dict[str, Check] = {}
-    for check in sorted(checks, key=lambda c: -(c.use or 0.0)):
+    for check in sorted(checks, key=lambda c: (not c.load, -(c.use or 0.0))):
         if check.use and not check.between:
             found.setdefault(check.quantity, check)
     lines = []

@@ -1,4 +1,7 @@
-"""Plausibility of a block: its lugs lie on it, its centre of mass lies inside it, and its mass fits its volume."""
+"""Plausibility of a block: its lugs lie on it, its centre of mass lies inside it, and its mass fits its volume.
+
+Features of model files that machines do not have are warnings.
+"""
 
 from collections.abc import Iterator
 from math import dist, hypot
@@ -20,9 +23,14 @@ def outside(half: Vector, p: Vector) -> float:
 
 def geometry_findings(plan: Plan) -> list[Check]:
     """Return red checks for lugs far from the block and for centres of mass outside it, and a warning for each mass
-    that is implausible for its volume."""
+    that is implausible for its volume or feature of a model file that was not converted."""
     found = [x for machine in plan.machines for cargo in machine.cargo for x in _of(cargo)]
-    return found + list(_densities(plan))
+    lacks = (
+        finding("amber", "model file", machine.name, f"not converted: {sentence}", where=machine.where)
+        for machine in plan.machines
+        for sentence in machine.lacks
+    )
+    return [*found, *_densities(plan), *lacks]
 
 
 def _of(cargo: Cargo) -> Iterator[Check]:

@@ -28,6 +28,7 @@ from .ground import drive_moment, stood, touch_speed
 from .named import KINDS, LOADS, OF_TENSIONS, hooks_of, origin, signal_of
 from .signals import EMPTY, Column, SignalColumns, carries, place, signals_of, tie_of
 
+RESTS = 1.05  # times the weight of a block: less on its supports is no impact
 TIGHT = 0.02  # of its rated tension: with less a sling holds nothing
 
 
@@ -140,6 +141,9 @@ def _counted(
         dead = sum(hook.block_mass for name, hook in hooks_of(plan.machines).items() if name in limit.elements)
         kept = (exact[0] + dead, exact[1]) if exact and exact[0] > EMPTY * dead else None
         return Reading(np.where(values > EMPTY * dead, values + dead, np.nan), kept)
+    if limit.quantity == "impact":  # a block that stands has landed long ago, and softly if it only weighs on its pads
+        weighs = values <= RESTS * (limit.value or 0.0) / limit.factor
+        return Reading(np.where(weighs, np.nan, values), exact) if signals.dynamic else None
     if limit.quantity.startswith("off-lead"):
         hook = hooks_of(plan.machines)[limit.elements[0]]
         return Reading(np.where(carries(plan, hook, signals), np.abs(values), np.nan))

@@ -22,6 +22,7 @@ from heavylift.nodes.fmi import Stepped
 from heavylift.nodes.models.parts.messages import Sample, SetPoint
 from heavylift.nodes.plan.user_models import UserModel
 
+OUTSIDE = f"{__name__}:Outside"
 MOST = 100  # periods of a delay: so many set-points can be on their way
 
 
@@ -58,6 +59,15 @@ class UserModelNode(Coupled):
     def declare(self) -> System:
         """Return an empty mechanical system, since a user model declares no mechanics."""
         return System()
+
+
+class Outside(Atomic):
+    """Placeholder for the program that steps an exported scene and sends the set-points of these ports itself."""
+
+    def __init__(self, name: str, ports: str) -> None:
+        super().__init__(name)
+        for port in ports.split():
+            self.add_out(port, SetPoint)
 
 
 class SetPointDelay(Atomic):
@@ -124,6 +134,8 @@ class _Unit(Stepped):
 def _made(own: UserModel) -> Model:
     if own.unit:
         return _Unit(own)
+    if own.model == OUTSIDE:
+        return Outside("model", *(str(x) for x in own.parameters.values()))
     where, name, arguments, _ = read(own.model)
     if why := refusal(where, own.model):
         raise ModelError(f"{own.name}: {why}")

@@ -225,7 +225,7 @@ class Mechanism(Item, frozen=True, kw_only=True, forbid_unknown_fields=False):  
     `system` contains no thresholds (they come from the conditions); its elements may refer to bodies and joints of
     other machines. `taut` and `closed` name the ropes and supports that carry a load at the start. `pieces`: pieces of
     ropes with lumps, with their shares of the length. `configuration`: how the machine is set up, in words: boom,
-    counterweight, falls, base.
+    counterweight, falls, base. `lacks`: features of the file that the machine was read from which are not modelled.
     """
 
     name: str
@@ -245,6 +245,7 @@ class Mechanism(Item, frozen=True, kw_only=True, forbid_unknown_fields=False):  
     pieces: dict[str, dict[str, float]] = msgspec.field(default_factory=dict)
     footing: Footing | None = None
     configuration: dict[str, str] = msgspec.field(default_factory=dict)
+    lacks: tuple[str, ...] = ()
 
     @property
     def girders(self) -> tuple[Bend, ...]:

@@ -14,6 +14,7 @@ language                    the language of orders and conditions in the action 
 keys                        every key of a scene file, as frozen pydantic models
 construction                construction of the plan from the keys
 checks                      checks that find impossible scenes and orders before anything runs
+model_files                 the parts of a machine from a robot model in URDF or MJCF
 templates                   texts of new scenes
 loading, building           loading a scene by path or name, from the cache or by building it from its text
 instances                   several scenes side by side in one scene

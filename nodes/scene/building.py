@@ -52,6 +52,7 @@ from heavylift.nodes.statics.swinging import swing_free
 from .corners import Centres, cornered, designed, ends_of, with_centres
 from .instances import several
 from .loaded_scene import LoadedScene, SceneFacts
+from .model_files import imported
 
 CHOICE = {"ask", "accuracy", "method", "tolerance", "step", "fidelity", "samples"}  # keys that say how it is to be run
 
@@ -82,6 +83,7 @@ def build(
     source = extended(path, name, text, path.parent)
     if not source.data:
         raise_faults(source, source.faults)
+    imported(source)
     for setting in overrides:
         override(source, setting)
     alike(source)

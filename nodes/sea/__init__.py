@@ -2,6 +2,7 @@
 heading.
 
 spectra          spectra of irregular waves; their components with directions and phases
+extremes         quantiles of the largest values over seeds, with confidence
 hydrodynamics    the file of a hull: added mass, radiation terms, wave loads; loads in a sea
 radiation_fit    passive radiation model fitted to added mass and damping by frequency
 coefficients     hydrodynamics of a hull from files of Capytaine, or computed by it from a mesh

@@ -2,15 +2,20 @@
 that ends early."""
 
 from itertools import pairwise
+from math import hypot
 from typing import Any
 
+from heavylift.kernel.analysis.equilibrium import RESTLESS
 from heavylift.kernel.description.findings import NOT_CHECKED, Check, State, finding
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move, SlingsCondition, Turn
+from heavylift.nodes.plan.mechanism import lug_places, ties_on
 
+from .aiming import world
 from .static_path import Followed
 
+PLUMB = 0.1  # [m] out of which a hook is named
 GROWTH = 1e-4  # [1/s2] of an eigenvalue of the tangent stiffness that is instability, not rounding
 
 
@@ -85,8 +90,28 @@ def _unfollowed(built: plan.Plan, path: Followed) -> list[Check]:
     if not path.why or not any(machine.cargo for machine in built.machines):
         return []
     action, t = (path.states[-1].action, path.states[-1].t) if path.states else (0, 0.0)
-    sentence = f"the lift is not checked at rest from here on: {path.why}"
+    sentence = f"the lift is not checked at rest from here on: {_out_of_plumb(built, path) or path.why}"
     return [_finding(built, action, "amber", "unfollowed", "scene", sentence, t, why=NOT_CHECKED)]
+
+
+def _out_of_plumb(built: plan.Plan, path: Followed) -> str:
+    """Describe the hook that is farthest out of plumb of its lugs where no position of rest was found, and how to mend
+    it; "" if the path ended for another reason, or if all hooks are above their lugs."""
+    if RESTLESS not in path.why or not path.states:
+        return ""
+    x, known, worst = path.states[-1], lug_places(built.machines), (PLUMB, "")
+    for machine, hook in ((m, hook) for m in built.machines for hook in m.hooks):
+        ends = [tie.lower or known.get(x.hooked.get(tie.rope, "")) for tie in ties_on(built.machines, hook)]
+        lines = [line for rope in machine.system.straight_ropes if rope.name == hook.rope for line in rope.lines]
+        tops = [world(x, p.body, p.p) for line in lines for p in (line.a, line.b) if p.body == hook.on]
+        lugs = [world(x, p.body, p.p) for p in ends if p is not None]
+        if not lugs or not tops:
+            continue
+        u, v = (sum(p[i] for p in lugs) / len(lugs) - sum(p[i] for p in tops) / len(tops) for i in (0, 1))
+        to = f"{u:.2f} m along x and {v:.2f} m along y"
+        message = f"no position of rest is found, and the hook {hook.rope} is {hypot(u, v):.2f} m out of plumb"
+        worst = max(worst, (hypot(u, v), f"{message}; move it by {to}, above its lugs, before it lifts"))
+    return worst[1]
 
 
 def _finding(

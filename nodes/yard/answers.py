@@ -7,11 +7,12 @@ from pathlib import Path
 from statistics import fmean
 
 from heavylift.recordings.sheets.sheet import Cell, Chart, Marked, Notes, Part, Sheet, Table, columns
+from scipy.special import bdtr, bdtrc
 
 from .calendars import DAY
 from .dispatching import NO_SHIFT, NOT_READY, WEATHER
 from .exchange import gantt
-from .fields import at
+from .fields import at, variance
 from .lifts import WAYS
 from .models import expected
 from .network import RULES, Activity, Yard, chain, dates, serial
@@ -20,6 +21,7 @@ from .reading import DELIVERY
 Values = Mapping[str, Sequence[float]]  # of all runs, by "dispatcher.ends[3]"
 MOST = 20  # blocks that are listed
 STOPPED = "weather, in the middle of a lift"
+DOUBT = 0.025  # probability, on each side, that a verdict from a sample of runs is wrong
 
 
 def quantile(values: Sequence[float], part: float) -> float:
@@ -62,7 +64,12 @@ def examined(yard: Yard) -> Sheet:
     state = "red" if any(late) or impossible(yard) else "green"
     lead = "a contract date is before the earliest possible one" if any(late) else "all contract dates are possible"
     leads = [_red_lifts(yard), lead if yard.contract else "no contract dates are given"]
-    return Sheet(f"{yard.name}: {size}", "; ".join(filter(None, leads)), state, tuple(parts))
+    return Sheet(f"{yard.name}: {size}", with_state(state, *leads), state, tuple(parts))
+
+
+def with_state(state: str, *leads: str) -> str:
+    """Return the lead of a sheet: its state, and what there is to say."""
+    return f"{state.upper()}: {'; '.join(filter(None, leads))}"
 
 
 def impossible(yard: Yard) -> list[Activity]:
@@ -122,15 +129,30 @@ def chances(yard: Yard, values: Values) -> dict[str, float]:
     return {key: sum(t <= _limit(yard, key) for t in found[key]) / len(found[key]) for key in yard.contract}
 
 
-def missed(yard: Yard, values: Values) -> list[str]:
-    """Return the contract dates that are not met with their required probability."""
-    found = finishes(yard, values)
-    return [key for key in yard.contract if quantile(found[key], yard.quantile) > _limit(yard, key)]
+def contract_states(yard: Yard, values: Values) -> dict[str, str]:
+    """Return the state of each contract date: undecided if the replications leave open whether it is met with the
+    required probability; amber if it is met in a single run, but durations or winds are random.
+
+    The test is the exact one for a proportion (Clopper and Pearson 1934, Biometrika 26)."""
+    runs, found = len(delivery(values)), dict[str, str]()
+    certain = not (yard.wind and yard.wind.drawn) and not any(variance(one.takes) for one in yard.activities)
+    for key, chance in chances(yard, values).items():
+        kept = round(chance * runs)
+        if certain or runs == 1:
+            found[key] = ("green" if certain else "amber") if kept == runs else "red"
+        else:
+            lucky, unlucky = bdtrc(kept - 1, runs, yard.quantile), bdtr(kept, runs, yard.quantile)
+            found[key] = "green" if lucky <= DOUBT else "red" if unlucky <= DOUBT else "undecided"
+    return found
 
 
 def state_of(yard: Yard, values: Values) -> str:
-    """Return red if a contract date is missed or a lift cannot be carried out, else green."""
-    return "red" if missed(yard, values) or impossible(yard) or _red_runs(values) else "green"
+    """Return red if a contract date is missed or a lift cannot be carried out, else the worst state of a contract
+    date."""
+    found = {*contract_states(yard, values).values()}
+    if impossible(yard) or _red_runs(values):
+        return "red"
+    return next((state for state in ("red", "undecided", "amber") if state in found), "green")
 
 
 def _red_runs(values: Values) -> float:
@@ -140,31 +162,41 @@ def _red_runs(values: Values) -> float:
 def answered(yard: Yard, values: Values, drawn: bool = False) -> Sheet:
     """Return the tables of `run` for a yard: quantiles of the key dates, their sensitivities, and the causes of
     waiting; for a single run also its schedule, with a Gantt chart if `drawn`."""
-    runs, late, kept = len(delivery(values)), missed(yard, values), chances(yard, values)
+    runs, kept, judged = len(delivery(values)), chances(yard, values), contract_states(yard, values)
     rows = list[tuple[Cell, ...]]()
     for key, ends in finishes(yard, values).items():
         texts: list[Cell] = [at_end(yard, quantile(ends, part)) for part in (0.1, 0.5, 0.9)]
-        cell = Marked(100 * kept[key], "red" if key in late else "green") if key in kept else None
+        cell = Marked(100 * kept[key], judged[key]) if key in kept else None
         rows.append((key, *(texts if runs > 1 else texts[:1]), str(yard.contract.get(key, "")), cell))
     heads = ("P10", "P50", "P90") if runs > 1 else ("done",)
-    percent = f"{100 * yard.quantile:g} %"
     parts: list[Part] = [
         Table("Key dates", columns("of", *heads, "contract", "kept [%] .1"), tuple(rows)),
         Table("Waiting of all activities, by cause", columns("for", "mean [h] .1"), tuple(waits(yard, values))),
         _use(yard, values),
         *_lifts(yard),
-        _criticality(yard, values, runs) if runs > 1 else _schedule(yard, values),
+        _criticality(yard, values, runs) if runs > 1 else _schedule(yard, values, drawn),
     ]
     if drawn and runs == 1:
         title = "Schedule, a row for each block; what was critical is outlined"
         parts.insert(1, Chart(title, gantt(yard, spans(yard, values))))
-    ok = f"contract dates are kept with at least {percent}" if runs > 1 else "contract dates are kept in this run"
-    no = f"late at P{100 * yard.quantile:g}: {', '.join(late)}" if runs > 1 else f"late: {', '.join(late)}"
-    lead = (no if late else ok) if yard.contract else f"delivery {rows[0][1]}"
     title = f"{yard.name}: {runs} replications" if runs > 1 else f"{yard.name}: one run with expected durations"
     simulated = f"{_red_runs(values):g} lifts were red when they were simulated" if _red_runs(values) else ""
-    leads = "; ".join(filter(None, (_red_lifts(yard), simulated, lead)))
-    return Sheet(title, leads, state_of(yard, values), tuple(parts))
+    lead = _promised(yard, judged, runs) if yard.contract else f"delivery {rows[0][1]}"
+    state = state_of(yard, values)
+    return Sheet(title, with_state(state, _red_lifts(yard), simulated, lead), state, tuple(parts))
+
+
+def _promised(yard: Yard, judged: Mapping[str, str], runs: int) -> str:
+    """Return in words which contract dates are met with the required probability."""
+    late, open_ = ([key for key, x in judged.items() if x == state] for state in ("red", "undecided"))
+    percent = f"{100 * yard.quantile:g} %"
+    if late:
+        return f"late at P{100 * yard.quantile:g}: {', '.join(late)}" if runs > 1 else f"late: {', '.join(late)}"
+    if open_:
+        return f"{runs} replications leave open whether {', '.join(open_)} is met with {percent}; run more of them"
+    if "amber" in judged.values():
+        return f"contract dates are met in this run; '--replications 100' shows whether they are with {percent}"
+    return f"contract dates are met with at least {percent}" if runs > 1 else "contract dates are met"
 
 
 def waits(yard: Yard, values: Values) -> list[tuple[str, float]]:
@@ -199,13 +231,20 @@ def spans(yard: Yard, values: Values) -> list[tuple[float, float, bool]]:
     return [(start, end, bool(critical)) for start, end, critical in rows]
 
 
-def _schedule(yard: Yard, values: Values) -> Table:
-    """Return the table with the start and end of each activity."""
+def _schedule(yard: Yard, values: Values, whole: bool) -> Table:
+    """Return the table with start and end of each critical activity, or of all of them if the table is to be
+    `whole`."""
     rows = [
-        (one.block, one.step, at_end(yard, start), at_end(yard, end), "yes" if critical else "")
+        (one.block, one.step, at_end(yard, start), at_end(yard, end), *(("yes" if critical else "",) if whole else ()))
         for one, (start, end, critical) in zip(yard.activities, spans(yard, values), strict=True)
+        if critical or whole
     ]
-    return Table("Schedule", columns("block", "step", "start", "end", "critical"), tuple(rows))
+    heads = columns("block", "step", "start", "end", *(("critical",) if whole else ()))
+    if whole:
+        return Table("Schedule", heads, tuple(rows))
+    rows.sort(key=lambda row: row[2:])
+    note = f"'--report schedule.csv' writes all {len(yard.activities)} activities."
+    return Table("Critical sequence of this run", heads, tuple(rows), (note,))
 
 
 def at_end(yard: Yard, t: float) -> str:

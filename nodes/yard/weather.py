@@ -35,6 +35,11 @@ class HourlyWind:
     shapes: tuple[float, ...] = ()
     persistence: float = 0.0
 
+    @property
+    def drawn(self) -> bool:
+        """Whether replications meet different winds."""
+        return not self.series or len(self.series) >= 2 * YEAR
+
     def begin(self, random: Random, drawn: bool) -> float:
         """Return the state that precedes the first hour; a series of several years begins in a random year if
         `drawn`."""

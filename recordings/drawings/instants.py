@@ -22,7 +22,6 @@ MOST = 5  # ends of stages
 MOVED = 0.5  # [m] a body since the last one that is drawn
 ANCHOR = 0.05  # [m] marks of joints in the world are no larger
 WORLD = "world"
-UNSEEN = ("clearance", "impact")  # drawn on its own; shows nothing, and is at two thirds wherever a block stands
 Floats = NDArray[np.float64]
 
 
@@ -109,8 +108,8 @@ def _wanted(rec: Recording, verdict: RecordedVerdict | None) -> list[tuple[float
         (b, f"end of '{name}'", None) for (a, name), (b, _) in pairwise([*stages, (end, "")]) if b > a
     ]
     checks = verdict.checks if verdict else ()
-    uses = [x for x in checks if x.t is not None and x.use is not None and x.quantity not in UNSEEN and not x.between]
-    if most := max(uses, key=lambda x: x.use or 0.0, default=None):
+    uses = [x for x in checks if x.t is not None and x.use is not None and x.quantity != "clearance" and not x.between]
+    if most := max(uses, key=lambda x: (x.load, x.use or 0.0), default=None):
         found.append(
             (most.t or 0.0, f"largest use: {most.quantity} of {most.subject}, {100.0 * (most.use or 0):.0f} %", None)
         )

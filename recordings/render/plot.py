@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from textwrap import wrap
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -143,7 +144,8 @@ def _figure(rec: Recording, curves: Curves, stages: Sequence[tuple[float, str]])
     figure = Figure(figsize=(WIDTH, HEIGHT), facecolor="white")
     shown = [text if len(text) <= LONGEST else text[: LONGEST - 1] + "…" for _, text in stages]
     rise = max((0.56 * LABEL * len(text) * np.sin(np.radians(SLOPE)) for text in shown), default=0.0) + 26
-    top = 1 - (58 + (rise if stages else 0)) / (72 * HEIGHT)
+    lines = subtitle(rec)
+    top = 1 - (32 + 13 * len(lines) + (rise if stages else 0)) / (72 * HEIGHT)
     several = len(curves.names) > 1
     legend_columns = max(1, int(72 * WIDTH * (RIGHT - LEFT) / (5.2 * max(map(len, curves.names)) + 38)))
     legend_rows = -(-len(curves.names) // legend_columns)
@@ -152,7 +154,7 @@ def _figure(rec: Recording, curves: Curves, stages: Sequence[tuple[float, str]])
         len(heights), 1, left=LEFT, right=RIGHT, bottom=BOTTOM, top=top, height_ratios=heights,
         hspace=(0.12 + 0.08 * legend_rows) * (1.6 if curves.over else 1.0),
     )  # fmt: skip
-    _heading(figure, rec, curves)
+    _heading(figure, lines, curves)
     upper = lowest = figure.add_subplot(grid[0])
     _panel(upper, curves, [0], stages)
     _note_peak(upper, curves)
@@ -175,21 +177,23 @@ def _figure(rec: Recording, curves: Curves, stages: Sequence[tuple[float, str]])
     return figure
 
 
-def _heading(figure: Figure, rec: Recording, curves: Curves) -> None:
-    what = curves.quantity.partition(" [")[0]
+def subtitle(rec: Recording) -> list[str]:
+    """Return the lines below the title: scene, duration, what was asked and modelled, and integration steps."""
     facts = [rec.run.get("scene", rec.path.stem), f"{duration(rec.fact('sim_s', 0.0))} simulated"]
     message = settings(rec.run)
     facts += [message[name] for name in ("asked", "steps") if name in message]
     if rec.result.get("status") != "finished":
         facts.append(rec.result.get("status", "cut off"))
-    rated, used = curves.rated[0], ""
+    return [line for text in (", ".join(facts), message.get("modelled", "")) for line in wrap(text, WIDEST)]
+
+
+def _heading(figure: Figure, lines: Sequence[str], curves: Curves) -> None:
+    what, rated, used = curves.quantity.partition(" [")[0], curves.rated[0], ""
     if rated:
         used = f", {100 * float(np.max(curves.peaks[:, 0])) / rated:.0f} % of its rated tension"
-    lines = [", ".join(facts), message.get("modelled", "")]
     figure.text(LEFT, 1 - 24 / (72 * HEIGHT), f"{what} of {curves.names[0]}{used}", size=14, weight="bold", color=INK)
     for i, line in enumerate(lines):
-        shown = line if len(line) <= WIDEST else f"{line[: WIDEST - 1]}…"
-        figure.text(LEFT, 1 - (39 + 13 * i) / (72 * HEIGHT), shown, size=9, color=QUIET)
+        figure.text(LEFT, 1 - (39 + 13 * i) / (72 * HEIGHT), line, size=9, color=QUIET)
 
 
 def outline(t: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

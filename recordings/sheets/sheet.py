@@ -213,6 +213,7 @@ def table_csv(made: Table) -> str:
 
 STYLE = (Path(__file__).parents[1] / "page" / "report.css").read_text(encoding="utf-8")
 SHORT = 14  # [letters] of a cell that stays on one line
+NAME = 24  # letters of a name, which does not wrap at its hyphens
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 
 
@@ -266,7 +267,8 @@ def table_html(table: Table) -> str:
 
 def _cell(column: Column, cell: Cell) -> str:
     text, state = column.text(cell), cell.state if isinstance(cell, Marked) else ""
-    return f"<td{_kind(column, state, short=len(text) <= SHORT)}>{escape(text)}</td>"
+    short = len(text) <= (SHORT if " " in text else NAME)
+    return f"<td{_kind(column, state, short=short)}>{escape(text)}</td>"
 
 
 def _kind(column: Column, state: str = "", short: bool = False) -> str:

@@ -155,21 +155,27 @@ def scene_of(scene: str, sets: list[str] | None) -> "LoadedScene":
     return load(scene, sets or [])
 
 
+BOTH = {"scene", "a", "b", "strict", "fail_on", "as_json", "sets"}  # parameters for scenes and yard files
+
+
 def yard_file(context: typer.Context, scene: str, allowed: Collection[str], only: Collection[str] = ()) -> bool:
     """Return whether a file is a yard file; raises SceneError for an option that does not apply to files of its kind
     (`only`: options that apply to scenes only)."""
     from heavylift.nodes.yard.beginning import is_yard
 
     found = is_yard(scene)
-    both = {"scene", "a", "b", "strict", "fail_on", "as_json", "sets"}
-    for parameter in context.command.params:
+    kind = "scenes, and this is a yard file" if found else "yard files, and this is a scene"
+    for parameter in given(context):
         name = str(parameter.name)
-        source = context.get_parameter_source(name)
-        wrong = name not in {*both, *allowed, *only} if found else name in only
-        if wrong and source and source.name == "COMMANDLINE":
-            kind = "scenes, and this is a yard file" if found else "yard files, and this is a scene"
+        if name not in {*BOTH, *allowed, *only} if found else name in only:
             raise typer.BadParameter(f"{parameter.opts[0]} is for {kind}; leave it out")
     return found
+
+
+def given(context: typer.Context) -> "list[Any]":
+    """Return the parameters of a command that are given on the command line."""
+    sources = [(x, context.get_parameter_source(str(x.name))) for x in context.command.params]
+    return [x for x, source in sources if source and source.name == "COMMANDLINE"]
 
 
 def tell(sheet: "Sheet", as_json: bool) -> None:
@@ -177,7 +183,8 @@ def tell(sheet: "Sheet", as_json: bool) -> None:
     import msgspec
     from heavylift.recordings.sheets.sheet import data_of, part_text
 
-    lines = [f"{sheet.title}\n{sheet.state.upper()}: {sheet.lead}", *filter(None, map(part_text, sheet.parts))]
+    word = f"{sheet.state.upper()}: "
+    lines = [f"{sheet.title}\n{word}{sheet.lead.removeprefix(word)}", *filter(None, map(part_text, sheet.parts))]
     typer.echo(msgspec.json.encode(data_of(sheet)).decode() if as_json else "\n\n".join(lines))
 
 

@@ -54,6 +54,14 @@ class SetFollow(KernelInput, frozen=True):
         return SetFollow(piece, self.master, (k1 * share, kc * share, ks * share))
 
 
+class SetSignal(KernelInput, frozen=True):
+    """Set the driven signal of a force, such as the speed of the wind, in the unit of the signal."""
+
+    command: ClassVar[str] = "set_signal"
+    force: str
+    value: float
+
+
 class SetBrake(KernelInput, frozen=True):
     """Engage or release a brake."""
 

@@ -24,6 +24,7 @@ from .kernel_messages import (
     SetFollow as SetFollow,
     SetLock as SetLock,
     SetProfile as SetProfile,
+    SetSignal as SetSignal,
     StateEvent as StateEvent,
     Unhook as Unhook,
     Unwatch as Unwatch,

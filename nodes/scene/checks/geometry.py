@@ -19,6 +19,8 @@ from typing import TypeAlias
 import msgspec
 import numpy as np
 from heavylift.kernel.algebra import dense
+from heavylift.kernel.constraints.contact.pairs import gap
+from heavylift.kernel.description.contacts import Box, Contact
 from heavylift.kernel.description.mechanics import WORLD, Joint, Rope, Vector, merge
 from heavylift.nodes.limits.geometry import passes_through
 from heavylift.nodes.limits.judging import uses_on_path
@@ -28,6 +30,7 @@ from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import parts
 from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.mechanism import lug_places
+from heavylift.nodes.plan.shapes import Shapes
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.parts import kinematics
 from heavylift.nodes.statics import Followed, goal_states
@@ -83,6 +86,7 @@ def start_checks(scene: schema.Scene, built: plan.Plan) -> list[tuple[str, str]]
     found = Findings()
     found.take("hooks", _under_hooks(scene, built))
     found.take("ropes", _ropes_overloaded(built))
+    found.take("obstacles", _inside_obstacles(scene, built))
     start = {a.name: a.start for machine in built.machines for a in machine.actuators}
     found.take("meet", _meet(built, start, start))
     if not found.sentences:
@@ -138,6 +142,26 @@ def _ropes_overloaded(built: plan.Plan) -> Violations:
             message += f", rated for {hook.rated / 1e3:.0f} kN"
             hangs = next(m.name for m in built.machines for body in m.system.bodies if body.name == hook.eye.body)
             yield hook.rope, hook.where, f"{message}: {hangs} and the hook block alone are too heavy for it"
+
+
+def _inside_obstacles(scene: schema.Scene, built: plan.Plan) -> Violations:
+    """Yield an error for each part of a machine that begins inside an obstacle which it may not touch."""
+    if not scene.obstacles or scene.lifts:
+        return
+    shapes, touches = (
+        Shapes(built),
+        [*built.may_touch, *(x for action in built.actions[:1] for x in action.may_touch)],
+    )
+    at = kinematics.poses(merge([x.system for x in built.machines], built.gravity))
+    for a, b in product(shapes.solids, (x for x in shapes.solids if x.body in scene.obstacles)):
+        meant = any(len({*x.names} & shapes.called(a)) and len({*x.names} & shapes.called(b)) for x in touches)
+        if a.body in scene.all_blocks or a.form != "box" or meant or shapes.relation(a, b) != "apart":
+            continue
+        one, other = Box(a.body, a.size, a.centre, a.R), Box(b.body, b.size, b.centre, b.R)
+        depth = -gap(Contact("start", one, other), at[a.body], at[b.body])
+        if depth > SURFACE + shapes.overlap(a, b):
+            where = next(m.where for m in built.machines if m.name == a.machine)
+            yield a.body, where, f"{a.thing} begins {depth:.2f} m inside of '{b.thing}': move one of them"
 
 
 def reach(sling: str, length: float, lug: str, upper: Sequence[float], p: Sequence[float]) -> str:

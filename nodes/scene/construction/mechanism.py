@@ -67,6 +67,8 @@ class _Assembly(ElasticParts):
         for key in ("bodies", "joints"):
             if not (getattr(given, key) or self.carried):
                 self.fault(self.base, f"the key '{key}' is missing: there is nothing else to act on", on_key=True)
+        if isinstance(given.model_file, str):
+            self.fault((*self.base, "from"), "write the model file in the scene: a setting comes after it was read")
         self.check_tree()
         check_laws(self)
         made, bodies = tuple(self._joints()), tuple(self._bodies())
@@ -115,6 +117,7 @@ class _Assembly(ElasticParts):
             bends=bends,
             servos=servos,
             footing=footing_of(self.source, self.base, given.stands, self.bodies, ""),
+            lacks=tuple(given.model_file.lacks) if isinstance(given.model_file, mechanics.ModelFile) else (),
             where=self.source.where(self.base),
         )  # fmt: skip
 

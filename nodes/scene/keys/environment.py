@@ -35,6 +35,7 @@ TurnResponse = tuple[Annotated[float, u.Quantity(u.TURN_RESPONSE, "zero")], u.An
 LoadResponse = tuple[u.Stiffness, u.Angle]
 MomentResponse = tuple[Annotated[float, u.Quantity(u.MOMENT_RESPONSE, "zero")], u.Angle]
 BLOCK = "block"
+QUANTILE = r"^(MPM|P[1-9][0-9]?(\.[0-9]+)?)$"
 USUAL, LONGEST = 7200.0, 86400.0  # [s] of a history, where no end is given, and of any; then its last speed goes on
 HARMONICS = 128
 SLOWEST, FASTEST = 1.0 / 1200.0, 0.5  # [Hz] of them; half of one speed a second
@@ -76,6 +77,8 @@ class Waves(Base):
     ramp: u.Duration = 30.0  # in which it grows
     origin: Place = (0.0, 0.0, 0.0)  # where its elevation goes with the cosine of time
     density: u.Density = 1025.0  # of the water
+    quantile: Annotated[str, Field(pattern=QUANTILE)] = "P90"  # of an irregular sea that a verdict means; MPM: the mode
+    duration: u.Duration | None = None  # of the operation that it is for, if stationary; left out: that of the scene
 
     @model_validator(mode="after")
     def _one(self) -> "Waves":

@@ -13,7 +13,7 @@ from fmpy.validation import validate_fmu
 from heavylift.coordinator.commands import app
 from heavylift.coordinator.ladder import Played, play
 from heavylift.coordinator.live import TimedCommand
-from heavylift.coordinator.run import SteppableRun, export
+from heavylift.coordinator.run.units import SteppableRun, export
 from heavylift.kernel import ModelError
 from heavylift.nodes.devs import Tag, encode, seconds
 from heavylift.nodes.models.parts import OperatorCommand

@@ -14,7 +14,7 @@ import pytest
 from command import finish
 from heavylift import replicate
 from heavylift.coordinator.commands import app
-from heavylift.coordinator.run import Replications
+from heavylift.coordinator.run import Replications, numbers, run_models
 from heavylift.kernel import ModelError, ProtocolError
 from heavylift.nodes.devs import Atomic, Coupled, Message
 from heavylift.nodes.zoo import bouncing_ball, multi_server_queue
@@ -51,13 +51,28 @@ def test_replications_do_not_depend_on_the_executor_or_the_number_of_seeds() -> 
 
 @pytest.mark.filterwarnings("ignore:.*fork")
 def test_a_process_forked_after_a_run_reports_that_it_cannot_simulate() -> None:
-    with ThreadPoolExecutor(1) as threads:
-        replicate(MMC, 1, until=1.0, executor=threads)
+    run_models(MMC, 1.0, in_process=True)
     with (
         ProcessPoolExecutor(1, mp_context=get_context("fork")) as forks,
         pytest.raises(ProtocolError, match=r"forked from one that has run models.*get_context\('spawn'\)"),
     ):
-        replicate(MMC, 1, until=1.0, executor=forks)
+        forks.submit(run_models, MMC, 1.0, in_process=True).result()
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_replications_in_the_flat_simulator_equal_runs_over_the_protocol(seed: int) -> None:
+    """Random networks and horizons; every number of every result is equal."""
+    draw = Random(seed)
+    servers, arrivals, again = draw.randint(1, 4), draw.uniform(0.5, 2.0), draw.uniform(0.0, 0.5)
+    until = draw.choice([0.0, draw.uniform(0.0, 25.0), draw.uniform(0.0, 25.0)])
+    reference = f"{MMC}({servers}, {arrivals!r}, 1.2, {again!r})"
+    with ThreadPoolExecutor(1) as executor:
+        found = replicate(reference, 2, seed, until=until, executor=executor)
+    for n, own in enumerate(found.seeds):
+        run = run_models(f"{reference[:-1]}, seed={own})", until, in_process=True)
+        assert {name: repr(x[n]) for name, x in found.values.items()} == {
+            name: repr(x) for path, result in run.results.items() for name, x in numbers(path, result)
+        }
 
 
 def test_the_confidence_interval_uses_students_t_distribution() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,10 +11,11 @@ from heavylift.coordinator.ladder import play
 from heavylift.coordinator.verdict import near_at_rest
 from heavylift.kernel import ModelError, SceneError
 from heavylift.kernel.description import UNKNOWN, WORLD, Check, Point
+from heavylift.nodes.limits import governing
 from heavylift.nodes.models.commander import followers
 from heavylift.nodes.plan import lug_places, ties_on
 from heavylift.nodes.scene import LoadedScene, bundled, load
-from heavylift.nodes.statics import world
+from heavylift.nodes.statics import path_findings, world
 from lift_of_a_type import Lift
 from lifting import unstated
 from scipy.spatial.transform import Rotation
@@ -125,6 +127,15 @@ def test_a_block_that_is_driven_into_a_wall_is_reported(lift: Lift) -> None:
 
 
 @pytest.mark.large(beyond=4)
+def test_a_load_governs_and_a_block_that_only_stands_has_no_impact(lift: Lift) -> None:
+    stands = f"{lift.text[: lift.text.index('actions:')]}actions:\n  - wait: 2 s\n"
+    for checks in (lift.read().checks, play(lift.read(text=stands).plan).verdict.checks):
+        assert [x for x in checks if x.quantity == "impact" and x.use is not None] == []
+        first, *_ = governing(checks)
+        assert any(first.startswith(f"governs: {x.quantity} of") for x in checks if x.unit in ("N", "kg", "N m", "Pa"))
+
+
+@pytest.mark.large(beyond=4)
 def test_a_drop_of_two_centimetres_is_reported(lift: Lift) -> None:
     text = lift.beginning("").replace("  - stage: up\n    all hooks: hoist 1 m/min by 1 m\n", "")
     ropes = [tie.rope for machine in lift.read().plan.machines for tie in machine.ties]
@@ -157,3 +168,23 @@ def test_the_limits_of_a_scene_apply_to_every_crane_type(lift: Lift) -> None:
     assert {"clearance", "bridle angle", "wind", "impact"} <= rows.keys()
     assert [x for x in rows if x.startswith("off-lead")]
     assert rows["clearance"].value == 1.0
+
+
+def test_a_hook_out_of_plumb_is_named_where_no_rest_is_found_on_every_crane_type(lift: Lift) -> None:
+    scene = lift.read(f"block.at=[{lift.x + 0.5} m, {lift.y} m, 3 m]")
+    path = replace(
+        scene.statics, states=scene.statics.states[:1], acted=(), notes=(), cut="", why="it finds no rest: so"
+    )
+    (found,) = path_findings(scene.plan, path)
+    assert "is 0.50 m out of plumb; move it by 0.50 m along x and " in found.sentence
+
+
+def test_a_hook_inside_an_obstacle_at_the_start_is_one_sentence_on_every_crane_type(lift: Lift) -> None:
+    free = lift.read()
+    hook = next(hook for machine in free.plan.machines for hook in machine.hooks)
+    x, y, z = free.statics.states[0].poses[hook.eye.body][0]
+    wall = f"obstacles={{shed: {{box: [4 m, 4 m, 4 m], at: [{x} m, {y} m, {z} m]}}}}"
+    frames = [machine.name for machine in free.plan.machines if machine.name.startswith("loader")]
+    with pytest.raises(SceneError, match=r"made\.yaml:\d+:\d+: error: [^\n]* begins \d\.\d\d m inside of 'shed'"):
+        lift.read(wall)
+    assert lift.read(wall, f"may touch=[{', '.join(f'[shed, {name}]' for name in ('crane', *frames))}]").plan

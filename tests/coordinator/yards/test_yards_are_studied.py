@@ -25,7 +25,7 @@ def study(tmp_path, monkeypatch):
     Path("yard.yaml").write_text(YARD)
     Path("blocks.csv").write_text("block,after\nA,\nB,\nC,\nD,\n")
     with ThreadPoolExecutor(1) as pool:
-        yield YardStudy("yard.yaml", count=30, executor=pool)
+        yield YardStudy("yard.yaml", count=40, executor=pool)
 
 
 def rows(sheet, n=0):
@@ -41,12 +41,12 @@ def test_all_combinations_of_a_yard_study_use_the_same_random_streams(study):
     assert rows(sheet)[0][5].state == "red"
 
 
-def test_a_limit_lies_between_the_last_green_and_the_first_red_number(study):
+def test_a_limit_lies_between_the_last_green_number_and_the_first_that_is_not(study):
     sheet = study.limit("resources.crew.units=4..1")
     (row,) = rows(sheet)
     assert float(row[1]) - float(row[2]) == 1
     assert study.of(f"resources.crew.units={row[1]}").state == "green"
-    assert study.of(f"resources.crew.units={row[2]}").state == "red"
+    assert study.of(f"resources.crew.units={row[2]}").state != "green"
 
 
 def test_sensitivities_of_a_yard_give_the_gain_from_one_more_resource(study):

@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from functools import cache
 from pathlib import Path
+from random import Random
+from types import SimpleNamespace
 
 import pytest
 from heavylift.coordinator.ladder import play
 from heavylift.coordinator.run import Beginning, run
 from heavylift.coordinator.run.resume import resume
-from heavylift.nodes.limits import checks_of
+from heavylift.coordinator.sweeps import SeedRun, SeedsVerdict, replicated, verdict_of_seeds
+from heavylift.kernel import SceneError
+from heavylift.nodes.limits import RatedLimit, Use, checks_of
 from heavylift.nodes.scene import LoadedScene, load, parse
 from heavylift.nodes.scenes import bundled
+from heavylift.nodes.sea import extreme
 
 SEA = """\
 seed: %d
@@ -30,6 +38,7 @@ vessels:
 """
 
 
+@cache
 def lift(seed: int = 1) -> LoadedScene:
     """The bundled lift from a barge, in an irregular sea."""
     text = bundled()["floating"].read_text()
@@ -63,3 +72,54 @@ def test_a_single_seed_of_a_sea_does_not_make_a_verdict_green() -> None:
     (row,) = [x for x in checks_of(lift().plan, [], [], None, []) if x.quantity == "sea state"]
     assert (row.state, row.why) == ("amber", "not checked")
     assert not [x for x in checks_of(load("floating").plan, [], [], None, []) if x.quantity == "sea state"]
+
+
+@pytest.fixture(scope="module")
+def over_seeds() -> SeedsVerdict:
+    with ThreadPoolExecutor(1) as pool:
+        return replicated(lift(), 10, executor=pool)
+
+
+def test_a_verdict_over_seeds_is_on_the_quantile_and_not_on_the_largest_of_them(over_seeds: SeedsVerdict) -> None:
+    """The values are those of single runs; a bound beyond the limit leaves the check undecided."""
+    largest = play(lift(over_seeds.seeds[3]).plan).judge.fine[1]
+    assert [x.value for x in largest] == [x.value for x in over_seeds.runs[3].uses][: len(largest)]
+    (row,) = [x for x in over_seeds.checks if x.quantity == "off-lead"]
+    values = [x.value for run in over_seeds.runs for x in run.uses if x.limit.quantity == "off-lead"]
+    assert row.value == pytest.approx(extreme(values, 0.9).value)
+    assert row.shown.startswith("P90 ")
+    assert (row.state, row.limit < extreme(values, 0.9).value + extreme(values, 0.9).above) == ("undecided", True)
+
+
+@pytest.mark.parametrize("kind", ["most", "least", "between", "chart"])
+@pytest.mark.parametrize("seed", range(10))
+def test_the_bound_of_a_quantile_decides_each_kind_of_limit(seed: int, kind: str) -> None:
+    """A limit beyond the bound is green, one between quantile and bound undecided, one far on the other side red."""
+    random = Random(seed)
+    values = [random.gauss(100.0, 5.0) for _ in range(30)]
+    found = extreme([-x for x in values] if kind == "least" else values, 0.9)
+    scene = replace(lift(), answer=SimpleNamespace(figures={"use of crane signal": 0.0}))
+    for way, state in ((1.1, "green"), (0.9, "undecided"), (-0.9, "undecided"), (-1.1, "red")):
+        most = abs(found.value + way * found.above)
+        more = {"between": (-most, most)} if kind == "between" else {"value": most, "least": kind == "least"}
+        limit = RatedLimit(subject="crane", quantity="signal", unit="N", source="test", **more)
+        bound = most if kind == "chart" else None
+        uses = [Use(limit, x, use=x / most if bound else limit.use(x), bound=bound) for x in values]
+        runs = [SeedRun({"status": "done", "simulated [s]": 60.0}, (use,)) for use in uses]
+        (check,) = [x for x in verdict_of_seeds(scene, range(30), runs).checks if x.quantity == "signal"]
+        assert (way, check.state) == (way, state)
+
+
+def test_a_verdict_over_seeds_has_a_row_with_its_quantile_and_one_for_each_cut_lift(over_seeds: SeedsVerdict) -> None:
+    (sea,) = [x for x in over_seeds.checks if x.quantity == "sea state"]
+    assert (sea.state, sea.shown) == ("green", "P90")
+    (cut,) = [x for x in over_seeds.checks if x.quantity == "cut"]
+    assert (over_seeds.state, cut.state) == ("red", "red")
+    assert cut.sentence.endswith("in 10 of 10 seeds)")
+
+
+def test_replications_of_a_scene_without_random_waves_are_refused() -> None:
+    with pytest.raises(SceneError, match="nothing in the scene depends on its seed"):
+        replicated(load("floating"), 10)
+    with pytest.raises(SceneError, match="give 10 or more"):
+        replicated(lift(), 3)

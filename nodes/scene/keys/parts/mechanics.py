@@ -256,9 +256,18 @@ class LoadCellKeys(Base):
     tandem: u.Ratio = 1.0  # of it, where machines lift together
 
 
+class ModelFile(Base):
+    """A file in URDF or MJCF from which the parts of a machine are read; `lacks`: the features that are not converted,
+    which heavylift writes."""
+
+    file: str
+    lacks: list[str] = Field(default_factory=list)
+
+
 class Parts(Base, Generic[PartKey]):
     """Bodies, joints and laws of a mechanism, by name."""
 
+    model_file: ModelFile | str | None = Field(default=None, alias="from")  # robot.urdf or model.xml
     name: Name = "mechanism"
     bodies: dict[PartKey, BodyKeys] = Field(default_factory=dict)
     joints: dict[PartKey, Joint] = Field(default_factory=dict)

@@ -10,7 +10,7 @@ export interface Handle { path: Path; bodies: string[]; at: number[]; free: stri
 export interface Hook { name: string; body: string; p: [number, number, number] }
 export interface Picture { version: string; number: number; what: "start" | "path"; states: State[]; drawings: Drawing[]; title: string; block: object | null; moving: Handle[]; hooks: Hook[] }
 export interface Check {
-  state: string; word: string; quantity: string; subject: string; shown: string; allowed: string; use?: number; t?: number;
+  state: string; word: string; load: boolean; quantity: string; subject: string; shown: string; allowed: string; use?: number; t?: number;
   stage: string; basis: string; sentence: string; where: string; value?: number; why: string;
 }
 export interface Near { names: string[]; t: number; ends: number[][] }

@@ -103,7 +103,7 @@ export class CheckTable {
     });
     const states = [...new Set(checks.map((x) => x.state))]; // worst first, as the verdict has them
     return [...groups.values()].map((group): [Check[], Check] => [group, group.reduce((a, b) => (size(b) > size(a) ? b : a))])
-      .sort(([, a], [, b]) => states.indexOf(a.state) - states.indexOf(b.state) || (b.use ?? 0) - (a.use ?? 0)).map(([group, worst]) => this.row(group, worst));
+      .sort(([, a], [, b]) => states.indexOf(a.state) - states.indexOf(b.state) || Number(b.load) - Number(a.load) || (b.use ?? 0) - (a.use ?? 0)).map(([group, worst]) => this.row(group, worst));
   }
 
   private row(group: Check[], worst: Check): HTMLElement {
