@@ -2,6 +2,7 @@
 
 simulate(scene or system, until, ...) -> Result     a run as named arrays, in seconds
 sweep(scene, ["block.mass=200..400 t by 25 t"], into="study")      many variants of one scene, on any Executor
+tabulate(function, {"servers": [1, 2, 3]})           a function, System or DEVS model for values of its arguments
 load(scene, ["block.mass=200 t"])                    a scene with changed settings, for all functions that take scenes
 linearise(scene or system, inputs, outputs)         its matrices A, B, C, D, with names and units
 from_mujoco("arm.xml")                              a model in MJCF or URDF as a system, and what of it has no equal
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from heavylift.coordinator.run.scene import run
     from heavylift.coordinator.run.simulate import simulate
     from heavylift.coordinator.sweeps import sweep
+    from heavylift.coordinator.sweeps.function_studies import tabulate
     from heavylift.kernel.version import __version__
     from heavylift.nodes.mujoco_models import from_mujoco
     from heavylift.nodes.scene import load
@@ -28,7 +30,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Recording", "Result", "__version__", "from_mujoco", "linearise", "load", "replicate", "run", "run_models",
-    "sensitivities", "simulate", "sweep",
+    "sensitivities", "simulate", "sweep", "tabulate",
 ]  # fmt: skip
 
 

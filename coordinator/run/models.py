@@ -15,6 +15,7 @@ import warnings
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import msgspec
 from heavylift.coordinator.hosts.listener import RemoteListener
@@ -243,7 +244,7 @@ def _preload(reference: str) -> list[str]:
     return [NODE_MODULE, *needed, *([] if where.endswith(".py") else [where])]
 
 
-def referred(build: str | Callable[..., Coupled]) -> str:
+def referred(build: str | Callable[..., Any]) -> str:
     """Return the reference `module:function` by which other processes import a function; a reference is returned
     unchanged."""
     if isinstance(build, str):

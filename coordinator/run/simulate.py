@@ -136,6 +136,13 @@ def _of_scene(
     if late := [t_ns for t_ns in words if t_ns not in heard]:
         at = late[0]
         raise ModelError(f"the order '{words[at]}' at {at * 1e-9:g} s: too late, the run ends at {_end(run):g} s")
+    return result_of(run, keep, again)
+
+
+def result_of(
+    run: Played, keep: Sequence[str] = ("*",), again: Callable[[list[int]], dict[str, Signal]] | None = None
+) -> Result:
+    """Return the result of a run of a scene; `again` repeats it for other instants [ns]."""
     signals = _signals(run.t, run.rows, run.layout.channels, keep)
     stages = [(t, name) for t, _, name in run.conduct.stages]
     ends = [t for t, _ in stages[1:]] + [_end(run)]

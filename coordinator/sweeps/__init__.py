@@ -3,6 +3,7 @@
 axes                `--vary` and `--sample`: values of paths, grids
 variant             one run as a row of numbers, in any worker; dask_workers: untrusted workers of a dask scheduler
 study, sweeping     the folder of rows; `sweep` on any concurrent.futures.Executor
+function_studies    tables of mechanics or DEVS models that Python functions build from parameters
 seeds               the verdict on a random sea or wind: quantiles over many seeds
 operability         the share of a scatter table of seas in which a lift passes
 limiting, motions   how far a number may go before the verdict turns red; speeds of all moves of a kind

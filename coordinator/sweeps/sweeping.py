@@ -7,12 +7,16 @@ becomes a row "lost". After Ctrl-C all completed rows are kept, and the same stu
 
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future
+from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 
 from heavylift.coordinator.ladder.choosing import level_of
 from heavylift.coordinator.run.arguments import texts, time_s, whole
+from heavylift.coordinator.run.models import referred
+from heavylift.coordinator.run.result import Result
 from heavylift.coordinator.supervision.pool import Pool, cores, finished, submits
 from heavylift.kernel.errors import ProtocolError, SceneError, Stopped
 from heavylift.nodes.scene import LoadedScene, loaded
@@ -56,23 +60,27 @@ def sweep(
     judged: bool = True,
     limit: float = LIMIT_s,
     watch: Watch = lambda study, row: None,
+    responses: Mapping[str, str | Callable[[Result], float]] = MappingProxyType({}),
 ) -> Study:
     """Run those variants of a scene that the folder `into` does not contain yet; the returned study has all results as
     `rows`.
 
     `vary`: axes such as "block.mass=200..400 t by 25 t": all combinations of values, or with `sample` this number of
-    draws of them and of the scene's uncertain inputs. `executor`: any executor; default: a pool of `workers` processes
-    (default: all cores). `keep`: recordings of "failed" or "all" variants. Without `judged` there is no verdict, and
-    actions are not checked statically first, for which `run` may refuse a scene. `limit`: wall time of a run [s].
+    draws of them and of the scene's uncertain inputs. `executor`: any object whose `submit` returns a future; default:
+    a pool of `workers` processes (default: all cores). `keep`: recordings of "failed" or "all" variants. Without
+    `judged` there is no verdict, and actions are not checked statically first, for which `run` may refuse a scene.
+    `limit`: wall time of a run [s]. `responses`: functions of a run's `Result`, or their references, that give the
+    columns "response/NAME".
     Raises HeavyliftError, and Stopped on Ctrl-C.
     """
     if keep not in KEEP:
         raise SceneError(f"--keep '{keep}': keep {', '.join(KEEP)}")
     workers, limit = whole("--workers", workers), time_s("--limit", limit, DURATION)
     if executor is not None and not submits(executor):
-        raise SceneError(f"executor={executor!r}: give one of concurrent.futures, or a client's get_executor()")
+        raise SceneError(f"executor={executor!r}: give an object with `submit`, such as one of concurrent.futures")
     plan = planned(scene, vary, sample, design, seed)
-    with Study(into, plan, Task.of(plan.scene, limit, keep, judged)) as study:
+    own = tuple((name, referred(function)) for name, function in responses.items())
+    with Study(into, plan, replace(Task.of(plan.scene, limit, keep, judged), responses=own)) as study:
         watch(study, None)
         try:
             if study.waiting:

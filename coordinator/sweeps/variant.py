@@ -22,10 +22,11 @@ from heavylift.coordinator.ladder.in_memory import CUT, Judged, Played, play
 from heavylift.coordinator.ladder.looking import as_it_is
 from heavylift.coordinator.ladder.measuring import Measuring
 from heavylift.coordinator.ladder.model_levels import ModelLevel
+from heavylift.coordinator.run.simulate import result_of
 from heavylift.coordinator.verdict.limits import signals_of_run
 from heavylift.coordinator.verdict.worst_corners import with_worst_clearances
 from heavylift.kernel.description.signals import ScalarSignal
-from heavylift.kernel.errors import SPACES, UNREADABLE, HeavyliftError, ProtocolError, SceneError, printable
+from heavylift.kernel.errors import SPACES, UNREADABLE, HeavyliftError, ModelError, ProtocolError, SceneError, printable
 from heavylift.nodes.limits.reading import evaluated
 from heavylift.nodes.plan.fidelity import USUAL, Asked
 from heavylift.nodes.plan.limit import Use
@@ -36,6 +37,7 @@ from heavylift.nodes.scenes import bundled
 from heavylift.recordings.format.text import shown
 
 from .axes import Variant
+from .function_studies import called
 
 Keep = Literal["none", "failed", "all"]
 KEEP: tuple[Keep, ...] = ("none", "failed", "all")
@@ -62,7 +64,8 @@ Row = dict[str, Any]
 @dataclass(frozen=True)
 class Task:
     """The data that all variants of a study share: text and name of the scene, settings, wall time limit [s],
-    recordings to keep, whether limits and clearances are checked, quantities whose errors are measured."""
+    recordings to keep, whether limits and clearances are checked, quantities whose errors are measured, and references
+    of the functions that give further columns."""
 
     text: str
     name: str
@@ -71,6 +74,7 @@ class Task:
     keep: Keep
     judged: bool
     ask: tuple[Asked, ...] = ()  # whose error is measured on one variant in `EACH`
+    responses: tuple[tuple[str, str], ...] = ()
 
     @classmethod
     def of(cls, scene: LoadedScene, limit_s: float, keep: Keep, judged: bool) -> "Task":
@@ -143,6 +147,7 @@ def judged(task: Task, variant: Variant) -> tuple[Row, Judged | None]:
                 parse(task.text, task.name, settings, passing=True)  # which may know better why
             raise
         row |= _numbers(run, task.judged)
+        row |= {f"response/{name}": _response(name, reference, run) for name, reference in task.responses}
         verdict = run.judge.fine if task.judged else None
         if task.ask and variant.number % EACH == 0:
             errors = as_it_is(scene.plan, USUAL, Measuring(task.ask)).error
@@ -156,6 +161,15 @@ def judged(task: Task, variant: Variant) -> tuple[Row, Judged | None]:
         row["recording"] = _recorded(scene)
     row |= {"host": platform.node(), "process": os.getpid()}
     return row | {"cpu_s": time.thread_time() - cpu, "wall_s": time.perf_counter() - began}, verdict
+
+
+def _response(name: str, reference: str, run: Played) -> float:
+    """Return the number that a user's function gives for the `Result` of a run."""
+    found = called(reference, result_of(run))
+    try:
+        return float(found)
+    except (TypeError, ValueError):
+        raise ModelError(f"the response {name} is {found!r:.60}, not a number") from None
 
 
 def _numbers(run: Played, judged: bool) -> Row:

@@ -196,7 +196,7 @@ def test_a_process_pool_works_from_the_command_line(tmp_path: Path, monkeypatch,
         ("sample", True, "--sample: True is not a non-negative integer"),
         ("seed", "x", "--seed: 'x' is not a non-negative integer"),
         ("vary", [3], "--vary [3]: give texts PATH=VALUES"),
-        ("executor", 3, "executor=3: give one of concurrent.futures"),
+        ("executor", 3, "executor=3: give an object with `submit`"),
         ("into", 3, "3 is not a file name"),
     ],
 )

@@ -1,0 +1,73 @@
+"""`heavylift.tabulate` over systems and DEVS models, and response functions as columns of a study."""
+
+from concurrent.futures import ThreadPoolExecutor
+from math import pi, sqrt
+
+import own_functions as own
+import pytest
+from heavylift import load, replicate, simulate, sweep, tabulate
+from heavylift.kernel import HeavyliftError
+
+G = 9.80665
+SMALL = 1e-4  # relative: crossings between samples of 10 ms, means over several periods of 2 s
+
+
+@pytest.fixture
+def threads():
+    with ThreadPoolExecutor(2) as pool:
+        yield pool
+
+
+def test_a_system_is_simulated_for_all_combinations_of_its_parameters(threads):
+    rows = tabulate(own.pendulum, {"length": [0.5, 1.0], "angle": [1e-3, 2e-3]}, executor=threads)
+    assert [(r["length"], r["angle"]) for r in rows] == [(0.5, 1e-3), (0.5, 2e-3), (1.0, 1e-3), (1.0, 2e-3)]
+    for row in rows:
+        assert row["period"] == pytest.approx(2.0 * pi * sqrt(row["length"] / G), abs=0.01 / 4)
+    assert rows[1]["end"] == pytest.approx(2.0 * rows[0]["end"], rel=SMALL)
+
+
+def test_parameters_of_a_devs_model_are_varied_and_its_results_are_columns(threads):
+    reference = "heavylift.nodes.zoo.multi_server_queue:mmc(seed=5)"
+    rows = tabulate(reference, {"c": [2, 3]}, executor=threads, until=200.0)
+    for row in rows:
+        model = f"heavylift.nodes.zoo.multi_server_queue:mmc(c={row['c']})"
+        assert {*row} - {"c"} == {*replicate(model, 1, 1, until=20.0, executor=threads).values}
+    columns = {*rows[0]} - {"c"}
+    assert any(rows[0][name] != rows[1][name] for name in columns)
+
+
+def test_a_table_is_the_same_on_a_pool_of_processes(threads):
+    values = {"length": [0.7], "angle": [1e-3]}
+    assert tabulate(own.pendulum, values, workers=1) == tabulate(own.pendulum, values, executor=threads)
+
+
+def test_response_functions_are_columns_of_a_study(tmp_path, threads):
+    reference = f"{own.__file__}:swing"
+    study = sweep("pendulum", ["end={1 s, 2 s}"], into=tmp_path / "ends", executor=threads, responses={"a": reference})
+    for n, end in enumerate((1.0, 2.0)):
+        scene = load("pendulum", f"end={end:g} s")
+        assert study.rows[n]["response/a"] == own.swing(simulate(scene))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ((own.fails, {"x": [1.0, 0.0]}), "raised ZeroDivisionError"),
+        ((own.text, {"x": [1.0]}), "returns something other than numbers"),
+        ((own.pendulum, {"length": 1.0}), "give a list of values for each argument"),
+        (("no.such:function", {"x": [1.0]}), "no module no"),
+        ((f"{own.__file__}:absent", {"x": [1.0]}), "has no function absent"),
+    ],
+)
+def test_invalid_functions_are_reported_in_one_sentence(arguments, sentence, threads):
+    with pytest.raises(HeavyliftError) as error:
+        tabulate(*arguments, executor=threads)
+    assert sentence in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_response_that_is_no_number_is_reported_in_its_row(tmp_path, threads):
+    reference = f"{own.__file__}:words"
+    study = sweep("pendulum", ["end={1 s}"], into=tmp_path / "x", executor=threads, responses={"w": reference})
+    assert study.rows[0]["status"] == "failed"
+    assert "the response w is 'much', not a number" in study.rows[0]["sentence"]
