@@ -127,8 +127,9 @@ def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
             return _answer(look, question, measuring)
         if not look.why:
             wrong, before = largest(look.model), wrong
-            # a finer level would inherit the error of the steps; one that is no better is decided by what little moves
-            if wrong <= largest(look.steps) or wrong >= before:
+            # a finer level would inherit the error of the steps; one that is far off and no better than the last is
+            # decided by what little moves
+            if wrong <= largest(look.steps) or wrong >= max(before, question.accuracy / LOOSEST):
                 break
             tolerance = look.candidate.plan.tolerance  # at which the next level was run as witness
     assert last is not None
