@@ -12,12 +12,14 @@ from math import hypot
 import numpy as np
 from heavylift.kernel.algebra.attitudes import quaternions
 from heavylift.kernel.description.contacts import Ball, Box, Plane, Shape
-from heavylift.kernel.description.forces import Spring
-from heavylift.kernel.description.mechanics import WORLD, Body, Line, Point, System, Vector
+from heavylift.kernel.description.forces import MooringLine, Spring
+from heavylift.kernel.description.mechanics import WORLD, Body, Line, Point, System, Vector, merge
+from heavylift.kernel.forces.catenary import line_shape
 from heavylift.nodes.devs import Event
 from heavylift.nodes.models.parts import messages as m
 from heavylift.nodes.plan.plan import Actuator, Plan, Shape as OwnShape
 from heavylift.nodes.plan.shapes import Shapes, Solid
+from heavylift.nodes.scene.keys.parts import kinematics
 from heavylift.recordings import DrawnBox, RopeLine
 from numpy.typing import NDArray
 
@@ -29,6 +31,7 @@ SLENDER = 1 / 14  # least edge of a body against its largest
 ROD = 1 / 90  # thickness of a link against its length
 GLASS = 0.35  # opacity of planes: what they carry is seen from below, too
 ANCHOR = 1 / 25  # edge of the block that shows where the world carries a joint, against the longest arm
+PIECES = 12  # of the curve of a mooring line
 SLAB = 8.0  # edge of the part of a plane that is drawn, against what touches it
 
 
@@ -200,9 +203,20 @@ def _deck(block: Solid) -> DrawnBox:
     return DrawnBox(block.body, (x, y, z + c / 2 - 0.48 * DECK), (1.002 * a, 1.002 * b, DECK), DARK)
 
 
+def _catenary(line: MooringLine, gravity: float, at: kinematics.Poses) -> Iterator[Line]:
+    """Yield the pieces of a mooring line's curve, in the pose of its fairlead at the start."""
+    start, end = (kinematics.place(p, at) for p in (line.a, line.b))
+    x, y, z = ((end - start) / line.length).tolist()
+    far = hypot(x, y) or 1.0
+    curve = line_shape(hypot(x, y), z, 0.5 * line.mass * gravity * line.length / line.EA, line.seabed, PIECES)[1]
+    across = np.array([[line.length * s * x / far, line.length * s * y / far, line.length * h] for s, h in curve])
+    points = [line.a, *(Point(WORLD, (u, v, w)) for u, v, w in (start + across)[1:-1].tolist()), line.b]
+    yield from (Line(a, b) for a, b in pairwise(points))
+
+
 class RopeLines:
     """The rope lines of a scene at the present time of its run; `bent`: points on beams are referred to the stations in
-    the run's samples."""
+    the run's samples. Mooring lines keep the curve of the start, up to their last piece, which ends at the fairlead."""
 
     def __init__(self, systems: list[System], bent: bool = True) -> None:
         ropes = [r for s in systems for r in s.all_ropes]
@@ -213,6 +227,9 @@ class RopeLines:
         self._over = {r.name: r for s in systems for r in s.reevings if r.edges}
         self._met: dict[str, set[float]] = {name: set() for name in self._over}
         self._lines |= {name: (Line(r.a, r.b),) for name, r in self._over.items()}
+        if moored := [(x, s.gravity) for s in systems for x in s.mooring_lines]:
+            at = kinematics.poses(merge(systems, moored[0][1]))
+            self._lines |= {x.name: tuple(_catenary(x, gravity, at)) for x, gravity in moored}
         springs = [f for s in systems for f in s.forces if isinstance(f, Spring)]
         self._lines |= {f.name: (Line(f.a, f.b),) for f in springs}
         self._hooked |= {f.name: True for f in springs}
@@ -224,6 +241,9 @@ class RopeLines:
         if isinstance(value, m.StateEvent) and value.name in self._over and value.what in ("found", "left"):
             self._met[value.name] ^= {value.value}
             self._bend(value.name)
+            return True
+        if isinstance(value, m.StateEvent) and value.what == "parted":
+            self._hooked[value.name] = False
             return True
         if event.type not in ("Hook", "Unhook"):
             return False

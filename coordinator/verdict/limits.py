@@ -1,9 +1,10 @@
 """The columns of a run from which limits are checked."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from math import atan2, ceil, cos, exp, pi, sin, sqrt
 
 import numpy as np
+from heavylift.kernel.description.findings import Check, finding
 from heavylift.nodes.limits.signals import SignalColumns, hooked_in
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.shapes import Shapes
@@ -74,6 +75,31 @@ def impacts(plan: Plan, past: RunHistory) -> dict[str, tuple[float, float]]:
                     key = f"{limit.subject} {what}"
                     found[key] = max(found.get(key, (0.0, 0.0)), (value, t), key=lambda x: x[0])
     return found
+
+
+def rehits(plan: Plan, past: RunHistory, lands: Sequence[tuple[float, float]]) -> Iterator[Check]:
+    """Yield a warning for each block that touches the deck of a vessel again after it was lifted off, with the number
+    and the largest relative speed of these impacts; `lands`: intervals [s] in which it is set down on purpose."""
+    pads = {s.name: s for m in plan.machines for s in m.system.supports if s.on and s.d > 0.0}
+    for limit in (x for x in plan.limits if x.quantity == "impact"):
+        names = [name for name in limit.elements if name in pads]
+        d, lifted, hits = np.array([[pads[name].d] for name in names]), False, list[tuple[float, float]]()
+        for part in blocks(past) if names else ():
+            F = np.array([part.tensions.get(name, np.zeros(len(part.t))) for name in names])
+            on = np.asarray((F > 0.0).any(axis=0))
+            for i in np.flatnonzero(on[1:] != on[:-1]) + 1:
+                t = float(part.t[i])
+                meant = any(begin <= t <= end for begin, end in lands)
+                if on[i] and lifted and not meant:
+                    hits.append((float((F[:, i : i + 1] / d).max()), t))
+                lifted = not meant and (lifted or not on[i])
+        if hits:
+            times = "once" if len(hits) == 1 else f"{len(hits)} times"
+            speed = 60.0 * max(hits)[0]
+            message = (
+                f"{limit.subject} touched the deck again {times} after it was lifted off, at up to {speed:.2g} m/min"
+            )
+            yield finding("amber", "re-hit", limit.subject, f"{message}: hoist faster, or in a lower sea", t=hits[0][1])
 
 
 def landing_force(mass: float, free: float, k: float, d: float, speed: float) -> float:

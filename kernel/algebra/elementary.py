@@ -1,4 +1,4 @@
-"""sin, cos, atan2 and powers from additions, multiplications and divisions alone: independent of libm.
+"""sin, cos, atan2, exp, log and powers from additions, multiplications and divisions alone: independent of libm.
 
 The functions run on floats and on symbols, so machine code, its reference on floats and commands agree to the last bit,
 on every processor and at every optimisation level. On floats they need no NumPy, so planning, level selection and
@@ -178,13 +178,18 @@ def atan2(y: Scalar, x: Scalar) -> Any:
 # ---- powers --------------------------------------------------------------------------------------------------
 
 
-def _log(x: Scalar) -> Pair:
-    """Natural logarithm of a positive normal number as a pair, relative error 2^-64."""
+def _fraction(x: Scalar) -> tuple[Scalar, Pair]:
+    """Exponent k and fraction f = (m - 1)/(m + 1) of a positive normal number m 2^k with m nearest to 1."""
     k = exponent(x)
     m = x * power_of_two(-k)
     high = m > 1.4142135623730951
     m, k = select(high, 0.5 * m, m), select(high, k + 1.0, k)
-    f = _ratio((m - 1.0, 0.0), _sum(m, 1.0))
+    return k, _ratio((m - 1.0, 0.0), _sum(m, 1.0))
+
+
+def _log(x: Scalar) -> Pair:
+    """Natural logarithm of a positive normal number as a pair, relative error 2^-64."""
+    k, f = _fraction(x)
     z = _times(f, f)
     c, c_low = _sum(_THIRD[0], z[0] * _polynomial(_ATANH, z[0]))
     g = _times(f, _times(z, (c, c_low + _THIRD[1])))
@@ -204,10 +209,19 @@ def _exp(y: Pair) -> Any:
     return (1.0 - ((low - r * c / (2.0 - c)) - high)) * power_of_two(n)
 
 
-def exp(x: float) -> float:
-    """Return e^x of a float, for |x| <= 700."""
-    y: float = _exp((x, 0.0))
-    return y
+def exp(x: Scalar) -> Any:
+    """Return e^x, for |x| <= 700."""
+    return node("exp", x) if printing(x) else _exp((x, 0.0))
+
+
+def log(x: Scalar) -> Any:
+    """Return the natural logarithm of a positive normal number."""
+    if printing(x):
+        return node("log", x)
+    k, f = _fraction(x)
+    y = f[0] * f[0]
+    s = f[0] * y * _polynomial((1.0 / 3.0, *_ATANH), y)
+    return k * _LN2[0] + (2.0 * f[0] + (2.0 * (f[1] + s) + k * _LN2[1]))
 
 
 def _power(x: Scalars, p: Scalars) -> "Outputs":

@@ -13,8 +13,8 @@ from . import units as u
 from .units import IDENTITY, Line, Matrix, Point
 
 __all__ = [
-    "Bushing", "Characteristic", "Force", "InputSignal", "Load", "Matrix6", "Radiation", "Reeving", "Sheave", "Spring",
-    "Torsion", "UserLaw", "Wave", "WaveSum", "Wind",
+    "Bushing", "Characteristic", "Force", "InputSignal", "Load", "Matrix6", "MooringLine", "Radiation", "Reeving",
+    "Sheave", "Spring", "Torsion", "UserLaw", "Wave", "WaveSum", "Wind",
 ]  # fmt: skip
 
 Row6 = tuple[u.Number, u.Number, u.Number, u.Number, u.Number, u.Number]
@@ -279,4 +279,37 @@ class Reeving(Element, frozen=True, tag=True):
         return self.signal.value
 
 
-Force = Load | Wind | Spring | Torsion | Bushing | Radiation | Characteristic | UserLaw | Reeving
+class MooringLine(Element, frozen=True, tag=True):
+    """A mooring line: an elastic catenary from an anchor a to a fairlead b, in equilibrium at each instant.
+
+    Its own inertia, damping and drag are neglected.
+
+    The line hangs with its mass in water. On a `seabed`, level at the height of the anchor, the rest of it lies; there
+    `friction` relieves the anchor, while the strain of that part is computed without friction. At the tension
+    `breaking` the line parts.
+    """
+
+    name: str
+    a: Point
+    b: Point
+    length: u.Extent  # unstretched
+    EA: u.AxialStiffness
+    mass: u.MassPerLength  # less that of the displaced water
+    seabed: bool = True
+    friction: u.Ratio = 0.0
+    breaking: u.Tension = 0.0  # 0: it never parts
+    hooked: bool = True  # at the start
+    winch = False
+
+    @property
+    def lines(self) -> tuple[Line, ...]:
+        """The straight line from anchor to fairlead."""
+        return (Line(self.a, self.b),)
+
+    @property
+    def L0(self) -> float:
+        """The unstretched length [m]."""
+        return self.length
+
+
+Force = Load | Wind | Spring | Torsion | Bushing | Radiation | Characteristic | UserLaw | Reeving | MooringLine

@@ -18,7 +18,7 @@ from typing import Any, Literal, get_args
 
 from .contacts import Contact
 from .flexible import Flexible
-from .forces import Force, Matrix6, Reeving, UserLaw
+from .forces import Force, Matrix6, MooringLine, Reeving, UserLaw
 from .laws import (
     Brake as Brake,
     Drive as Drive,
@@ -47,6 +47,9 @@ JointKind = Literal[
     "fixed", "revolute", "prismatic", "cylindrical", "screw", "universal", "planar", "constant-velocity",
     "spherical", "free", "slider",
 ]  # fmt: skip
+
+
+AnyRope = Rope | RigidRope | Reeving | MooringLine
 
 
 @dataclass(frozen=True)
@@ -170,9 +173,14 @@ class System:
         return tuple(function for law in laws for function in (law.function, law.guards) if function)
 
     @property
-    def all_ropes(self) -> tuple[Rope | RigidRope | Reeving, ...]:
-        """All ropes: elastic and rigid ones of straight lines, then those over sheaves."""
-        return *self.straight_ropes, *self.reevings
+    def mooring_lines(self) -> tuple[MooringLine, ...]:
+        """The mooring lines, which are kept among the forces."""
+        return tuple(f for f in self.forces if isinstance(f, MooringLine))
+
+    @property
+    def all_ropes(self) -> tuple[AnyRope, ...]:
+        """All ropes: elastic and rigid ones of straight lines, those over sheaves, then mooring lines."""
+        return *self.straight_ropes, *self.reevings, *self.mooring_lines
 
     @property
     def straight_ropes(self) -> tuple[Rope | RigidRope, ...]:

@@ -8,7 +8,17 @@ from inspect import getdoc
 from typing import Any
 
 from heavylift.kernel.description.field_types import field_names
-from heavylift.kernel.description.forces import Bushing, Characteristic, Load, Reeving, Spring, Torsion, UserLaw, Wind
+from heavylift.kernel.description.forces import (
+    Bushing,
+    Characteristic,
+    Load,
+    MooringLine,
+    Reeving,
+    Spring,
+    Torsion,
+    UserLaw,
+    Wind,
+)
 from heavylift.kernel.description.mechanics import (
     WORLD,
     Brake,
@@ -176,6 +186,11 @@ _FORMULAS: dict[type, tuple[tuple[str, str, str, str], ...]] = {
         ("T", "EA (l/N - 1) + c s'", r"EA\,(l/N - 1) + c\,\dot{s}", "per part, while taut, else 0"),
         ("T", "T_before exp(mu wrap)/efficiency", r"T_{\mathrm{before}}\,e^{\mu\,\mathrm{wrap}}/\eta",
          "behind a sheave that slips along the rope"),
+    ),
+    MooringLine: (
+        ("f", "-H (b - a)/|b - a| - V ez",
+         r"-H\,\frac{\mathbf{b} - \mathbf{a}}{|\mathbf{b} - \mathbf{a}|} - V\,\mathbf{e}_z",
+         "at b, with the horizontal direction; H and V of the elastic catenary through both ends"),
     ),
 }  # fmt: skip
 

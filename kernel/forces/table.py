@@ -18,6 +18,7 @@ from heavylift.kernel.description.units import wrong_sign
 from .force_law import BODY, ForceLaw, LawOutput, SampledQuantity, Setting
 from .joint_laws import BrakeLaw, JointSpringLaw, StopLaw, SupportLaw
 from .loads import CharacteristicLaw, LoadLaw, WindLaw
+from .mooring import MooringLaw
 from .radiation import RadiationLaw
 from .reeving import ReevingLaw
 from .ropes import RopeLaw
@@ -41,6 +42,7 @@ FORCES: dict[type, ForceLaw[Any]] = {
     kinds.Characteristic: CharacteristicLaw(),
     kinds.UserLaw: UserLawEntry(),
     kinds.Reeving: ReevingLaw(),
+    kinds.MooringLine: MooringLaw(),
 }
 
 

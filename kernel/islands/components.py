@@ -10,8 +10,7 @@ from collections.abc import Collection, Iterator
 from dataclasses import fields, replace
 from typing import Any
 
-from heavylift.kernel.description.forces import Reeving
-from heavylift.kernel.description.mechanics import JOINTS, WORLD, Point, RigidRope, Rope, System
+from heavylift.kernel.description.mechanics import JOINTS, WORLD, AnyRope, Point, System
 from heavylift.kernel.forces.table import signals
 
 GROUPS = tuple(f.name for f in fields(System) if f.name not in ("masters", "gravity"))
@@ -83,7 +82,7 @@ def _items(system: System) -> Iterator[tuple[str, int, Any]]:
             yield group, i, x
 
 
-def _ends(rope: Rope | RigidRope | Reeving) -> list[str]:
+def _ends(rope: AnyRope) -> list[str]:
     """Return the bodies of a rope, without the ground."""
     return [b for b in dict.fromkeys(p.body for line in rope.lines for p in (line.a, line.b)) if b != WORLD]
 

@@ -14,6 +14,7 @@ from heavylift.kernel.constraints.row_structure import RigidAt
 from heavylift.kernel.description.forces import Reeving
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.joint_laws import BrakeAt
+from heavylift.kernel.forces.mooring import MooringLaw
 from heavylift.kernel.forces.reeving import ReevingLaw
 from heavylift.kernel.forces.ropes import RopeAt
 
@@ -118,6 +119,9 @@ class Switches:
         """Unhook a rope."""
         if (reeving := self.reeving(name)) is not None:
             ReevingLaw().take_off(reeving, self.reeving_numbers(name))
+            return
+        if (line := next((x for x in self._program.system.mooring_lines if x.name == name), None)) is not None:
+            MooringLaw().take_off(line, self._P[self._at[MooringLaw.kind, name]])
             return
         rigid = self.rigid_numbers(name)
         if rigid is not None:

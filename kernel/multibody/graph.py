@@ -188,7 +188,7 @@ def _lost(bodies: Mapping[str, Body], carrier: Mapping[str, Joint], found: set[s
         return f"body '{body}': no joint connects it to the ground; add one (kind free if it floats)"
     circle = above[above.index(body) :]
     joints = ", ".join(f"'{carrier[b].name}'" for b in circle)
-    return f"body '{body}': the joints that carry it go in a circle and never reach the ground: {joints}"
+    return f"body '{body}': the joints that carry it form a loop that is not connected to the ground: {joints}"
 
 
 def path_matrix(parents: list[int]) -> np.ndarray:

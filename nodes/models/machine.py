@@ -9,8 +9,8 @@ own. Actors have the names of their mechanical elements, and send in the alphabe
 import re
 from dataclasses import replace
 
-from heavylift.kernel.description.forces import Force, Reeving
-from heavylift.kernel.description.mechanics import GROUPS, JOINTS, WORLD, RigidRope, Rope, System, Threshold
+from heavylift.kernel.description.forces import Force, MooringLine, Reeving
+from heavylift.kernel.description.mechanics import GROUPS, JOINTS, WORLD, AnyRope, RigidRope, Rope, System, Threshold
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.models.parts.drive import DriveActor, HeldActor
 from heavylift.nodes.models.parts.gauges import Inclinometer, LoadCell
@@ -122,7 +122,7 @@ class MachineModel(RealObject):
             actors.append(LoadCell(f"{self._name(hook.rope)}-load", f"{hook.rope}.load", (hook.rope,), rated))
         for cell in (cell for cell in self.mechanism.cells if cell.body == body):
             actors.append(LoadCell(self._name(cell.name), cell.name, cell.ropes, cell.rated))
-        for force in (f for f in system.forces if not isinstance(f, Reeving) and _first(f) == body):
+        for force in (f for f in system.forces if not isinstance(f, Reeving | MooringLine) and _first(f) == body):
             actors.append(LawModel(self._name(force.name), System(forces=(force,))))
         supports = tuple(s for s in system.supports if s.point.body == body)
         contacts = tuple(c for c in system.contacts if c.a.body == body)
@@ -138,12 +138,12 @@ class MachineModel(RealObject):
             actors.append(Inclinometer("attitude", body, cargo.turned))
         return actors
 
-    def _rope(self, rope: Rope | RigidRope | Reeving, parts: tuple[Rope | RigidRope | Reeving, ...]) -> Actor:
+    def _rope(self, rope: AnyRope, parts: tuple[AnyRope, ...]) -> Actor:
         """Return the actor of a rope; `parts`: the pieces of the rope, which are wound together."""
         laws = System(
             ropes=tuple(r for r in parts if isinstance(r, Rope)),
             rigid_ropes=tuple(r for r in parts if isinstance(r, RigidRope)),
-            forces=tuple(r for r in parts if isinstance(r, Reeving)),
+            forces=tuple(r for r in parts if isinstance(r, Reeving | MooringLine)),
         )
         if not rope.winch:
             return SlingActor(self._name(rope.name), rope.name, laws)
@@ -157,7 +157,7 @@ class MachineModel(RealObject):
             pieces=self.mechanism.pieces.get(rope.name), emergency=at.emergency,
         )  # fmt: skip
 
-    def _holds(self, rope: Rope | RigidRope | Reeving) -> str:
+    def _holds(self, rope: AnyRope) -> str:
         """Return the body to whose actor a rope belongs: the first body at its first piece."""
         first = next(iter(self.mechanism.pieces.get(rope.name, {})), "")
         return _body(self.ropes.get(first, rope))
@@ -174,7 +174,7 @@ class MachineModel(RealObject):
         return Actuator(name=name, start=lengths.get(name, 0.0), accel=0.0)
 
 
-def _body(rope: Rope | RigidRope | Reeving) -> str:
+def _body(rope: AnyRope) -> str:
     """Return the body to whose actor a rope belongs."""
     for line in rope.lines:
         for point in (line.a, line.b):

@@ -92,9 +92,10 @@ def held_by(fidelity: Fidelity, joint: Joint) -> str:
     """Return the reason why a locked joint cannot move, with the key of `fidelity:` that unlocks it."""
     group, name = group_of(joint), joint.name
     if leaves(joint, joint.axis, fidelity.motion):
-        return f"{name} cannot move, 'motion: {fidelity.motion}' of 'fidelity' holds it: name 'motion: spatial' there"
+        held = f"'motion: {fidelity.motion}' of 'fidelity'; write 'motion: spatial' there"
+        return f"{name} cannot move: it is held by {held}"
     without = f" and without '{group}'" if group else ""
-    return f"{name} cannot move, 'locked' of 'fidelity' holds it: name there a list without it{without}"
+    return f"{name} cannot move: it is held by 'locked' of 'fidelity'; write there a list without it{without}"
 
 
 @dataclass(frozen=True)

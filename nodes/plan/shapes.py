@@ -225,21 +225,23 @@ class Shapes:
         """The pairs of objects whose clearance is not checked, in words for planners."""
         found, plan = [], self.plan
         if self.hooks:
-            found.append("ropes beside parts of their own crane, whose openings no scene gives")
-            found.append(f"what shakes faster than samples of places and speeds show, {plan.samples_hz:g} in a second")
+            found.append("clearance of ropes to parts of their own crane, since scenes do not state its openings")
+            found.append(f"motion too fast for the samples of places and speeds, {plan.samples_hz:g} a second")
         if self.cargo:
-            found.append("blocks beside their supports, and near the ground while they are lifted off or set down")
+            found.append(
+                "clearance of blocks to their supports, and to the ground while they are lifted off or set down"
+            )
         if self.slings:
-            found.append("slings while they are slack")
+            found.append("clearance of slings while they are slack")
         reeved = [rope.name for machine in self.machines for rope in machine.system.reevings]
         if any(rope in self.slings for rope in reeved):
-            found.append("slings that bend over edges")
+            found.append("clearance of slings that bend over edges")
         for machine in self.machines:
             if any(rope.name not in self.slings for rope in machine.system.reevings):
-                found.append("what ropes over sheaves carry between samples")
+                found.append("tension of ropes over sheaves between samples")
             apart = [s.body for s in self.solids if s.machine == machine.name and s.kind == "machine"]
             if self.lifts and len({*apart}) > 1:
-                found.append(f"parts of {machine.name} beside each other")
+                found.append(f"clearance between parts of {machine.name}")
         return tuple(dict.fromkeys(found)) + self.shapeless
 
     @cached_property
@@ -251,14 +253,14 @@ class Shapes:
             bare = [name for name in heavy if name not in shaped]
             if bare:
                 more = f" and {len(bare) - 3} more" if len(bare) > 3 else ""
-                message = f"whether {', '.join(bare[:3])}{more} of {machine.name} meet anything: they have no shapes"
+                message = f"clearance of {', '.join(bare[:3])}{more} of {machine.name}, which have no shapes"
                 found.append(message)
             if any(isinstance(contact.b, Plane) for contact in machine.system.contacts):
-                found.append(f"how near planes of {machine.name} come to anything, but for the ground")
+                found.append(f"clearance of planes of {machine.name}, except to the ground")
             if any(rope.name not in self.strands for rope in machine.system.straight_ropes):
-                found.append(f"whether ropes of {machine.name} meet anything")
+                found.append(f"clearance of ropes of {machine.name}")
             if any(rope.name not in self.slings for rope in machine.system.reevings):
-                found.append(f"whether ropes over sheaves of {machine.name} meet anything")
+                found.append(f"clearance of ropes over sheaves of {machine.name}")
         return tuple(found)
 
 

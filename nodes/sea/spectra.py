@@ -1,13 +1,15 @@
 """Irregular long-crested or short-crested waves: spectra, and their components with directions and phases.
 
 The spectral density S(w) is one-sided: its integral is Hs^2 / 16. Pierson-Moskowitz and JONSWAP follow DNV-RP-C205,
-3.5.4 and 3.5.5. A spectrum is divided into bands with a constant ratio of frequencies; each band becomes one component
-at a random frequency in the band, so that the sum does not repeat itself, with a random phase. Amplitudes are scaled to
+3.5.4 and 3.5.5, the two peaks of wind sea and swell Torsethaugen and Haver (ISOPE 2004), for the North Sea. A spectrum
+is divided into bands with a constant ratio of frequencies; each band becomes one component at a random frequency in the
+band, so that the sum does not repeat itself, with a random phase. Amplitudes are scaled to
 the total energy. In a short-crested sea each component has its own direction, drawn from cos^2s((theta - heading) / 2)
 (Jefferys, Applied Ocean Research 9 (1987) 237-244).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from itertools import pairwise
 from math import pi, sqrt
 from random import Random
 from typing import NamedTuple
@@ -37,7 +39,7 @@ def pierson_moskowitz(w: float, Hs: float, Tp: float) -> float:
     period Tp [s]."""
     ratio = 2.0 * pi / (Tp * w)
     square = ratio * ratio
-    return EQUATION * Hs * Hs * square * square / w * exp(-1.25 * square * square)
+    return EQUATION * Hs * Hs * square * square / w * float(exp(-1.25 * square * square))
 
 
 def jonswap(w: float, Hs: float, Tp: float, gamma: float) -> float:
@@ -46,6 +48,48 @@ def jonswap(w: float, Hs: float, Tp: float, gamma: float) -> float:
     peak = 2.0 * pi / Tp
     off = (w / peak - 1.0) / WIDTHS[w > peak]
     return pierson_moskowitz(w, Hs, Tp) * float(power(gamma, exp(-0.5 * off * off)))
+
+
+class Peak(NamedTuple):
+    """One of the two peaks of Torsethaugen's spectrum: height [m], period [s], peak enhancement."""
+
+    Hs: float
+    Tp: float
+    gamma: float
+
+    def density(self, w: float) -> float:
+        """Return the spectral density S(w) [m2 s] with a tail of w^-4, not yet scaled to its energy."""
+        ratio = 0.5 * w * self.Tp / pi
+        off, fourth = (ratio - 1.0) / WIDTHS[ratio > 1.0], 1.0 / (ratio * ratio * ratio * ratio)
+        return fourth * float(exp(-fourth)) * float(power(self.gamma, exp(-0.5 * off * off)))
+
+
+def torsethaugen(Hs: float, Tp: float) -> tuple[Peak, Peak]:
+    """Return the primary and the secondary peak of a sea with wind waves and swell: below the period 6.6 Hs^(1/3) of a
+    fully developed sea, wind waves are the primary one."""
+    third = 1.0 / 3.0
+    full = 6.6 * float(power(Hs, third))
+
+    def enhanced(height: float, period: float) -> float:
+        return max(1.0, 35.0 * float(power(2.0 * pi / 9.81 * height / (period * period), 0.857)))
+
+    wind = Tp <= full
+    lowest, width, floor = (2.0 * sqrt(Hs), 0.5, 0.7) if wind else (25.0, 0.3, 0.6)
+    away = (full - Tp) / (full - lowest)
+    share = (1.0 - floor) * exp(-(away / width) * (away / width)) + floor
+    first, second = share * Hs, sqrt(1.0 - share * share) * Hs
+    if wind:
+        return Peak(first, Tp, enhanced(first, Tp)), Peak(second, full + 2.0, 1.0)
+    swell = Peak(first, Tp, enhanced(Hs, full) * (1.0 + 6.0 * away))
+    return swell, Peak(second, 6.6 * float(power(second, third)), 1.0)
+
+
+def between(table: Sequence[tuple[float, float]], w: float) -> float:
+    """Return a value interpolated linearly in a table with frequencies in ascending order; 0 outside."""
+    for (a, x), (b, y) in pairwise(table):
+        if a <= w <= b:
+            return x + (y - x) * (w - a) / (b - a)
+    return 0.0
 
 
 def components(

@@ -113,7 +113,7 @@ def degrees_at(radius: float) -> float:
 @pytest.mark.parametrize(
     ("order", "told"),
     [
-        ("jib: slew 5 deg/s by 10 deg", "'jib.slewer' can slew with 3 deg/s at most"),
+        ("jib: slew 5 deg/s by 10 deg", "'jib.slewer' can slew at 3 deg/s at most"),
         ("jib: travel 10 m/min by 1 m", "'jib' cannot travel"),
         ("jib luffer: slew 1 deg/s by 1 deg", "it can: luff, drive"),
         ("jib: slew 1 m/min by 1 m", "'1 m/min' is not a valid angular rate"),

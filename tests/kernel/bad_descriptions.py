@@ -68,7 +68,7 @@ DESCRIPTIONS = [
             bodies=(BODY, Body("b", 1.0), Body("c", 1.0)),
             joints=(GUIDE, replace(GUIDE, name="j", parent="c", child="b"), replace(FLOAT, parent="b", child="c")),
         ),
-        "body 'b': the joints that carry it go in a circle and never reach the ground: 'j', 'float'",
+        "body 'b': the joints that carry it form a loop that is not connected to the ground: 'j', 'float'",
     ),
     (
         with_(joints=(replace(GUIDE, kind="hinge"),)),

@@ -58,7 +58,7 @@ def on_hook(
     mass = sum(body.mass for body in system.bodies)
     ends = [Point(end.body, end.at) for end in given.parts.slings]
     if given.lugs and len(given.lugs) != len(ends):
-        builder.source.fault((*path, "lugs"), f"{len(ends)} slings hang on it: name as many lugs")
+        builder.source.fault((*path, "lugs"), f"{len(ends)} slings hang on it: name a lug for each of them")
     strain = mass * builder.scene.gravity / (hook.falls * hook.fall_EA)
     if given.rope is not None:
         hangs = given.rope * (1 + strain)
@@ -168,7 +168,9 @@ def _over(
     starting from the guess `hangs`. `own`: poses of the frame's bodies relative to its eye."""
     path = ("rig", BEAMS, name)
     if len(lugs) < len(given.parts.slings):
-        builder.source.fault((*path, "over edges"), "slings bend over edges from the start: hook them to 'lugs' then")
+        builder.source.fault(
+            (*path, "over edges"), "slings can bend over edges only if they hang on 'lugs' from the start"
+        )
         return [()] * len(given.parts.slings), hangs
     ends = [(Point(end.body, end.at), lug) for end, lug in zip(given.parts.slings, lugs, strict=True)]
     x, y, top = exit_

@@ -107,7 +107,9 @@ class Checking:
             self.known((*path, "parent"), joint.parent)
             if joint.type == "slider":
                 if joint.parent in self.bodies and not self.beam(joint.parent):
-                    self.fault((*path, "parent"), f"a slider needs a flexible beam, and '{joint.parent}' has none")
+                    self.fault(
+                        (*path, "parent"), f"a slider moves along a flexible beam, but '{joint.parent}' has none"
+                    )
                 self.on_beam((*path, "start"), joint.parent, *joint.values(POSITIONS))
             else:
                 self.on_beam((*path, "at"), joint.parent, joint.at[0])
@@ -130,7 +132,7 @@ class Checking:
             if above == body and not seen:
                 self.fault((*self.base, "bodies", body), f"no joint carries the body '{body}'", on_key=True)
             elif above in seen:
-                message = f"the joints of '{body}' go in a circle and never reach the world"
+                message = f"the joints of '{body}' form a loop that is not connected to the world"
                 self.fault((*self.base, "bodies", body), message, on_key=True)
 
     def _connected(self) -> set[str]:

@@ -83,9 +83,11 @@ class ElasticParts(Checking):
         length, mass = x.length or (box[0] if box else 0.0), x.mass or body.mass
         middle = (length / 2.0, 0.0, 0.0)
         if not length or not 0.0 < mass <= body.mass * (1.0 + mechanics.ROUNDING):
-            self.fault(path, "a body that bends has a length, or a 'box', and no more 'mass' bends than it has")
+            self.fault(path, "a body that bends needs a length or a 'box', and at most its own mass as bending 'mass'")
         elif mass >= body.mass and norm([a - b for a, b in zip(body.com, middle, strict=True)]) > OFF:
-            self.fault(path, "where all of a body bends its 'com' is in the middle of its length; give less 'mass'")
+            self.fault(
+                path, "if all mass of a body bends, its 'com' must be at the middle of its length; let less 'mass' bend"
+            )
         else:
             beam = Beam(length, mass / length, x.EI, x.EI, polar=mass / body.mass * body.inertia[0][0] / length)
             flexible = Flexible(x.modes, beam, frame=x.frame, damping=x.damping)

@@ -43,7 +43,7 @@ def check_laws(checks: Checking) -> None:
                     checks.fault((*path, "joint"), f"{message}: keep one")
                 driven.setdefault((law.joint, along[0]), name)
             if kind in {"stops", "drives"} and law.range and law.range[0] >= law.range[1]:
-                checks.fault((*path, "range"), "the first end must be below the second")
+                checks.fault((*path, "range"), "the first number must be less than the second one")
     for name, joint in checks.given.joints.items():
         own: dict[str, Mapping[str, Base]] = {"limits": joint.limits, "friction": joint.friction}
         for key, given in own.items():
@@ -57,7 +57,7 @@ def check_laws(checks: Checking) -> None:
         for coordinate, x in joint.limits.items():
             if x.range[0] >= x.range[1]:
                 path = (*checks.base, "joints", name, "limits", coordinate, "range")
-                checks.fault(path, "the first end must be below the second")
+                checks.fault(path, "the first number must be less than the second one")
     for name, lock in checks.given.locks.items():
         path = (*checks.base, "locks", name)
         if checks.own(path, lock.joint) and lock.joint not in checks.given.joints:

@@ -17,6 +17,8 @@ from .rigging.hook_ratings import WAYS, hook_limits
 from .rigging.ratings import bridle_limit, lug_limits, rigging_limits, shackle_limit, sling_limits, tandem_limits
 from .scene_builder import LOWER, UPPER, SceneBuilder
 
+MOORED = 2.0  # breaking load of a mooring line over its largest tension
+
 
 def rated_limits(builder: SceneBuilder) -> tuple[RatedLimit, ...]:
     """Return the limits of all load-carrying parts: crane by crane, then rig, lugs and other ropes."""
@@ -42,7 +44,7 @@ def scene_limits(builder: SceneBuilder) -> Iterator[RatedLimit]:
     checked = {"ropes", "wind", "signals", *(limits.model_fields_set - distances if hooks else ())}
     for key in sorted(limits.model_fields_set - checked):
         message = "no hook has one of its own: give 'off-lead'" if hooks else "the scene has no hooks: leave it out"
-        builder.source.fault(("limits", written(key)), f"nothing is checked by it, for {message}", on_key=True)
+        builder.source.fault(("limits", written(key)), f"this limit checks nothing: {message}", on_key=True)
     if hooks:
         by = "the scene" if "clearance" in limits.model_fields_set else "assumed"
         yield RatedLimit(
@@ -81,7 +83,14 @@ def _ropes(builder: SceneBuilder) -> Iterator[RatedLimit]:
     slings = {tie.rope for machine in builder.machines for tie in machine.ties}
     hooks = {hook.rope for machine in builder.machines for hook in machine.hooks}
     known = [rope.name for machine in builder.machines for rope in machine.system.all_ropes]
-    for name in (name for name in known if name not in {*builder.scene.limits.ropes, *slings, *hooks}):
+    moored = {x.name: x.breaking for machine in builder.machines for x in machine.system.mooring_lines if x.breaking}
+    for name, breaking in ((k, x) for k, x in moored.items() if k not in builder.scene.limits.ropes):
+        where = builder.source.where(("mechanism", "forces", name))
+        yield RatedLimit(
+            subject=name, quantity="rope tension", unit="N", elements=(name,), value=breaking / MOORED, factor=MOORED,
+            breaking=breaking, source="assumed: API RP 2SK, quasi-static analysis, no line parted", where=where,
+        )  # fmt: skip
+    for name in (name for name in known if name not in {*builder.scene.limits.ropes, *slings, *hooks, *moored}):
         where = builder.source.where(("mechanism", "ropes", name))
         note = "give it under 'limits: {ropes: ...}'"
         yield RatedLimit(subject=name, quantity="rope tension", unit="N", elements=(name,), note=note, where=where)

@@ -127,7 +127,7 @@ def _hang(builder: SceneBuilder, rig: schema.RigKeys) -> None:
                 builder.source.fault(path, f"the lug {lug} already carries a sling of {used[lug]}")
             used.setdefault(lug, name)
         if len({lugs[lug].body for lug in beam.lugs or () if lug in lugs}) > 1:
-            builder.source.fault(("rig", BEAMS, name, "lugs"), "the slings of one hook hang on one block")
+            builder.source.fault(("rig", BEAMS, name, "lugs"), "all slings of one hook must hang on the same block")
 
 
 def _staged(builder: SceneBuilder) -> list[plan.Mechanism]:
@@ -266,7 +266,7 @@ def _wind(source: SourceText, scene: Scene, around: System) -> MechanismKeys | N
             source.fault((WIND, "on", body), f"there is no body '{body}'", closest(body, known), on_key=True)
     forces = scene.wind.forces(scene.block.size if scene.block else None, scene.seed, scene.end)
     if scene.mechanism is not None and scene.mechanism.name == WIND:
-        source.fault(("mechanism", "name"), f"'{WIND}' is what the wind is called; give the mechanism another name")
+        source.fault(("mechanism", "name"), f"'{WIND}' is reserved for the wind; give the mechanism another name")
     if not forces:
         source.fault((WIND,), "there is no block in the wind; name bodies and their sides under 'on'", on_key=True)
     return None if source.faults else MechanismKeys.model_construct(name=WIND, forces=forces)

@@ -68,7 +68,10 @@ class _Assembly(ElasticParts):
             if not (getattr(given, key) or self.carried):
                 self.fault(self.base, f"the key '{key}' is missing: there is nothing else to act on", on_key=True)
         if isinstance(given.model_file, str):
-            self.fault((*self.base, "from"), "write the model file in the scene: a setting comes after it was read")
+            self.fault(
+                (*self.base, "from"),
+                "name the model file in the scene itself: settings are applied after it has been read",
+            )
         self.check_tree()
         check_laws(self)
         made, bodies = tuple(self._joints()), tuple(self._bodies())
@@ -205,7 +208,9 @@ class _Assembly(ElasticParts):
                 if axis is not None and not any(axis):
                     self.fault((*path, key), "an axis needs a direction, such as [0, 0, 1]")
             if isinstance(joint, joints.Spherical | joints.Free) and not any(joint.attitude):
-                self.fault((*path, "attitude"), "a quaternion x y z w must not be zero, [0, 0, 0, 1] is no turn")
+                self.fault(
+                    (*path, "attitude"), "the quaternion [x, y, z, w] must not be zero; [0, 0, 0, 1] means no rotation"
+                )
             made = joint.built(name)
             if len(self.source.faults) == faults:
                 self.checked(path, check_joint, made)

@@ -187,7 +187,7 @@ class _Resolver:
                 return []
             case "stop" if phrase.height:
                 if path[0] != "actions":
-                    self.source.fault(path, "a hook holds its height in an action of the list only")
+                    self.source.fault(path, "only an action of the list can let a hook hold its height")
                 return []
             case "stop":
                 return self._stops(path, found, phrase, where)
@@ -199,7 +199,7 @@ class _Resolver:
                 return [actions.BrakeOrder(model=m, brake=b, engaged=verb.engages, where=where) for m, b in brakes]
             case "move":
                 if isinstance(phrase.ramp, phrases.SwingRamp) and found[0].kind in ("hook", "winch"):
-                    self.source.fault(path, f"{verb.name} makes nothing swing: write an acceleration after 'ramp'")
+                    self.source.fault(path, f"{verb.name} causes no swing: write an acceleration after 'ramp'")
                 moves = [self._move(path, actor, phrase, until, where) for actor in found]
                 return [*(self._together(path, moves) if phrase.together else moves)]
 
@@ -216,7 +216,7 @@ class _Resolver:
             self.source.fault(path, f"'{actor.name}' {wrong_units(turns=actor.turns)}")
         elif actor.speed is not None and phrase.speed > actor.speed * (1.0 + ROUNDING):
             most = (units.RATE if actor.turns else units.SPEED).show(actor.speed)
-            self.source.fault(path, f"'{actor.name}' can {phrase.verb} with {most} at most")
+            self.source.fault(path, f"'{actor.name}' can {phrase.verb} at {most} at most")
         sign = float(VERBS[phrase.verb].sign or 1)
         endless = phrase.by is None and phrase.to is None and not phrase.above
         ramp, pulses = ramp_of(phrase.ramp) if phrase.ramp else (actor.accel, actor.pulses)
@@ -285,10 +285,10 @@ class _Resolver:
         held = {rope.name: rope.lines[-1].b.body for frame in self.yard.frames for rope in frame.system.ropes}
         if found[0].kind == "rope":
             if phrase.lugs:
-                self.source.fault(path, f"'{found[0].name}' is hooked where its end is: write 'hook' without lugs")
+                self.source.fault(path, f"'{found[0].name}' has a fixed end in the scene: write 'hook' without lugs")
             return [actions.Hookup(sling=s, where=where) for s in slings]
         if not phrase.lugs:
-            self.source.fault(path, "write the lugs, such as 'hook [P1, P2]'")
+            self.source.fault(path, "name the lugs, such as 'hook [P1, P2]'")
             return []
         unknown = [lug for lug in phrase.lugs if lug not in self.lugs]
         for lug in unknown:

@@ -42,7 +42,9 @@ def _stretch(checks: Checking, path: Path, rope: mechanics.RopeKeys) -> None:
     """Add an error unless an elastic rope has a stiffness and a rigid rope has neither stiffness nor damping."""
     if not rope.rigid:
         if rope.EA is None:
-            checks.fault(path, "the key 'EA' is missing; a rope that cannot stretch is 'rigid: true'", on_key=True)
+            checks.fault(
+                path, "the key 'EA' is missing; for a rope that cannot stretch, write 'rigid: true'", on_key=True
+            )
         return
     for key in ("EA", "damping"):
         if getattr(rope, key) is not None:

@@ -172,7 +172,7 @@ def _beam(builder: SceneBuilder, block: schema.Block, hull: Hull, body: Body, ke
         return None
     if any(block.com) and bends > block.mass * (1.0 - SAME):
         message = (
-            "the mass of a uniform beam is not aside, as 'com' says: give the beam a 'mass', less than the block's"
+            "a uniform beam has its centre of mass on its axis, not at 'com': give the beam a 'mass' below the block's"
         )
         builder.source.fault(key, message, on_key=True)
         return None

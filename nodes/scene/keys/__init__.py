@@ -6,6 +6,7 @@ quantities        the quantity at a path, and whether an uncertainty is valid fo
 base              names, places, ends; directions and attitudes
 parts             bodies, joints, laws and hooks of a mechanism or machine
 environment       vessels and waves; floor and obstacles; wind, as forces of a mechanism
+seas              spectra of irregular seas
 actions           the lines of the action list; interlocks
 nodes             user models; the process of each node
 gear              items of rigging by ID, from files in the scene's folder

@@ -23,12 +23,13 @@ from heavylift.kernel.algebra.dense import product
 from heavylift.kernel.algebra.elementary import cos, power
 from heavylift.kernel.description.mechanics import Matrix, Vector
 from heavylift.nodes.scene.text import units as u
-from heavylift.nodes.sea.spectra import HIGHEST, LOWEST, Component, components, jonswap
+from heavylift.nodes.sea.spectra import Component
 from pydantic import Field, model_validator
 
 from .base import Base, Direction, Place, turned
 from .parts.forces import Matrix6, WindForceKeys
 from .parts.mechanics import Moments
+from .seas import Sea
 
 Response = tuple[Annotated[float, u.Quantity(u.RESPONSE, "zero")], u.Angle]
 TurnResponse = tuple[Annotated[float, u.Quantity(u.TURN_RESPONSE, "zero")], u.Angle]
@@ -39,32 +40,6 @@ QUANTILE = r"^(MPM|P[1-9][0-9]?(\.[0-9]+)?)$"
 USUAL, LONGEST = 7200.0, 86400.0  # [s] of a history, where no end is given, and of any; then its last speed goes on
 HARMONICS = 128
 SLOWEST, FASTEST = 1.0 / 1200.0, 0.5  # [Hz] of them; half of one speed a second
-
-
-class Sea(Base):
-    """An irregular sea, which may be a wind sea or a swell."""
-
-    spectrum: Literal["jonswap", "pierson-moskowitz"] = "jonswap"
-    Hs: u.Extent  # significant wave height
-    Tp: u.Duration  # peak period
-    gamma: Annotated[u.Ratio, Field(ge=1.0, le=10.0)] = 3.3  # of JONSWAP's peak
-    heading: u.Angle | None = None  # left out: that of the waves
-    spreading: Annotated[u.Ratio, Field(le=50.0)] = 0.0  # s of cos^2s about the heading; 0: long crests
-    components: int = Field(default=200, ge=10, le=2000)
-
-    def harmonics(self, heading: float, seed: str) -> list[Component]:
-        """Return the harmonic components of the sea, with random phases that the seed determines."""
-        peak = 2.0 * pi / self.Tp
-        gamma = self.gamma if self.spectrum == "jonswap" else 1.0
-        return components(
-            lambda w: jonswap(w, self.Hs, self.Tp, gamma),
-            self.Hs,
-            (LOWEST * peak, HIGHEST * peak),
-            self.components,
-            heading if self.heading is None else self.heading,
-            self.spreading,
-            seed,
-        )
 
 
 class Waves(Base):

@@ -116,7 +116,7 @@ def _stated(text: str) -> Stated | None:
     if ends.unit_low and tidy(ends.unit_low) != tidy(unit):
         raise ValueError(f"'{text}': write both ends in one unit, such as '460..500 t'")
     if not low < high:
-        raise ValueError(f"'{text}': the first end must be below the second")
+        raise ValueError(f"'{text}': the first number must be less than the second one")
     return Stated(f"{(low + high) / 2} {unit}".strip(), "..", f"{(high - low) / 2} {unit}".strip())
 
 

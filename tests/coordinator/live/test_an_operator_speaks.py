@@ -48,7 +48,7 @@ MISTAKES = [
         "it can: hoist, lower, hook, unhook, lock, unlock",
     ),
     ("crane H1: hoist 3 m/min until all A slings taut", "there is no set of slings 'A'", 30, "known: "),
-    ("crane H1: hoist 30 m/min by 1 m", "'crane.H1' can hoist with 10 m/min at most", 10, ""),
+    ("crane H1: hoist 30 m/min by 1 m", "'crane.H1' can hoist at 10 m/min at most", 10, ""),
     ("crane H1 hoist", "name a target and its order, such as 'west H1: hoist 3 m/min by 2 m'", 14, ""),
     ("block: turn 1 deg/s to 90 deg", "a block that the scene never turns cannot be turned", 7, ""),
     ("wait: wait 3 s", "a command does something at once; to wait, give it later", 6, ""),
@@ -112,11 +112,11 @@ def test_a_refused_command_changes_nothing() -> None:
 @pytest.mark.parametrize(
     ("setting", "text", "sentence"),
     [
-        ("motion=across", "crane: travel 5 m/min by 1 m", "crane.gantry cannot move, 'motion: across'"),
+        ("motion=across", "crane: travel 5 m/min by 1 m", "crane.gantry cannot move: it is held by 'motion: across'"),
         (
             "locked=[trolleys]",
             "crane upper trolley: traverse 5 m/min by 1 m",
-            "crane.upper-slide cannot move, 'locked'",
+            "crane.upper-slide cannot move: it is held by 'locked'",
         ),
     ],
 )
@@ -125,7 +125,7 @@ def test_a_command_to_a_joint_that_the_model_level_locks_is_refused(setting: str
     output = drive(build_one(scene.plan, "commander"), [(seconds(3), "command", words(text))])
     (answer,) = (message for _, _, message in output)
     assert isinstance(answer, OperatorAnswer)
-    assert answer.refused.startswith(f"{sentence} of 'fidelity' holds it: name ")
+    assert answer.refused.startswith(f"{sentence} of 'fidelity'; write ")
 
 
 def test_an_empty_operator_command_ends_the_run() -> None:

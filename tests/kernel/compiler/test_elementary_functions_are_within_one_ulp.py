@@ -1,4 +1,4 @@
-"""sin, cos, atan2, exp and powers against 60 digits of decimal arithmetic; machine code against floats, bit for bit."""
+"""sin, cos, atan2, exp, log, power against 60 digits of decimal arithmetic; machine code against floats, bitwise."""
 
 from decimal import Decimal, localcontext
 from math import inf, ldexp, nextafter, pi, ulp
@@ -6,7 +6,7 @@ from random import Random
 
 import numpy as np
 import pytest
-from heavylift.kernel.algebra import atan2, cos, exp, power, sin
+from heavylift.kernel.algebra import atan2, cos, exp, log, power, sin
 from heavylift.kernel.compiler import Function, Library, module
 
 PI = Decimal("3.14159265358979323846264338327950288419716939937510582097494459230781640628620899862803482534211706798")
@@ -93,8 +93,9 @@ def worst(got: list[float], want: list[Decimal]) -> float:
         (atan2, angle, vectors()),
         (power, root, bases()),
         (exp, lambda x: Decimal(x).exp(), [(x / 10.0,) for x in angles() if abs(x) < 6000.0]),
+        (log, lambda x: Decimal(x).ln(), [(x,) for x, _ in bases() if x != 1.0]),
     ],
-    ids=["sin", "cos", "atan2", "power", "exp"],
+    ids=["sin", "cos", "atan2", "power", "exp", "log"],
 )
 def test_elementary_functions_are_within_one_unit_of_the_last_place(f, exact, arguments):
     with localcontext(prec=70):
@@ -123,11 +124,11 @@ def test_trigonometric_functions_of_very_large_angles_lose_only_their_last_place
 def test_elementary_functions_have_the_same_bits_in_machine_code(opt):
     f = Function(
         "f",
-        lambda x: {"y": [sin(x[0]), cos(x[0]), atan2(x[1], x[2]), power(x[3], x[4])]},
+        lambda x: {"y": [sin(x[0]), cos(x[0]), atan2(x[1], x[2]), power(x[3], x[4]), log(x[3]), exp(x[4])]},
         {"x": 5},
     )
     code = Library("elementary", lambda: module(f), opt, cache=False)
     for a, v, b in zip(angles(), vectors() * 4, bases() * 4, strict=False):
-        x, y = np.array([a, *v, *b]), np.zeros(4)
+        x, y = np.array([a, *v, *b]), np.zeros(6)
         code.call("f", x, y)
-        assert y.tolist() == [sin(a), cos(a), atan2(*v), power(*b)]
+        assert y.tolist() == [sin(a), cos(a), atan2(*v), power(*b), log(b[0]), exp(b[1])]

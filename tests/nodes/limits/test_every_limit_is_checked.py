@@ -102,14 +102,14 @@ def test_a_rope_over_sheaves_is_checked_by_its_most_loaded_part(tmp_path) -> Non
     (red,) = [f for f in verdict.findings if f.state == "red" and f.quantity == "rope tension"]
     assert red.subject == "fall"
     assert red.value == pytest.approx(107.5e3, rel=0.01)
-    assert "what ropes over sheaves carry between samples" in verdict.not_looked_at
+    assert "tension of ropes over sheaves between samples" in verdict.not_looked_at
 
 
 def test_a_limit_that_no_check_uses_is_a_fault_of_the_scene() -> None:
     for key, value in (("clearance", "1 m"), ("off-lead along", "2 deg"), ("bridle", "50 deg")):
-        with pytest.raises(SceneError, match=f"limits.{key}: nothing is checked by it, for the scene has no hooks"):
+        with pytest.raises(SceneError, match=f"limits.{key}: this limit checks nothing: the scene has no hooks"):
             load("gust", [f"limits={{{key}: {value}}}"])
     with pytest.raises(
-        SceneError, match=r"limits\.off-lead along: nothing is checked by it, for no hook has one of its own"
+        SceneError, match=r"limits\.off-lead along: this limit checks nothing: no hook has one of its own"
     ):
         load("jib", ["limits={off-lead along: 2 deg}"])

@@ -94,7 +94,7 @@ def test_an_order_to_a_locked_joint_ends_with_a_sentence():
     locked = msgspec.structs.replace(given.plan.fidelity, locked=("crane.upper-slide", "crane.lower-slide"))
     scene = replace(given, plan=msgspec.structs.replace(given.plan, fidelity=locked))
     with pytest.raises(
-        ModelError, match=r"lift.yaml:55:5: crane.upper-slide cannot move, 'locked' of 'fidelity' holds"
+        ModelError, match=r"lift.yaml:55:5: crane.upper-slide cannot move: it is held by 'locked' of 'fidelity'"
     ):
         paused(scene, after="sideways")
 

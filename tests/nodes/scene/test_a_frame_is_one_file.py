@@ -108,7 +108,7 @@ def test_parameters_of_a_frame_type_are_inputs(tmp_path: Path) -> None:
         ("mass: 14 t", "parts: {}", "unknown key 'parts'"),
         ("mass: 14 t", "masses: 14 t", "unknown key 'masses'"),
         ("mass: 14 t", "mass: 14 m", "'14 m' does not fit"),
-        ("lugs: [P, Q, R, S]", "lugs: [P, Q]", "4 slings hang on it: name as many lugs"),
+        ("lugs: [P, Q, R, S]", "lugs: [P, Q]", "4 slings hang on it: name a lug for each of them"),
         ("mass: 14 t", "mass: -14 t", "must be"),
     ],
 )

@@ -71,7 +71,11 @@ def test_matrices_are_read_from_files_next_to_the_scene(tmp_path: Path, form: st
         ),
         ("at: 30 m}", "at: 31 m}", "joints.tip.at: 31 m is not on the beam of 'boom', which reaches from 0 to 30 m"),
         ("start: 10 m", "start: -1 m", "joints.rail.start: -1 m is not on the beam of 'boom'"),
-        ("parent: boom, child: trolley", "child: trolley", "a slider needs a flexible beam, and 'world' has none"),
+        (
+            "parent: boom, child: trolley",
+            "child: trolley",
+            "a slider moves along a flexible beam, but 'world' has none",
+        ),
         ("at: 25 m", "at: 35 m", "ropes.stay.start.at: 35 m is not on the beam of 'boom'"),
         ("loads: [30 m]", "loads: [40 m]", "boom.beam: body 'boom': a load at 40 m lies beyond its ends"),
         ("trolley: {mass: 2 t}", "trolley: {}", "bodies.trolley.mass: the key 'mass' is missing"),

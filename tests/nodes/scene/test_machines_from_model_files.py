@@ -202,7 +202,7 @@ def test_a_fault_of_a_part_names_the_line_of_the_model_file(tmp_path):
     scene = written(tmp_path, model, MACHINE + "    joints: {{arm.j: {{friction: {{travel: {{dry: 1 N}}}}}}}}\n")
     with pytest.raises(SceneError, match="has no coordinate 'travel'"):
         load(scene)
-    with pytest.raises(SceneError, match=r"--set:1:19: .*write the model file in the scene"):
+    with pytest.raises(SceneError, match=r"--set:1:19: .*name the model file in the scene"):
         load(scene, ["machines.arm.from=other.xml"])
     tendon = """<mujoco><worldbody><site name="s"/><body name="b"><joint name="j"/><geom size="1"/>
     <site name="t" pos="0 0 2"/></body></worldbody><tendon>

@@ -8,8 +8,8 @@ from heavylift.nodes.scene import load
 
 LIKEWISE = "; likewise crane.lower-slide"
 UNLESS = ", or leave the order out"
-SPATIAL = f"of 'fidelity' holds it: name 'motion: spatial' there{UNLESS}"
-WITHOUT = "'locked' of 'fidelity' holds it: name there a list without it and without"
+SPATIAL = f"of 'fidelity'; write 'motion: spatial' there{UNLESS}"
+WITHOUT = "'locked' of 'fidelity'; write there a list without it and without"
 
 
 def refused(scene, *settings):
@@ -21,24 +21,32 @@ def refused(scene, *settings):
 
 def test_with_motion_along_the_rails_a_traverse_is_refused():
     assert refused("lift", "fidelity.motion=along") == [
-        ("lift.yaml:55", f"actions[3].trolleys: crane.upper-slide cannot move, 'motion: along' {SPATIAL}{LIKEWISE}")
+        (
+            "lift.yaml:55",
+            f"actions[3].trolleys: crane.upper-slide cannot move: it is held by 'motion: along' {SPATIAL}{LIKEWISE}",
+        )
     ]
 
 
 def test_with_motion_across_the_rails_a_travel_is_refused():
     message = refused("lift", "fidelity.motion=across", "actions.3={crane: travel 10 m/min by 2 m}")
-    assert message == [("--set:1", f"actions[3].crane: crane.gantry cannot move, 'motion: across' {SPATIAL}")]
+    assert message == [
+        ("--set:1", f"actions[3].crane: crane.gantry cannot move: it is held by 'motion: across' {SPATIAL}")
+    ]
 
 
 def test_an_order_to_an_explicitly_locked_joint_names_the_list_of_locks():
     assert refused("lift", "fidelity.locked=[trolleys]") == [
-        ("lift.yaml:55", f"actions[3].trolleys: crane.upper-slide cannot move, {WITHOUT} 'trolleys'{UNLESS}{LIKEWISE}")
+        (
+            "lift.yaml:55",
+            f"actions[3].trolleys: crane.upper-slide cannot move: it is held by {WITHOUT} 'trolleys'{UNLESS}{LIKEWISE}",
+        )
     ]
 
 
 def test_a_turn_needs_the_trolleys_that_carry_its_load():
     (_, message), *_ = refused("turnover", "fidelity.locked=[west.upper-slide]")
-    assert message == f"actions[5].block: west.upper-slide cannot move, {WITHOUT} 'trolleys'{UNLESS}"
+    assert message == f"actions[5].block: west.upper-slide cannot move: it is held by {WITHOUT} 'trolleys'{UNLESS}"
 
 
 def test_joints_without_orders_may_be_locked():

@@ -135,7 +135,7 @@ def test_each_swing_free_ramp_fits_the_rope_length_at_its_beginning() -> None:
 @pytest.mark.parametrize(
     ("settings", "sentence"),
     [
-        (["actions[2].all hooks=hoist 3 m/min ramp one swing by 1 m"], "hoist makes nothing swing"),
+        (["actions[2].all hooks=hoist 3 m/min ramp one swing by 1 m"], "hoist causes no swing"),
         (["actions[3].trolleys=traverse 20 m/min ramp one swin by 1 m"], "after 'ramp one' 'swing' must follow"),
         (["actions[3].trolleys=traverse 20 m/min ramp 1 m/s2 in one pulse by 1 m"], "after 'in' 'two' must follow"),
         (["cranes.crane.ramp=-1 m/s2 in two pulses"], "must be greater than zero"),

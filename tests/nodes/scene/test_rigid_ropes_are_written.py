@@ -52,7 +52,11 @@ def test_a_rigid_rope_has_a_length_but_no_stiffness():
             "14:7: .*a rigid rope cannot stretch: remove 'EA' or",
         ),
         ("      rigid: true", "      rigid: true\n      damping: 1 kN s/m", "14:7: .*remove 'damping' or 'rigid'"),
-        ("      rigid: true\n", "", "9:5: .*the key 'EA' is missing; a rope that cannot stretch is 'rigid: true'"),
+        (
+            "      rigid: true\n",
+            "",
+            "9:5: .*the key 'EA' is missing; for a rope that cannot stretch, write 'rigid: true'",
+        ),
         ("at: [0, 0, 1 m]}", "at: [0, 0, 1 m], radius: 0.2 m}", "13:7: .*a rigid rope runs over points only"),
         ("length: 18 m", "length: 17.9 m", "14:15: .*rigid and 100 mm too short for its ends at the start"),
         ("length: 18 m", "length: 4 m", "14:15: .*4 m of rope is not between 5 and 80 m"),

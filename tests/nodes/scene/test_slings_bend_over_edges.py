@@ -108,7 +108,7 @@ def test_bent_slings_of_a_lifting_beam_are_unhooked_and_hooked_again(tmp_path: P
 
 
 def test_slings_over_edges_bend_over_one_body_from_the_start() -> None:
-    with pytest.raises(SceneError, match="slings bend over edges from the start: hook them to 'lugs' then"):
+    with pytest.raises(SceneError, match="slings can bend over edges only if they hang on 'lugs' from the start"):
         parse(LIFT.replace("lugs: [P1, P2], ", ""), passing=True)
     quay = "quay: {on: world, from: [9 m, 66 m, 9 m], to: [60 m, 66 m, 9 m], radius: 0.2 m, inside: [40 m, 68 m, 8 m]}"
     text = LIFT.replace("\nedges:\n", f"\nedges:\n  {quay}\n").replace("edges: [sheer]", "edges: [sheer, quay]")

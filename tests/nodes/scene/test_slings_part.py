@@ -103,11 +103,11 @@ TAG = "mechanism: {ropes: {tag: {start: {body: world}, end: {body: block}, EA: 1
         ),
         (
             ("loader-1.sling-1: hook",),
-            "write the lugs, such as 'hook [P1, P2]'",
+            "name the lugs, such as 'hook [P1, P2]'",
         ),
         (
             ("tag: hook [P1]",),
-            "'tag' is hooked where its end is: write 'hook' without lugs",
+            "'tag' has a fixed end in the scene: write 'hook' without lugs",
         ),
         (("crane H1: release",), "'crane H1' cannot release"),
     ],

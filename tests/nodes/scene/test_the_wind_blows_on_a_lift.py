@@ -77,7 +77,7 @@ def test_an_invalid_wind_is_reported(setting: str, sentence: str) -> None:
 
 
 def test_wind_on_a_mechanism_uses_another_key() -> None:
-    with pytest.raises(SceneError, match=r"mechanism\.name: 'wind' is what the wind is called"):
+    with pytest.raises(SceneError, match=r"mechanism\.name: 'wind' is reserved for the wind"):
         load("gust", ["mechanism.name=wind", ALONG, "wind.on={load: {sides: [1 m2, 1 m2, 1 m2]}}"])
 
 

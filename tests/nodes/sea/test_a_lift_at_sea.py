@@ -5,6 +5,7 @@ from __future__ import annotations
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 from random import Random
 from types import SimpleNamespace
@@ -123,3 +124,18 @@ def test_replications_of_a_scene_without_random_waves_are_refused() -> None:
         replicated(load("floating"), 10)
     with pytest.raises(SceneError, match="give 10 or more"):
         replicated(lift(), 3)
+
+
+@pytest.mark.parametrize(("speed", "hits"), [("0.6", True), ("6", False)])
+def test_a_block_that_the_deck_catches_again_is_told(speed: str, hits: bool) -> None:
+    """Each time that all its supports were free and one of them presses again counts once; a fast lift has none."""
+    text = bundled()["floating"].read_text()
+    text = text[: text.index("  - stage: up")].replace("hoist 6 m/min until", f"hoist {speed} m/min until")
+    text = text.replace("samples: 5 Hz", "samples: 5 Hz\nend: 60 s")
+    run = play(parse(f"{text}  - stage: up\n    crane: hoist {speed} m/min by 0.2 m\n").plan)
+    past = run.past.part(0, len(run.t))
+    pressing = sum(x for name, x in past.tensions.items() if "lower" in name) > 0.0
+    count = sum(1 for a, b in pairwise(pressing) if b and not a)
+    found = [x for x in run.verdict.checks if x.quantity == "re-hit"]
+    assert (count > 1, [f" again {count} times " in x.sentence for x in found]) == (hits, [True] if hits else [])
+    assert [(x.state, x.why) for x in found] == ([("amber", "warning")] if hits else [])

@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
-from heavylift.nodes.sea import HIGHEST, LOWEST, components, jonswap, pierson_moskowitz
+from heavylift.nodes.scene.keys import Sea
+from heavylift.nodes.sea import HIGHEST, LOWEST, components, jonswap, pierson_moskowitz, torsethaugen
+from pydantic import ValidationError
 from scipy.integrate import quad
 
 HS, TP = 2.5, 9.0
@@ -51,3 +53,45 @@ def test_a_seed_determines_one_sea():
     assert sea("1 wind") == sea("1 wind")
     assert sea("1 wind") != sea("2 wind")
     assert sea("1 wind") != sea("1 swell")
+
+
+@pytest.mark.parametrize(("Hs", "Tp"), [(2.0, 6.0), (4.0, 8.0), (2.0, 14.0), (4.0, 18.0)])
+def test_torsethaugens_spectrum_has_the_energy_of_its_two_peaks(Hs, Tp):
+    """Below 6.6 Hs^(1/3) the wind sea has the period Tp; each peak has its energy, and its maximum at its period."""
+    peaks = torsethaugen(Hs, Tp)
+    assert (peaks[0].Tp, peaks[0].Tp < peaks[1].Tp) == (Tp, Tp <= 6.6 * Hs ** (1 / 3))
+    for x in peaks:
+        w = (np.linspace(1.0, 12.0, 2000) / x.Tp).tolist()
+        assert w[np.argmax([x.density(y) for y in w])] == pytest.approx(2 * np.pi / x.Tp, rel=0.01)
+    sea = Sea.model_validate({"Hs": f"{Hs} m", "Tp": f"{Tp} s", "spectrum": "torsethaugen"}).harmonics(0.0, "1")
+    energy = [sum(0.5 * x.amplitude**2 for x in part) for part in (sea[:100], sea[100:])]
+    assert energy == pytest.approx([x.Hs**2 / 16 for x in peaks])
+    assert sum(energy) == pytest.approx(Hs * Hs / 16)
+
+
+def test_a_fully_developed_sea_has_one_peak():
+    """At the period of a fully developed sea, no energy is left for the second peak."""
+    first, second = torsethaugen(3.0, 6.6 * 3.0 ** (1 / 3))
+    assert (first.Hs, second.Hs) == (pytest.approx(3.0), pytest.approx(0.0, abs=1e-6))
+
+
+def test_a_tabulated_spectrum_gives_components_with_its_height_and_mean_frequency():
+    sea = Sea.model_validate({"Hs": "2 m", "table": [["0.06 Hz", 0], ["0.1 Hz", 8], ["0.14 Hz", 3], ["0.2 Hz", 0]]})
+    found = sea.harmonics(0.0, "1")
+    energy = np.array([0.5 * x.amplitude**2 for x in found])
+    assert energy.sum() == pytest.approx(0.25)
+    f, S = np.array([0.06, 0.1, 0.14, 0.2]), np.array([0.0, 8.0, 3.0, 0.0])
+    fine = np.linspace(0.06, 0.2, 5001)
+    mean = np.trapezoid(fine * np.interp(fine, f, S), fine) / np.trapezoid(np.interp(fine, f, S), fine)
+    assert np.dot(energy, [x.frequency for x in found]) / energy.sum() / (2 * np.pi) == pytest.approx(mean, rel=0.01)
+
+
+ONE, ZERO, FALLING = [["0.1 Hz", 1]], [["0.1 Hz", 0], ["0.2 Hz", 0]], [["0.2 Hz", 1], ["0.1 Hz", 1]]
+
+
+@pytest.mark.parametrize(
+    "keys", [{}, {"Tp": "8 s", "table": FALLING[::-1]}, {"table": ONE}, {"table": FALLING}, {"table": ZERO}]
+)
+def test_a_sea_without_a_shape_or_with_two_is_refused(keys):
+    with pytest.raises(ValidationError):
+        Sea.model_validate({"Hs": "2 m"} | keys)

@@ -37,8 +37,7 @@ class Subjects:
         of = self.ropes
         self.points |= {name: (of[x.rope], x.eye) for name, x in self.hooks.items() if name not in self.points}
         self.points |= {beam: (beam, self.hooks[beam].eye) for beam in builder.hooks if beam in self.hooks}
-        bent = {rope.name for m in machines for rope in m.system.reevings}
-        self.straight = [rope for rope in self.ropes if rope not in bent]
+        self.straight = [rope.name for m in machines for rope in m.system.straight_ropes]
         self.boxes = _boxes(builder)
         self.winds = [(m.name, f) for m in machines for f in m.system.forces if isinstance(f, Wind)]
 

@@ -1,0 +1,58 @@
+"""The keys of an irregular sea in a scene: the shape of its spectrum, its direction and its components."""
+
+from math import pi
+from typing import Annotated, Literal
+
+from heavylift.nodes.scene.text import units as u
+from heavylift.nodes.sea.spectra import HIGHEST, LOWEST, Component, Density, between, components, jonswap, torsethaugen
+from pydantic import Field, model_validator
+
+from .base import Base
+
+
+class Sea(Base):
+    """An irregular sea, which may be a wind sea or a swell."""
+
+    spectrum: Literal["jonswap", "pierson-moskowitz", "torsethaugen"] = "jonswap"  # torsethaugen: two peaks
+    Hs: u.Extent  # significant wave height
+    Tp: u.Duration | None = None  # peak period
+    table: list[tuple[u.Frequency, u.Ratio]] = Field(default_factory=list)  # in place of Tp: densities, scaled to Hs
+    gamma: Annotated[u.Ratio, Field(ge=1.0, le=10.0)] = 3.3  # of JONSWAP's peak
+    heading: u.Angle | None = None  # left out: that of the waves
+    spreading: Annotated[u.Ratio, Field(le=50.0)] = 0.0  # s of cos^2s about the heading; 0: long crests
+    components: int = Field(default=200, ge=10, le=2000)
+
+    def harmonics(self, heading: float, seed: str) -> list[Component]:
+        """Return the harmonic components of the sea, with random phases that the seed determines."""
+        to = heading if self.heading is None else self.heading
+        parts, to = self._parts(), heading if self.heading is None else self.heading
+        n = self.components // len(parts)
+        named = [(x, seed if i == 0 else f"{seed} {i}") for i, x in enumerate(parts)]
+        return [x for part, own in named for x in components(*part, n, to, self.spreading, own)]
+
+    def _parts(self) -> list[tuple[Density, float, tuple[float, float]]]:
+        """Return, for each peak that is scaled alone, its density S(w), its height, and its lowest and highest
+        frequency [rad/s]."""
+        if self.table:
+            table = [(2.0 * pi * f, x) for f, x in self.table]
+            return [(lambda w: between(table, w), self.Hs, (table[0][0], table[-1][0]))]
+        T, gamma = self.Tp or 1.0, self.gamma if self.spectrum == "jonswap" else 1.0
+        if self.spectrum == "torsethaugen":
+            return [(x.density, x.Hs, _ends(x.Tp)) for x in torsethaugen(self.Hs, T)]
+        return [(lambda w: jonswap(w, self.Hs, T, gamma), self.Hs, _ends(T))]
+
+    @model_validator(mode="after")
+    def _shaped(self) -> "Sea":
+        if bool(self.table) == (self.Tp is not None):
+            raise ValueError("a sea has either a peak period 'Tp' or a 'table' of spectral densities")
+        frequencies = [f for f, _ in self.table]
+        if self.table and (frequencies != sorted({*frequencies}) or len(frequencies) < 2):
+            raise ValueError("frequencies of the 'table' must be in ascending order, at least two")
+        if self.table and not any(x for _, x in self.table):
+            raise ValueError("the densities of the 'table' are all zero")
+        return self
+
+
+def _ends(Tp: float) -> tuple[float, float]:
+    peak = 2.0 * pi / Tp
+    return LOWEST * peak, HIGHEST * peak
