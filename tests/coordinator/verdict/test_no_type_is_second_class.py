@@ -48,6 +48,12 @@ def test_dropping_a_load_in_the_air_is_red_on_every_crane_type(lift: Lift) -> No
         lift.read(text=lift.beginning(f"  - {{stage: let go, {off}}}\n"))
 
 
+def test_a_gravity_that_is_not_the_earths_is_never_green_on_any_crane_type(lift: Lift) -> None:
+    assert [c for c in lift.read().checks if c.quantity == "gravity"] == []
+    (check,) = (c for c in lift.read("gravity=1 m/s2").checks if c.quantity == "gravity")
+    assert check.state == "amber"
+
+
 def test_a_turn_in_which_all_slings_pull_at_one_line_is_refused_on_every_crane_type(lift: Lift) -> None:
     machines = lift.read().plan.machines
     for hook in (hook for machine in machines for hook in machine.hooks):

@@ -19,7 +19,7 @@ export const words = {
   name: "name",
   like: "begins like",
   nothing: "nothing",
-  nothingHelp: "An empty scene: add cranes, a block, rigging and stages by the + of the outline, or paste tables into their forms.",
+  nothingHelp: "An empty scene: add a block, cranes, lifting beams and stages by the + of the outline, or paste tables into their forms.",
   create: "create",
   cancel: "cancel",
   connecting: "connecting",
