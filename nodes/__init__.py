@@ -14,7 +14,8 @@ Beside them
     sea        wave spectra, and hydrodynamics of floating bodies
     yard       the shipyard: blocks, cranes, crews and calendars, from which the delivery of the ship follows
     fmi        co-simulation units (FMUs) as models
-    mujoco_models   robots and rigs in MJCF or URDF as mechanics of the kernel; mujoco_shapes: boxes that enclose them
+    mujoco_models   robots and rigs in MJCF or URDF as mechanics of the kernel; mujoco_shapes: boxes that enclose
+                    them; mujoco_tendons: tendons that wrap around geoms
     testing    runs one model by itself, so that a user's model can be tested in three lines
 """
 

@@ -26,6 +26,7 @@ from heavylift.kernel.description.mechanics import (
 from heavylift.kernel.errors import SceneError, error_text, extra
 
 from .mujoco_shapes import Box, boxes_of
+from .mujoco_tendons import WrappedTendons
 
 LARGEST = 16_000_000  # bytes of a file
 FREE, BALL, SLIDE, HINGE = range(4)
@@ -206,6 +207,7 @@ class _Importer:
         """Return the spatial tendons through sites and pulleys: as ropes, which only pull, or as struts, which also
         push."""
         m, ropes, struts = self.m, list[Rope](), list[forces.Force]()
+        wrapped = WrappedTendons(self.library, m, self.body) if m.ntendon else None
         for i in range(m.ntendon):
             name, (low, high) = self._name("tendon", i), (float(x) for x in m.tendon_lengthspring[i])
             k, d = float(m.tendon_stiffness[i]), float(m.tendon_damping[i])
@@ -218,10 +220,12 @@ class _Importer:
                 ropes.append(Rope(name, tuple(lines), k * high, high, d))
                 if d:
                     self._lacks(f"tendon '{name}'", "dampers of slack tendons: ropes damp while they are taut")
+            elif wrapped and not lines and not low and high > 0.0 and k and (over := wrapped.rope(i, name, k, high, d)):
+                struts.append(over)
             elif len(lines) == 1 and lines[0].share == 1.0 and low == high:
                 struts.append(forces.Spring(name, lines[0].a, lines[0].b, high, k, d))
             else:
-                what = "tendons over joints or wrapped geoms, and springs over several sites that push, too"
+                what = "tendons over joints or in space around geoms, and springs over several sites that push, too"
                 self._lacks(f"tendon '{name}'", what)
         return ropes, struts
 

@@ -262,8 +262,11 @@ def gallery(
 
 @app.command()
 def hull(
-    data: Annotated[Path, typer.Argument(help="netCDF file of Capytaine, or a mesh with the waterline at z = 0")],
+    data: Annotated[Path, typer.Argument(help="netCDF of Capytaine, NAME.1 of WAMIT, or a mesh, waterline at z = 0")],
     output: Annotated[Path | None, o.written_to("file of the hull; default NAME.json")] = None,
+    volume: Annotated[float, typer.Option(help="displaced [m3], for WAMIT", min=0.0)] = 0.0,
+    height: Annotated[float, typer.Option(help="of the centre of mass over the waterline [m], for WAMIT")] = 0.0,
+    length: Annotated[float, typer.Option(help="ULEN [m], for WAMIT", min=1e-6)] = 1.0,
     force: o.Force = False,
 ) -> None:
     """Convert hydrodynamic data of a hull into a file for `hydrodynamics:`.    heavylift hull barge.nc -o barge.json"""
@@ -271,7 +274,8 @@ def hull(
     from heavylift.nodes.sea.coefficients import computed, hull_of
     from heavylift.recordings.write.partfile import written
 
-    found = hull_of(data if data.suffix == ".nc" else computed(data))
+    given = data if data.suffix in (".nc", ".1") else computed(data)
+    found = hull_of(given, volume, height, length)
     error = found.radiation.error
     text = msgspec.json.format(msgspec.json.encode(found), indent=0).decode() + "\n"
     typer.echo(f"wrote {written(text, output or Path(f'{found.name}.json'), 'a hull', ('.json',), force)}")

@@ -6,6 +6,7 @@ tabulate(function, {"servers": [1, 2, 3]})           a function, System or DEVS 
 load(scene, ["block.mass=200 t"])                    a scene with changed settings, for all functions that take scenes
 linearise(scene or system, inputs, outputs)         its matrices A, B, C, D, with names and units
 from_mujoco("arm.xml")                              a model in MJCF or URDF as a system, and what of it has no equal
+Environment(scene, ["drive"])                       a scene that a controller steps: reset, step, observe
 sensitivities(scene)                                which uncertain input moves which figure
 run(scene, "run.mcap"), Recording("run.mcap")        a recorded run; reading it
 run_models("my_models:build", ...)                   DEVS models of your own
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from heavylift.coordinator.run.result import Result
     from heavylift.coordinator.run.scene import run
     from heavylift.coordinator.run.simulate import simulate
+    from heavylift.coordinator.run.units.environment import Environment
     from heavylift.coordinator.sweeps import sweep
     from heavylift.coordinator.sweeps.function_studies import tabulate
     from heavylift.kernel.version import __version__
@@ -29,8 +31,8 @@ if TYPE_CHECKING:
     from heavylift.recordings import Recording
 
 __all__ = [
-    "Recording", "Result", "__version__", "from_mujoco", "linearise", "load", "replicate", "run", "run_models",
-    "sensitivities", "simulate", "sweep", "tabulate",
+    "Environment", "Recording", "Result", "__version__", "from_mujoco", "linearise", "load", "replicate", "run",
+    "run_models", "sensitivities", "simulate", "sweep", "tabulate",
 ]  # fmt: skip
 
 

@@ -17,17 +17,18 @@ from pathlib import Path
 import msgspec
 from heavylift.kernel.cache import contents, read_cached, remembered, sources
 from heavylift.kernel.errors import HeavyliftError
-from heavylift.nodes.plan.fidelity import MEANT, Answer, Question, percent
+from heavylift.nodes.plan.fidelity import MEANT, Answer, Fidelity, Question, percent
 from heavylift.nodes.plan.plan import Plan, encode, functions
 from heavylift.nodes.scene import LoadedScene
 
 from .in_memory import CUT, play
-from .looking import Look, as_it_is, error_of_level, errors_of_limits, looks, witnesses
-from .measuring import Measuring, added, largest, times
-from .model_levels import Ladder, ModelLevel, at_level
+from .looking import Look, as_it_is, errors_of_limits, looks, with_level
+from .measuring import Measuring, largest
+from .model_levels import DECADE, Ladder, ModelLevel, at_level
 
 STUCK = 3  # decades of the tolerance that change nothing for the better, until it is given up: steps become four times
 # as short, by which a method that has damped a swing away sees it
+SEVERAL = 3  # tolerances, after which a level is compared although its steps are not fine enough
 LOOSEST = 0.1  # tolerance of a step, as a part of the accuracy
 HIDES = 0.25  # part of the errors of steps by which that of a level may be seen wrongly
 ACCURACIES = (0.01, 0.003, 0.001, 0.0003)  # by which checks are decided
@@ -115,74 +116,81 @@ def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
     """Choose the model level and steps that answer a question; raises HeavyliftError only if a run exceeds its time
     limit."""
     last: Look | None = None
-    for number, level in enumerate(ladder.levels):
-        richer = number + 1 < len(ladder.levels)
-        look = _climbed(ladder, ladder.candidates(level), question.accuracy, measuring, richer)
+    wrong = inf
+    tolerance = LOOSEST * question.accuracy  # looser steps cannot be within the accuracy
+    for number, level in enumerate(levels := ladder.plausible):
+        for other in ladder.witnesses(level)[:1]:
+            measuring.prepare(ladder.in_own_steps(ladder.candidates(level)[0]).on(other))
+        look = _climbed(ladder, level, tolerance, question.accuracy, measuring, number + 1 < len(levels))
         last = look if last is None or not look.why or last.why else last
         if largest(look.error) <= question.accuracy:
             return _answer(look, question, measuring)
-        # a finer level would inherit the error of the steps
-        if not look.why and largest(look.model) <= largest(look.steps):
-            break  # a finer level has the same trouble with its steps
+        if not look.why:
+            wrong, before = largest(look.model), wrong
+            # a finer level would inherit the error of the steps; one that is far off and no better than the last is
+            # decided by what little moves
+            if wrong <= largest(look.steps) or wrong >= max(before, question.accuracy / LOOSEST):
+                break
+            tolerance = look.candidate.plan.tolerance  # at which the next level was run as witness
     assert last is not None
     return _unconverged(last, question, measuring, ladder)
 
 
 def _climbed(
-    ladder: Ladder, candidates: Sequence[ModelLevel], accuracy: float, measuring: Measuring, richer: bool
+    ladder: Ladder, level: Fidelity, tolerance: float, accuracy: float, measuring: Measuring, richer: bool
 ) -> Look:
-    """Return, for a level, the candidate with the loosest steps whose errors are within the accuracy. If there is none,
-    return the one with the tightest steps that were run: then the error of the level is larger, or tighter steps give
-    no improvement."""
+    """Return, for a level, the candidate with the loosest steps whose errors are within the accuracy: first the steps
+    are refined until theirs are, then the level is compared once in these steps. If there is none, return the candidate
+    whose level is wrong by more than its steps explain, or the tightest that was run."""
+    candidates = ladder.candidates(level)
     tolerances = [candidate.plan.tolerance for candidate in candidates]
-    # looser steps than LOOSEST times the accuracy cannot be within it
-    at = next((i for i, x in enumerate(tolerances) if x <= LOOSEST * accuracy * (1.0 + 1e-9)), len(candidates) - 1)
-    run, checked, before, stuck = [at], at, inf, 0
+    at = next((i for i, x in enumerate(tolerances) if x <= tolerance * (1.0 + 1e-9)), len(candidates) - 1)
+    # a looser run shows the errors of steps at less cost than a tighter one
+    run = [at - DECADE, at] if at >= DECADE and tolerance < LOOSEST * accuracy else [at]
+    before, stuck, most = inf, 0, accuracy
     while True:
         try:
             if not all(measuring.read_well(candidates[i], accuracy) for i in run):
                 continue  # with denser samples
-            pair = tuple(witnesses(ladder, candidates[checked], measuring)[:1])
-            model = error_of_level(ladder, candidates[checked], measuring)
-            # the level alone is wrong by more than steps of this size can explain: go on to the next level
-            if richer and largest(model) > accuracy / LOOSEST:  # by more than such steps can be
-                return Look(candidates[at], model, {}, model, pair)
             if len(run) == 1 and run[0] + 1 < len(candidates):
                 run.append(_next(tolerances, run[0], 0.1))
                 continue
-            results = looks([candidates[i] for i in run], model, pair, measuring)
+            results = looks([candidates[i] for i in run], measuring)
+            best = results[-1]
+            # an improvement of less than half per decade counts as stuck
+            steps = largest(best.steps)
+            enough = (x for x in results if largest(x.error) <= accuracy and largest(x.steps) <= most)
+            kept = next(enough, None)
+            misread = largest(measuring.misread(best.candidate))  # which other steps do not change
+            if last := run[-1] + 1 >= len(candidates) or stuck >= STUCK or steps == 0.0 or misread > accuracy:
+                kept = kept or best
+            if kept:
+                kept = with_level(kept, ladder, measuring)
+                if largest(kept.error) <= accuracy or last:
+                    return kept
+                # the difference between levels may be an error of steps that differ between them
+                own, wrong = largest(kept.steps), largest(kept.model)
+                if own <= HIDES * max(wrong, accuracy) and (richer or largest(kept.error) - own > accuracy):
+                    return kept
+                most = min(0.5 * most, max(0.5 * (accuracy - wrong), (HIDES if richer else 0.1) * accuracy))
+                continue
+            # before more runs are spent on their steps: levels may be further apart than any steps explain
+            if len(run) == SEVERAL and richer:
+                whole = with_level(results[0], ladder, measuring)
+                where = max(whole.model, key=lambda x: (whole.model[x], x), default="")
+                wrong = whole.model.get(where, 0.0)
+                if wrong > accuracy and (whole.steps[where] <= HIDES * wrong or wrong > accuracy / LOOSEST):
+                    return replace(whole, steps={})
         except HeavyliftError as error:
             if CUT in str(error):
                 raise
             # a failed run may be one whose steps were too loose from the start
-            if run == [at] and not measuring.spent and at + 2 < len(candidates):  # steps may be too loose to begin with
-                run, checked = [at + 2], at + 2
+            if run == [at] and not measuring.spent and at + 2 < len(candidates):
+                run = [at + 2]
                 continue
             return Look(candidates[run[-1]], why=str(error).splitlines()[0])
-        if kept := next((look for look in results if largest(look.error) <= accuracy), None):
-            # errors of the level were measured at looser steps than those of the candidate: part of them may be hidden
-            hidden = times(HIDES, results[run.index(checked)].steps)
-            seen = candidates.index(kept.candidate) <= checked or largest(added(kept.error, hidden)) <= accuracy
-            if seen and (checked == run[-1] or not measuring.slack(candidates[checked])):
-                return kept
-            checked = run[run.index(checked) + 1]  # looser steps may hide what its level is wrong by, above all where
-            # ropes go slack and taut: what decides when is damped first
-            continue
-        best = results[-1]
-        steps, wrong = largest(best.steps), largest(best.model)
-        if wrong > steps:
-            # the difference between levels may be an error of steps that differ between them
-            if checked != run[-1] and largest(results[run.index(checked)].steps) > HIDES * wrong:
-                checked = run[run.index(checked) + 1]  # its steps may be all that is seen of its level
-                continue
-            if richer or wrong > accuracy:
-                return best
-        # an improvement of less than half per decade counts as stuck
         before, stuck = steps, stuck + 1 if steps >= 0.5 * before else 0
-        if run[-1] + 1 >= len(candidates) or stuck >= STUCK or steps == 0.0:
-            return best
-        # aim at half of what the level has left of the accuracy
-        run.append(_next(tolerances, run[-1], 0.5 * max(accuracy - wrong, 0.1 * accuracy) / steps))
+        run.append(_next(tolerances, run[-1], 0.5 * most / steps))
 
 
 def _next(tolerances: Sequence[float], at: int, part: float) -> int:

@@ -5,6 +5,7 @@ A run that takes longer than its limit is stopped; like any other early end, thi
 
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import inf
@@ -18,6 +19,7 @@ from heavylift.coordinator.record.drawing import RopeLines
 from heavylift.coordinator.verdict.conduct import Conduct
 from heavylift.coordinator.verdict.history import Collector, Every
 from heavylift.kernel.description.mechanics import System
+from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.devs import Event, Tag
 from heavylift.nodes.limits.checks import Errors
 from heavylift.nodes.plan.limit import Use
@@ -209,3 +211,12 @@ def play(
         max(times[-1].item(), events[-1].t if events else 0), unfinished,
         kernel.looks.finish(), session.grants, prepared - began, started - start, wall, cpu, errors or {},
     )  # fmt: skip
+
+
+def compiled(plan: Plan) -> None:
+    """Compile the machine code for a plan, so that its run starts at once; if that fails, the run says why."""
+    from heavylift.coordinator.participants.kernel_node import KernelNode
+    from heavylift.coordinator.participants.session import Session
+
+    with suppress(HeavyliftError):
+        Session(plan, lambda config: KernelNode(config, lambda batch: None))

@@ -25,13 +25,13 @@ class Look:
     model: Errors = field(default_factory=dict)
     pairs: tuple[tuple[ModelLevel, ModelLevel], ...] = ()
     why: str = ""
+    spread: bool = False  # the errors are differences to all that was run
     missing: dict[str, str] = field(default_factory=dict)
 
 
-def looks(
-    runs: Sequence[ModelLevel], model: Errors, pair: tuple[tuple[ModelLevel, ModelLevel], ...], measuring: Measuring
-) -> list[Look]:
-    """Return the candidates of one level, loosest steps first, with errors measured against the tightest of them.
+def looks(runs: Sequence[ModelLevel], measuring: Measuring) -> list[Look]:
+    """Return the candidates of one level, loosest steps first, with the errors of their steps and of reading, measured
+    against the tightest of them.
 
     Errors of steps are assumed to fall as a power of the tolerance, observed on three candidates (Roache 1994, and ASME
     V&V 20-2009, section 2), or as its root if there are only two. The error of the tightest one is extrapolated from
@@ -54,20 +54,23 @@ def looks(
     for candidate in others:
         # at least doubled: a difference between two runs is no bound by itself
         steps = times(max(WITNESSED, 1.0 + left), measuring.apart(candidate, last))
-        found.append(_look(candidate, steps, model, (*pair, (candidate, last)), measuring))
+        found.append(_look(candidate, steps, ((candidate, last),), measuring))
     if last in runs:
-        found.append(_look(last, times(WITNESSED * left, now), model, (*pair, (others[-1], last)), measuring))
+        found.append(_look(last, times(WITNESSED * left, now), ((others[-1], last),), measuring))
     return found
 
 
 def _look(
-    candidate: ModelLevel,
-    steps: Errors,
-    model: Errors,
-    pairs: tuple[tuple[ModelLevel, ModelLevel], ...],
-    measuring: Measuring,
+    candidate: ModelLevel, steps: Errors, pairs: tuple[tuple[ModelLevel, ModelLevel], ...], measuring: Measuring
 ) -> Look:
-    return Look(candidate, added(steps, measuring.misread(candidate), model), steps, model, pairs)
+    return Look(candidate, added(steps, measuring.misread(candidate)), steps, {}, pairs)
+
+
+def with_level(look: Look, ladder: Ladder, measuring: Measuring) -> Look:
+    """Return a candidate with the error of its level added, measured in its own steps."""
+    model = error_of_level(ladder, look.candidate, measuring)
+    pairs = (*witnesses(ladder, look.candidate, measuring)[:1], *look.pairs)
+    return replace(look, error=added(look.error, model), model=model, pairs=pairs)
 
 
 def errors_of_limits(look: Look, measuring: Measuring) -> Errors:
@@ -75,10 +78,13 @@ def errors_of_limits(look: Look, measuring: Measuring) -> Errors:
     candidate."""
     own = measuring.limits(look.candidate)
     known = [tuple(measuring.limits(x, values=True) for x in pair) for pair in look.pairs]
+    apart = {name: [abs(a[name].value - b[name].value) for a, b in known if name in a and name in b] for name in own}
+    # differences to what puts back one thing each add up; those to all that was run are a spread
+    whole = max if look.spread else sum
     return {
-        name: (f.misread + WITNESSED * sum(abs(a[name].value - b[name].value) for a, b in known)) / f.scale
+        name: (f.misread + WITNESSED * whole([0.0, *apart[name]])) / f.scale
         for name, f in own.items()
-        if all(name in a and name in b for a, b in known)
+        if len(apart[name]) == len(known)
     }
 
 
@@ -133,4 +139,5 @@ def as_it_is(plan: Plan, accuracy: float, measuring: Measuring) -> Look:
         missing["model"] = "it is modelled as it is written, there is no finer level"
     model = found("model", lambda: error_of_level(ladder, candidate, measuring))
     pairs += witnesses(ladder, candidate, measuring)[:1] if "model" not in missing else []
-    return replace(_look(candidate, steps, model, tuple(pairs), measuring), missing=missing)
+    look = _look(candidate, steps, tuple(pairs), measuring)
+    return replace(look, error=added(look.error, model), model=model, missing=missing)

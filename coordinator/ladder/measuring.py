@@ -6,6 +6,7 @@ sampling.
 
 from collections.abc import Callable, Sequence
 from math import inf
+from threading import Thread
 from typing import NamedTuple
 
 import msgspec
@@ -13,7 +14,7 @@ from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.plan.fidelity import Asked, Fidelity
 
 from .figures import AskedFigure, figures, judged
-from .in_memory import CUT, Judge, play
+from .in_memory import CUT, Judge, compiled, play
 from .model_levels import ModelLevel
 
 DENSER, MOST = 4.0, 60_000  # times the samples, where a figure may be misread; at most of them in a run
@@ -45,17 +46,27 @@ class Measuring:
         self._slack: dict[Key, frozenset[str]] = {}
         self._read: dict[Key, dict[str, AskedFigure]] = {}
         self._judges: dict[Key, Judge] = {}
+        self._made: dict[Key, ModelLevel] = {}
+        self._ahead: dict[Fidelity, Thread] = {}
 
     @property
     def seen(self) -> dict[str, AskedFigure]:
         """All figures of the runs made so far, by name."""
         return {name: f for read in self._read.values() for name, f in read.items()}
 
+    def prepare(self, candidate: ModelLevel) -> None:
+        """Compile a level in a thread while other levels run: native code runs without the interpreter's lock."""
+        if not any(key[0] == candidate.plan.fidelity for key in self._made):
+            self._ahead[candidate.plan.fidelity] = Thread(target=compiled, args=(candidate.plan,))
+            self._ahead[candidate.plan.fidelity].start()
+
     def figures(self, candidate: ModelLevel) -> dict[str, AskedFigure]:
         """Return the figures of a candidate's run; raises HeavyliftError if the candidate could not run."""
         if candidate.key in self._failed:
             raise self._failed[candidate.key]
         if candidate.key not in self._read:
+            if ahead := self._ahead.pop(candidate.plan.fidelity, None):
+                ahead.join()
             dense = msgspec.structs.replace(candidate.plan, samples_hz=self.factor * candidate.plan.samples_hz)
             try:
                 run = play(dense, self._limit())
@@ -66,7 +77,10 @@ class Measuring:
                 raise
             self.spent[candidate.key] = Spent(run.start_s, run.cpu_s, run.prepared_s + run.wall_s)
             self._slack[candidate.key] = run.slack
-            self._read[candidate.key] = {f.name: f for f in figures(run, self.ask)}
+            self._read[candidate.key], self._made[candidate.key] = (
+                {f.name: f for f in figures(run, self.ask)},
+                candidate,
+            )
             if candidate.plan.limits:
                 self._judges[candidate.key] = run.judge
             self._samples = len(run.t)
@@ -78,6 +92,11 @@ class Measuring:
         run. `values`: without reading errors."""
         judge = self._judges.get(candidate.key)
         return {f.name: f for f in judged(judge, values=values)} if judge else {}
+
+    @property
+    def made(self) -> list[ModelLevel]:
+        """The candidates that were run with the present samples, in this order."""
+        return [self._made[key] for key in self._read]
 
     def slack(self, candidate: ModelLevel, hooks: bool = False) -> bool:
         """Return whether a rope goes slack in a candidate's run; with `hooks`, whether a hook rope does."""

@@ -142,6 +142,12 @@ class Ladder:
         own = [planar(msgspec.structs.replace(each, **keep), parts) for each in self.full] if keep else self.full
         return list(dict.fromkeys(own))
 
+    @property
+    def plausible(self) -> list[Fidelity]:
+        """The model levels from which one is chosen, coarsest first: implicit steps do not follow the fast motion of a
+        girder, and so cost as much with a rigid one without the mass of ropes, which is not tried."""
+        return self.levels[1:] if self.method == self.own == "radau5" and len(self.levels) > 1 else self.levels
+
     @cached_property
     def whole(self) -> list[Fidelity]:
         """The levels that differ from the full model only in the number of lumps per rope, finest last."""

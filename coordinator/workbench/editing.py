@@ -203,11 +203,21 @@ def _written(text: str, keys: Keys, value: str) -> str:
         comma = ", " if node.value else ""
         inside = text[: end - 1].rstrip()
         return f"{inside}{comma}{entry}{text[end - 1 :]}"
-    line = _line_end(text, end)
+    line = _line_end(text, end if known or isinstance(node, SequenceNode) else _before(text, node, str(key)))
     if isinstance(node, SequenceNode):
         return f"{text[:line]}\n{indent}- {entry}{text[line:]}"
     steps = [f"\n{indent}{'  ' * i}{_key(key)}:" for i, key in enumerate(keys[known:])]
     return f"{text[:line]}{''.join(steps)} {plain}{text[line:]}"
+
+
+def _before(text: str, node: CollectionNode, key: str) -> int:
+    """Where the last key of the scene ends that the schema puts before a new one, or the scene if there is none."""
+    from heavylift.nodes.scene.keys.schema import Scene  # it takes a second to import
+
+    order = [x.replace("_", " ") for x in Scene.model_fields]
+    earlier = order[: order.index(key)] if key in order else order
+    ends = [_end(value) for name, value in node.value if name.value in earlier]
+    return len(text[: max(ends)].rstrip()) if ends else _end(node)
 
 
 def _key(key: str | int) -> str:

@@ -151,18 +151,20 @@ class OpenScene:
         for folder in self._folders():
             yield from sorted(x for x in folder.iterdir() if x.suffix in SCENES and x.is_file() and _is_scene(x))
 
-    def save(self, text: str, version: str) -> str:
-        """Write the scene if it still has this version; return its new version."""
+    def save(self, text: str, version: str) -> dict[str, Any]:
+        """Write the scene if it still has this version; return its text, its new version, and the serial number of the
+        message with both: pages leave out older ones, which may still be on their way."""
         with self._lock:
             path = self._writable()
             write(path, text, version)
             self._messages.pop("proposal", None)
             self._tell_scene()
+            number = self._number
         self._changed.set()
-        return version_of(text)
+        return {"text": text, "version": version_of(text), "number": number}
 
-    def edit(self, edits: list[tuple[list[str | int], str | int | None]], version: str) -> dict[str, str]:
-        """Change values of the scene, all or none, if it still has this version; return its new version.
+    def edit(self, edits: list[tuple[list[str | int], str | int | None]], version: str) -> dict[str, Any]:
+        """Change values of the scene, all or none, if it still has this version; return what `save` does.
 
         If the value is an integer, the list item at the path is moved to this index.
         """
@@ -170,7 +172,7 @@ class OpenScene:
         if version_of(text) == version:
             for path, value in edits:
                 text = reordered(text, path, value) if isinstance(value, int) else edited(text, path, value)
-        return {"text": text, "version": self.save(text, version)}
+        return self.save(text, version)
 
     def _writable(self) -> Path:
         if self.scene is None or not self.own:
@@ -227,11 +229,12 @@ class OpenScene:
         """Send text and version of the scene, and the names of all."""
         names = [x.relative_to(self.folder).as_posix() for x in self.scenes()]
         message: dict[str, Any] = {"scenes": names, "bundled": sorted(bundled()), "file": ""}
-        if self.scene is not None:
-            text, own = present(self.scene), self.own
-            name = self.scene.resolve().relative_to(self.folder).as_posix() if own else self.scene.name
-            message |= {"file": name, "own": own, "text": text, "version": version_of(text)}
-        self.say("scene", message)
+        with self._lock:  # nobody may say a newer text between the reading and the saying of this one
+            if self.scene is not None:
+                text, own = present(self.scene), self.own
+                name = self.scene.resolve().relative_to(self.folder).as_posix() if own else self.scene.name
+                message |= {"file": name, "own": own, "text": text, "version": version_of(text)}
+            self.say("scene", message)
 
     # ---- threads -----------------------------------------------------------------------------------------
 

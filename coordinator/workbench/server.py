@@ -131,7 +131,7 @@ def _bundled() -> dict[str, str]:
         for name, path in bundled().items()
     }
     texts = {name: " ".join(line.lstrip("# ") for line in lines) for name, lines in sorted(heads.items())}
-    return {name: re.split(r"(?<=\w\w\.)\s", text)[0] for name, text in texts.items()}
+    return {name: re.split(r"(?<=\w\w\.)\s(?=[A-Z])", text)[0] for name, text in texts.items()}
 
 
 def application(opened: OpenScene, word: str, port: int) -> ASGIApp:

@@ -12,10 +12,10 @@ from typing import Annotated, Any, Literal, NamedTuple, get_args, get_type_hints
 
 
 class Unit(NamedTuple):
-    """The dimension of a quantity, and whether the quantity must be positive, or zero or more."""
+    """The dimension of a quantity, and whether the quantity must be positive, zero or more, or one or more."""
 
     dimension: str
-    least: Literal["", "zero", "positive"] = ""
+    least: Literal["", "zero", "positive", "one"] = ""
 
 
 Number = Annotated[float, Unit("ratio")]

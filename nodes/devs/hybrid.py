@@ -15,8 +15,9 @@ from heavylift.kernel.algebra.elementary import power
 from heavylift.kernel.errors import ModelError
 from heavylift.kernel.methods.explicit import DormandPrince5
 
+from .messages import Message
 from .models import Atomic
-from .ports import Bag
+from .ports import Bag, OutPort
 
 State = tuple[float, ...]
 Flow = Callable[[State], Sequence[float]]
@@ -30,19 +31,32 @@ OTHERS = (
 ALONE = 1e-14  # [s] steps that are shorter lead nowhere
 
 
+class Trajectory(Message):
+    """The continuous state of a hybrid model at the present time."""
+
+    state: tuple[float, ...]
+
+
 class Hybrid(Atomic):
     """An atomic model with a continuous state. Override `start`, `flow`, and if needed `guards`, `tell`, `fell`,
     `heard`; `start`, `fell` and `heard` must call `go`.
 
     `longest` [s] limits the integration step, `tolerance` the error of each step relative to 1 + |x|, and `horizon` [s]
     how far the model integrates ahead at once. Two events of the same guard within a quarter of a step may be missed,
-    unless the first one is at the beginning of the step. The motion between events is not recorded; to record it, let
-    another atomic model ask for `present` and send it through a port.
+    unless the first one is at the beginning of the step. With `sampled` [ns], the state is sent through the port
+    `trajectory` at all multiples of that time, which changes no event; the model is then never passive.
     """
 
     tolerance, longest, horizon = 1e-10, 0.1, 10.0
+    sampled = 0
     _crowd: tuple[int, int, int, tuple[int, ...]] = 0, 0, -1, ()
     """Of events that crowd: how many, how many later ones in a row, when the last was [ns], of which guards."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        self._sample = False  # the next transition is one
+        if self.sampled:
+            self.add_out("trajectory", Trajectory)
 
     def _port_name(self, name: str) -> str:
         if hasattr(Hybrid, name) or name in ("state", "ahead", "fallen"):
@@ -77,10 +91,19 @@ class Hybrid(Atomic):
             raise ModelError(f"go{x}: the state must be finite numbers")
         self.state: State = tuple(map(float, x))
         self.ahead, self.fallen, wait = self._next()
-        if wait:
-            self.hold_in(wait)
-        else:
+        self._began, self._due = self.now.t, self.now.t + wait if wait else None
+        self._schedule()
+
+    def _schedule(self) -> None:
+        """Wait for the next event, end of the horizon, or sample."""
+        now, due = self.now.t, self._due
+        sample = now - now % self.sampled + self.sampled if self.sampled else None
+        self._sample = sample is not None and (due is None or sample < due)
+        then = sample if self._sample else due
+        if then is None:
             self.passivate()
+        else:
+            self.hold_in(then - now)
 
     def at(self, e: int) -> State:
         """Return the continuous state e [ns] after the last transition, up to the next one."""
@@ -94,15 +117,21 @@ class Hybrid(Atomic):
     @property
     def present(self) -> State:
         """The continuous state at the present time, for use in `result`, for example."""
-        return self.at(self.now.t - self._last)
+        return self.at(self.now.t - self._began)
 
     def output(self) -> None:
-        """Send the output of an event through `tell`; send nothing at the end of the integration horizon."""
-        if self.fallen:
+        """Send a sample, or the output of an event through `tell`; send nothing at the end of the integration
+        horizon."""
+        if self._sample and isinstance(port := self.ports["trajectory"], OutPort):
+            port.send(Trajectory(self.present))
+        elif self.fallen:
             self.tell(self.fallen)
 
     def internal(self) -> None:
         """Handle an event through `fell`; at the end of the integration horizon, continue integrating."""
+        if self._sample:
+            self._schedule()
+            return
         self.state, which = self.ahead, self.fallen
         if which:
             self._check_crowd(which)
@@ -126,7 +155,7 @@ class Hybrid(Atomic):
 
     def external(self, e: int, x: Bag) -> None:
         """Advance the state to the present time and pass the inputs to `heard`."""
-        self.state = self.at(e)
+        self.state = self.at(self.now.t - self._began)
         self.heard(x)
 
     def _next(self) -> tuple[State, tuple[int, ...], int]:

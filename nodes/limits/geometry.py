@@ -13,6 +13,7 @@ from heavylift.nodes.plan.plan import Plan
 
 REACH = 1.0  # of a lug from the plates of its block [m]
 ROUNDING = 1e-9
+GRAVITY = 9.76, 9.84  # from the highest mountain of the tropics to the poles [m/s2]
 DENSITIES = 20.0, 7850.0  # of all that is in the box of a block [kg/m3]: of light frames, assumed, and of solid steel
 
 
@@ -23,14 +24,15 @@ def outside(half: Vector, p: Vector) -> float:
 
 def geometry_findings(plan: Plan) -> list[Check]:
     """Return red checks for lugs far from the block and for centres of mass outside it, and a warning for each mass
-    that is implausible for its volume or feature of a model file that was not converted."""
+    that is implausible for its volume, feature of a model file that was not converted, and gravity unlike the Earth's.
+    """
     found = [x for machine in plan.machines for cargo in machine.cargo for x in _of(cargo)]
     lacks = (
         finding("amber", "model file", machine.name, f"not converted: {sentence}", where=machine.where)
         for machine in plan.machines
         for sentence in machine.lacks
     )
-    return [*found, *_densities(plan), *lacks]
+    return [*found, *_densities(plan), *_gravity(plan), *lacks]
 
 
 def _of(cargo: Cargo) -> Iterator[Check]:
@@ -67,6 +69,15 @@ def _densities(plan: Plan) -> Iterator[Check]:
             limit, message = low if mass / volume < low else high, f"{message}; {basis}: check its mass and size"
             numbers = {"where": machine.where, "value": mass / volume, "limit": limit, "unit": "kg/m3"}
             yield finding("amber", "geometry", cargo.body, message, **numbers)
+
+
+def _gravity(plan: Plan) -> Iterator[Check]:
+    """Yield a warning if something is lifted where it would weigh less or more than anywhere on the Earth."""
+    low, high = GRAVITY
+    if any(machine.cargo for machine in plan.machines) and not low <= plan.gravity <= high:
+        message = f"gravity is {plan.gravity:g} m/s2, and on the Earth {low:g} to {high:g}: all loads are wrong there"
+        numbers = {"value": plan.gravity, "limit": low if plan.gravity < low else high, "unit": "m/s2"}
+        yield finding("amber", "gravity", "all", message, **numbers)
 
 
 def passes_through(a: Vector, b: Vector, half: Vector) -> float:

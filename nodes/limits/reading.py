@@ -10,6 +10,7 @@ loaded, at the highest utilisation, and at the end.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import msgspec
@@ -29,6 +30,7 @@ from .named import KINDS, LOADS, OF_TENSIONS, hooks_of, origin, signal_of
 from .signals import EMPTY, Column, SignalColumns, carries, place, signals_of, tie_of
 
 RESTS = 1.05  # times the weight of a block: less on its supports is no impact
+STANDS = 1e-9  # [m] between two samples of a rope whose winch stands
 TIGHT = 0.02  # of its rated tension: with less a sling holds nothing
 
 
@@ -260,11 +262,29 @@ COLUMNS: dict[str, Callable[[Plan, RatedLimit, SignalColumns], Column | None]] =
     "drive moment": drive_moment,
     "brake moment": drive_moment,
 }
+
+
+def _heave(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
+    """Evaluate how far a hook has risen and sunk along the z axis of a vessel since its winch stopped."""
+    rope, vessel = limit.elements
+    eye, length = place(signals, hooks_of(plan.machines)[rope].eye), signals.lengths.get(rope)
+    if eye is None or length is None or vessel not in signals.poses or not signals.dynamic:
+        return None
+    p, R = signals.poses[vessel]
+    z = np.einsum("ni,ni->n", R[:, :, 2], eye - p)
+    values = np.zeros(len(z))
+    ends = [0, *(np.flatnonzero(np.abs(np.diff(length)) > STANDS) + 1).tolist(), len(z)]
+    for a, b in ((a, b) for a, b in pairwise(ends) if b > a + 1):
+        values[a:b] = np.maximum.accumulate(z[a:b]) - np.minimum.accumulate(z[a:b])
+    return Reading(values)
+
+
 READERS: dict[str, Callable[[Plan, RatedLimit, SignalColumns], Reading | None]] = {
     "assembly load": _assembly,
     "bridle angle": _bridle,
     **dict.fromkeys(BASES, _design),
     "wind": _wind,
+    "relative heave": _heave,
     **dict.fromkeys(COLUMNS, _column),
 }
 

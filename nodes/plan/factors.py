@@ -6,7 +6,7 @@ from heavylift.kernel.description.units import Area, Gap, Unit
 
 from .actions import Item
 
-Positive: TypeAlias = Annotated[float, Unit("ratio", "positive")]
+AtLeastOne: TypeAlias = Annotated[float, Unit("ratio", "one")]
 Practice: TypeAlias = Literal["none", "0027/ND"]
 Place: TypeAlias = Literal["onshore", "inshore", "offshore"]
 
@@ -16,21 +16,21 @@ class Factors(Item, frozen=True, kw_only=True):
     its clause is known."""
 
     place: Place | None = None  # where it is; left out: onshore, unless something floats
-    weight: Positive | None = None  # contingency of the weight
+    weight: AtLeastOne | None = None  # contingency of the weight
     cog: tuple[Gap, Gap, Gap] | None = None  # half edges of the box that the centre of mass is in, along u, v, w
-    cog_factor: Positive | None = None  # instead of that box
-    dynamic: Positive | None = None  # dynamic amplification of the load at rest
+    cog_factor: AtLeastOne | None = None  # instead of that box
+    dynamic: AtLeastOne | None = None  # dynamic amplification of the load at rest
     dynamics: Literal["included", "not included"] | None = None  # in capacities and charts of hooks
     tilt: Annotated[float, Unit("angle", "positive")] | None = None  # of a load on two hooks
-    tilt_factor: Positive | None = None  # instead of that angle
-    heights: Positive | None = None  # of a load on more than three hooks, for the tolerance of their heights
-    yaw: Positive | None = None  # of two hooks, where several slings hang on one
-    skew: Positive | None = None  # of four and more slings from one hook to a rigid load
-    consequence: Positive | None = None  # of lugs
+    tilt_factor: AtLeastOne | None = None  # instead of that angle
+    heights: AtLeastOne | None = None  # of a load on more than three hooks, for the tolerance of their heights
+    yaw: AtLeastOne | None = None  # of two hooks, where several slings hang on one
+    skew: AtLeastOne | None = None  # of four and more slings from one hook to a rigid load
+    consequence: AtLeastOne | None = None  # of lugs
     wind: Annotated[float, Unit("speed", "zero")] | None = None  # on the load; 0: in no wind
     area: Area = 0.0  # of the load in that wind
     drag: Annotated[float, Unit("ratio", "zero")] = 1.2  # its coefficient
-    tandem: Positive | None = None  # capacity over the share of each crane of several
+    tandem: AtLeastOne | None = None  # capacity over the share of each crane of several
 
 
 class Factor(Item, frozen=True, kw_only=True):

@@ -64,6 +64,7 @@ Quantity: TypeAlias = Literal[
     "ground pressure",
     "wheel load",
     "uplift",
+    "relative heave",
 ]
 STANDING: tuple[Quantity, ...] = ("ground pressure", "wheel load", "uplift")  # of the footing of a machine
 TOUCHING: tuple[Quantity, ...] = ("lift-off speed", "landing speed")

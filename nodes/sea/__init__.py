@@ -5,7 +5,8 @@ spectra          spectra of irregular waves; their components with directions an
 extremes         quantiles of the largest values over seeds, with confidence
 hydrodynamics    the file of a hull: added mass, radiation terms, wave loads; loads in a sea
 radiation_fit    passive radiation model fitted to added mass and damping by frequency
-coefficients     hydrodynamics of a hull from files of Capytaine, or computed by it from a mesh
+coefficients     the file of a hull made from coefficients, or from a mesh by Capytaine
+data_files       coefficients in files of WAMIT and Capytaine, with their conventions
 """
 
 from heavylift.kernel.on_demand import face

@@ -1,21 +1,20 @@
-"""Hydrodynamic coefficients of a hull from Capytaine: read from its netCDF files, or computed once from a mesh.
+"""The file of a hull made from hydrodynamic coefficients, which are read from files or computed once from a mesh.
 
-Capytaine (Ancellin, Dias, Journal of Open Source Software 4 (2019) 1341) gives loads for the time factor exp(-iwt);
-their conjugates are those for exp(+iwt), which is used here. Its headings are the directions to which the waves travel,
-as here. The frequencies must include infinity, which gives the added mass of the body.
+The frequencies must include infinity, which gives the added mass of the body.
 """
 
+from hashlib import sha256
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 from heavylift.kernel.errors import SceneError, error_text, extra
 
+from .data_files import Coefficients, capytaine, wamit
 from .hydrodynamics import VERSION, WORST, FitError, Hydrodynamics, RadiationStates, WaveLoads
 from .radiation_fit import fitted
 
 MODES = ("Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw")
-NEEDED = ("omega", "wave_direction", "added_mass", "radiation_damping", "excitation_force", "hydrostatic_stiffness")
 DIGITS, EXACT = 7, 12  # of data, and of states, which must stay passive
 NOTHING = 1e-9  # of the largest number of a matrix: rounding
 FINEST, STEP = 3.0, 0.1  # [rad/s] of the frequencies that are computed
@@ -23,23 +22,20 @@ PANELS, GRAVITY = 4.0, 9.81  # [m/s2]: panels along the shortest wave
 DIRECTIONS = 13  # from following to head waves
 
 
-def hull_of(path: Path) -> Hydrodynamics:
-    """Return the hydrodynamics of a hull from a netCDF file (classic format) of Capytaine; raises SceneError if the
-    file is not one."""
-    from scipy.io import netcdf_file
+def hull_of(path: Path, volume: float = 0.0, height: float = 0.0, length: float = 1.0) -> Hydrodynamics:
+    """Return the hydrodynamics of a hull from a netCDF file (.nc) of Capytaine, or the files NAME.1, .3 and .hst of
+    WAMIT with the displaced volume [m3], the height of the centre of mass above the waterline [m] and ULEN [m].
 
-    try:
-        with netcdf_file(path, "r", mmap=False) as file:
-            data = {name: np.array(x.data) for name, x in file.variables.items()}
-    except TypeError:
-        raise SceneError(
-            f"{path}: it is not a netCDF file of the classic format; write it with NETCDF3_64BIT"
-        ) from None
-    except (OSError, ValueError) as error:
-        raise SceneError(f"{path}: {error_text(error)}") from None
-    if missing := [name for name in NEEDED if name not in data]:
-        raise SceneError(f"{path}: it has no '{missing[0]}'; let Capytaine export radiation, diffraction, hydrostatics")
-    found = _hull(data, path.stem, f"Capytaine, {path.name}")
+    Raises SceneError if a file cannot be read, or if the radiation fit is too inaccurate.
+    """
+    if path.suffix == ".nc":
+        read, files = capytaine(path), [path]
+    elif volume > 0.0:
+        read, files = wamit(path, volume, height, length), [path.with_suffix(end) for end in (".1", ".3", ".hst")]
+    else:
+        raise SceneError(f"{path}: files of WAMIT do not contain the displaced volume; give it with --volume")
+    digest = sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
+    found = _hull(read, path.stem, f"{path.name}, SHA-256 {digest}")
     if (worst := max(found.radiation.error.added_mass, found.radiation.error.damping)) > WORST:
         advice = f"more than {WORST:.0%}; compute finer panels with a lid, or no frequencies whose waves they miss"
         raise SceneError(f"{path}: the error of the radiation fit is {worst:.1%} of the largest coefficient, {advice}")
@@ -52,20 +48,24 @@ def computed(mesh: Path) -> Path:
     missing = SceneError("coefficients of a mesh are computed by Capytaine: pip install 'heavylift[sea]'")
     cpt, xr = extra("capytaine", missing), extra("xarray", missing)
     try:
-        whole = cpt.load_mesh(str(mesh)).immersed_part()
+        hull = cpt.load_mesh(str(mesh)).immersed_part()
     except Exception as error:  # whatever a library of meshes raises
         raise SceneError(f"{mesh}: {error_text(error)}") from None
     origin = {"rotation_center": (0.0, 0.0, 0.0)}
     body = cpt.FloatingBody(
-        mesh=whole, lid_mesh=whole.generate_lid(), dofs=cpt.rigid_body_dofs(**origin), center_of_mass=(0.0, 0.0, 0.0)
+        mesh=hull, lid_mesh=hull.generate_lid(), dofs=cpt.rigid_body_dofs(**origin), center_of_mass=(0.0, 0.0, 0.0)
     )
-    w = np.arange(STEP, _finest(whole), STEP)
+    w = np.arange(STEP, _finest(hull), STEP)
     common = {"radiating_dof": list(body.dofs), "water_depth": [np.inf], "rho": [1025.0]}
     solver, waves = cpt.BEMSolver(), np.linspace(0.0, np.pi, DIRECTIONS)
     radiation = solver.fill_dataset(xr.Dataset(coords={"omega": [*w, np.inf], **common}), body)
     diffraction = solver.fill_dataset(xr.Dataset(coords={"omega": w, "wave_direction": waves, **common}), body)
     out = mesh.with_suffix(".nc")
-    cpt.export_dataset(str(out), xr.merge([radiation, diffraction], compat="no_conflicts"), format="netcdf")
+    whole = cpt.io.xarray.separate_complex_values(xr.merge([radiation, diffraction], compat="no_conflicts"))
+    for modes in ("radiating_dof", "influenced_dof"):
+        whole[modes] = whole[modes].astype("str")
+    # the classic format, which needs no other library
+    whole.to_netcdf(out, engine="scipy", format="NETCDF3_64BIT")
     return out
 
 
@@ -75,30 +75,20 @@ def _finest(mesh: Any) -> float:
     return min(FINEST, float(np.sqrt(2.0 * np.pi * GRAVITY / (PANELS * np.linalg.norm(edges, axis=2).max()))))
 
 
-def _hull(data: dict[str, np.ndarray], name: str, source: str) -> Hydrodynamics:
-    w = data["omega"]
-    finite = np.isfinite(w)
-    if finite.all():
-        raise SceneError(f"{source}: it has no infinite frequency, whose added mass is needed; add it to 'omega'")
-    order = np.argsort(w[finite])
-    A, B = (_symmetric(data[key].reshape(len(w), 6, 6)) for key in ("added_mass", "radiation_damping"))
-    A_inf, A, B, w = A[~finite][0], A[finite][order], B[finite][order], w[finite][order]
-    space, error = fitted(w, A, B, A_inf)
-    X = data["excitation_force"].reshape(2, len(finite), -1, 6)[:, finite][:, order].swapaxes(1, 2)
-    rho, g = (float(data[key].ravel()[0]) if key in data else x for key, x in (("rho", 1025.0), ("g", 9.81)))
-    K = data["hydrostatic_stiffness"].reshape(6, 6)
-    mass = float(data["disp_mass"].ravel()[0])
-    z = float(data["center_of_mass"].ravel()[2]) if "center_of_mass" in data else 0.0
-    heights = [float(_short(K[i, i] / (mass * g) + z)) for i in (3, 4)]
+def _hull(read: Coefficients, name: str, source: str) -> Hydrodynamics:
+    A, B, A_inf = map(_symmetric, (read.A, read.B, read.A_inf))
+    space, error = fitted(read.w, A, B, A_inf)
+    rho, g, K, volume = read.density, read.gravity, read.K, read.volume
+    heights = [float(_short(K[i, i] / (rho * volume * g) + read.height)) for i in (3, 4)]
     return Hydrodynamics(
         version=VERSION, name=name, source=source, density=rho,
-        volume=float(_short(mass / rho)), waterplane=float(_short(K[2, 2] / (rho * g))),
+        volume=float(_short(volume)), waterplane=float(_short(K[2, 2] / (rho * g))),
         metacentres=(heights[0], heights[1]),
         added_mass=_rows(_short(A_inf)),
         radiation=RadiationStates(_rows(_short(space.F, EXACT)), _rows(_short(space.G, EXACT)),
                                   FitError(*(float(_short(x, 3)) for x in (error.added_mass, error.damping)))),
-        loads=WaveLoads(tuple(_short(w).tolist()), tuple(data["wave_direction"].tolist()),
-                        *(tuple(_rows(x) for x in _short(part)) for part in (X[0], -X[1]))),
+        loads=WaveLoads(tuple(_short(read.w).tolist()), tuple(read.headings.tolist()),
+                        *(tuple(_rows(x) for x in _short(part)) for part in (read.X.real, read.X.imag))),
     )  # fmt: skip
 
 

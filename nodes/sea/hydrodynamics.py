@@ -8,7 +8,6 @@ travel, relative to the bow.
 
 from bisect import bisect_right
 from collections.abc import Sequence
-from functools import lru_cache
 from itertools import pairwise
 from math import pi
 
@@ -92,7 +91,6 @@ class Hydrodynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return [side * x for side, x in zip(SIDES, found, strict=True)] if mirrored else found
 
 
-@lru_cache(4)  # a vessel is built of it, and its water forces
 def read_hydrodynamics(text: bytes, file: str) -> Hydrodynamics:
     """Return the hydrodynamics in a file; raises SceneError if the file contains none, or if its radiation fit is too
     inaccurate."""

@@ -9,7 +9,7 @@ from heavylift.kernel.analysis.equilibrium import RESTLESS
 from heavylift.kernel.description.findings import NOT_CHECKED, Check, State, finding
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.actions import Move, SlingsCondition, Turn
+from heavylift.nodes.plan.actions import Move, SlingsCondition, Turn, UnhookSling
 from heavylift.nodes.plan.mechanism import lug_places, ties_on
 
 from .aiming import world
@@ -23,7 +23,7 @@ def path_findings(built: plan.Plan, path: Followed) -> list[Check]:
     """Return the findings about the path, in order of occurrence."""
     if built.lists:
         return [*path.found]
-    checks = (_unstable, _falls, _at_once, _tripped, _cut, _unfollowed)
+    checks = (_unstable, _falls, _at_once, _lands, _tripped, _cut, _unfollowed)
     return [x for check in checks for x in check(built, path)]
 
 
@@ -64,6 +64,27 @@ def _at_once(built: plan.Plan, path: Followed) -> list[Check]:
             sentence = f"the stage '{action.stage or number}' ends at once: '{words}' holds already as it begins"
             found.append(_finding(built, number, "red", "stage", action.stage or f"action {number}", sentence, begin))
     return found
+
+
+def _lands(built: plan.Plan, path: Followed) -> list[Check]:
+    """Return a finding for each load that comes down on its supports while no order lowers it."""
+    found: dict[tuple[str, int], Check] = {}
+    ropes = {hook.rope for machine in built.machines for hook in machine.hooks}
+    luffs = {each.name for machine in built.machines for each in machine.actuators if each.verb == "luff"}
+    pads = {s.name: s.point.body for machine in built.machines if machine.cargo for s in machine.system.supports}
+    for before, x in pairwise(path.states):
+        orders = built.actions[x.action - 1].orders if x.action else ()
+        turned = {order.block for order in orders if isinstance(order, Turn)}
+        lowers = any(x.speeds.get(rope, 0.0) > 0.0 for rope in ropes) or any(x.speeds.get(each, 0.0) for each in luffs)
+        stood, stands = ({pads[s] for s, force in y.supports.items() if s in pads and force > 0.0} for y in (before, x))
+        for body in sorted(stands - stood) if orders and not any(isinstance(o, UnhookSling) for o in orders) else ():
+            if body in turned or not lowers:
+                name = built.actions[x.action - 1].stage or f"action {x.action}"
+                sentence = (
+                    f"{body} comes down on its supports in '{name}', which does not lower it: hoist it higher first"
+                )
+                found.setdefault((body, x.action), _finding(built, x.action, "red", "landing", body, sentence, x.t))
+    return [*found.values()]
 
 
 def _tripped(built: plan.Plan, path: Followed) -> list[Check]:

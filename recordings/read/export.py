@@ -67,8 +67,9 @@ def log(rec: Recording, patterns: Sequence[str] = ()) -> tuple[list[str], list[l
     kept: list[tuple[RecordedEvent, dict[str, object]]] = []
     for e in rec.events():
         if not patterns or f"{e.source}/{e.port}" in names:
-            wanted = names.get(f"{e.source}/{e.port}", ())
+            wanted = [column.partition("[")[0] for column in names.get(f"{e.source}/{e.port}", ())]
             parts = {name: x for name, x in _flat(e.value) if not patterns or name in wanted or wanted == ["count"]}
+            parts = {name: msgspec.json.encode(x).decode() if isinstance(x, list) else x for name, x in parts.items()}
             fields |= dict.fromkeys(parts)
             kept.append((e, parts))
     rows = [
@@ -104,17 +105,19 @@ def _numbers(value: object) -> Iterator[tuple[str, float]]:
             yield name, float(x)
         elif x is None:  # not a number, or nothing
             yield name, nan
+        elif isinstance(x, list) and all(isinstance(each, int | float) for each in x):
+            yield from ((f"{name}[{i}]", float(each)) for i, each in enumerate(x))
 
 
 def _flat(value: object, name: str = "") -> Iterator[tuple[str, object]]:
-    """Yield the fields of a message; names of nested fields are joined by dots, and tuples are written as JSON."""
+    """Yield the fields of a message; names of nested fields are joined by dots."""
     if value and isinstance(value, list) and all(isinstance(x, list) and len(x) == 2 for x in value):
         value = dict(value) if all(isinstance(name, str) for name, _ in value) else value
     if isinstance(value, dict):
         for key, x in value.items():
             yield from _flat(x, f"{name}.{key}" if name else str(key))
     else:
-        yield name, msgspec.json.encode(value).decode() if isinstance(value, list) else value
+        yield name, value
 
 
 Tables = Iterator[list[NDArray[np.float64]]]  # times and columns, a few thousand rows at a time

@@ -15,6 +15,7 @@ import msgspec
 from heavylift.kernel.errors import SceneError, path_text
 from heavylift.nodes.models.user_models import OUTSIDE
 from heavylift.nodes.plan.plan import encode
+from heavylift.nodes.plan.user_models import UserModel
 from heavylift.nodes.scene import LoadedScene, load
 from heavylift.recordings.format.text import GENERATOR
 from heavylift.recordings.write.partfile import PartFile
@@ -39,6 +40,16 @@ CODES = {
 }
 
 
+def masters_of(scene: LoadedScene, inputs: Sequence[str]) -> tuple[tuple[UserModel, ...], bool]:
+    """Return the models that stand for a program which sets the speeds of drives and winches, and whether it sets that
+    of the `wind`; raises SceneError for unknown names."""
+    wind = "wind" in inputs
+    if wind and not any(machine.name == "wind" for machine in scene.plan.machines):
+        raise SceneError("--input wind: the scene has no 'wind'; give it one, such as 'wind: {speed: 0 m/s}'")
+    moved = [name for name in inputs if name != "wind"]
+    return load(scene.typed or scene.path, [*scene.settings, masters(moved)]).plan.models[-1:] if moved else (), wind
+
+
 def masters(inputs: Sequence[str]) -> str:
     """Return the setting of a scene that lets the program which steps its unit set the speeds of drives and winches."""
     ports = [f"speed-{i + 1}" for i in range(len(inputs))]
@@ -52,14 +63,10 @@ def export(
 ) -> Path:
     """Write the FMU of a scene and return its path. `inputs`: drives, winches, and `wind`, whose speeds are real
     inputs."""
-    wind = "wind" in inputs
-    if wind and not any(machine.name == "wind" for machine in scene.plan.machines):
-        raise SceneError("--input wind: the scene has no 'wind'; give it one, such as 'wind: {speed: 0 m/s}'")
-    moved = [name for name in inputs if name != "wind"]
-    own = load(scene.typed or scene.path, [*scene.settings, masters(moved)]).plan.models[-1:] if moved else ()
+    own, wind = masters_of(scene, inputs)
     name = "".join(word.capitalize() for word in re.findall(r"[A-Za-z0-9]+", scene.plan.name))
     name = name if name[:1].isalpha() else f"Scene{name}"
-    kept = UnitScene(encode(scene.plan), scene.text, scene.merged, path_text(scene.path.name), tuple(own), wind)
+    kept = UnitScene(encode(scene.plan), scene.text, scene.merged, path_text(scene.path.name), own, wind)
     with PartFile(output, "a unit", (".fmu",), force) as file, tempfile.TemporaryDirectory() as folder:
         code, data, made = (Path(folder) / x for x in (f"heavylift_{name.lower()}_{fmi}.py", KEPT, f"{name}.fmu"))
         code.write_text(CODE.format(name=name, **CODES[fmi]), encoding="utf-8")

@@ -137,6 +137,11 @@ class SteppableRun:
     def _advance(self, to_ns: int) -> RunEnd | None:
         return self._session.advance(Tag(to_ns))
 
+    @property
+    def end(self) -> int:
+        """The end of the scene [ns]."""
+        return self._core.end.t
+
     def _check_end(self, to_ns: int) -> None:
         """Raise ModelError for a time beyond the end of the scene or of the experiment."""
         ends = {"scene": self._core.end.t, "experiment": self.stop}

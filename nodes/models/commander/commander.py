@@ -15,7 +15,7 @@ from heavylift.nodes.plan import actions as scene
 from heavylift.nodes.plan.places import ASIDE, WHEN, located, place
 from heavylift.nodes.plan.plan import driven
 
-from .conditions import EvaluationContext, OrderRejected, next_time, words
+from .conditions import OFF, EvaluationContext, OrderRejected, next_time, words
 from .jobs import addressed, clock, still_open
 from .orders import Orders
 
@@ -147,6 +147,11 @@ class Commander(Orders):
             self.over = True
             return
         orders = msgspec.msgpack.decode(command.action, type=scene.Action).orders
+        # of all places where slings can hang, those are meant where they do
+        hung = [
+            x for x in orders if not isinstance(x, scene.UnhookSling) or self.picture.ropes.get(x.sling, OFF) != OFF
+        ]
+        orders = tuple(hung) or orders
         asked = [self.owners.get(addressed(order) or "", "") for order in orders]
         if self.plan.lists and asked[0] not in self.own:
             return  # another list answers

@@ -169,7 +169,8 @@ def _reaches(x: CheckedOrder) -> Violations:
             if lug is None:
                 continue
             upper, place = world(x.before, tie.upper.body, tie.upper.p), world(x.before, lug.body, lug.p)
-            if message := reach(tie.rope, lengths[tie.rope], order.lug or tie.lug, upper, place):
+            called = order.lug or tie.lug or next((name for name, p in x.machines.lugs.items() if p == lug), lug.body)
+            if message := reach(tie.rope, lengths[tie.rope], called, upper, place):
                 yield machine, order.where, message
 
 

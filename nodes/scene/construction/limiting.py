@@ -41,9 +41,11 @@ def scene_limits(builder: SceneBuilder) -> Iterator[RatedLimit]:
     hooks = bool(builder.cranes)
     keys = [hook for machine in builder.scene.machines.values() for hook in machine.hooks.values()]
     distances = {distance for distance in WAYS if not any(getattr(hook, distance) for hook in keys)}
-    checked = {"ropes", "wind", "signals", *(limits.model_fields_set - distances if hooks else ())}
+    heaves = {"heave"} if builder.scene.vessels and hooks else set[str]()
+    checked = {"ropes", "wind", "signals", *heaves, *(limits.model_fields_set - distances - {"heave"} if hooks else ())}
     for key in sorted(limits.model_fields_set - checked):
         message = "no hook has one of its own: give 'off-lead'" if hooks else "the scene has no hooks: leave it out"
+        message = "the scene has no vessels: leave it out" if key == "heave" and hooks else message
         builder.source.fault(("limits", written(key)), f"this limit checks nothing: {message}", on_key=True)
     if hooks:
         by = "the scene" if "clearance" in limits.model_fields_set else "assumed"
@@ -56,6 +58,21 @@ def scene_limits(builder: SceneBuilder) -> Iterator[RatedLimit]:
         yield from wind_limits(builder, lifting, winds)
     for machine in lifting:
         yield from standing_limits(builder, machine)
+    yield from _heaves(builder, where)
+
+
+def _heaves(builder: SceneBuilder, where: str) -> Iterator[RatedLimit]:
+    """Yield the limit of the heave between each hook and each vessel that does not carry its crane."""
+    most, carried = builder.scene.limits.heave, {j.child: j.parent for m in builder.machines for j in m.system.joints}
+    for hook in (hook for machine in builder.machines for hook in machine.hooks if most is not None):
+        below = [hook.on]
+        while below[-1] in carried:
+            below.append(carried[below[-1]])
+        for vessel in (name for name in builder.scene.vessels if name not in below):
+            yield RatedLimit(
+                subject=f"{hook.rope} over {vessel}", quantity="relative heave", unit="m", value=most,
+                elements=(hook.rope, vessel), source="the scene", where=where,
+            )  # fmt: skip
 
 
 def _supports(builder: SceneBuilder, lifting: bool) -> Iterator[RatedLimit]:

@@ -9,6 +9,7 @@ from heavylift.nodes.plan.mechanism import Cargo
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.language.phrases import SwingRamp
 from heavylift.nodes.scene.text.source import SourceText
+from heavylift.nodes.sea.hydrodynamics import Hydrodynamics
 
 UPPER, LOWER = "upper", "lower"  # faces of a block
 
@@ -25,6 +26,7 @@ class SceneBuilder:
     vessels: list[plan.Mechanism] = field(default_factory=list)
     hooks: dict[str, tuple[str, str]] = field(default_factory=dict)  # frame -> (machine, hook)
     groups: dict[str, tuple[str, ...]] = field(default_factory=dict)  # -> frames
+    hulls: dict[str, Hydrodynamics | None] = field(default_factory=dict)  # of vessels, read once
     interlocks: tuple[plan.Interlock, ...] = ()
     limits: tuple[RatedLimit, ...] = ()  # where they are known before: of several lifts
 

@@ -130,6 +130,7 @@ class LiftLimits(Base):
     clearance: u.Gap = u.LENGTH.read("0.5 m")  # between what can meet; assumed
     bridle_warning: u.Swing = u.ANGLE.read("45 deg")  # of slings to the vertical: beyond it they are reported
     bridle: u.Swing = u.ANGLE.read("60 deg")  # of slings to the vertical; EN 13414-1
+    heave: u.Extent | None = None  # up and down between a hook and a vessel that does not carry it, as its winch stands
     impact: u.Factor = 1.5  # on all supports of a block as it lands, over its weight; assumed
     touch: u.Speed = u.SPEED.read("2 m/min")  # of hooks as a block lifts off or lands; assumed
     wind: u.Speed | None = None  # in which is lifted; left out: not checked

@@ -213,17 +213,17 @@ def either(first: Dimension, second: Dimension) -> Either:
 
 @dataclass(frozen=True, eq=False)
 class Quantity:
-    """Reader with which pydantic reads quantities of a dimension; `least`: whether they must be positive, or zero or
-    more."""
+    """Reader with which pydantic reads quantities of a dimension; `least`: whether they must be positive, zero or more,
+    or one or more, as factors of safety."""
 
     dimension: Dimension
-    least: Literal["", "zero", "positive"] = ""
+    least: Literal["", "zero", "positive", "one"] = ""
 
     def read(self, value: object) -> float:
         """Return the value of a quantity in SI units; raises ValueError if it is invalid."""
         number = self.dimension.read(value)
-        if self.least and (number < 0 or (number == 0 and self.least == "positive")):
-            needed = "greater than zero" if self.least == "positive" else "zero or more"
+        needed = {"": "", "zero": "zero or more", "positive": "greater than zero", "one": "1 or more"}[self.least]
+        if needed and (number < (self.least == "one") or (number == 0 and self.least == "positive")):
             raise ValueError(f"{self.dimension.article} must be {needed} here, not {value}")
         return number
 
@@ -275,7 +275,7 @@ TurnDamping = Annotated[float, Quantity(TURN_DAMPING, "zero")]
 Stiffness = Annotated[float, Quantity(STIFFNESS, "zero")]
 Damping = Annotated[float, Quantity(DAMPING, "zero")]
 Ratio = Annotated[float, Quantity(RATIO, "zero")]
-Factor = Annotated[float, Quantity(RATIO, "positive")]
+Factor = Annotated[float, Quantity(RATIO, "one")]
 Number = Annotated[float, Quantity(RATIO)]
 Stroke = Annotated[float, Quantity(STROKE)]
 StrokeSpeed = Annotated[float, Quantity(STROKE_SPEED, "positive")]

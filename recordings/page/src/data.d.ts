@@ -6,6 +6,7 @@ export class Run {
   bodies: { name: string }[];
   block: { name: string; lugs: { name: string; p: number[] }[] } | null;
   supports: { name: string; body: string; p: number[] }[];
+  events: { t: number; text: string; inner: boolean }[];
   stages: { t: number; name: string }[];
   status: string;
   title: string;

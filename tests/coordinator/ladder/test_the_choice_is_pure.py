@@ -55,7 +55,7 @@ def test_an_empty_a_full_and_a_damaged_cache_give_the_same_level_and_digest(
     kept.update(dict.fromkeys(kept, b"not what it was"))
     digests.append(simulate(scene).digest)
     assert len(set(digests)) == 1
-    assert digests[0] != simulate(load("lift", ASKED[:1])).digest
+    assert digests[0] != simulate(load("lift", [*ASKED[:1], "ask=[]"])).digest
     answer = chosen(scene).answer
     assert answer is not None
     assert all(0.0 < e <= 0.01 for e in answer.errors.values())

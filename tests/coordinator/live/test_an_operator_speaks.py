@@ -8,7 +8,17 @@ from heavylift.kernel import SceneError
 from heavylift.nodes import drive
 from heavylift.nodes.devs import seconds
 from heavylift.nodes.models import build_one
-from heavylift.nodes.models.parts import Done, Finished, Lifted, OperatorAnswer, OperatorCommand, Order, Stage
+from heavylift.nodes.models.parts import (
+    Done,
+    Finished,
+    Hooked,
+    Lifted,
+    OperatorAnswer,
+    OperatorCommand,
+    Order,
+    Stage,
+    Unhooked,
+)
 from heavylift.nodes.plan import BrakeOrder, EndOrder, Move, located
 from heavylift.nodes.scene import load, parse, spoken
 from sledge import SLEDGE
@@ -126,6 +136,33 @@ def test_a_command_to_a_joint_that_the_model_level_locks_is_refused(setting: str
     (answer,) = (message for _, _, message in output)
     assert isinstance(answer, OperatorAnswer)
     assert answer.refused.startswith(f"{sentence} of 'fidelity'; write ")
+
+
+REHUNG = """
+heavylift: 1
+name: rehung
+blocks:
+  A: {mass: 2 t, size: [2 m, 2 m, 2 m], at: [-1.5 m, 15 m, 2 m], lugs: {a: [0 m, 0 m, 1.1 m]}, supports: SUPPORTS}
+  B: {mass: 2 t, size: [2 m, 2 m, 2 m], at: [1.5 m, 15 m, 2 m], lugs: {a: [0 m, 0 m, 1.1 m]}, supports: SUPPORTS}
+cranes: {hall: {type: overhead-100, at: 0 m, trolley: 15 m}}
+rigging: {legs: {on: hall main, to: [A.a], length: 6 m}}
+actions: [{legs: unhook}, {legs: "hook [B.a]"}, {wait: 100 s}]
+""".replace("SUPPORTS", "{height: 1 m, at: [[-1 m, -1 m], [1 m, -1 m], [0 m, 1 m]]}")
+
+
+@pytest.mark.parametrize("target", ["hall main", "legs", "all hooks"])
+def test_a_command_unhooks_slings_where_an_earlier_order_hooked_them(target: str) -> None:
+    """The list takes the sling from block A to block B; what a command unhooks then hangs on B."""
+    scene = parse(REHUNG)
+    (off,), (on,) = (scene.plan.actions[i].orders for i in (0, 1))
+    text = f"{target}: unhook"
+    command = OperatorCommand(text, msgspec.msgpack.encode(spoken(scene, text)))
+    reports = (Unhooked(off.sling), Done(off.sling, 1)), (Hooked(on.sling, "B.a"), Done(on.sling, 2))
+    heard = [(seconds(t), "report", x) for t, each in enumerate(reports, 1) for x in each]
+    heard.append((seconds(3), "command", command))
+    said = [message for tag, _, message in drive(build_one(scene.plan, "commander"), heard) if tag.t == seconds(3)]
+    assert [x.what.sling for x in said if isinstance(x, Order)] == [on.sling] != [off.sling]
+    assert [x.refused for x in said if isinstance(x, OperatorAnswer)] == [""]
 
 
 def test_an_empty_operator_command_ends_the_run() -> None:

@@ -48,6 +48,23 @@ def test_dropping_a_load_in_the_air_is_red_on_every_crane_type(lift: Lift) -> No
         lift.read(text=lift.beginning(f"  - {{stage: let go, {off}}}\n"))
 
 
+def test_a_gravity_that_is_not_the_earths_is_never_green_on_any_crane_type(lift: Lift) -> None:
+    assert [c for c in lift.read().checks if c.quantity == "gravity"] == []
+    (check,) = (c for c in lift.read("gravity=1 m/s2").checks if c.quantity == "gravity")
+    assert check.state == "amber"
+
+
+def test_a_block_that_comes_down_on_its_supports_in_a_turn_is_red_on_every_crane_type(lift: Lift) -> None:
+    """Hoisted by 1 m above them, it touches them before it has turned by 15 degrees."""
+    turn = "  - stage: turn\n    block: turn 20 deg/min to 15 deg\n  - wait: 1 s\n"
+    if not lift.text.count("crane: {type: goliath") + lift.text.count("crane: {type: twin"):
+        with pytest.raises(SceneError, match="cannot turn"):
+            lift.read(text=lift.beginning(turn))
+        return
+    assert red(lift.read(text=lift.beginning(turn)), "landing")
+    assert not red(lift.read(), "landing")
+
+
 def test_a_turn_in_which_all_slings_pull_at_one_line_is_refused_on_every_crane_type(lift: Lift) -> None:
     machines = lift.read().plan.machines
     for hook in (hook for machine in machines for hook in machine.hooks):

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 from heavylift.coordinator.workbench import runs, version_of
+from heavylift.nodes.scene.text import read
 from planner import Hands
 
 
@@ -97,6 +98,18 @@ def test_the_scene_schema_completes_and_explains_keys_in_the_editor(page: Any) -
     page.keyboard.press("Escape")
     page.locator(".cm-line .tok-key", has_text="supports").hover()
     page.locator(".cm-tooltip .about", has_text="Supports under the block").wait_for()
+
+
+def test_a_second_block_is_added_by_menu_beside_the_first(page: Any, hands: Hands) -> None:
+    hands.add("Block", "another block")
+    keys = list(read(hands.text, "x").data)
+    assert keys[keys.index("blocks") - 1] == "cranes", "among the keys where the schema has it"
+    hands.previewed()
+    assert page.locator("html").get_attribute("data-faults") == "0"
+    page.wait_for_function("() => workbench.views.stage.frames.has('block-1')")
+    hands.choose("blocks", "block-1")
+    hands.fill("mass", "40 t")
+    hands.written("    mass: 40 t")
 
 
 PLANNER = """import sys

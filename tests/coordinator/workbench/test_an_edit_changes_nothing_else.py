@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from heavylift.coordinator.workbench import edited, reordered, version_of, write
 from heavylift.kernel import SceneError
-from heavylift.nodes.scene import bundled
+from heavylift.nodes.scene import bundled, json_schema
 from heavylift.nodes.scene.text import read
 
 LIFT = bundled()["lift"].read_text()
@@ -36,6 +36,19 @@ def test_editing_adds_and_removes_keys_where_they_belong() -> None:
     )
     assert edited(LIFT, ["factors", "wind"], None) == LIFT.replace("wind: 10 m/s, ", "")
     assert "    wait: 20 s\n  - {wait: 5 s}\n" in edited(LIFT, ["actions", 5], "{wait: 5 s}")
+
+
+def test_a_new_top_level_key_stands_after_those_that_the_schema_puts_before_it() -> None:
+    order = list(json_schema()["properties"])
+    for name in ("lift", "crawler", "in-turn", "edge"):
+        text = bundled()[name].read_text()
+        for key in sorted({"block", "obstacles", "wind", "end", "actions"} - set(read(text, name).data)):
+            found = list(read(edited(text, [key], "some value"), name).data)
+            before, after = found[: found.index(key)], found[found.index(key) + 1 :]
+            assert order.index(before[-1]) < order.index(key), (name, key)
+            assert not [x for x in after if x in order and order.index(x) < order.index(key)], (name, key)
+    added = edited(edited(LIFT, ["blocks", "b", "mass"], "1 t"), ["blocks", "b", "at"], "2 m")
+    assert "\nblocks:\n  b:\n    mass: 1 t\n    at: 2 m\n" in added
 
 
 @pytest.mark.parametrize("name", ["lift", "turnover", "in-turn"])

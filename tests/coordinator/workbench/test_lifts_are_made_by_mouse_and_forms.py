@@ -66,6 +66,23 @@ def test_the_lift_of_the_tutorial_is_made_changed_run_compared_and_reported(page
     assert page.locator("#start .state.green").count() == 2, "scenes of the folder are listed with their verdicts"
 
 
+def test_an_empty_scene_becomes_a_lift_without_faults_by_the_menus_of_the_outline(page: Any, hands: Hands) -> None:
+    hands.begin("first", "")
+    for group, label in (
+        ("Block", "block"),
+        ("Cranes", "goliath-900"),
+        ("Lifting beams", "lifting beam"),
+        ("Lifting beams", "sling of all beams"),
+        ("Lifting beams", "shackle of all beams"),
+        ("Stages", "take up slack"),
+        ("Stages", "lift off"),
+    ):
+        hands.add(group, label)
+    hands.previewed()
+    assert page.locator("html").get_attribute("data-faults") == "0"
+    assert page.locator("#verdict").inner_text().startswith("GREEN")
+
+
 @pytest.mark.large
 def test_two_cranes_lift_a_block_from_a_spreadsheet(page: Any, hands: Hands) -> None:
     hands.begin("two-cranes", "")

@@ -9,6 +9,7 @@ from random import Random
 
 import pytest
 from heavylift.coordinator.ladder import play
+from heavylift.kernel import SceneError
 from heavylift.kernel.description import Point, System
 from heavylift.nodes.limits import BASES, PRACTICES, daf, tilted
 from heavylift.nodes.plan import Cargo, Hoist, Mechanism, Plan, RatedLimit, Tie, Use
@@ -163,3 +164,12 @@ def test_a_factor_of_a_practice_names_its_clause() -> None:
     for clauses in PRACTICES.values():
         for clause in clauses.values():
             assert any(c.isdigit() for c in clause.source)
+
+
+FACTORS = ["weight", "cog factor", "dynamic", "tilt factor", "heights", "yaw", "skew", "consequence", "tandem"]
+
+
+@pytest.mark.parametrize("key", [*(f"factors.{name}" for name in FACTORS), "limits.impact", "rig.sling.factor"])
+def test_a_factor_of_safety_below_one_is_an_error_of_the_scene(key: str) -> None:
+    with pytest.raises(SceneError, match=r"must be 1 or more here, not 0\.9"):
+        load("lift", [f"{key}=0.9"])

@@ -89,8 +89,8 @@ def test_every_damping_constant_is_a_key_with_a_source_or_an_assumption() -> Non
 def test_limits_are_written_with_the_words_of_planners() -> None:
     keys = json_schema()["$defs"]["LiftLimits"]["properties"]
     assert [*keys] == [
-        "off-lead", "off-lead along", "off-lead across", "clearance", "bridle warning", "bridle", "impact",
-        "touch", "wind", "signals", "ropes",
+        "off-lead", "off-lead along", "off-lead across", "clearance", "bridle warning", "bridle", "heave",
+        "impact", "touch", "wind", "signals", "ropes",
     ]  # fmt: skip
     assert keys["off-lead"]["default"] == "3 deg"
     with pytest.raises(SceneError, match="unknown key 'off led'"):

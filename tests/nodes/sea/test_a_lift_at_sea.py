@@ -139,3 +139,23 @@ def test_a_block_that_the_deck_catches_again_is_told(speed: str, hits: bool) -> 
     found = [x for x in run.verdict.checks if x.quantity == "re-hit"]
     assert (count > 1, [f" again {count} times " in x.sentence for x in found]) == (hits, [True] if hits else [])
     assert [(x.state, x.why) for x in found] == ([("amber", "warning")] if hits else [])
+
+
+def hanging(where: str) -> str:
+    """The barge below an idle hook of a crane that stands somewhere; it heaves by 0.45 m per metre of amplitude."""
+    text = bundled()["floating"].read_text().replace("samples: 5 Hz", "samples: 20 Hz\nend: 60 s")
+    text = text.replace("limits: {", "limits: {heave: 0.6 m, ").replace("on: barge, at: [0 m, 0 m, 4 m]", where)
+    for mode in ("surge", "sway", "roll", "pitch", "yaw"):
+        text = "\n".join(x for x in text.splitlines() if not x.strip().startswith(f"{mode}: ["))
+    return text[: text.index("actions:")] + "actions: [{wait: 50 s}]\n"
+
+
+def test_the_heave_of_a_deck_below_a_hook_on_the_quay_is_checked() -> None:
+    """Up and down is twice the amplitude; a crane that stands on the barge has no such limit."""
+    plan = parse(hanging("at: [0 m, 0 m, 4 m]")).plan
+    (use,) = [x for x in play(plan).judge.fine[1] if x.limit.quantity == "relative heave"]
+    assert (use.limit.subject, use.limit.value) == ("crane.main over barge", 0.6)
+    assert use.value == pytest.approx(2.0 * 0.45 * 0.75, rel=0.01)  # the hook bobs on its rope by less
+    assert use.beyond
+    carried = parse(hanging("on: barge, at: [0 m, 0 m, 4 m]")).plan
+    assert not [x for x in carried.limits if x.quantity == "relative heave"]

@@ -76,7 +76,9 @@ def _carried(builder: SceneBuilder, name: str, given: Vessel, body: Body) -> Sys
 
 
 def _hull(builder: SceneBuilder, name: str, floating: Floating) -> Hydrodynamics | None:
-    return hydrodynamics_of(builder, name, floating.hydrodynamics) if floating.hydrodynamics else None
+    if floating.hydrodynamics and name not in builder.hulls:
+        builder.hulls[name] = hydrodynamics_of(builder, name, floating.hydrodynamics)
+    return builder.hulls.get(name)
 
 
 def _free(given: Vessel, added: Matrix6 | None, body: Body) -> System:

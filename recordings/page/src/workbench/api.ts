@@ -3,6 +3,7 @@ import { words } from "./words";
 
 export type Path = (string | number)[];
 export interface Scene { scenes: string[]; bundled: string[]; file: string; own?: boolean; text?: string; version?: string; number: number }
+export interface Saved { text: string; version: string; number: number }
 export interface Fault { file: string; line: number; column: number; path: string; sentence: string; hint: string }
 export interface State { t: number; action: number; stage: string; event: string; last: boolean }
 export interface Drawing { title: string; svg: string }
@@ -56,8 +57,8 @@ const post = async <T = string>(name: string, body: object): Promise<T> =>
   (await answered<{ answer: T }>(fetch(name, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) }))).answer;
 
 export const api = {
-  save: (text: string, version: string) => post("save", { text, version }),
-  edit: (edits: { path: Path; value: string | number | null }[], version: string) => post<{ text: string; version: string }>("edit", { edits, version }),
+  save: (text: string, version: string) => post<Saved>("save", { text, version }),
+  edit: (edits: { path: Path; value: string | number | null }[], version: string) => post<Saved>("edit", { edits, version }),
   open: (name: string) => post("open", { name }),
   copy: (name: string) => post("copy", { name }),
   begin: (name: string, like: string) => post("new", { name, like }),

@@ -33,6 +33,7 @@ export class Editor {
   readonly conflict = element("div", { id: "conflict", role: "alert", hidden: true });
   private file = "";
   private base = ""; // version of the file that the text comes from
+  private number = 0; // of the message of the scene that came last, or of an own save
   private written: string | null = null; // what is being saved
   private dirty = false;
   private theirs: Scene | null = null;
@@ -95,6 +96,8 @@ export class Editor {
 
   // What stands in the file now.
   take(scene: Scene): void {
+    if (scene.number < this.number) return; // it was on its way while something newer was saved
+    this.number = scene.number;
     const text = (scene.text ?? "").replaceAll("\r\n", "\n");
     this.ending = text === scene.text ? "\n" : "\r\n";
     if (scene.file !== this.file) {
@@ -158,7 +161,9 @@ export class Editor {
     const text = this.text;
     this.written = text;
     try {
-      const version = await api.save(text.replaceAll("\n", this.ending), this.base);
+      const { version, number } = await api.save(text.replaceAll("\n", this.ending), this.base);
+      if (number < this.number) return !this.theirs; // somebody has changed it since, which is shown already
+      this.number = number;
       if (this.text === text) this.accept(version);
       else this.base = version;
       return true;
@@ -181,7 +186,9 @@ export class Editor {
   private async change(edits: () => Edit[]): Promise<string> {
     if (!(await this.save())) return words.conflict;
     try {
-      const { text, version } = await api.edit(edits(), this.base);
+      const { text, version, number } = await api.edit(edits(), this.base);
+      if (number < this.number) return ""; // what came after it is shown already
+      this.number = number;
       if (!this.dirty && this.base !== version) this.put(text.replaceAll("\r\n", "\n"), version);
       return "";
     } catch (error) {

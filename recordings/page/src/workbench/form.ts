@@ -138,6 +138,7 @@ export class Form {
   }
 
   private async change(error: HTMLElement, edits: Edit[]): Promise<void> {
-    error.textContent = await this.edit(edits);
+    const refused = await this.edit(edits);
+    (error.isConnected ? error : this.error).textContent = refused; // the fields may have been drawn anew meanwhile
   }
 }

@@ -22,6 +22,7 @@ export class Runs {
   onlisted: () => void = () => {};
   studies: string[] = [];
   private readonly told = element("span", { role: "status", className: "grow" });
+  readonly toldOfStudies = element("p", { role: "status" }); // the same, beside the form of studies
   private readonly progress = element("progress", { max: 1, "aria-label": words.progress });
   private readonly lines = element("pre", { id: "lines", tabIndex: 0, "aria-label": words.printed });
   private readonly list = element("table", { id: "recordings" });
@@ -38,21 +39,25 @@ export class Runs {
     order.onkeydown = (e) => e.key === "Enter" && give();
     const act = (name: "pause" | "continue" | "stop") => button(words[name], () => void this.ask(name));
     this.control.append(this.progress, act("pause"), act("continue"), act("stop"));
-    this.orders = element("div", { className: "tools orders", hidden: true }, order, button(words.give, give));
+    this.orders = element("div", { className: "tools orders", hidden: true }, ...Object.entries(words.halts).map(([text, order]) => button(text, () => void this.ask("command", order), { title: order })), order, button(words.give, give));
     this.host.append(
       element("div", { className: "split" },
         element("section", { "aria-label": words.recordings }, element("h2", { textContent: words.recordings }), this.list),
         element("section", { "aria-label": words.printed }, element("h2", { textContent: words.printed }), element("div", { className: "tools" }, this.told), this.orders, this.lines)), this.differences);
   }
 
+  private tell(text: string): void {
+    this.told.textContent = this.toldOfStudies.textContent = text;
+  }
+
   async ask(act: string, text = ""): Promise<boolean> {
     try {
       const answer = await api.run(act, text);
-      if (answer) this.told.textContent = answer;
+      if (answer) this.tell(answer);
       return true;
     } catch (error) {
       if (!(error instanceof Refused)) throw error;
-      this.told.textContent = error.message;
+      this.tell(error.message);
       return false;
     }
   }
@@ -60,7 +65,7 @@ export class Runs {
   async start(act: string, text = ""): Promise<void> {
     if (!(await this.acts.saved())) return;
     this.acts.shown(act === "run" || act === "plan" ? "runs" : "studies");
-    this.told.textContent = words.starting;
+    this.tell(words.starting);
     await this.ask(act, text);
   }
 
@@ -80,7 +85,8 @@ export class Runs {
     this.lines.textContent = message.lines.join("\n");
     this.lines.scrollTop = running ? this.lines.scrollHeight : 0;
     const last = message.lines.at(-1)?.trim().replace(/\s+/g, " ") ?? words.starting;
-    this.told.textContent = running ? words.running(last) : words.ended(message.code ?? 0);
+    const wrong = message.lines.find((x) => x.includes("error: "))?.replace(/^.*?error: /, "");
+    this.tell(running ? words.running(last) : message.code && wrong ? wrong : words.ended(message.code ?? 0));
     const counted = /^(\d+) of (\d+) runs/.exec(last);
     if (counted) this.progress.value = Number(counted[1]) / Number(counted[2]);
     else if (!single || !message.live) this.progress.removeAttribute("value");
@@ -106,10 +112,10 @@ export class Runs {
       this.differences.replaceChildren(...(beside ? [element("h2", {}, words.differences(name, beside), " ", this.link(`compare/${encodeURIComponent(name)}/${encodeURIComponent(beside)}`, words.oneReport))] : []),
         ...played.differences.map((html) => element("div", { className: "table" }, markup(html))));
       this.draw();
-      this.differences.scrollIntoView({ block: "nearest" });
+      if (beside) this.differences.scrollIntoView({ block: "nearest" });
     } catch (error) {
       if (!(error instanceof Refused)) throw error;
-      this.told.textContent = error.message;
+      this.tell(error.message);
     }
   }
 
@@ -123,9 +129,9 @@ export class Runs {
   // Report and drawings of what is played, else of the newest recording of the scene.
   async keep(name: string): Promise<void> {
     this.acts.shown("runs");
-    this.told.textContent = words.keeping(name);
+    this.tell(words.keeping(name));
     const refused = await tried(api.keep(name).then((kept) => this.keeping.set(name, kept)));
-    this.told.textContent = refused || this.keeping.get(name)?.refused.join(" ") || words.kept;
+    this.tell(refused || this.keeping.get(name)?.refused.join(" ") || words.kept);
     this.draw();
     document.documentElement.dataset.kept = name;
   }

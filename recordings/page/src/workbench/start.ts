@@ -19,7 +19,7 @@ export class Start {
       element("div", { className: "buttons" }, button(words.fresh, () => this.begin(), { className: "primary" })),
       element("div", { className: "split" },
         element("div", {}, element("h3", { textContent: words.scenesHere }), element("ul", { className: "cards" }, ...(scene.scenes.length
-          ? scene.scenes.map((name) => open(name, verdict(name)?.line ?? words.notRun, chip(verdict(name)?.state ?? "none"))) : [element("li", { textContent: words.noScenes })]))),
+          ? scene.scenes.map((name) => open(name, verdict(name)?.line ?? words.notRun, verdict(name) && chip(verdict(name)!.state))) : [element("li", { textContent: words.noScenes })]))),
         element("div", {}, element("h3", { textContent: words.bundled }), element("ul", { className: "cards" }, ...Object.entries(this.bundled).map(([name, about]) => open(name, about))))));
   }
 

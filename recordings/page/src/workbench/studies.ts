@@ -59,10 +59,8 @@ export class Studies {
       const input = element("input", { value: axis[name], "aria-label": label, placeholder: label, spellcheck: false, autocomplete: "off", ...more });
       input.onchange = () => {
         axis[name] = input.value.trim();
-        if (name === "path" && this.values.has(axis.path) && !axis.from) {
-          axis.from = this.values.get(axis.path)!;
-          this.draw();
-        }
+        const now = this.values.get(axis.path);
+        if (name === "path") (input.nextElementSibling as HTMLInputElement).placeholder = now ? words.now(now) : words.from;
       };
       return input;
     };
@@ -73,7 +71,7 @@ export class Studies {
       element("div", { className: "buttons" }, button(words.addAxis, () => {
         this.axes.push({ path: "", from: "", to: "", by: "" });
         this.draw();
-      }), element("button", { className: "primary", textContent: words.startStudy })));
+      }), element("button", { className: "primary", textContent: words.startStudy })), this.runs.toldOfStudies);
   }
 
   private list(): void {

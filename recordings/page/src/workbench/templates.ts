@@ -17,20 +17,22 @@ const named = (group: string, label: string, path: Path, stem: string, value: st
   group, label, edit: (tree) => [{ path: free(tree, path, stem), value }],
 });
 
-// The path of the block whose lugs are hooked.
-export function block(tree: Tree): Path {
-  const first = tree.entries(tree.at(["blocks"]))[0];
-  return first ? ["blocks", first.key] : ["block"];
+// The paths of all blocks; that of a first one where there is none.
+function blocks(tree: Tree): Path[] {
+  const named = tree.entries(tree.at(["blocks"])).map((x): Path => ["blocks", x.key]);
+  return tree.at(["block"]) || !named.length ? [["block"], ...named] : named;
 }
 
 // So many lugs, and a hook, that nothing hangs on yet; those of the whole text come first.
 function unused(tree: Tree, hooks: string[], n: number): { hook: string; lugs: string[] } {
   const rigged = [["rig"], ["rigging"]].map((path) => tree.text(tree.at(path))).join(" ");
   const known = (name: string) => new RegExp(`(^|[^\\w-])${name}([^\\w-]|$)`).test(rigged);
-  const lugs = tree.entries(tree.at([...block(tree), "lugs"])).map((x) => String(x.key));
-  const spare = lugs.filter((x) => !known(x));
+  const all = blocks(tree).map((path) => tree.entries(tree.at([...path, "lugs"])).map((x) => String(x.key)));
+  const spare = all.map((lugs) => lugs.filter((x) => !known(x))).find((lugs) => lugs.length >= n);
   const crane = String(tree.entries(tree.at(["cranes"]))[0]?.key ?? "crane");
-  return { hook: hooks.find((x) => !known(x)) ?? hooks[0] ?? `${crane} H1`, lugs: (spare.length >= n ? spare : lugs).slice(0, n) };
+  let n_hook = 1;
+  while (known(`${crane} H${n_hook}`)) n_hook++;
+  return { hook: hooks.find((x) => !known(x)) ?? `${crane} H${n_hook}`, lugs: (spare ?? all[0]).slice(0, n) };
 }
 
 const hung = (group: string, label: string, path: Path, stem: string, lugs: number, value: (hook: string, lugs: string) => string): Template => ({
@@ -39,6 +41,7 @@ const hung = (group: string, label: string, path: Path, stem: string, lugs: numb
     return [{ path: free(tree, path, stem), value: value(found.hook, `[${found.lugs.join(", ")}]`) }];
   },
 });
+const HOOK_m = 6, APART_m = 36; // a gantry crane begins with its first hook over the block, others stand beside it
 const SLING = "{breaking: 6430 kN, diameter: 96 mm, termination: resin}";
 const stage = (label: string, value: string): Template => ({
   group: "actions", label, edit: (tree) => [{ path: ["actions", tree.entries(tree.at(["actions"])).length], value: `{stage: ${label}, ${value}}` }],
@@ -49,17 +52,39 @@ const BLOCK = {
   "lug capacity": "100 t", "lugs.L1": "[-2 m, 0 m, 3.3 m]", "lugs.L2": "[2 m, 0 m, 3.3 m]",
 };
 
+// One more block beside the last one, with lugs of names that are free.
+function another(tree: Tree): Edit[] {
+  const all = blocks(tree), last = all.at(-1)!;
+  const numbers = (key: string) => tree.entries(tree.at([...last, key])).map((x) => Number.parseFloat(tree.plain(x.value)));
+  const [x = 40, y = 75] = numbers("at"), [, width = 8] = numbers("size");
+  const taken = new Set(all.flatMap((path) => tree.entries(tree.at([...path, "lugs"])).map((lug) => String(lug.key))));
+  const names = Array.from({ length: taken.size + 2 }, (_, i) => `L${i + 1}`).filter((name) => !taken.has(name));
+  const at = `[${x} m, ${y + width / 2 + 6} m, 5 m]`; // a metre beside it
+  return Object.entries({ ...BLOCK, size: "[12 m, 10 m, 6 m]", at }).map(([key, value]) => ({
+    path: [...free(tree, ["blocks"], "block-"), ...key.replace(/L(\d)$/, (_, n) => names[Number(n) - 1]).split(".")], value,
+  }));
+}
+
 export function templates(schema: Schema): Template[] {
+  const fits = (tree: Tree) => !!tree.at(blocks(tree)[0]); // there is a block already
   return [
-    ...schema.types().map((type) => named("cranes", type, ["cranes"], "crane-", `{type: ${type}, at: 0 m}`)),
-    { group: "block", label: "block", fits: (tree) => !tree.at(["block"]), edit: () => Object.entries(BLOCK).map(([key, value]) => ({ path: ["block", ...key.split(".")], value })) },
-    { group: "block", label: "lug", edit: (tree) => [{ path: free(tree, [...block(tree), "lugs"], "L"), value: "[0 m, 0 m, 0 m]" }] },
-    {
-      group: "block", label: "support", edit: (tree) => {
-        const path = [...block(tree), "supports", "at"];
-        return [{ path: [...path, tree.entries(tree.at(path)).length], value: "[0 m, 0 m]" }];
+    ...schema.types().map((type): Template => ({
+      group: "cranes", label: type, edit: (tree) => {
+        const x = Number.parseFloat(tree.plain(tree.entries(tree.at([...blocks(tree)[0], "at"]))[0]?.value ?? null)) || 40;
+        return [{ path: free(tree, ["cranes"], "crane-"), value: `{type: ${type}, at: ${(type.startsWith("goliath") ? x + HOOK_m : 0) + APART_m * tree.entries(tree.at(["cranes"])).length} m}` }];
       },
-    },
+    })),
+    { group: "block", label: "block", fits: (tree) => !tree.at(["block"]), edit: () => Object.entries(BLOCK).map(([key, value]) => ({ path: ["block", ...key.split(".")], value })) },
+    ...["block", "blocks"].flatMap((group): Template[] => [
+      { group, label: "lug", fits, edit: (tree) => [{ path: free(tree, [...blocks(tree)[0], "lugs"], "L"), value: "[0 m, 0 m, 0 m]" }] },
+      {
+        group, label: "support", fits, edit: (tree) => {
+          const path = [...blocks(tree)[0], "supports", "at"];
+          return [{ path: [...path, tree.entries(tree.at(path)).length], value: "[0 m, 0 m]" }];
+        },
+      },
+      { group, label: "another block", fits, edit: another },
+    ]),
     named("obstacles", "box", ["obstacles"], "obstacle-", "{box: [4 m, 4 m, 4 m], at: [0 m, 0 m, 2 m]}"),
     named("obstacles", "stand", ["obstacles"], "stand-", "{box: [4 m, 20 m, 3 m], at: [0 m, 0 m, 1.5 m], friction: 0.3, meets: lower corners}"),
     hung("rig", "lifting beam", ["rig", "loaders"], "loader-", 2, (hook, lugs) => `{hook: ${hook}, sling: 10 m, lugs: ${lugs}, capacity: 300 t}`),

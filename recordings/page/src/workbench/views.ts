@@ -196,7 +196,7 @@ export class Views {
 
   private tell(parts: string[]): void {
     const text = parts.filter(Boolean).join(" · ");
-    this.told.textContent = text;
+    this.told.textContent = this.told.title = text;
     this.slider.setAttribute("aria-valuetext", text);
   }
 
@@ -213,7 +213,7 @@ export class Views {
       const drawing = drawings[i];
       if (!drawing) return void sheet.append(element("p", { className: "empty", textContent: words.noDrawing }));
       const parsed = new DOMParser().parseFromString(drawing.svg, "image/svg+xml").documentElement;
-      sheet.append(element("figcaption", { textContent: drawing.title }), document.importNode(parsed, true));
+      sheet.append(element("figcaption", { textContent: words.drawing(drawing.title) }), document.importNode(parsed, true));
     });
   }
 
@@ -243,7 +243,7 @@ export class Views {
 
   private seek(now: number, run: Run): void {
     Object.assign(this.slider, { max: String(run.last), value: String(now) });
-    this.tell([`${run.clock(now)} / ${run.clock(run.last)}`, run.stages.findLast((x) => x.t <= now + 1e-9)?.name ?? ""]);
+    this.tell([`${run.clock(now)} / ${run.clock(run.last)}`, run.stages.findLast((x) => x.t <= now + 1e-9)?.name ?? "", run.events.findLast((x) => !x.inner && x.t <= now + 1e-9)?.text ?? ""]);
     this.pin.clear();
     this.stage!.show(now);
     this.bar.on(now + 1e-6);

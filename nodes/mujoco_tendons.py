@@ -1,0 +1,110 @@
+"""Tendons of MuJoCo that wrap around geoms as ropes over sheaves.
+
+A cylinder or sphere becomes a sheave if all bodies that the tendon touches there move in one plane across its axis, as
+far as their joints tell. Another cylinder, around which alone a tendon wraps, becomes an edge along which the tendon
+slides. A conversion counts only if the rope has the length of the tendon in the pose of the file.
+"""
+
+from typing import Any
+
+import numpy as np
+from heavylift.kernel.description.forces import InputSignal, Reeving, Sheave
+from heavylift.kernel.description.mechanics import Point
+from heavylift.kernel.errors import KernelError
+from heavylift.kernel.forces.reeving import ReevingLaw
+
+SLIDE, HINGE = 2, 3  # kinds of joints
+SITE, SPHERE, CYLINDER = 3, 4, 5  # of a tendon's path
+ENDLESS = (-1000.0, 1000.0)  # ends of a cylinder, which wraps beyond its own [m]
+SAME = 1e-9  # of directions, and lengths relative to those of the tendon
+
+
+class WrappedTendons:
+    """Converter of the wrapped tendons of a model; `data`: its kinematics in the pose of the file, `bodies`: names."""
+
+    def __init__(self, library: Any, model: Any, bodies: list[str]) -> None:
+        self.m, self.bodies, self.data = model, bodies, library.MjData(model)
+        library.mj_forward(model, self.data)
+
+    def rope(self, i: int, name: str, k: float, length: float, damping: float) -> Reeving | None:
+        """Return tendon i as a rope of stiffness k [N/m], unstretched length [m] and damping; None if it has no
+        equal."""
+        m, nodes = self.m, range(self.m.tendon_adr[i], self.m.tendon_adr[i] + self.m.tendon_num[i])
+        kinds = [int(m.wrap_type[w]) for w in nodes]
+        if not {*kinds} <= {SITE, SPHERE, CYLINDER}:  # each geom is between two sites
+            return None
+        sheaves = list[Sheave]()
+        for w, kind in list(zip(nodes, kinds, strict=True))[1:-1]:
+            if kind == SITE:
+                sheaves.append(Sheave(self._site(int(m.wrap_objid[w]))))
+            elif (made := self._sheave(w, kind, alone=len(kinds) == 3)) is None:
+                return None
+            else:
+                sheaves.append(made)
+        ends = self._site(int(m.wrap_objid[nodes[0]])), self._site(int(m.wrap_objid[nodes[-1]]))
+        found = Reeving(name, ends[0], tuple(sheaves), ends[1], k * length, InputSignal(length), damping)
+        try:
+            there = ReevingLaw().start_length(found, self._pose)
+        except KernelError:
+            return None
+        wanted = float(self.data.ten_length[i])
+        return found if abs(there - wanted) <= SAME * wanted else None
+
+    def _sheave(self, w: int, kind: int, alone: bool) -> Sheave | None:
+        """Return the geom at place w of a tendon's path as a sheave or edge; None if it has no equal."""
+        m, d, g = self.m, self.data, int(self.m.wrap_objid[w])
+        first, last = (int(m.wrap_objid[w + step]) for step in (-1, 1))
+        a, b, c = d.site_xpos[first], d.site_xpos[last], d.geom_xpos[g]
+        n = d.geom_xmat[g].reshape(3, 3)[:, 2] if kind == CYLINDER else np.cross(a - c, b - c)
+        if np.linalg.norm(n) <= SAME:
+            return None
+        n = n / np.linalg.norm(n)
+        radius, side = float(m.geom_size[g][0]), round(float(m.wrap_prm[w]))
+        straight, across = _flat(b - a, n), _flat(a - c, n)
+        near = across - straight * (across @ straight) / max(float(straight @ straight), SAME)
+        beside = _flat(d.site_xpos[side] - c, n) if side >= 0 else near
+        if np.linalg.norm(beside) <= (radius if side >= 0 else SAME):
+            return None  # it wraps inside, or on either side
+        n = n if np.cross(straight, n) @ beside > 0.0 else -n
+        bodies = [int(m.site_bodyid[first]), int(m.geom_bodyid[g]), int(m.site_bodyid[last])]
+        level = max(abs((a - c) @ n), abs((b - c) @ n)) <= SAME
+        R = d.xmat[bodies[1]].reshape(3, 3)
+        at = Point(self.bodies[bodies[1]], _row(m.geom_pos[g]))
+        if level and self._planar(bodies, n):
+            return Sheave(at, _row(R.T @ n), radius)
+        if kind == CYLINDER and alone:
+            return Sheave(at, _row(R.T @ n), radius, edge="cylinder", span=ENDLESS)
+        return None
+
+    def _planar(self, bodies: list[int], n: np.ndarray) -> bool:
+        """Return whether the joints between bodies move them only in planes across a direction."""
+        own = [self._joints(body) for body in bodies]
+        between = set[int]().union(*own) - own[0].intersection(*own)
+        kinds = {j: int(self.m.jnt_type[j]) for j in between}
+        along = {j: abs(float(self.data.xaxis[j] @ n)) for j in between}
+        return all(
+            (kinds[j] == HINGE and along[j] >= 1.0 - SAME) or (kinds[j] == SLIDE and along[j] <= SAME) for j in between
+        )
+
+    def _joints(self, body: int) -> set[int]:
+        found = set[int]()
+        while body:
+            found |= {j for j in range(self.m.njnt) if self.m.jnt_bodyid[j] == body}
+            body = int(self.m.body_parentid[body])
+        return found
+
+    def _site(self, i: int) -> Point:
+        return Point(self.bodies[int(self.m.site_bodyid[i])], _row(self.m.site_pos[i]))
+
+    def _pose(self, body: str) -> tuple[np.ndarray, np.ndarray]:
+        i = self.bodies.index(body)
+        return self.data.xmat[i].reshape(3, 3), self.data.xpos[i]
+
+
+def _flat(x: np.ndarray, n: np.ndarray) -> np.ndarray:
+    """Return the part of a vector across a direction."""
+    return np.asarray(x - (x @ n) * n)
+
+
+def _row(x: np.ndarray) -> Any:
+    return tuple(float(e) for e in x)

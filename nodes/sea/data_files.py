@@ -1,0 +1,136 @@
+"""Hydrodynamic coefficients of a hull from files of other codes, with their conventions turned into those used here.
+
+WAMIT (user manual, version 7, chapter 4): NAME.1 has periods [s], modes, added mass and damping relative to rho L^k and
+rho L^k w, k = 3 for two translations, 4 for mixed modes, 5 for two rotations; the period 0 is infinite frequency, a
+negative one infinitely long. NAME.3 has periods, headings [deg] to which the waves travel, modes, modulus, phase, and
+the real and imaginary part of the load relative to rho g L^m, m = 2 or 3, for the time factor exp(+iwt) as here.
+NAME.hst has the hydrostatic stiffness relative to rho g L^k, k = 2, 3 or 4. All refer to the origin of the body's axes.
+
+Capytaine (Ancellin, Dias, Journal of Open Source Software 4 (2019) 1341): netCDF in SI units, for exp(-iwt), so the
+conjugates of its loads are those used here.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from heavylift.kernel.errors import SceneError, error_text
+
+NEEDED = ("omega", "wave_direction", "added_mass", "radiation_damping", "excitation_force", "hydrostatic_stiffness")
+DENSITY, GRAVITY = 1025.0, 9.81  # [kg/m3], [m/s2] where a file does not give them
+
+
+@dataclass(frozen=True)
+class Coefficients:
+    """Coefficients by frequency w (n,) [rad/s], in ascending order: added mass A and damping B (n, 6, 6), added mass at
+    infinite frequency (6, 6), loads X (headings, n, 6) by heading [rad] for exp(+iwt), hydrostatic stiffness K (6, 6),
+    displaced volume [m3], height of the centre of mass to which K belongs [m], density [kg/m3], gravity [m/s2]."""
+
+    w: np.ndarray
+    A: np.ndarray
+    B: np.ndarray
+    A_inf: np.ndarray
+    headings: np.ndarray
+    X: np.ndarray
+    K: np.ndarray
+    volume: float
+    height: float
+    density: float = DENSITY
+    gravity: float = GRAVITY
+
+
+def capytaine(path: Path) -> Coefficients:
+    """Return the coefficients in a netCDF file (classic format) of Capytaine; raises SceneError if it is not one."""
+    from scipy.io import netcdf_file
+
+    try:
+        with netcdf_file(path, "r", mmap=False) as file:
+            data = {name: np.array(x.data) for name, x in file.variables.items()}
+    except TypeError:
+        raise SceneError(
+            f"{path}: it is not a netCDF file of the classic format; write it with NETCDF3_64BIT"
+        ) from None
+    except (OSError, ValueError) as error:
+        raise SceneError(f"{path}: {error_text(error)}") from None
+    if missing := [name for name in NEEDED if name not in data]:
+        raise SceneError(f"{path}: it has no '{missing[0]}'; let Capytaine export radiation, diffraction, hydrostatics")
+    w = data["omega"]
+    finite = np.isfinite(w)
+    if finite.all():
+        raise SceneError(f"{path}: it has no infinite frequency, whose added mass is needed; add it to 'omega'")
+    order = np.argsort(w[finite])
+    A, B = (data[key].reshape(len(w), 6, 6) for key in ("added_mass", "radiation_damping"))
+    X = data["excitation_force"].reshape(2, len(finite), -1, 6)[:, finite][:, order].swapaxes(1, 2)
+    rho, g = (float(data[key].ravel()[0]) if key in data else x for key, x in (("rho", DENSITY), ("g", GRAVITY)))
+    z = float(data["center_of_mass"].ravel()[2]) if "center_of_mass" in data else 0.0
+    return Coefficients(
+        w[finite][order], A[finite][order], B[finite][order], A[~finite][0], data["wave_direction"], X[0] - 1j * X[1],
+        data["hydrostatic_stiffness"].reshape(6, 6), float(data["disp_mass"].ravel()[0]) / rho, z, rho, g,
+    )  # fmt: skip
+
+
+def wamit(path: Path, volume: float, height: float, length: float) -> Coefficients:
+    """Return the coefficients in files NAME.1, NAME.3 and NAME.hst of WAMIT.
+
+    `volume`: displaced [m3]; `height`: of the centre of mass for which WAMIT computed NAME.hst [m]; `length`: ULEN [m].
+    Raises SceneError if a file is missing or has other columns.
+    """
+    radiation, loads, stiffness = (_table(path.with_suffix(end), n) for end, n in ((".1", 4), (".3", 7), (".hst", 3)))
+    i, j = _modes(radiation, path.with_suffix(".1"), 1, 2)
+    row, w, periods = _by(radiation[:, 0])
+    added, damping = (np.zeros((len(periods), 6, 6)) for _ in range(2))
+    size = DENSITY * length ** (3.0 + (i > 2) + (j > 2))
+    added[row, i, j], damping[row, i, j] = size * radiation[:, 3], size * radiation[:, 4] * w
+    if 0.0 not in periods:
+        raise SceneError(
+            f"{path.with_suffix('.1')}: it has no infinite frequency, whose added mass is needed: period 0"
+        )
+    at, _, waves = _by(loads[:, 0])
+    headings, of = np.unique(np.radians(loads[:, 1]), return_inverse=True)
+    (mode,) = _modes(loads, path.with_suffix(".3"), 2)
+    X = np.zeros((len(headings), len(waves), 6), complex)
+    X[of, at, mode] = DENSITY * GRAVITY * length ** (2.0 + (mode > 2)) * (loads[:, 5] + 1j * loads[:, 6])
+    if waves.tolist() != periods[periods > 0.0].tolist():
+        raise SceneError(f"{path.with_suffix('.3')}: its periods differ from those of {path.stem}.1")
+    i, j = _modes(stiffness, path.with_suffix(".hst"), 0, 1)
+    K = np.zeros((6, 6))
+    K[i, j] = DENSITY * GRAVITY * length ** (2.0 + (i > 2) + (j > 2)) * stiffness[:, 2]
+    w = 2.0 * np.pi / periods[periods > 0.0]
+    up = np.argsort(w)
+    some = np.flatnonzero(periods > 0.0)[up]
+    return Coefficients(
+        w[up], added[some], damping[some], added[periods == 0.0][0], headings, X[:, up], K, volume, height
+    )
+
+
+def _by(periods: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the index of each row's period, the frequency of each row (0 where it has none), and the periods."""
+    known, at = np.unique(periods, return_inverse=True)
+    return at, np.divide(2.0 * np.pi, periods, out=np.zeros(len(periods)), where=periods > 0.0), known
+
+
+def _modes(table: np.ndarray, path: Path, *columns: int) -> list[np.ndarray]:
+    """Return columns of modes 1 to 6 as indices."""
+    found = [table[:, k].astype(int) - 1 for k in columns]
+    if any((x < 0).any() or (x > 5).any() for x in found):
+        raise SceneError(f"{path}: it has modes beyond the six of one body; write a file for each body alone")
+    return found
+
+
+def _table(path: Path, least: int) -> np.ndarray:
+    """Return the rows of numbers in a text file, filled with zeros to equal length; a header is left out."""
+    rows = []
+    try:
+        for line in path.read_text(encoding="utf-8").splitlines():
+            words = line.split()
+            try:
+                rows.append([float(x.replace("D", "E")) for x in words])
+            except ValueError:
+                if rows:
+                    raise SceneError(f"{path}: '{line.strip()[:40]}' are not numbers") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise SceneError(f"{path}: {error_text(error)}") from None
+    if not (rows := [row for row in rows if row]) or min(map(len, rows)) < least:
+        raise SceneError(f"{path}: its rows need at least {least} numbers")
+    width = max(map(len, rows))
+    return np.array([row + [0.0] * (width - len(row)) for row in rows])

@@ -1,0 +1,100 @@
+"""Coefficients in files of WAMIT: conventions against physics, and against the same hull in a file of Capytaine."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from heavylift.kernel import SceneError
+from heavylift.nodes.scenes import vessels_folder
+from heavylift.nodes.sea import Hydrodynamics, hull_of, read_hydrodynamics
+
+ROUNDED = 2e-6  # relative: six digits are written
+EVERY = 3  # of its frequencies, to make the fit short
+LENGTH, HEIGHT = 10.0, 1.5  # [m] ULEN, and of the centre of mass
+
+
+def bundled() -> Hydrodynamics:
+    path = vessels_folder() / "barge-110.json"
+    return read_hydrodynamics(path.read_bytes(), path.name)
+
+
+def written(folder: Path, of: Hydrodynamics) -> Path:
+    """The hull as WAMIT's manual has it: relative to rho, g and ULEN, for exp(iwt), by periods and degrees."""
+    w, rho, g = np.array(of.loads.frequencies)[::EVERY], 1025.0, 9.81
+    F, R = np.array(of.radiation.F), np.array(of.radiation.G)
+    K = R.T @ np.linalg.solve(1j * w[:, None, None] * np.eye(len(F)) - F, R.astype(complex))
+    A, B = K.imag / w[:, None, None] + np.array(of.added_mass), K.real
+    turns = np.arange(6) > 2
+    both = LENGTH ** (3.0 + turns[:, None] + turns)
+    rows = [f"0 {i + 1} {j + 1} {of.added_mass[i][j] / rho / both[i, j]:.6e}" for i in range(6) for j in range(6)]
+    rows += [
+        f"{2 * np.pi / w[n]:.8e} {i + 1} {j + 1} {A[n, i, j] / rho / both[i, j]:.6e}"
+        f" {B[n, i, j] / rho / both[i, j] / w[n]:.6e}"
+        for n in range(len(w)) for i in range(6) for j in range(6)
+    ]  # fmt: skip
+    (folder / "barge.1").write_text("\n".join(rows))
+    X = (np.array(of.loads.real) + 1j * np.array(of.loads.imaginary))[:, ::EVERY]
+    X /= rho * g * LENGTH ** (2.0 + turns)
+    rows = [
+        f"{2 * np.pi / w[n]:.8e} {np.degrees(b):.6f} {i + 1} {abs(x):.6e} {np.degrees(np.angle(x)):.4f}"
+        f" {x.real:.6e} {x.imag:.6e}"
+        for m, b in enumerate(of.loads.headings) for n in range(len(w)) for i, x in enumerate(X[m, n])
+    ]  # fmt: skip
+    (folder / "barge.3").write_text("PER BETA I MOD PHASE RE IM\n" + "\n".join(rows))
+    heave = of.waterplane / LENGTH**2
+    tilts = [of.volume * (z - HEIGHT) / LENGTH**4 for z in of.metacentres]
+    rows = [f"{i} {i} {x:.8e}" for i, x in zip((3, 4, 5), (heave, *tilts), strict=True)]
+    (folder / "barge.hst").write_text("\n".join(rows))
+    return folder / "barge.1"
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory: pytest.TempPathFactory) -> Hydrodynamics:
+    of = bundled()
+    return hull_of(written(tmp_path_factory.mktemp("wamit"), of), of.volume, HEIGHT, LENGTH)
+
+
+def test_a_hull_is_read_from_files_of_wamit_whose_hash_is_recorded(found: Hydrodynamics) -> None:
+    of = bundled()
+    assert found.waterplane == pytest.approx(of.waterplane, rel=ROUNDED)
+    assert found.metacentres == pytest.approx(of.metacentres, rel=ROUNDED)
+    largest = np.sqrt(np.outer(*2 * [np.diag(of.added_mass)]))
+    assert np.abs((np.array(found.added_mass) - np.array(of.added_mass)) / largest).max() < ROUNDED
+    for w, heading in zip(of.loads.frequencies[: 3 * EVERY : EVERY], (0.3, 2.0, -1.0), strict=True):
+        want = np.array(of.load(w, heading))
+        assert np.abs(np.array(found.load(w, heading)) - want).max() < 1e-4 * np.abs(want).max()
+    name, digest = found.source.split(", SHA-256 ")
+    assert (name, len(digest)) == ("barge.1", 64)
+
+
+def test_a_long_wave_lifts_a_hull_by_its_waterplane_and_pushes_it_ahead_by_its_acceleration(
+    found: Hydrodynamics,
+) -> None:
+    """X3 tends to rho g Aw, in phase with the elevation; a following wave pushes ahead before its crest: X1 is +i."""
+    X = found.load(found.loads.frequencies[0], 0.0)
+    assert X[2].real == pytest.approx(1025.0 * 9.81 * found.waterplane, rel=0.1)
+    assert abs(X[2].imag) < 0.1 * X[2].real
+    assert X[0].imag > 5.0 * abs(X[0].real)
+
+
+MISSING = {
+    "barge.3": ("", "its rows need at least 7 numbers"),
+    "barge.1": ("6 1 1 0.2 0.1", "it has no infinite frequency, whose added mass is needed: period 0"),
+    "barge.hst": ("7 7 1", "it has modes beyond the six of one body"),
+}
+
+
+@pytest.mark.parametrize("file", MISSING)
+def test_incomplete_files_of_wamit_are_refused_in_one_sentence(tmp_path: Path, file: str) -> None:
+    path = written(tmp_path, bundled())
+    text, sentence = MISSING[file]
+    (tmp_path / file).write_text(text)
+    with pytest.raises(SceneError, match=sentence):
+        hull_of(path, 14080.0)
+
+
+def test_files_of_wamit_without_a_displaced_volume_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match="give it with --volume"):
+        hull_of(written(tmp_path, bundled()))
