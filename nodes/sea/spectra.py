@@ -50,7 +50,7 @@ def jonswap(w: float, Hs: float, Tp: float, gamma: float) -> float:
     return pierson_moskowitz(w, Hs, Tp) * float(power(gamma, exp(-0.5 * off * off)))
 
 
-class Peak(NamedTuple):
+class SpectralPeak(NamedTuple):
     """One of the two peaks of Torsethaugen's spectrum: height [m], period [s], peak enhancement."""
 
     Hs: float
@@ -64,7 +64,7 @@ class Peak(NamedTuple):
         return fourth * float(exp(-fourth)) * float(power(self.gamma, exp(-0.5 * off * off)))
 
 
-def torsethaugen(Hs: float, Tp: float) -> tuple[Peak, Peak]:
+def torsethaugen(Hs: float, Tp: float) -> tuple[SpectralPeak, SpectralPeak]:
     """Return the primary and the secondary peak of a sea with wind waves and swell: below the period 6.6 Hs^(1/3) of a
     fully developed sea, wind waves are the primary one."""
     third = 1.0 / 3.0
@@ -79,9 +79,9 @@ def torsethaugen(Hs: float, Tp: float) -> tuple[Peak, Peak]:
     share = (1.0 - floor) * exp(-(away / width) * (away / width)) + floor
     first, second = share * Hs, sqrt(1.0 - share * share) * Hs
     if wind:
-        return Peak(first, Tp, enhanced(first, Tp)), Peak(second, full + 2.0, 1.0)
-    swell = Peak(first, Tp, enhanced(Hs, full) * (1.0 + 6.0 * away))
-    return swell, Peak(second, 6.6 * float(power(second, third)), 1.0)
+        return SpectralPeak(first, Tp, enhanced(first, Tp)), SpectralPeak(second, full + 2.0, 1.0)
+    swell = SpectralPeak(first, Tp, enhanced(Hs, full) * (1.0 + 6.0 * away))
+    return swell, SpectralPeak(second, 6.6 * float(power(second, third)), 1.0)
 
 
 def between(table: Sequence[tuple[float, float]], w: float) -> float:
