@@ -7,7 +7,6 @@ of strain and of height in water.
 
 from collections.abc import Hashable
 from dataclasses import dataclass
-from math import hypot
 
 import numpy as np
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, maximum, minimum, named, select, sqrt
@@ -48,8 +47,8 @@ class MooringLaw(ForceLaw[MooringLine]):
         w, a, b = f.mass * self.gravity, *(R @ np.array(end.p) + p for end in (f.a, f.b) for R, p in (poses(end.body),))
         x, y, z = ((b - a) / f.length).tolist()
         weight = w * f.length
-        start = line_shape(hypot(x, y), z, 0.5 * weight / f.EA, f.seabed, 1)[0]
-        most = weight * hypot(start.H, start.V)
+        start = line_shape(sqrt(x * x + y * y), z, 0.5 * weight / f.EA, f.seabed, 1)[0]
+        most = weight * sqrt(start.H * start.H + start.V * start.V)
         begins = f"is {f.breaking / 1e3:.5g} kN, and the line begins with {most / 1e3:.5g} kN"
         self.demand(f, "breaking", not 0.0 < f.breaking <= most, begins)
         given = [f.length, f.EA, w, f.friction, f.breaking]

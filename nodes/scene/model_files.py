@@ -12,7 +12,7 @@ force of factor 0. Features without an equivalent are listed under `from: lacks`
 
 import re
 from collections.abc import Iterator, Sequence
-from math import hypot
+from math import sqrt
 from pathlib import Path as FilePath
 from typing import Any
 from xml.parsers import expat
@@ -286,7 +286,7 @@ def _lengths(values: Sequence[float]) -> list[Data]:
 
 def _angles(R: Sequence[Sequence[float]]) -> tuple[float, float, float]:
     """Return the angles about x, then y, then z [rad] that give a rotation matrix."""
-    flat = hypot(R[0][0], R[1][0])
+    flat = sqrt(R[0][0] * R[0][0] + R[1][0] * R[1][0])
     if flat < 1e-12:
         return atan2(-R[1][2], R[1][1]), atan2(-R[2][0], flat), 0.0
     return atan2(R[2][1], R[2][2]), atan2(-R[2][0], flat), atan2(R[1][0], R[0][0])

@@ -2,7 +2,7 @@
 that ends early."""
 
 from itertools import pairwise
-from math import hypot
+from math import sqrt
 from typing import Any
 
 from heavylift.kernel.analysis.equilibrium import RESTLESS
@@ -129,9 +129,9 @@ def _out_of_plumb(built: plan.Plan, path: Followed) -> str:
         if not lugs or not tops:
             continue
         u, v = (sum(p[i] for p in lugs) / len(lugs) - sum(p[i] for p in tops) / len(tops) for i in (0, 1))
-        to = f"{u:.2f} m along x and {v:.2f} m along y"
-        message = f"no position of rest is found, and the hook {hook.rope} is {hypot(u, v):.2f} m out of plumb"
-        worst = max(worst, (hypot(u, v), f"{message}; move it by {to}, above its lugs, before it lifts"))
+        away, to = sqrt(u * u + v * v), f"{u:.2f} m along x and {v:.2f} m along y"
+        message = f"no position of rest is found, and the hook {hook.rope} is {away:.2f} m out of plumb"
+        worst = max(worst, (away, f"{message}; move it by {to}, above its lugs, before it lifts"))
     return worst[1]
 
 

@@ -8,7 +8,6 @@ elasticity shifts the true angle by a few tenths of a degree.
 """
 
 from collections.abc import Mapping, Sequence
-from math import dist
 
 from heavylift.nodes.plan.actions import Follow
 from heavylift.nodes.plan.mechanism import Hoist, Mechanism, beneath, ties_on
@@ -50,10 +49,10 @@ def followers(
         found[hook.rope] = Follow(model=machine.name, actuator=hook.rope, master=master, law=(0.0, -w, v))
     if not found:
         raise OrderRejected("the block cannot turn: no sling is hooked")
-    if all(dist(line, lines[0]) < LEVER for line in lines):
-        v, w = lines[0]
+    (y, z), *others = lines
+    if all(max(abs(v - y), abs(w - z)) < LEVER for v, w in others):
         raise OrderRejected(
-            f"the block cannot turn: all its hooks pull at one line, {v:g} m beside and {w:g} m above its centre of "
+            f"the block cannot turn: all its hooks pull at one line, {y:g} m beside and {z:g} m above its centre of "
             "mass; hook slings of another trolley to lugs away from this line"
         )
     return list(found.values())
