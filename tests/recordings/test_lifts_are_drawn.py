@@ -56,6 +56,7 @@ def dimensions(drawing: Drawing, view: int, way: str) -> list[float]:
     return [float(x.words.rpartition(" ")[2]) for x in found]
 
 
+@pytest.mark.large(beyond=3)
 def test_heights_and_radii_in_drawings_are_those_of_the_instant(made: list[tuple[DrawnInstant, Drawing]]) -> None:
     for x, drawing in made:
         heights = dimensions(drawing, 1, "v")
@@ -109,6 +110,7 @@ def test_a_rope_has_one_label_however_it_is_modelled(made: list[tuple[DrawnInsta
         assert not [word for word in words if "~" in word]
 
 
+@pytest.mark.large(beyond=3)
 def test_svg_and_dxf_drawings_have_the_same_content(lift: Recording, tmp_path: Path) -> None:
     import ezdxf
 
@@ -127,6 +129,7 @@ def test_svg_and_dxf_drawings_have_the_same_content(lift: Recording, tmp_path: P
     assert measured == pytest.approx([float(x.words.rpartition(" ")[2]) for x in text], abs=0.006)
 
 
+@pytest.mark.large(beyond=3)
 def test_a_lift_report_has_drawings_and_that_of_a_mechanism_none(lift: Recording, tmp_path: Path) -> None:
     text = report(lift, tmp_path / "report.html").read_text()
     assert text.count('class="drawing"') == len(drawings(lift, recorded_verdict(lift), PROJECT))

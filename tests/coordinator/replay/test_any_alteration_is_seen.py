@@ -213,6 +213,7 @@ def test_a_recording_rewritten_without_changes_is_equal(lift: Path, tmp_path: Pa
     assert verify(RecordedRun(same)).same
 
 
+@pytest.mark.large(beyond=12)
 @pytest.mark.parametrize("alter", ALL, ids=lambda f: f.__name__)
 def test_any_alteration_of_a_recording_is_detected(alter: Alter, lift: Path, tmp_path: Path) -> None:
     for seed in range(1 if alter in ONCE else TIMES):

@@ -65,6 +65,7 @@ TRUTH = {
 }
 
 
+@pytest.mark.large(beyond=4)
 @pytest.mark.parametrize("where", [HERE, {}, {"places": ["frame,processor=yard"]}], ids=["here", "apart", "placed"])
 @pytest.mark.parametrize("end", ENDS)
 def test_results_of_models_do_not_depend_on_their_process(end: str, where: dict[str, Any], tmp_path: Path) -> None:

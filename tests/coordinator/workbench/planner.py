@@ -103,12 +103,17 @@ class Hands:
             self.page.screenshot(path=Path(PICTURES) / f"{name}.png", scale="css")
 
     def grip(self, body: str, p: list[float]) -> list[float]:
-        """Where a point of a body is seen [pixel]."""
+        """Where a point of a body is seen [pixel], once the camera and the picture stand still."""
         return list(
             self.page.evaluate(
-                """([body, p]) => { const { stage } = workbench.views;
-                const [x, y] = stage.labels.seen(stage.labels.place(body, p), stage.camera);
-                const box = stage.gl.domElement.getBoundingClientRect(); return [box.x + x, box.y + y]; }""",
+                """async ([body, p]) => { const { stage } = workbench.views; let last = [0, 0];
+                for (let still = 0; still < 3; ) {
+                  await new Promise(requestAnimationFrame);
+                  const [x, y] = stage.labels.seen(stage.labels.place(body, p), stage.camera);
+                  still = x === last[0] && y === last[1] ? still + 1 : 0; last = [x, y];
+                }
+                const box = stage.gl.domElement.getBoundingClientRect();
+                return [box.x + last[0], box.y + last[1]]; }""",
                 [body, p],
             )
         )

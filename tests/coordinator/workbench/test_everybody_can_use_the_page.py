@@ -16,6 +16,7 @@ OUTSIDE = """() => [...document.querySelectorAll("header *, .toolbar *, .bar *, 
     .map(x => x.outerHTML.slice(0, 90))"""
 
 
+@pytest.mark.large(beyond=1)
 @pytest.mark.parametrize(("theme", "width"), [("light", 1500), ("dark", 1500), ("light", 1024)])
 def test_axe_finds_nothing_serious_and_no_text_is_cut(page: Any, hands: Hands, theme: str, width: int) -> None:
     axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
 from planner import Hands, RUN_s
 
 
@@ -39,6 +40,7 @@ def test_a_live_run_is_paused_ordered_continued_and_stopped(page: Any, hands: Ha
     page.wait_for_selector(f"html[data-pinned='{subject}']")
 
 
+@pytest.mark.large
 def test_a_changed_duplicate_is_compared_with_the_first_variant(page: Any, hands: Hands) -> None:
     shorten(hands, "")
     hands.run()
@@ -58,6 +60,7 @@ def test_a_changed_duplicate_is_compared_with_the_first_variant(page: Any, hands
     popup.value.close()
 
 
+@pytest.mark.large
 def test_a_sweep_and_a_limit_have_pages(page: Any, hands: Hands) -> None:
     shorten(hands, "")
     page.get_by_role("tab", name="Sweeps").click()

@@ -67,6 +67,7 @@ def test_a_lift_at_rest_from_the_table_and_in_place_ends_within_the_stated_error
     assert ends["table"] != ends["rest"]
 
 
+@pytest.mark.large
 def test_the_computed_wind_limit_agrees_with_a_search_over_runs(folder):
     found = ran(LiftOrder("crane.yaml", ("block.mass=250 t", "limits.wind=6 m/s"), windy=12.0))
     assert found.state == "green"

@@ -69,6 +69,7 @@ def test_the_present_text_of_a_model_file_runs(way: str, write: Callable[[str, s
     assert found[1] is found[2], "what has not changed is imported again"
 
 
+@pytest.mark.large(beyond=3)
 @pytest.mark.parametrize("seed", range(12))
 def test_random_edits_of_random_modules_are_all_loaded(seed: int, write: Callable[[str, str], Path]) -> None:
     """Each import is worth what its modules say now; none is executed if nothing was edited that it depends on."""

@@ -143,6 +143,7 @@ def accelerations(system: System) -> np.ndarray:
     return simulation.native.part("f")[p.nq : p.nq + p.nv].copy()
 
 
+@pytest.mark.large(beyond=6)
 @pytest.mark.parametrize("seed", range(20))
 def test_models_imported_from_mujoco_have_its_accelerations_at_random_states(seed, tmp_path):
     file = tmp_path / "model.xml"

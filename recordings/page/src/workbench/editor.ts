@@ -97,8 +97,9 @@ export class Editor {
   // What stands in the file now.
   take(scene: Scene): void {
     if (scene.number < this.number) return; // it was on its way while something newer was saved
-    this.number = scene.number;
     const text = (scene.text ?? "").replaceAll("\r\n", "\n");
+    if (scene.file === this.file && text === this.written) return; // the answer to the save tells its version
+    this.number = scene.number;
     this.ending = text === scene.text ? "\n" : "\r\n";
     if (scene.file !== this.file) {
       this.file = scene.file;
@@ -109,7 +110,7 @@ export class Editor {
       this.status.textContent = scene.own ? "" : words.readOnly;
       return;
     }
-    if (scene.version === this.base || text === this.written) return;
+    if (scene.version === this.base) return;
     if (text === this.text) this.accept(scene.version!);
     else if (this.dirty) {
       this.theirs = scene;
