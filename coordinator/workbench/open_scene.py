@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import msgspec
 from heavylift.kernel.errors import HeavyliftError, SceneError
 from heavylift.nodes.scene import new_scene
+from heavylift.nodes.scene.keys.base import checked_name
 from heavylift.nodes.scene.text.files import within
 from heavylift.nodes.scenes import bundled
 from watchfiles import Change, watch
@@ -20,9 +21,9 @@ from watchfiles import Change, watch
 from .editing import edited, present, reordered, version_of, write
 from .picture import Picture
 from .preview import previewed
+from .results import SCENES
 from .runs import SceneRun
 
-SCENES = (".yaml", ".yml")
 WATCHED = (*SCENES, ".csv", ".xlsx", ".stl", ".glb", ".gltf", ".json", ".mtx", ".py")
 STEP_ms, QUIET_ms = 10, 50  # between looks at the system's list of changes; after a change, for its last one
 AGAIN_ms = 2000  # until folders are looked for again
@@ -195,8 +196,10 @@ class OpenScene:
 
     def _begin(self, name: str, text: Callable[[str], str]) -> None:
         stem = name.removesuffix(".yaml")
-        if not stem or set(stem) & set("/\\\0") or stem.startswith("."):
-            raise SceneError("give it a name, such as my-lift")
+        try:
+            checked_name(stem)
+        except ValueError as error:
+            raise SceneError(f"{error}; choose one such as my-lift") from None
         path = self.folder / f"{stem}.yaml"
         try:
             with path.open("x", encoding="utf-8", newline="") as file:

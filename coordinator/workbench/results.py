@@ -23,6 +23,7 @@ from heavylift.recordings.sheets.sheet import page_of, table_html
 from heavylift.recordings.write.partfile import written
 
 ENDING = ".mcap"
+SCENES = (".yaml", ".yml")
 MOST = 100  # recordings that are listed
 STUDY, LIMITS = "summary.html", "-limits.html"  # pages of a sweep in its folder, and of limits
 KEPT = {
@@ -37,21 +38,32 @@ def of_checks(state: str, line: str, checks: Iterable[Check], tables: Iterable[s
     return {"state": state, "line": line, "checks": listed, "tables": list(tables)}
 
 
-def recordings(folder: Path) -> Iterator[dict[str, str]]:
-    """Yield the recordings of a folder, newest first, with their verdicts."""
+def recordings(folder: Path) -> Iterator[dict[str, Any]]:
+    """Yield the recordings of a folder, newest first, their verdicts, and whether their scenes changed since."""
     found = sorted(((-x.stat().st_mtime_ns, x) for x in folder.glob(f"*{ENDING}")), key=lambda x: (x[0], x[1].name))
     for changed, path in found[:MOST]:
-        state, line = _verdict(path, changed)
-        yield {"name": path.name, "state": state, "line": line}
+        state, line, scenes = _verdict(path, changed)
+        older = any(_changed(folder / name, text) for name, text in scenes)
+        yield {"name": path.name, "state": state, "line": line, "older": older}
 
 
 @lru_cache(4 * MOST)
-def _verdict(path: Path, changed: int) -> tuple[str, str]:
+def _verdict(path: Path, changed: int) -> tuple[str, str, tuple[tuple[str, bytes], ...]]:
+    """Return state and line of a recorded verdict, and the name and text of the recorded scene."""
     try:
-        verdict = verdict_of(Recording(path))
+        rec = Recording(path)
+        verdict = verdict_of(rec)
+        scenes = tuple((name, text) for name, text in rec.attachments.items() if Path(name).suffix in SCENES)
     except (HeavyliftError, OSError) as error:
-        return "none", str(error)
-    return (verdict.state, verdict.line) if verdict else ("none", "")
+        return "none", str(error), ()
+    return (verdict.state, verdict.line, scenes) if verdict else ("none", "", scenes)
+
+
+def _changed(path: Path, text: bytes) -> bool:
+    try:
+        return path.read_bytes().splitlines() != text.splitlines()
+    except OSError:
+        return False
 
 
 def studies(folder: Path) -> list[str]:

@@ -33,7 +33,8 @@ from heavylift.recordings.format.spellings import BEAMS
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, create_model
 
 
-def _named(word: str) -> str:
+def checked_name(word: str) -> str:
+    """Return a name; raises ValueError unless it begins with a letter and has letters, digits, '-' and '_' only."""
     if not word or not word.isascii() or not (word[0].isalpha() or word[0] == "_"):
         raise ValueError(f"a name begins with a letter from a to z, unlike '{word}'")
     bad = next((c for c in word if not (c.isalnum() or c in "_-")), "")
@@ -45,7 +46,7 @@ def _named(word: str) -> str:
 def part_name(name: str) -> str:
     """Return the name of a part, which may have the name of its machine as prefix; raises ValueError if it is
     invalid."""
-    return ".".join(_named(word) for word in name.split("."))
+    return ".".join(checked_name(word) for word in name.split("."))
 
 
 def rising(chart: list[tuple[float, float]]) -> list[tuple[float, float]]:
@@ -56,7 +57,7 @@ def rising(chart: list[tuple[float, float]]) -> list[tuple[float, float]]:
     return chart
 
 
-Name = Annotated[str, AfterValidator(_named)]
+Name = Annotated[str, AfterValidator(checked_name)]
 Place = tuple[Length, Length, Length]
 # one length is a place along x, the axis of beams
 Station = Annotated[Place, BeforeValidator(lambda x: (x, 0.0, 0.0) if isinstance(x, str) else x)]

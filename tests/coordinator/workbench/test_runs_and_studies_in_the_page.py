@@ -38,6 +38,13 @@ def test_a_live_run_is_paused_ordered_continued_and_stopped(page: Any, hands: Ha
     subject = row.locator("td").nth(2).inner_text().split(" (")[0]
     row.click()
     page.wait_for_selector(f"html[data-pinned='{subject}']")
+    hands.file.write_text(hands.text.replace("mass: 300 t", "mass: 310 t"))
+    hands.previewed()
+    page.get_by_role("tab", name="Runs").click()
+    page.locator("#recordings .older").wait_for()
+    page.get_by_role("button", name="Report and drawings", exact=True).first.click()
+    said.filter(has_text="the scene was changed after my-lift.mcap was recorded").wait_for()
+    assert not [*hands.file.parent.glob("*-report*")], "a report of the former scene would look like one of this scene"
 
 
 @pytest.mark.large

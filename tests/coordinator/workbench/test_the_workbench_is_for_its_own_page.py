@@ -156,6 +156,14 @@ def test_pages_of_studies_run_no_scripts(page: TestClient, folder: Path) -> None
     assert page.get(f"/{WORD}/folder").json()["studies"] == ["my-lift-limits.html"]
 
 
+def test_a_new_scene_has_a_name_that_scenes_may_have(page: TestClient, folder: Path) -> None:
+    for name in ("Lift A 300t", "ü", "", "../other", "9-lives"):
+        answer = page.post(f"/{WORD}/new", json={"name": name, "like": "lift"})
+        assert answer.status_code == 409
+        assert "choose one such as my-lift" in answer.json()["error"]
+    assert not [path for path in folder.iterdir() if path.stem in ("Lift A 300t", "9-lives")]
+
+
 def test_a_new_scene_never_replaces_another(page: TestClient, opened: OpenScene, folder: Path) -> None:
     before = (folder / "my-lift.yaml").read_text()
     for name, like in (("my-lift", "tandem"), ("../out", "tandem"), ("", "tandem"), ("pair", "../lift")):

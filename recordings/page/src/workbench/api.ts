@@ -18,7 +18,7 @@ export interface Near { names: string[]; t: number; ends: number[][] }
 export interface Checks { version?: string; state: string; line: string; checks: Check[]; notes: string[]; tables: string[]; ends: string; near?: Near[] }
 export interface RunMessage { do: string; running: boolean; lines: string[]; file: string; live: boolean; code?: number }
 export interface Proposal { number: number; file: string; text: string }
-export interface Recorded { name: string; state: string; line: string }
+export interface Recorded { name: string; state: string; line: string; older: boolean }
 export interface Folder { recordings: Recorded[]; studies: string[]; bundled: Record<string, string> }
 export interface Played { run: object; checks: Checks | null; differences: string[] }
 export interface Kept { made: string[]; refused: string[] }

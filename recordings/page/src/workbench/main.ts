@@ -88,9 +88,7 @@ const files = choice(words.scene, [], (name) => {
 });
 const copy = button(words.copy, () => start.copy(scene.own ? words.duplicateTitle : words.copyTitle, scene.own ? `${stem()}-2` : `my-${stem()}`), { id: "copy" });
 const report = button(words.documents, () => {
-  const name = runs.current(stem());
-  if (name) void runs.keep(name);
-  else status.textContent = words.runFirst;
+  void runs.report(stem());
 }, { title: words.documentsHelp });
 const text = button(words.text, () => withText(document.body.classList.contains("without-text")), { id: "toggle-text", title: words.textHelp });
 
@@ -127,6 +125,7 @@ function withText(on: boolean): void {
 function mark(): void {
   const bad = faults.faults.length > 0 && faultsOf === scene.version;
   const old = (version: string) => version !== "" && version !== scene.version;
+  runs.block(bad);
   views.mark(old(views.version) ? (bad ? words.lastGood : words.stale) : "");
   checks.stale(old(checks.version) ? (bad ? words.lastGood : words.stale) : "");
   status.textContent = busy ? (old(views.version) ? words.reading : words.checking) : bad ? words.faults(faults.faults.length) : scene.file ? words.current : words.none;
@@ -172,7 +171,7 @@ listen({
     copy.textContent = data.own ? words.duplicate : words.copy;
     listScenes();
     if (data.file) editor.take(data);
-    void start.show(data);
+    void runs.refresh().then(() => start.show(data));
     mark();
   },
   busy(data) {

@@ -26,6 +26,9 @@ export class Runs {
   private readonly progress = element("progress", { max: 1, "aria-label": words.progress });
   private readonly lines = element("pre", { id: "lines", tabIndex: 0, "aria-label": words.printed });
   private readonly list = element("table", { id: "recordings" });
+  private readonly printed = element("h2", { textContent: words.printed });
+  private running = false;
+  private faulty = false;
   private readonly orders: HTMLElement;
   private readonly differences = element("div", { id: "differences" });
   private message: RunMessage | null = null;
@@ -43,7 +46,7 @@ export class Runs {
     this.host.append(
       element("div", { className: "split" },
         element("section", { "aria-label": words.recordings }, element("h2", { textContent: words.recordings }), this.list),
-        element("section", { "aria-label": words.printed }, element("h2", { textContent: words.printed }), element("div", { className: "tools" }, this.told), this.orders, this.lines)), this.differences);
+        element("section", { "aria-label": words.printed }, this.printed, element("div", { className: "tools" }, this.told), this.orders, this.lines)), this.differences);
   }
 
   private tell(text: string): void {
@@ -77,7 +80,9 @@ export class Runs {
     this.control.hidden = !running;
     this.orders.hidden = !single;
     for (const x of this.control.querySelectorAll("button")) x.hidden = !single && x.textContent !== words.stop;
-    for (const x of [this.begin, this.plan]) x.disabled = running;
+    this.running = running;
+    this.block(this.faulty);
+    this.printed.textContent = words.printedOf(message.file);
     if (message.live && this.followed !== message.file) {
       this.followed = message.file;
       this.acts.live(message.file);
@@ -96,6 +101,12 @@ export class Runs {
     void this.refresh().then(async () => {
       if (was && message.do === "run" && this.found.some((x) => x.name === message.file)) await this.play(message.file);
     });
+  }
+
+  // A scene with faults cannot be run.
+  block(faulty: boolean): void {
+    this.faulty = faulty;
+    for (const x of [this.begin, this.plan]) x.disabled = this.running || faulty;
   }
 
   // How far the run is that is seen live.
@@ -126,18 +137,21 @@ export class Runs {
     this.draw();
   }
 
-  // Report and drawings of what is played, else of the newest recording of the scene.
-  async keep(name: string): Promise<void> {
+  // Report and drawings of what is played, else of the newest recording of the scene, unless that has changed since.
+  async report(stem: string): Promise<void> {
+    const found = this.found.find((x) => x.name === (this.playing || `${stem}.mcap`));
+    if (found && !found.older) return this.keep(found.name);
+    this.acts.shown("runs");
+    this.tell(found ? words.runAgain(found.name) : words.runFirst);
+  }
+
+  private async keep(name: string): Promise<void> {
     this.acts.shown("runs");
     this.tell(words.keeping(name));
     const refused = await tried(api.keep(name).then((kept) => this.keeping.set(name, kept)));
     this.tell(refused || this.keeping.get(name)?.refused.join(" ") || words.kept);
     this.draw();
     document.documentElement.dataset.kept = name;
-  }
-
-  current(stem: string): string {
-    return this.playing || (this.found.find((x) => x.name === `${stem}.mcap`)?.name ?? "");
   }
 
   private link(href: string, text: string): HTMLElement {
@@ -148,7 +162,7 @@ export class Runs {
     const kept = this.keeping.get(x.name);
     const at = encodeURIComponent(x.name);
     const on = x.name === this.playing;
-    const cells = [chip(x.state), element("b", { textContent: x.name, title: x.line }),
+    const cells = [element("span", {}, chip(x.state), x.older && element("small", { className: "older", textContent: words.older })), element("b", { textContent: x.name, title: x.line }),
       element("span", { className: "buttons" }, button(on ? words.played : words.watch, () => void this.play(x.name), { disabled: on, "aria-label": `${words.watch} ${x.name}` }),
         this.playing && !on && button(words.beside, () => void this.play(this.playing, x.name), { title: words.besideHelp(this.playing), "aria-label": `${words.beside} ${x.name}` }),
         button(words.documents, () => void this.keep(x.name), { "aria-label": `${words.documents} ${x.name}` })),

@@ -1,5 +1,5 @@
 // Where one begins: scenes and recordings of the folder with their verdicts, and scenes to begin with.
-import { api, type Scene, tried } from "./api";
+import { api, type Recorded, type Scene, tried } from "./api";
 import { ask, button, choice, element, labelled, option } from "./dom";
 import { chip, type Runs } from "./runs";
 import { words } from "./words";
@@ -12,6 +12,7 @@ export class Start {
 
   async show(scene: Scene): Promise<void> {
     this.bundled = (await api.folder()).bundled;
+    const told = (x: Recorded | undefined) => (x ? [x.older ? words.older : "", x.line].filter(Boolean).join(": ") : words.notRun);
     const verdict = (file: string) => this.runs.found.find((x) => x.name === file.replace(/\.ya?ml$/, ".mcap"));
     const open = (name: string, text: string, more?: HTMLElement) => element("li", {}, button(name, () => void this.open(name), { className: "open" }), more, element("small", { textContent: text }));
     this.host.replaceChildren(
@@ -19,7 +20,7 @@ export class Start {
       element("div", { className: "buttons" }, button(words.fresh, () => this.begin(), { className: "primary" })),
       element("div", { className: "split" },
         element("div", {}, element("h3", { textContent: words.scenesHere }), element("ul", { className: "cards" }, ...(scene.scenes.length
-          ? scene.scenes.map((name) => open(name, verdict(name)?.line ?? words.notRun, verdict(name) && chip(verdict(name)!.state))) : [element("li", { textContent: words.noScenes })]))),
+          ? scene.scenes.map((name) => open(name, told(verdict(name)), verdict(name)?.older === false ? chip(verdict(name)!.state) : undefined)) : [element("li", { textContent: words.noScenes })]))),
         element("div", {}, element("h3", { textContent: words.bundled }), element("ul", { className: "cards" }, ...Object.entries(this.bundled).map(([name, about]) => open(name, about))))));
   }
 
