@@ -68,6 +68,10 @@ def on_hook(
         hangs = top - (lug_z + given.sling + height - rig.slack)
     else:
         hangs = top - hook.highest if hook.highest is not None else hook.shortest
+    if hangs <= 0.0:
+        excess = f"{-hangs:.2f} m too long for the height of the crane above the block"
+        builder.source.fault(path, f"its slings are at least {excess}", on_key=True)
+        raise_faults(builder.source, builder.source.faults)
     over: list[Edges] = [()] * len(ends)
     if given.over_edges:
         over, hangs = _over(builder, rig, name, given, at, [known[lug] for lug in lugs], (x, y, top), hangs)

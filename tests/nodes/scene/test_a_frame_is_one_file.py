@@ -110,6 +110,7 @@ def test_parameters_of_a_frame_type_are_inputs(tmp_path: Path) -> None:
         ("mass: 14 t", "mass: 14 m", "'14 m' does not fit"),
         ("lugs: [P, Q, R, S]", "lugs: [P, Q]", "4 slings hang on it: name a lug for each of them"),
         ("mass: 14 t", "mass: -14 t", "must be"),
+        ("sling: 8 m", "sling: 300 m", "m too long for the height of the crane above the block"),
     ],
 )
 def test_faults_of_a_frame_in_a_scene_are_one_sentence(tmp_path: Path, old: str, new: str, told: str) -> None:
