@@ -84,7 +84,7 @@ export const words = {
   verb: "move",
   speed: "speed",
   goal: "ends",
-  goalValue: "distance or place",
+  goalValue: "goal",
   goalHelp: "a way such as 2 m, a position, or a condition such as lifted, landed, all slings taut",
   ramp: "ramp",
   noRamp: "that of the drive",
