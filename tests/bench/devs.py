@@ -25,7 +25,7 @@ PERIODS, SPAN = [1_000_003 + 7 * n for n in range(MANY)], 60_000_000
 TICKS = sum((SPAN - 1) // period for period in PERIODS)
 
 
-JOBS = 500 if SHORT else 20_000  # of a G/G/3 with priorities and failures, one a second
+JOBS = 5_000 if SHORT else 20_000  # of a G/G/3 with priorities and failures, one a second
 
 
 class Item(Message):
