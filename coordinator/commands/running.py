@@ -13,6 +13,7 @@ from heavylift.coordinator.commands.common import options as o
 from heavylift.coordinator.commands.common.app import app
 
 from .hosts import open_listener
+from .replicating import run_seeds, run_yard_file
 
 if TYPE_CHECKING:
     from heavylift.coordinator.ladder.certificate import Certifying
@@ -88,11 +89,11 @@ def run(
     runs, own = {"replications", "seed", "report"}, {"output", "force", "in_process", "processes"}
     if o.yard_file(context, scene, own | runs, () if replications else runs):
         drawn = replications, seed, report
-        _run_yard(scene, output, force, sets, in_process, processes, *drawn, strict, fail_on, as_json)
+        run_yard_file(scene, output, force, sets, in_process, processes, *drawn, strict, fail_on, as_json)
         return
     if replications:
         loaded = _asked(scene, sets or [], accuracy)
-        _run_seeds(context, loaded, replications, seed, report, force, strict, fail_on, as_json)
+        run_seeds(context, loaded, replications, seed, report, force, strict, fail_on, as_json)
         return
     from heavylift.coordinator.participants import PRELOAD_SCENE
     from heavylift.coordinator.supervision.processes import Processes
@@ -168,54 +169,6 @@ def _asked(scene: str, settings: list[str], accuracy: str) -> LoadedScene:
 
     loaded = o.scene_of(scene, settings := [*settings, *([f"accuracy={accuracy}"] if accuracy else [])])
     return loaded if loaded.facts.ask or not accuracy else o.scene_of(scene, [*settings, f"ask=[{', '.join(MEANT)}]"])
-
-
-def _run_seeds(
-    context: typer.Context, scene: LoadedScene, count: int, seed: int, report: list[Path] | None, force: bool,
-    strict: bool, fail_on: str, as_json: bool,
-) -> None:  # fmt: skip
-    """Run a scene for many seeds, print the verdict on its quantiles, and write it."""
-    from heavylift.coordinator.sweeps.seeds import replicated
-    from heavylift.recordings.sheets.workbook import write
-
-    for parameter in o.given(context):
-        if parameter.name not in {*o.BOTH, "replications", "seed", "report", "force", "accuracy"}:
-            raise typer.BadParameter(f"{parameter.opts[0]} is for a single run; leave it or --replications out")
-    sheet = replicated(scene, count, seed).sheet(scene.plan.name)
-    o.tell(sheet, as_json)
-    for path in report or ():
-        typer.echo(f"wrote {write(sheet, path, 'a report', force)}", err=True)
-    if o.fails(sheet.state, strict, fail_on):
-        raise typer.Exit(1)
-
-
-def _run_yard(
-    file: str, output: Path | None, force: bool, sets: list[str] | None, in_process: bool, processes: int,
-    replications: int, seed: int, report: list[Path] | None, strict: bool, fail_on: str, as_json: bool,
-) -> None:  # fmt: skip
-    """Run a yard file, print and write what is known then."""
-    from heavylift.coordinator.yards.running import run_yard
-    from heavylift.nodes.yard.exchange import FORMATS
-    from heavylift.recordings.sheets.workbook import write
-
-    exports = [path for path in report or () if path.suffix.lower() in FORMATS]
-    if replications and exports:
-        raise typer.BadParameter("replications do not have a single schedule to export; leave out --replications")
-    if replications and (output or in_process):
-        raise typer.BadParameter("replications are not recorded and use all cores; leave out -o and --in-process")
-    recording = None if replications else output or Path(f"{Path(file).stem}.mcap")
-    count = 0 if processes == o.AUTO else processes
-    drawn = bool(report) and not replications
-    runs = replications, seed, exports, drawn
-    sheet, made = run_yard(file, sets or [], recording, in_process, count, force, *runs)
-    o.tell(sheet, as_json)
-    for path in report or ():
-        done = path if path in exports else write(sheet, path, "a report", force)
-        typer.echo(f"wrote {done}", err=True)
-    if made:
-        typer.echo(f"wrote {made.recording}\ndigest {made.digest}", err=True)
-    if o.fails(sheet.state, strict, fail_on):
-        raise typer.Exit(1)
 
 
 @app.command()

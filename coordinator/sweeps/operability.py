@@ -13,7 +13,7 @@ from pathlib import Path
 
 from heavylift.kernel.errors import SceneError, error_text
 from heavylift.nodes.scene import LoadedScene
-from heavylift.recordings.sheets.sheet import Cell, Notes, Sheet, Table, columns
+from heavylift.recordings.sheets.sheet import Cell, Notes, Sheet, Table, columns, stated
 
 from .limiting import reason
 from .seeds import SeaRuns
@@ -84,7 +84,8 @@ def operability_sheet(
     note = f"{len(runs.seeds)} seeds of each sea; what they leave undecided fails; Hs and Tp of {path} are varied"
     title = f"Operability of {scene.plan.name}"
     made = Table("Seas, by peak period", HEADS, tuple(rows))
-    return Sheet(title, lead, "green" if passed else "red", (made, Notes("How", (note,))))
+    state = "green" if passed else "red"
+    return Sheet(title, stated(state, lead), state, (made, Notes("How", (note,))))
 
 
 def sea_of(scene: LoadedScene, name: str) -> str:

@@ -75,7 +75,7 @@ class SeedsVerdict:
         title = f"{name}: {self.quantile} over {len(self.seeds)} seeds"
         note = f"seeds {self.seeds[0]} to {self.seeds[-1]}; `heavylift run --set seed=N` records one of them"
         quantiles = Table(f"{self.quantile} of the largest values", HEADS, tuple(self.numbers[:LISTED]), (note,))
-        return Sheet(title, line_of(self.checks).partition(": ")[2], self.state, (table_of(self.checks), quantiles))
+        return Sheet(title, line_of(self.checks), self.state, (table_of(self.checks), quantiles))
 
 
 def replicated(

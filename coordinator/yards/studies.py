@@ -17,7 +17,7 @@ from heavylift.nodes.yard.exchange import exported
 from heavylift.nodes.yard.network import Yard
 from heavylift.nodes.yard.optimising import optimised
 from heavylift.nodes.yard.orders import values as steps_of
-from heavylift.recordings.sheets.sheet import Cell, Marked, Sheet, Table, columns
+from heavylift.recordings.sheets.sheet import Cell, Marked, Sheet, Table, columns, stated
 
 from .model import load_yard
 
@@ -95,7 +95,7 @@ class YardStudy:
         lead = ", ".join(f"{count} {state}" for state, count in counts.items() if count)
         table = Table(f"Variants, {self.count} replications each", heads, tuple(rows))
         best = next(state for state, count in counts.items() if count)
-        return Sheet(f"Variants of {self.file}", f"{len(states)} variants: {lead}", best, (table,))
+        return Sheet(f"Variants of {self.file}", stated(best, f"{len(states)} variants: {lead}"), best, (table,))
 
     def beside(self, other: str) -> Sheet:
         """Compare two yard files, with the distribution of their difference."""
@@ -113,7 +113,7 @@ class YardStudy:
             Table("Waiting", columns("for", "first [h] .1", "second [h] .1"),
                   tuple((cause, *(x.get(cause, 0.0) for x in hours)) for cause in named)),
         )  # fmt: skip
-        return Sheet(f"{self.file} beside {other}", lead, b.state, parts)
+        return Sheet(f"{self.file} beside {other}", stated(b.state, lead), b.state, parts)
 
     def planned(self, out: str, effort: float, force: bool) -> Sheet:
         """Optimise the schedule by CP-SAT, write it, and compare it with the schedule that the yard's own dispatch rule
@@ -129,7 +129,7 @@ class YardStudy:
             f"{at_end(yard, found.bound / 1e9)}, gap {found.gap:.1%}"
         )
         table = Table(f"Robustness, {self.count} replications each", columns("plan", *HEADS), tuple(rows))
-        return Sheet(f"Schedule of {self.file}", lead, "green", (table,))
+        return Sheet(f"Schedule of {self.file}", stated("green", lead), "green", (table,))
 
     def sensitivities(self) -> Sheet:
         """Measure the gain from one more unit of each resource, and the delay caused by the scatter of each step and by
@@ -150,7 +150,7 @@ class YardStudy:
         rows.sort(key=lambda row: -float(str(row[2])))
         heads = columns("change", "earlier at P50 [days] .2", "earlier at P90 [days] .2")
         table = Table(f"Days earlier, {self.count} replications each", heads, tuple(rows))
-        return Sheet(f"Sensitivities of {self.file}", f"most: {rows[0][0]}", base.state, (table,))
+        return Sheet(f"Sensitivities of {self.file}", stated(base.state, f"most: {rows[0][0]}"), base.state, (table,))
 
     def limit(self, of: str) -> Sheet:
         """Find how far a number may go from the first end of a range, `PATH=72..40`, before it is no longer shown that
@@ -179,7 +179,7 @@ class YardStudy:
             lead = f"{path}: green up to {shown(low)} {unit}, not green at {shown(high)} {unit}"
         row = path, f"{low:g} {unit}", f"{high:g} {unit}"
         table = Table("Limit", columns("number", "green up to", "not green at"), (row,))
-        return Sheet(f"Limit of {self.file}", lead.replace(" ,", ",").strip(), state, (table,))
+        return Sheet(f"Limit of {self.file}", stated(state, lead.replace(" ,", ",").strip()), state, (table,))
 
 
 def axis_of(text: str) -> tuple[str, tuple[str, ...]]:

@@ -32,12 +32,15 @@ def uses_of(plan: Plan, parts: Iterable[SignalColumns]) -> list[Use]:
     successive intervals of time, each of which begins with the last instant of the one before."""
     peaks = ("sling peak", "rope peak")
     found: list[_Worst] = []
+    carried: dict[object, object] = {}
     for i, signals in enumerate(parts):
+        signals.carried.update(carried)
         if i == 0:
             left = ELSEWHERE if signals.dynamic else (*ELSEWHERE, *peaks)
             found = [_Worst(limit, signals.dynamic) for limit in plan.limits if limit.quantity not in left]
         for one in found:
             one.see(plan, signals)
+        carried = signals.carried
     return [one.use() for one in found]
 
 

@@ -10,7 +10,6 @@ loaded, at the highest utilisation, and at the end.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 import msgspec
@@ -26,11 +25,11 @@ from heavylift.nodes.statics.state import StaticState
 
 from .factors import BASES, product
 from .ground import drive_moment, stood, touch_speed
+from .heave import relative_heave
 from .named import KINDS, LOADS, OF_TENSIONS, hooks_of, origin, signal_of
 from .signals import EMPTY, Column, SignalColumns, carries, place, signals_of, tie_of
 
 RESTS = 1.05  # times the weight of a block: less on its supports is no impact
-STANDS = 1e-9  # [m] between two samples of a rope whose winch stands
 TIGHT = 0.02  # of its rated tension: with less a sling holds nothing
 
 
@@ -144,7 +143,7 @@ def _counted(
         kept = (exact[0] + dead, exact[1]) if exact and exact[0] > EMPTY * dead else None
         return Reading(np.where(values > EMPTY * dead, values + dead, np.nan), kept)
     if limit.quantity == "impact":  # a block that stands has landed long ago, and softly if it only weighs on its pads
-        weighs = values <= RESTS * (limit.value or 0.0) / limit.factor
+        weighs = values <= min(RESTS / limit.factor, 1.0) * (limit.value or 0.0)
         return Reading(np.where(weighs, np.nan, values), exact) if signals.dynamic else None
     if limit.quantity.startswith("off-lead"):
         hook = hooks_of(plan.machines)[limit.elements[0]]
@@ -256,28 +255,17 @@ def _strongest(winds: list[forces.InputSignal], t: Column) -> Column:
     return np.asarray(np.max(speeds, axis=0))
 
 
+def _heave(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
+    values = relative_heave(plan, limit, signals)
+    return None if values is None else Reading(values)
+
+
 COLUMNS: dict[str, Callable[[Plan, RatedLimit, SignalColumns], Column | None]] = {
     **dict.fromkeys(STANDING, stood),
     **dict.fromkeys(TOUCHING, touch_speed),
     "drive moment": drive_moment,
     "brake moment": drive_moment,
 }
-
-
-def _heave(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
-    """Evaluate how far a hook has risen and sunk along the z axis of a vessel since its winch stopped."""
-    rope, vessel = limit.elements
-    eye, length = place(signals, hooks_of(plan.machines)[rope].eye), signals.lengths.get(rope)
-    if eye is None or length is None or vessel not in signals.poses or not signals.dynamic:
-        return None
-    p, R = signals.poses[vessel]
-    z = np.einsum("ni,ni->n", R[:, :, 2], eye - p)
-    values = np.zeros(len(z))
-    ends = [0, *(np.flatnonzero(np.abs(np.diff(length)) > STANDS) + 1).tolist(), len(z)]
-    for a, b in ((a, b) for a, b in pairwise(ends) if b > a + 1):
-        values[a:b] = np.maximum.accumulate(z[a:b]) - np.minimum.accumulate(z[a:b])
-    return Reading(values)
-
 
 READERS: dict[str, Callable[[Plan, RatedLimit, SignalColumns], Reading | None]] = {
     "assembly load": _assembly,

@@ -41,6 +41,7 @@ class SignalColumns:
     actions: Sequence[int] = ()
     dynamic: bool = False  # of a run, not of a path at rest
     known: dict[object, Any] = field(default_factory=dict, compare=False, repr=False)  # what was read before
+    carried: dict[object, Any] = field(default_factory=dict, compare=False, repr=False)  # from one part to the next
 
     def once(self, key: object, make: Callable[[], T]) -> T:
         """Return the value stored for a key; on first use it is computed by `make`."""

@@ -6,7 +6,7 @@ from math import ceil, inf, sqrt
 from pathlib import Path
 from statistics import fmean
 
-from heavylift.recordings.sheets.sheet import Cell, Chart, Marked, Notes, Part, Sheet, Table, columns
+from heavylift.recordings.sheets.sheet import Cell, Chart, Marked, Notes, Part, Sheet, Table, columns, stated
 from scipy.special import bdtr, bdtrc
 
 from .calendars import DAY
@@ -64,12 +64,7 @@ def examined(yard: Yard) -> Sheet:
     state = "red" if any(late) or impossible(yard) else "green"
     lead = "a contract date is before the earliest possible one" if any(late) else "all contract dates are possible"
     leads = [_red_lifts(yard), lead if yard.contract else "no contract dates are given"]
-    return Sheet(f"{yard.name}: {size}", with_state(state, *leads), state, tuple(parts))
-
-
-def with_state(state: str, *leads: str) -> str:
-    """Return the lead of a sheet: its state, and what there is to say."""
-    return f"{state.upper()}: {'; '.join(filter(None, leads))}"
+    return Sheet(f"{yard.name}: {size}", stated(state, *leads), state, tuple(parts))
 
 
 def impossible(yard: Yard) -> list[Activity]:
@@ -183,7 +178,7 @@ def answered(yard: Yard, values: Values, drawn: bool = False) -> Sheet:
     simulated = f"{_red_runs(values):g} lifts were red when they were simulated" if _red_runs(values) else ""
     lead = _promised(yard, judged, runs) if yard.contract else f"delivery {rows[0][1]}"
     state = state_of(yard, values)
-    return Sheet(title, with_state(state, _red_lifts(yard), simulated, lead), state, tuple(parts))
+    return Sheet(title, stated(state, _red_lifts(yard), simulated, lead), state, tuple(parts))
 
 
 def _promised(yard: Yard, judged: Mapping[str, str], runs: int) -> str:

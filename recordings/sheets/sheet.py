@@ -112,7 +112,8 @@ Part: TypeAlias = Table | Chart | Notes
 
 
 class Sheet(msgspec.Struct, frozen=True):
-    """A sheet with tables for people: title, summary, state (colour), and its parts in reading order."""
+    """A sheet with tables for people: title, summary that begins with the state, state (colour), and its parts in
+    reading order."""
 
     title: str
     lead: str
@@ -123,6 +124,11 @@ class Sheet(msgspec.Struct, frozen=True):
     def tables(self) -> tuple[Table, ...]:
         """The tables of the sheet that have rows."""
         return tuple(part for part in self.parts if isinstance(part, Table) and part.rows)
+
+
+def stated(state: str, *leads: str) -> str:
+    """Return the lead of a sheet that begins with its state."""
+    return f"{state.upper()}: {'; '.join(filter(None, leads))}"
 
 
 def plain(cell: Cell) -> Value:

@@ -183,8 +183,7 @@ def tell(sheet: "Sheet", as_json: bool) -> None:
     import msgspec
     from heavylift.recordings.sheets.sheet import data_of, part_text
 
-    word = f"{sheet.state.upper()}: "
-    lines = [f"{sheet.title}\n{word}{sheet.lead.removeprefix(word)}", *filter(None, map(part_text, sheet.parts))]
+    lines = [f"{sheet.title}\n{sheet.lead}", *filter(None, map(part_text, sheet.parts))]
     typer.echo(msgspec.json.encode(data_of(sheet)).decode() if as_json else "\n\n".join(lines))
 
 

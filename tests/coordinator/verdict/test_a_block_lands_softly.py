@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from heavylift.coordinator.ladder import play
 from heavylift.coordinator.verdict import landing_force
+from heavylift.nodes.limits import SignalColumns, uses_of
 from heavylift.nodes.scene import load
 
 UP = '{{{who}: "hoist 1 m/min until all slings taut"}}, {{{who}: "hoist 1 m/min until lifted"}}'
@@ -40,6 +41,18 @@ def test_the_impact_of_a_block_set_down_at_creep_speed_is_less_than_its_weight()
     for name in ("hall", "jib"):
         (use,) = (x for x in play(load(name).plan).uses if x.limit.quantity == "impact")
         assert 0.0 < use.value < 1.05 * use.limit.value / 1.5
+
+
+@pytest.mark.parametrize("name", [*sorted(CASES), "lift"])
+def test_a_force_on_supports_beyond_the_limit_is_red_however_near_to_the_weight_the_limit_is(name: str) -> None:
+    """A block that only stands has no impact, except where it stands with more than the scene allows."""
+    plan = load(name, ["limits.impact=1.01"]).plan
+    (limit,) = (x for x in plan.limits if x.quantity == "impact")
+    weight, pads = limit.value / limit.factor, len(limit.elements)
+    for times, seen in ((1.005, None), (1.03, True), (1.06, True)):
+        forces = {x: np.full(3, times * weight / pads) for x in limit.elements}
+        (use,) = (x for x in uses_of(plan, [SignalColumns(np.arange(3.0), forces, dynamic=True)]) if x.limit == limit)
+        assert (use.value is None, use.use is not None and use.beyond) == (seen is None, bool(seen))
 
 
 def test_the_force_of_landing_without_damping_agrees_with_the_closed_form() -> None:

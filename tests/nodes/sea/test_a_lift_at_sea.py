@@ -10,13 +10,15 @@ from pathlib import Path
 from random import Random
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from heavylift.coordinator.ladder import play
 from heavylift.coordinator.run import Beginning, run
 from heavylift.coordinator.run.resume import resume
 from heavylift.coordinator.sweeps import SeedRun, SeedsVerdict, replicated, verdict_of_seeds
 from heavylift.kernel import SceneError
-from heavylift.nodes.limits import RatedLimit, Use, checks_of
+from heavylift.nodes.limits import RatedLimit, SignalColumns, Use, checks_of, uses_of
+from heavylift.nodes.plan import Plan
 from heavylift.nodes.scene import LoadedScene, load, parse
 from heavylift.nodes.scenes import bundled
 from heavylift.nodes.sea import extreme
@@ -159,3 +161,31 @@ def test_the_heave_of_a_deck_below_a_hook_on_the_quay_is_checked() -> None:
     assert use.beyond
     carried = parse(hanging("on: barge, at: [0 m, 0 m, 4 m]")).plan
     assert not [x for x in carried.limits if x.quantity == "relative heave"]
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_relative_heave_does_not_depend_on_where_a_run_is_cut_into_parts(heaving: Plan, seed: int) -> None:
+    """Random heave and a winch that moves now and then; the reference looks at each rest of the winch as a whole."""
+    draw, n = np.random.default_rng(seed), 300
+    (limit,) = (x for x in heaving.limits if x.quantity == "relative heave")
+    rope, vessel = limit.elements
+    (hook,) = (h for m in heaving.machines for h in m.hooks if h.rope == rope)
+    z, length = np.cumsum(draw.normal(size=n)), np.cumsum(draw.random(n) < 0.02)
+    turned, still = np.tile(np.eye(3), (n, 1, 1)), np.zeros((n, 3))
+    poses = {hook.eye.body: (np.outer(z, [0.0, 0.0, 1.0]), turned), vessel: (still, turned)}
+
+    def part(a: int, b: int) -> SignalColumns:
+        cut = {name: (p[a:b], R[a:b]) for name, (p, R) in poses.items()}
+        return SignalColumns(np.arange(n)[a:b] * 0.1, {}, cut, {rope: length[a:b] * 1.0}, dynamic=True)
+
+    cuts = sorted({0, *draw.integers(1, n, 4).tolist()})
+    parts = [part(max(0, a - 1), b) for a, b in pairwise([*cuts, n])]
+    (use,) = (x for x in uses_of(heaving, parts) if x.limit == limit)
+    rests = [z[length == x] for x in np.unique(length)]
+    assert use.value == pytest.approx(max(float(np.ptp(x)) for x in rests), rel=1e-12)
+
+
+@pytest.fixture(scope="module")
+def heaving() -> Plan:
+    """A crane on the quay whose hook hangs over a barge."""
+    return parse(hanging("at: [0 m, 0 m, 4 m]")).plan
