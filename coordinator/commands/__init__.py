@@ -2,6 +2,7 @@
 
 scenes, gallery        scenes without a run: check, statics, modes, equations, tradeoff, new, gallery, ...
 running, operating     run, branch, resume; watching a run in progress and giving it orders
+replicating            runs of yard files, and of scenes for many seeds
 files, replaying       recordings; measuring: comparison with a real lift, uncertain inputs
 sweeping               many runs of one scene; how far its numbers may go
 own_models, hosts      devs, trust; several hosts
