@@ -61,7 +61,7 @@ def test_operability_is_the_share_of_seas_in_which_a_lift_passes(tmp_path: Path)
     sheet = operability_sheet(
         parse(SCENE), ScatterTable.read(tmp_path / "scatter.csv"), "wind", runs, lambda text: None
     )
-    assert sheet.lead == "the lift may be done in 65.0 % of the time (65 of 100 occurrences)"
+    assert sheet.lead == "GREEN: the lift may be done in 65.0 % of the time (65 of 100 occurrences)"
     assert [row[:2] for row in sheet.tables[0].rows] == [(6.0, 1.0), (8.0, 2.0), (10.0, 1.0)]
     assert (3.0, 10.0) not in runs.count, "no sea is run that never occurs, nor one above it"
 
