@@ -21,7 +21,7 @@ import numpy as np
 from heavylift.kernel.algebra import dense
 from heavylift.kernel.constraints.contact.pairs import gap
 from heavylift.kernel.description.contacts import Box, Contact
-from heavylift.kernel.description.mechanics import WORLD, Joint, Rope, Vector, merge
+from heavylift.kernel.description.mechanics import WORLD, Joint, Point, Rope, Vector, merge
 from heavylift.nodes.limits.geometry import passes_through
 from heavylift.nodes.limits.judging import uses_on_path
 from heavylift.nodes.limits.messages import REFUSED, sentence
@@ -148,14 +148,16 @@ def _inside_obstacles(scene: schema.Scene, built: plan.Plan) -> Violations:
     """Yield an error for each part of a machine that begins inside an obstacle which it may not touch."""
     if not scene.obstacles or scene.lifts:
         return
-    shapes, touches = (
-        Shapes(built),
-        [*built.may_touch, *(x for action in built.actions[:1] for x in action.may_touch)],
-    )
+    shapes = Shapes(built)
+    touches = [*built.may_touch, *(x for action in built.actions[:1] for x in action.may_touch)]
     at = kinematics.poses(merge([x.system for x in built.machines], built.gravity))
-    for a, b in product(shapes.solids, (x for x in shapes.solids if x.body in scene.obstacles)):
-        meant = any(len({*x.names} & shapes.called(a)) and len({*x.names} & shapes.called(b)) for x in touches)
-        if a.body in scene.all_blocks or a.form != "box" or meant or shapes.relation(a, b) != "apart":
+    places = {x: kinematics.place(Point(x.body, x.centre), at) for x in shapes.solids}
+    radii = {x: 0.5 * dense.norm(x.size) for x in places}  # of the balls around all
+    for a, b in product(places, (x for x in places if x.body in scene.obstacles)):
+        near = dense.norm((places[a] - places[b]).tolist()) < radii[a] + radii[b]
+        if not near or a.body in scene.all_blocks or a.form != "box" or shapes.relation(a, b) != "apart":
+            continue
+        if any(len({*x.names} & shapes.called(a)) and len({*x.names} & shapes.called(b)) for x in touches):
             continue
         one, other = Box(a.body, a.size, a.centre, a.R), Box(b.body, b.size, b.centre, b.R)
         depth = -gap(Contact("start", one, other), at[a.body], at[b.body])
