@@ -31,22 +31,13 @@ class SceneUnit(Fmi2Slave):  # type: ignore[misc]
         plan = self._of.plan
         self.author, self.description = GENERATOR, f"the scene {plan.name}"
         self.default_experiment = DefaultExperiment(0.0, plan.end, 1 / plan.samples_hz, plan.tolerance)
-        text = {"variability": Fmi2Variability.discrete}
-        take = {"getter": lambda: self._of.command, "setter": self._command}
-        self._register(String("command", start="", causality=Fmi2Causality.input, **take, **text))
-        for name, get in {"answer": lambda: self._of.run.refused, "event": lambda: self._of.run.event}.items():
-            self._register(String(name, getter=get, causality=Fmi2Causality.output, **text))
-        self._units = {}
-        for x in self._of.variables():
-            more = {"causality": Fmi2Causality[x.kind], "variability": VARIABILITY.get(x.kind), "getter": x.get}
-            self._register(Real(x.name, setter=x.set, **more))
-            self._units[x.name] = x.unit
+        made = self._of.declared(String, Real, Fmi2Causality, Fmi2Variability.discrete, VARIABILITY)
+        for variable in made:
+            self._register(variable)
+        self._units = {x.name: x.unit for x in self._of.variables()}
 
     def _register(self, variable: object) -> None:
         self.register_variable(variable, nested=False)
-
-    def _command(self, text: str) -> None:
-        self._of.command = text
 
     def to_xml(self, *given: Any, **more: Any) -> Element:
         """Return the model description, including what pythonfmu omits: units, names with hyphens, outputs that are

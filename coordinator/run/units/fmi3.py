@@ -50,22 +50,13 @@ class SceneUnit3(Fmi3Slave):  # type: ignore[misc]
             self._register(Float64(name, **take, **local))
         of_time = {"causality": Fmi3Causality.independent, "variability": Fmi3Variability.continuous}
         self._register(Float64("time", getter=lambda: self._of.run.now / 1e9, **of_time))
-        text = {"variability": Fmi3Variability.discrete}
-        take = {"getter": lambda: self._of.command, "setter": self._command}
-        self._register(String("command", start="", causality=Fmi3Causality.input, **take, **text))
-        for name, get in {"answer": lambda: self._of.run.refused, "event": lambda: self._of.run.event}.items():
-            self._register(String(name, getter=get, causality=Fmi3Causality.output, **text))
-        self._units: dict[str, str] = {}
-        for x in self._of.variables():
-            more = {"causality": Fmi3Causality[x.kind], "variability": VARIABILITY.get(x.kind), "getter": x.get}
-            self._register(Float64(x.name, setter=x.set, **more))
-            self._units[x.name] = x.unit
+        made = self._of.declared(String, Float64, Fmi3Causality, Fmi3Variability.discrete, VARIABILITY)
+        for variable in made:
+            self._register(variable)
+        self._units = {x.name: x.unit for x in self._of.variables()}
 
     def _register(self, variable: object) -> None:
         self.register_variable(variable, nested=False)
-
-    def _command(self, text: str) -> None:
-        self._of.command = text
 
     def to_xml(self, *given: Any, **more: Any) -> Element:
         """Return the model description with event mode, early returns, units, and names with hyphens."""

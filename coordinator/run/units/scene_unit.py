@@ -89,6 +89,20 @@ class SteppedScene:
 
         self.run, self._stale = SteppableRun(plan, answer), False
 
+    def declared(self, text: Any, real: Any, causality: Any, discrete: object, variability: Any) -> list[Any]:
+        """Return the command, its answer, the last event and all numbers as variables of a library for FMI: its classes
+        of texts and numbers, its causalities, its discrete variability, and the variability of each kind of number."""
+        give, answers = partial(setattr, self, "command"), {"answer": "refused", "event": "event"}
+        made = [text("command", start="", causality=causality.input, variability=discrete,
+                     getter=partial(getattr, self, "command"), setter=give)]  # fmt: skip
+        for name, of in answers.items():
+            get = partial(lambda x: getattr(self.run, x), of)  # of the present run, which may begin again
+            made.append(text(name, getter=get, causality=causality.output, variability=discrete))
+        for x in self.variables():
+            more = {"causality": causality[x.kind], "variability": variability.get(x.kind), "getter": x.get}
+            made.append(real(x.name, setter=x.set, **more))
+        return made
+
     def variables(self) -> Iterator[UnitVariable]:
         """Yield all real variables: parameters, inputs, outputs."""
         for name, one in self._uncertain.items():
