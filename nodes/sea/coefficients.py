@@ -4,6 +4,7 @@ The frequencies must include infinity, which gives the added mass of the body.
 """
 
 from hashlib import sha256
+from math import inf, isfinite
 from pathlib import Path
 from typing import Any, cast
 
@@ -22,16 +23,22 @@ PANELS, GRAVITY = 4.0, 9.81  # [m/s2]: panels along the shortest wave
 DIRECTIONS = 13  # from following to head waves
 
 
-def hull_of(path: Path, volume: float = 0.0, height: float = 0.0, length: float = 1.0) -> Hydrodynamics:
+def hull_of(
+    path: Path, volume: float = 0.0, height: float = 0.0, length: float = 1.0, depth: float | None = None
+) -> Hydrodynamics:
     """Return the hydrodynamics of a hull from a netCDF file (.nc) of Capytaine, or the files NAME.1, .3 and .hst of
-    WAMIT with the displaced volume [m3], the height of the centre of mass above the waterline [m] and ULEN [m].
+    WAMIT with the displaced volume [m3], the height of the centre of mass above the waterline [m], ULEN [m] and the
+    depth of the water [m].
 
     Raises SceneError if a file cannot be read, or if the radiation fit is too inaccurate.
     """
     if path.suffix == ".nc":
         read, files = capytaine(path), [path]
     elif volume > 0.0:
-        read, files = wamit(path, volume, height, length), [path.with_suffix(end) for end in (".1", ".3", ".hst")]
+        read, files = (
+            wamit(path, volume, height, length, depth or inf),
+            [path.with_suffix(end) for end in (".1", ".3", ".hst")],
+        )
     else:
         raise SceneError(f"{path}: files of WAMIT do not contain the displaced volume; give it with --volume")
     digest = sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
@@ -42,9 +49,9 @@ def hull_of(path: Path, volume: float = 0.0, height: float = 0.0, length: float 
     return found
 
 
-def computed(mesh: Path) -> Path:
+def computed(mesh: Path, depth: float | None = None) -> Path:
     """Compute the hydrodynamic coefficients of a mesh (waterline at z = 0, bow along x) with Capytaine, write a netCDF
-    file next to the mesh, and return its path. Raises SceneError if that fails."""
+    file next to the mesh, and return its path. `depth`: of the water [m]. Raises SceneError if that fails."""
     missing = SceneError("coefficients of a mesh are computed by Capytaine: pip install 'heavylift[sea]'")
     cpt, xr = extra("capytaine", missing), extra("xarray", missing)
     try:
@@ -56,7 +63,7 @@ def computed(mesh: Path) -> Path:
         mesh=hull, lid_mesh=hull.generate_lid(), dofs=cpt.rigid_body_dofs(**origin), center_of_mass=(0.0, 0.0, 0.0)
     )
     w = np.arange(STEP, _finest(hull), STEP)
-    common = {"radiating_dof": list(body.dofs), "water_depth": [np.inf], "rho": [1025.0]}
+    common = {"radiating_dof": list(body.dofs), "water_depth": [depth or inf], "rho": [1025.0]}
     solver, waves = cpt.BEMSolver(), np.linspace(0.0, np.pi, DIRECTIONS)
     radiation = solver.fill_dataset(xr.Dataset(coords={"omega": [*w, np.inf], **common}), body)
     diffraction = solver.fill_dataset(xr.Dataset(coords={"omega": w, "wave_direction": waves, **common}), body)
@@ -85,6 +92,7 @@ def _hull(read: Coefficients, name: str, source: str) -> Hydrodynamics:
         volume=float(_short(volume)), waterplane=float(_short(K[2, 2] / (rho * g))),
         metacentres=(heights[0], heights[1]),
         added_mass=_rows(_short(A_inf)),
+        depth=read.depth if isfinite(read.depth) else None,
         radiation=RadiationStates(_rows(_short(space.F, EXACT)), _rows(_short(space.G, EXACT)),
                                   FitError(*(float(_short(x, 3)) for x in (error.added_mass, error.damping)))),
         loads=WaveLoads(tuple(_short(read.w).tolist()), tuple(read.headings.tolist()),

@@ -11,6 +11,7 @@ conjugates of its loads are those used here.
 """
 
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +38,7 @@ class Coefficients:
     height: float
     density: float = DENSITY
     gravity: float = GRAVITY
+    depth: float = inf  # of the water [m]
 
 
 def capytaine(path: Path) -> Coefficients:
@@ -61,15 +63,16 @@ def capytaine(path: Path) -> Coefficients:
     order = np.argsort(w[finite])
     A, B = (data[key].reshape(len(w), 6, 6) for key in ("added_mass", "radiation_damping"))
     X = data["excitation_force"].reshape(2, len(finite), -1, 6)[:, finite][:, order].swapaxes(1, 2)
-    rho, g = (float(data[key].ravel()[0]) if key in data else x for key, x in (("rho", DENSITY), ("g", GRAVITY)))
+    given = {"rho": DENSITY, "g": GRAVITY, "water_depth": inf}
+    rho, g, depth = (float(data[key].ravel()[0]) if key in data else x for key, x in given.items())
     z = float(data["center_of_mass"].ravel()[2]) if "center_of_mass" in data else 0.0
     return Coefficients(
         w[finite][order], A[finite][order], B[finite][order], A[~finite][0], data["wave_direction"], X[0] - 1j * X[1],
-        data["hydrostatic_stiffness"].reshape(6, 6), float(data["disp_mass"].ravel()[0]) / rho, z, rho, g,
+        data["hydrostatic_stiffness"].reshape(6, 6), float(data["disp_mass"].ravel()[0]) / rho, z, rho, g, depth,
     )  # fmt: skip
 
 
-def wamit(path: Path, volume: float, height: float, length: float) -> Coefficients:
+def wamit(path: Path, volume: float, height: float, length: float, depth: float = inf) -> Coefficients:
     """Return the coefficients in files NAME.1, NAME.3 and NAME.hst of WAMIT.
 
     `volume`: displaced [m3]; `height`: of the centre of mass for which WAMIT computed NAME.hst [m]; `length`: ULEN [m].
@@ -99,7 +102,7 @@ def wamit(path: Path, volume: float, height: float, length: float) -> Coefficien
     up = np.argsort(w)
     some = np.flatnonzero(periods > 0.0)[up]
     return Coefficients(
-        w[up], added[some], damping[some], added[periods == 0.0][0], headings, X[:, up], K, volume, height
+        w[up], added[some], damping[some], added[periods == 0.0][0], headings, X[:, up], K, volume, height, depth=depth
     )
 
 

@@ -12,9 +12,10 @@ from heavylift.nodes.scene.keys.environment import Vessel, Waves
 from heavylift.nodes.scene.text.files import content, within
 from heavylift.nodes.scenes import vessels_folder
 from heavylift.nodes.sea.hydrodynamics import Hydrodynamics, loads_in_sea, read_hydrodynamics
-from heavylift.nodes.sea.spectra import Component
+from heavylift.nodes.sea.spectra import Component, wave_number
 
 LARGEST = 1 << 24  # of a file [bytes]
+SHALLOW = 0.02  # of the length of waves, by which the depth may change it on the average
 AFLOAT = 0.02  # of the displacement, by which the weight may differ from that of the file
 
 
@@ -46,6 +47,24 @@ def check_draught(builder: SceneBuilder, name: str, hull: Hydrodynamics, mass: f
         builder.source.fault(("vessels", name, "mass"), message, "change its ballast, or take data of another draught")
 
 
+def check_depth(
+    builder: SceneBuilder, name: str, hull: Hydrodynamics, sea: list[Component], depth: float | None
+) -> None:
+    """Add an error if waves on water of this depth [m] are shorter or longer than on the water of a hull's file."""
+    if depth == hull.depth:
+        return
+    numbers = (
+        sum(x.amplitude * x.amplitude * wave_number(x.frequency, builder.scene.gravity, h) for x in sea)
+        for h in (hull.depth, depth)
+    )
+    ratio = next(numbers) / next(numbers)
+    if abs(ratio - 1.0) > SHALLOW:
+        theirs, own = (f"water {x:g} m deep" if x else "deep water" for x in (hull.depth, depth))
+        message = f"it holds on {theirs}; on {own} the waves are {ratio:.3g} times as long"
+        at = ("vessels", name, "floating", "hydrodynamics")
+        builder.source.fault(at, message, "compute it for this depth: `heavylift hull --depth`")
+
+
 def restoring(hull: Hydrodynamics, gravity: float, weight: float, height: float) -> tuple[float, float, float]:
     """Return the hydrostatic stiffness in heave [N/m], roll and pitch [N m] of a floating weight [N] whose centre is
     `height` [m] above the waterline."""
@@ -64,7 +83,8 @@ def wave_loads(builder: SceneBuilder, name: str, hull: Hydrodynamics, vessel: Ve
     amplitude, frequency = waves.regular
     regular = [Component(frequency, amplitude, waves.heading, 0.0)] if amplitude else []
     sea = regular or waves.harmonics(builder.scene.seed)
-    sums = loads_in_sea(hull, sea, away, vessel.heading, builder.scene.gravity, waves.ramp)
+    check_depth(builder, name, hull, sea, waves.depth)
+    sums = loads_in_sea(hull, sea, away, vessel.heading, builder.scene.gravity, waves.ramp, waves.depth)
     signals = [_alone(x) if regular else InputSignal(0.0, waves=x) for x in sums]
     modes = ("surge", "sway", "heave", "roll", "pitch", "yaw")
     return [

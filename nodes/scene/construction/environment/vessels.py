@@ -24,6 +24,7 @@ from heavylift.nodes.scene.keys.parts.rigging import Frame
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 from heavylift.nodes.sea.hydrodynamics import Hydrodynamics
+from heavylift.nodes.sea.spectra import wave_number
 
 from .hulls import check_draught, hydrodynamics_of, radiation, restoring, wave_loads
 
@@ -97,12 +98,11 @@ def _wave(waves: Waves, response: float, phase: float) -> Wave:
 
 
 def _delay(builder: SceneBuilder, waves: Waves, at: Vector) -> float:
-    """Return the phase lag [rad] of the wave at a place relative to the world's origin, with the wave number w^2 / g of
-    deep water."""
-    w = waves.regular[1]
+    """Return the phase lag [rad] of the wave at a place relative to the world's origin."""
+    w, gravity = waves.regular[1], builder.scene.gravity
     x, y = (a - b for a, b in zip(at[:2], waves.origin[:2], strict=True))
     distance = x * float(cos(waves.heading)) + y * float(sin(waves.heading))
-    return w * w / builder.scene.gravity * distance if builder.scene.gravity else 0.0
+    return wave_number(w, gravity, waves.depth) * distance if gravity and w else 0.0
 
 
 def check_decks(builder: SceneBuilder) -> None:
