@@ -262,7 +262,9 @@ def gallery(
 
 @app.command()
 def hull(
-    data: Annotated[Path, typer.Argument(help="netCDF of Capytaine, NAME.1 of WAMIT, or a mesh, waterline at z = 0")],
+    data: Annotated[
+        Path, typer.Argument(help="netCDF of Capytaine, Nemoh.cal, NAME.1 of WAMIT, or a mesh, z up from the waterline")
+    ],
     output: Annotated[Path | None, o.written_to("file of the hull; default NAME.json")] = None,
     volume: Annotated[float, typer.Option(help="displaced [m3], for WAMIT", min=0.0)] = 0.0,
     height: Annotated[float, typer.Option(help="of the centre of mass over the waterline [m], for WAMIT")] = 0.0,
@@ -277,7 +279,7 @@ def hull(
     from heavylift.nodes.sea.coefficients import computed, hull_of
     from heavylift.recordings.write.partfile import written
 
-    given = data if data.suffix in (".nc", ".1") else computed(data, depth)
+    given = data if data.suffix in (".nc", ".cal", ".1") else computed(data, depth)
     found = hull_of(given, volume, height, length, depth)
     error = found.radiation.error
     text = msgspec.json.format(msgspec.json.encode(found), indent=0).decode() + "\n"

@@ -14,6 +14,7 @@ from math import pi
 import msgspec
 from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.kernel.description.forces import Matrix6, Row6, WaveSum
+from heavylift.kernel.description.mechanics import Vector
 from heavylift.kernel.errors import SceneError
 
 from .spectra import Component, wave_number
@@ -67,6 +68,8 @@ class Hydrodynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     loads: WaveLoads
     symmetric: bool = True
     depth: float | None = None  # of the water [m]; None: deep
+    moments: tuple[float, float, float] = (0.0, 0.0, 0.0)  # of the waterplane: of x, of y [m3], and of x y [m4]
+    buoyancy: Vector | None = None  # its centre [m]; None: below the centre of mass
 
     def load(self, frequency: float, heading: float) -> list[complex]:
         """Return the wave loads X [N/m, N] at a frequency and heading; zero above the highest frequency in the file.

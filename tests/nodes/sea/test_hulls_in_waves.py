@@ -193,5 +193,5 @@ def test_a_hull_is_read_from_a_file_of_capytaine(tmp_path):
 
 def test_a_file_that_is_no_netcdf_is_refused_in_one_sentence(tmp_path):
     (tmp_path / "barge.nc").write_text("no")
-    with pytest.raises(SceneError, match=r"barge.nc: it is not a netCDF file of the classic format"):
+    with pytest.raises(SceneError, match=r"barge.nc: it is not a netCDF file"):
         hull_of(tmp_path / "barge.nc")

@@ -189,14 +189,17 @@ def _water(
     middle = product(list(zip(*given.attitude, strict=True)), middle)  # in the vessel
     moor, hull = floating.mooring, _hull(builder, name, floating)
     if hull:
-        check_draught(builder, name, hull, mass)
+        check_draught(builder, name, hull, mass, middle)
         upright = restoring(hull, scene.gravity, weight, middle[2])
     else:
         density = waves.density if waves else Waves.model_fields["density"].default
         area, GM, GML = (x or 0.0 for x in (floating.waterplane, floating.GM, floating.GML))
-        upright = density * scene.gravity * area, weight * GM, weight * GML
-    K = (moor.surge, moor.sway, *upright, moor.yaw)
-    stiffness = tuple(tuple(k if i == j else 0.0 for j in range(6)) for i, k in enumerate(K))
+        upright = [[density * scene.gravity * area, 0.0, 0.0], [0.0, weight * GM, 0.0], [0.0, 0.0, weight * GML]]
+    moored = (moor.surge, moor.sway, 0.0, 0.0, 0.0, moor.yaw)
+    K = [[k if i == j else 0.0 for j in range(6)] for i, k in enumerate(moored)]
+    for row, of in zip(K[2:5], upright, strict=True):
+        row[2:5] = of
+    stiffness = tuple(map(tuple, K))
     damping: Matrix6 = floating.damping or ((0.0,) * 6,) * 6
     up = Load(f"{name}.buoyancy", Point(name, (middle[0], middle[1], middle[2])), (0.0, 0.0, weight))
     keel = Point(WORLD, given.at), Point(name)
