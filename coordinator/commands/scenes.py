@@ -272,6 +272,7 @@ def hull(
     depth: Annotated[
         float | None, typer.Option(help="of the water [m], for WAMIT or a mesh; default deep", min=1e-3)
     ] = None,
+    drift: Annotated[Path | None, typer.Option(help="NAME.8 or .9 of WAMIT: mean drift")] = None,
     force: o.Force = False,
 ) -> None:
     """Convert hydrodynamic data of a hull into a file for `hydrodynamics:`.    heavylift hull barge.nc -o barge.json"""
@@ -280,7 +281,7 @@ def hull(
     from heavylift.recordings.write.partfile import written
 
     given = data if data.suffix in (".nc", ".cal", ".1") else computed(data, depth)
-    found = hull_of(given, volume, height, length, depth)
+    found = hull_of(given, volume, height, length, depth, drift)
     error = found.radiation.error
     text = msgspec.json.format(msgspec.json.encode(found), indent=0).decode() + "\n"
     typer.echo(f"wrote {written(text, output or Path(f'{found.name}.json'), 'a hull', ('.json',), force)}")

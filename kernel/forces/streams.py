@@ -1,7 +1,7 @@
 """Wind and current on a vessel by coefficients of their direction, as of OCIMF, alike on port and starboard.
 
 The table of coefficients becomes its trigonometric polynomial (Trefethen, Spectral Methods in MATLAB, 2000, chapter 3):
-C_x of cosines, C_y and C_z of sines of multiples of the direction beta. With the unit vector (c, s) of the stream, these
+C_x of cosines, C_y and C_z of sines of multiples of the direction beta. With the unit vector (c, s) of the stream these
 are parts of (c + i s)^k, so that no step crosses a kink.
 """
 

@@ -59,6 +59,11 @@ def checks_of(
     if any(_irregular(m.system) for m in plan.machines) and not any(x.quantity == SEA_STATE for x in others):
         message = "an irregular sea: one seed is no verdict; `heavylift run --replications 30` runs others"
         found.append(Check(quantity=SEA_STATE, subject="all", state="amber", why=NOT_CHECKED, sentence=message))
+    for m in plan.machines:
+        waves = [x.waves for force in m.system.forces if (x := getattr(force, "signal", None)) and x.waves]
+        if waves and not any(x.by[0] for x in waves):
+            message = f"slow drift of {m.name}: not included; its data have no mean drift"
+            found.append(Check(quantity="slow drift", subject=m.name, state="amber", why=NOT_CHECKED, sentence=message))
     return sorted(found, key=lambda check: STATES.index(check.state))
 
 
