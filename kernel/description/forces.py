@@ -70,9 +70,8 @@ def wrong_wave(regular: Wave | None, sea: WaveSum | None) -> str:
     for wave in (regular, sea):
         if wave and wave.ramp <= 0.0:
             return f"has a wave with a ramp of {wave.ramp:g} s; it must be positive"
-    if sea and not (
-        {len(x) for x in (sea.cosines, sea.sines, *sea.by) if x} == {len(sea.frequencies)} and sea.piece > 0.0
-    ):
+    sums = (sea.cosines, sea.sines, *(sea.by if any(sea.by) else ())) if sea else ()
+    if sea and ({len(x) for x in sums} != {len(sea.frequencies)} or sea.piece <= 0.0):
         return "has irregular waves that need one cosine and one sine for each frequency, and pieces longer than 0 s"
     return ""
 
