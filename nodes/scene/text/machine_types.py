@@ -131,9 +131,9 @@ def expand(source: SourceText) -> bool:
             expansion.run(entry)
         computed &= expansion.computed
     vessels = source.data.get("vessels")
-    for name, entry in vessels.items() if isinstance(vessels, dict) else ():
-        if isinstance(entry, dict) and "type" in entry:
-            _equip(source, ("vessels", name), entry)
+    for name, given in vessels.items() if isinstance(vessels, dict) else ():
+        if isinstance(given, dict) and "type" in given:
+            _equip(source, ("vessels", name), given)
     machines = source.data.get("machines")
     for name in machines if isinstance(machines, dict) else ():
         _modern(source, ("machines", name))
