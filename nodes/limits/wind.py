@@ -16,6 +16,7 @@ from heavylift.nodes.plan.mechanism import Cargo, Hoist, lug_places, ties_on
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.statics.state import StaticState
 from msgspec.structs import replace
+from numpy.typing import NDArray
 
 from .factors import wind_force
 from .named import hooks_of, signal_of
@@ -61,7 +62,7 @@ def _hung(plan: Plan, signals: SignalColumns) -> Iterator[Mapping[str, Column]]:
         yield {rope: height * spring for rope, height in heights.items()}
 
 
-def _height(plan: Plan, hook: Hoist, cargo: Cargo, signals: SignalColumns) -> tuple[Column, Column]:
+def _height(plan: Plan, hook: Hoist, cargo: Cargo, signals: SignalColumns) -> tuple[NDArray[np.bool_], Column]:
     """Return whether a load hangs on a hook by a taut sling (n,), and the height [m] of rope and slings above it."""
     none, lugs = np.zeros(len(signals.t)), lug_places(plan.machines)
     held, total, top = none > 0.0, none, _top(plan, hook, signals)
@@ -79,4 +80,4 @@ def _top(plan: Plan, hook: Hoist, signals: SignalColumns) -> Column:
     """Return the height (n,) [m] of the upper end of a hook's rope."""
     ropes = (rope for machine in plan.machines for rope in machine.system.straight_ropes if rope.name == hook.rope)
     ends = [place(signals, point) for rope in ropes for line in rope.lines for point in (line.a, line.b)]
-    return np.max([x[:, 2] for x in ends if x is not None], axis=0)
+    return np.asarray(np.max([x[:, 2] for x in ends if x is not None], axis=0))
