@@ -66,6 +66,8 @@ Quantity: TypeAlias = Literal[
     "wheel load",
     "uplift",
     "relative heave",
+    "slack sling",
+    "splash load",
 ]
 STANDING: tuple[Quantity, ...] = ("ground pressure", "wheel load", "uplift")  # of the footing of a machine
 IN_WIND: Quantity = "off-lead in wind"  # at rest, of the wind of the factor sheet
