@@ -156,7 +156,7 @@ def line_of(checks: Sequence[Check]) -> str:
         if (many := sum(c.why == why and c.state == "amber" for c in checks)) or why in (NOT_CHECKED, ASSUMED):
             counts.append(f"{many} {why}{'s' * (why == WARNED and many > 1)}")
     worst = next((c.sentence for c in checks if c.state in ("red", "undecided")), "")
-    message = "" if any(c.basis for c in checks) else "; the scene has no limits to check"
+    message = "" if any(c.basis for c in checks) else "; the scene has no limits to check: write 'limits'"
     message = f"; worst: {worst}" if worst else message
     return f"{state_of(checks).upper()}: {', '.join(counts)}{message}"
 
