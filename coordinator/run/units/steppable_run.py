@@ -117,7 +117,7 @@ class SteppableRun:
             raise ModelError(f"the unit is at {self.now / 1e9} s and cannot go back to {to_ns / 1e9} s")
         self._check_end(to_ns)
         self._from, self._found = self.now if events else FOREVER.t, FOREVER.t
-        last, row = min(to_ns, self._core.end.t - 1), self._row
+        last, row = min(to_ns, self._core.end.t - 1), np.zeros(0)
         try:
             while events and self._found == FOREVER.t and (first := self._core.first.t) <= last:
                 row = self._shown(first)
