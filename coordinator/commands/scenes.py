@@ -262,11 +262,16 @@ def gallery(
 
 @app.command()
 def hull(
-    data: Annotated[Path, typer.Argument(help="netCDF of Capytaine, NAME.1 of WAMIT, or a mesh, waterline at z = 0")],
+    data: Annotated[
+        Path, typer.Argument(help="netCDF of Capytaine, Nemoh.cal, NAME.1 of WAMIT, or a mesh, z up from the waterline")
+    ],
     output: Annotated[Path | None, o.written_to("file of the hull; default NAME.json")] = None,
     volume: Annotated[float, typer.Option(help="displaced [m3], for WAMIT", min=0.0)] = 0.0,
     height: Annotated[float, typer.Option(help="of the centre of mass over the waterline [m], for WAMIT")] = 0.0,
     length: Annotated[float, typer.Option(help="ULEN [m], for WAMIT", min=1e-6)] = 1.0,
+    depth: Annotated[
+        float | None, typer.Option(help="of the water [m], for WAMIT or a mesh; default deep", min=1e-3)
+    ] = None,
     force: o.Force = False,
 ) -> None:
     """Convert hydrodynamic data of a hull into a file for `hydrodynamics:`.    heavylift hull barge.nc -o barge.json"""
@@ -274,8 +279,8 @@ def hull(
     from heavylift.nodes.sea.coefficients import computed, hull_of
     from heavylift.recordings.write.partfile import written
 
-    given = data if data.suffix in (".nc", ".1") else computed(data)
-    found = hull_of(given, volume, height, length)
+    given = data if data.suffix in (".nc", ".cal", ".1") else computed(data, depth)
+    found = hull_of(given, volume, height, length, depth)
     error = found.radiation.error
     text = msgspec.json.format(msgspec.json.encode(found), indent=0).decode() + "\n"
     typer.echo(f"wrote {written(text, output or Path(f'{found.name}.json'), 'a hull', ('.json',), force)}")

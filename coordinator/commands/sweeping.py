@@ -202,6 +202,8 @@ def limits(
     if scatter:
         sheet = _operability(o.scene_of(scene, sets), scatter, of or [""], replications, o.wall_s("--limit", limit))
         o.tell_study(sheet, output, force, as_json)
+        if o.fails(sheet.state, strict, fail_on):
+            raise typer.Exit(1)
         return
     if bool(of) == every:
         raise SceneError("limits: give --of, such as --of 'block.mass=300..900 t', or --all")

@@ -10,7 +10,7 @@ import threading
 from collections.abc import Callable
 from itertools import count
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from heavylift.coordinator.live import RunOrder, find, order
 from heavylift.kernel.errors import SceneError
@@ -72,7 +72,7 @@ class SceneRun:
                 cwd=folder,
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
-                stderr=subprocess.STDOUT,
+                stderr=subprocess.PIPE,
                 text=True,
             )
         threading.Thread(target=self._hear, args=(self._process, do), daemon=True, name="run of a scene").start()
@@ -100,18 +100,26 @@ class SceneRun:
                 self._process.kill()
 
     def _hear(self, process: subprocess.Popen[str], do: str) -> None:
-        lines, file = list[str](), self._file
+        """Send what a run prints; when it has succeeded, its results come before its progress."""
+        lines, found, progress, file = list[str](), list[str](), list[str](), self._file
         known: dict[str, Any] = {"do": do, "file": file.name, "live": False}
         self._say("run", {"running": True, "lines": [], **known})
-        assert process.stdout is not None
-        for line in process.stdout:
-            if found := ADDRESS.search(line):
-                self.live, known["live"] = found[1], True
-            else:
-                lines = [*lines, line.rstrip("\n")][-LINES:]
-            self._say("run", {"running": True, "lines": lines, **known})
-        code = process.wait()
-        self.live = ""
-        self._say("run", {"running": False, "lines": lines, **known, "live": False, "code": code})
+
+        def hear(stream: IO[str] | None, *into: list[str]) -> None:
+            for line in stream or ():
+                if address := ADDRESS.search(line):
+                    self.live, known["live"] = address[1], True
+                for each in () if address else into:
+                    each.append(line.rstrip("\n"))
+                self._say("run", {"running": True, "lines": lines[-LINES:], **known})
+
+        results = threading.Thread(target=hear, args=(process.stdout, lines, found))
+        results.start()
+        hear(process.stderr, lines, progress)
+        results.join()
+        code, self.live = process.wait(), ""
+        shown = lines[-LINES:] if code else [*found, *progress][:LINES]
+        self._say("run", {"running": False, "lines": shown, **known, "live": False, "code": code})
         if do == "plan" and file.exists():
             self._say("proposal", {"file": file.name, "text": present(file)})
+            file.unlink()

@@ -1,9 +1,9 @@
 """A scene linearised about an instant: x' = A x + B u, y = C x + D u, by derivatives of the traced equations.
 
-x: displacements and velocities of the free coordinates, and where and how fast references stand that u drives; u: the
-highest derivative of a reference that the equations use, or the value of a signal.  Slack stays slack, what sticks
-sticks.  Where loops close, x holds as many independent coordinates as they leave (coordinate partitioning: Wehage,
-Haug, J. Mech. Design 104 (1982)).
+x: displacements and velocities of the free coordinates, the states of radiation, and where and how fast references
+stand that u drives; u: the highest derivative of a reference that the equations use, or the value of a signal.  Slack
+stays slack, what sticks sticks.  Where loops close, x holds as many independent coordinates as they leave (coordinate
+partitioning: Wehage, Haug, J. Mech. Design 104 (1982)).
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,7 +16,7 @@ from heavylift.kernel.algebra.spatial import skew
 from heavylift.kernel.compiler.derivative import derivatives
 from heavylift.kernel.compiler.function import Function, Outputs
 from heavylift.kernel.compiler.symbol import Array
-from heavylift.kernel.description.forces import Radiation, Wind
+from heavylift.kernel.description.forces import Wind
 from heavylift.kernel.description.mechanics import JOINTS, RigidRope
 from heavylift.kernel.errors import KernelError, closest
 from heavylift.kernel.model.evaluation import evaluate
@@ -69,12 +69,15 @@ def linear_model(simulation: "Simulation", inputs: Sequence[str], outputs: Seque
 
 
 class _Linearised:
-    """The derivatives of a scene along raw directions: (nq) coordinates, (nv) velocities, then numbers of P."""
+    """The derivatives of a scene along raw directions: (nq) coordinates, (nv) velocities, states of radiation, then
+    numbers of P."""
 
     def __init__(self, simulation: "Simulation", inputs: Sequence[str], outputs: Sequence[str]) -> None:
         self.simulation, self.program = simulation, simulation.program
         p, native = self.program, simulation.native
-        self.raw = p.nq + p.nv
+        self.speeds, self.memory = slice(p.nq, p.nq + p.nv), [*p.memory.values()]
+        own = [*range(p.nq + p.nv), *self.memory]  # numbers of y with a direction
+        self.raw = len(own)
         self.P, t = simulation.P.copy(), np.array([native["t"], native["t"] + 0.5])
         for name in [name for kind, name in p.parameters.at if kind == "reference"]:
             now = p.profile(t=[t[0], native.among()], p=self._numbers("reference", name))
@@ -83,11 +86,11 @@ class _Linearised:
         self.inputs = [_Input(p, name) for name in dict.fromkeys(inputs)]
         y = simulation.state.copy()
         places = [place for x in self.inputs for place in x.places]
-        seeds = {"y": np.eye(p.ny)[:, : self.raw], "P": np.zeros((len(self.P), self.raw))}
+        seeds = {"y": np.eye(p.ny)[:, own], "P": np.zeros((len(self.P), self.raw))}
         seeds["y"] = np.concatenate([seeds["y"], np.zeros((p.ny, len(places)))], axis=1)
         seeds["P"] = np.concatenate([seeds["P"], np.eye(len(self.P))[:, places]], axis=1)
         self.found = derivatives(_traced(p), {"t": t, "y": y, "P": self.P}, seeds)
-        self.v = y[p.nq : self.raw]
+        self.v, self.water = y[self.speeds], y[self.memory]
         self.wanted = self._outputs(outputs)
         self._check()
 
@@ -96,10 +99,6 @@ class _Linearised:
         return found
 
     def _check(self) -> None:
-        for force in (x for x in self.program.system.forces if isinstance(x, Radiation)):
-            raise KernelError(
-                f"linearise: radiation '{force.name}' has internal states, which linear models do not support"
-            )
         names = self.program.constraints.names
         held = [i for i, on in enumerate(self.found["on"][0]) if on > 0.0]
         for i in held:
@@ -116,24 +115,26 @@ class _Linearised:
     def model(self) -> LinearModel:
         """Return the matrices A, B, C, D in independent states."""
         p = self.program
-        dy, moves = self.found["dy"][1], self.found["dy"][1][: p.nq, p.nq : self.raw]
+        dy, moves = self.found["dy"][1], self.found["dy"][1][: p.nq, self.speeds]
         fixed = {tree.v.start + k for tree, _ in p.instances for k in tree.prescribed_dofs}
         free = [k for k in range(p.nv) if k not in fixed]
         kept, T, given = self._partition(free, moves)
         n, extra = len(kept), [x for x in self.inputs for _ in x.held]
-        states = np.zeros((dy.shape[1], 2 * n + len(extra)))  # raw directions of each state
+        water = slice(2 * n, 2 * n + len(self.memory))
+        states = np.zeros((dy.shape[1], water.stop + len(extra)))  # raw directions of each state
         acts = np.zeros((dy.shape[1], len(self.inputs)))
         displaced, moved = moves[:, free], np.eye(p.nv)[:, free]
-        states[: p.nq, :n], states[p.nq : self.raw, n : 2 * n] = displaced @ T, moved @ T
+        states[: p.nq, :n], states[self.speeds, n : 2 * n] = displaced @ T, moved @ T
+        states[self.speeds.stop : self.raw, water] = np.eye(len(self.memory))
         A, B = np.zeros((states.shape[1],) * 2), np.zeros((states.shape[1], len(self.inputs)))
-        at, place = 2 * n, self.raw
+        at, place = water.stop, self.raw
         for i, x in enumerate(self.inputs):
             for order in range(len(x.places)):
                 target = states[:, at + order] if order < len(x.held) else acts[:, i]
                 target[place] = 1.0
                 if order + 1 < len(x.places):  # where rows hold, the others follow the reference
                     target[: p.nq] += displaced @ given[:, place - self.raw]
-                    target[p.nq : self.raw] += moved @ given[:, place - self.raw - 1] if order else 0.0
+                    target[self.speeds] += moved @ given[:, place - self.raw - 1] if order else 0.0
                 place += 1
             for k in range(len(x.held)):
                 if k + 1 < len(x.held):
@@ -143,8 +144,9 @@ class _Linearised:
             at += len(x.held)
         rate = self._turning(moves)
         own = [free[k] for k in kept]
-        A[:n], A[n : 2 * n] = (rate @ states)[own], (dy[p.nq : self.raw] @ states)[own]
-        B[:n], B[n : 2 * n] = (rate @ acts)[own], (dy[p.nq : self.raw] @ acts)[own]
+        A[:n], A[n : 2 * n] = (rate @ states)[own], (dy[self.speeds] @ states)[own]
+        B[:n], B[n : 2 * n] = (rate @ acts)[own], (dy[self.speeds] @ acts)[own]
+        A[water], B[water] = dy[self.memory] @ states, dy[self.memory] @ acts
         C = np.array([row for _, row in self.wanted]).reshape(-1, dy.shape[1])
         named = self._states(own) + [LinearColumn(*state) for x in self.inputs for state in x.held]
         shown = tuple(LinearColumn(x.name, x.unit, float(self.P[x.places[-1]])) for x in self.inputs)
@@ -177,7 +179,7 @@ class _Linearised:
         """(nv, raw) rates of the displacements: velocities, and what turns with a body that moves already."""
         p = self.program
         rate = np.zeros((p.nv, self.found["dy"][1].shape[1]))
-        rate[:, p.nq : self.raw] = np.eye(p.nv)
+        rate[:, self.speeds] = np.eye(p.nv)
         displaced = np.zeros((p.nv, p.nq))
         for k in p.graph.links:
             if JOINTS[k.joint.kind].quaternion is None or not self.v[k.v].any():
@@ -219,7 +221,9 @@ class _Linearised:
         names, velocities = _state_names(self.program), coordinate_names(self.program.graph)[1]
         units = [unit_of(self.program, "joint/velocity", k, "") for k in range(self.program.nv)]
         placed = [LinearColumn(f"joint/position/{names[k]}", units[k].removesuffix("/s")) for k in own]
-        return placed + [LinearColumn(f"joint/velocity/{velocities[k]}", units[k], float(self.v[k])) for k in own]
+        placed += [LinearColumn(f"joint/velocity/{velocities[k]}", units[k], float(self.v[k])) for k in own]
+        waters = zip(self.program.memory, self.water, strict=True)
+        return placed + [LinearColumn(f"radiation/{name}.{i + 1}", "J^0.5", float(x)) for (name, i), x in waters]
 
 
 class _Input:

@@ -1,7 +1,8 @@
 """Small motions about a pose: frequencies, damping and shapes of the linearised scene (Shabana 2005, chapter 3).
 
 With x = (small displacement, velocity) in the tangent space, x' = [[0, 1], [da/dq, da/dv]] x; its eigenvalues are
-s = -zeta w +- i w sqrt(1 - zeta^2).  Taut, closed and sticking laws stay as they are.
+s = -zeta w +- i w sqrt(1 - zeta^2).  States of radiation are added to x; a motion whose energy is mostly theirs is none
+of the bodies, and is left out.  Taut, closed and sticking laws stay as they are.
 
 What statics and modes found, as text for people and as plain data for programs; SI units in the data.
 """
@@ -71,20 +72,27 @@ def modes_at(poses: Poses, q: np.ndarray) -> Modes:
     allowed = poses.basis(q)
     basis = np.eye(len(poses.free)) if allowed is None else allowed
     n = basis.shape[1]
-    A = np.block([[np.zeros((n, n)), np.eye(n)], [basis.T @ poses.stiffness(q) @ basis, _damping(poses, q, basis)]])
+    by_water, rates = poses.water(q)
+    m, free = len(rates), len(poses.free)
+    A = np.block([
+        [np.zeros((n, n)), np.eye(n), np.zeros((n, m))],
+        [basis.T @ poses.stiffness(q) @ basis, _damping(poses, q, basis), basis.T @ by_water],
+        [np.zeros((m, n)), rates[:, :free] @ basis, rates[:, free:]],
+    ])  # fmt: skip
     s, vectors = np.linalg.eig(A)
     poses.accelerations(q)  # leaves the simulation at its own pose
     energy = KineticShares(simulation.program, simulation.P, q)
     found, decays = [], []
     for k in np.argsort(np.abs(s), kind="stable"):
-        if abs(s[k]) < FREE:
+        moved = np.zeros(simulation.program.nv, dtype=complex)
+        moved[poses.free] = basis @ vectors[n : 2 * n, k]
+        water = float(np.sum(np.abs(vectors[2 * n :, k]) ** 2))
+        if abs(s[k]) < FREE or water > 2.0 * energy.energy(moved):
             continue
         if abs(s[k].imag) <= 1e-9 * abs(s[k]):
             decays.append(-float(s[k].real))
         elif s[k].imag > 0.0:
-            shape = np.zeros(simulation.program.nv, dtype=complex)
-            shape[poses.free] = basis @ vectors[n:, k]
-            shape /= shape[np.argmax(np.abs(shape))]
+            shape = moved / moved[np.argmax(np.abs(moved))]
             w = abs(s[k])
             root = energy.energy(shape) ** 0.5
             momenta = {name: p / root for name, p in energy.momenta(shape).items()}

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 CLOSINGS = 3  # Newton steps onto the loops, from a pose that is near
 HALF = 0.5
+WATER = 1e3  # [J^0.5] of a state of radiation
 STEP, SMALLEST = 1e-4, 1e-7  # [m, rad] between poses of differences; smaller where a guard falls
 
 
@@ -73,6 +74,25 @@ class Poses:
         self._refresh(q, v)
         dv: np.ndarray = self._f[self._velocities]
         return dv
+
+    def water(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the accelerations (n_free, m) at pose q by the m states of radiation, and the rates of these states by
+        velocities and by themselves (m, n_free + m); both are linear."""
+        p, n = self.simulation.program, len(self.free)
+        places = [*p.memory.values()]
+        a, rates = np.zeros((n, len(places))), np.zeros((len(places), n + len(places)))
+        for k, place in enumerate(places):
+            held = self._accounts[place - p.nq - p.nv]
+            for step in (WATER, -WATER):
+                self._accounts[place - p.nq - p.nv] = held + step
+                a[:, k] += self.accelerations(q) / (2.0 * step)
+                rates[:, n + k] += self._f[places] / (2.0 * step)
+            self._accounts[place - p.nq - p.nv] = held
+        for k, e in enumerate(self._eye if places else ()):
+            for sign in (1.0, -1.0):
+                self._refresh(q, sign * e)
+                rates[:, k] += 0.5 * sign * self._f[places]
+        return a, rates
 
     def guards(self) -> np.ndarray:
         """Return the guards of all laws at the last pose that was evaluated."""

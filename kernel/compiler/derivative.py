@@ -117,10 +117,11 @@ def _operation(n: Sym, x: list[Dual]) -> Dual:
 
 
 def _times(d: Any, factor: Any) -> Any:
-    """Derivatives times a number, or times (n,) numbers."""
+    """Derivatives times a number, or times (n,) numbers; what does not change adds nothing, however large they are."""
     if d is None:
         return None
-    return d * np.reshape(factor, (-1, 1)) if np.ndim(factor) else d * float(factor)
+    scaled = d * np.reshape(factor, (-1, 1)) if np.ndim(factor) else d * float(factor)
+    return scaled if np.isfinite(factor).all() else np.where(d == 0.0, 0.0, scaled)
 
 
 def _where(there: Any, d: Any) -> Any:

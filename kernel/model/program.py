@@ -16,6 +16,7 @@ from heavylift.kernel.compiler.symbol import Array
 from heavylift.kernel.constraints.contact.contact_points import ContactPointRows
 from heavylift.kernel.constraints.loop_closures import CLOSURES
 from heavylift.kernel.constraints.row_structure import Constraints
+from heavylift.kernel.description.forces import Radiation
 from heavylift.kernel.description.mechanics import JOINTS, WORLD, Drive, System
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.force_law import Poses, SampledQuantity, Setting
@@ -205,6 +206,13 @@ class Program:
             y[k.q.start : k.q_modes.stop] = k.q0
             y[self.nq + k.v.start : self.nq + k.v.stop] = k.joint.v0 or (0.0,) * (k.v.stop - k.v.start)
         return y
+
+    @cached_property
+    def memory(self) -> dict[tuple[str, int], int]:
+        """Places in y of the states of radiation, by the name of the force and their number."""
+        names, first = {x.name for x in self.system.forces if isinstance(x, Radiation)}, self.ny - len(self.angles)
+        of = {(name, n): first + i for i, (kind, name, n) in enumerate(self.angles) if kind == "force"}
+        return {label: place for label, place in of.items() if label[0] in names}
 
     @cached_property
     def axial(self) -> list[int]:

@@ -24,6 +24,7 @@ LUG, SHORT = 0.1, 3.0  # [m] of a lug above the upper face; of a sling
 G = 9.80665
 ROPES = (*range(16, 30, 2), *range(32, 64, 4), *range(72, 156, 12))  # [mm] 6x36 IWRC 1770, in thimbles up to 60 mm
 THIMBLES = 60
+PROJECT = "# project: {name: ..., number: ..., author: ...}  # head of the report"
 SHACKLES = {2.0: 0.36, 3.25: 0.72, 4.75: 1.23, 6.5: 1.79, 8.5: 2.57, 9.5: 3.75, 12.0: 5.31, 13.5: 7.18, 17.0: 9.43,
             25.0: 15.4, 35.0: 23.7, 55.0: 44.6, 85.0: 70.0, 120.0: 110.0, 150.0: 160.0, 200.0: 235.0,
             300.0: 340.0}  # fmt: skip  # [t] of makers' catalogues, with their masses [kg]
@@ -79,6 +80,7 @@ def new_scene(name: str, like: str) -> str:
     new name."""
     path = scene_file(like)
     text = re.sub(r"^name: \S+", lambda _: f"name: {name}", scene_text(path, like), count=1, flags=re.M)
+    text = re.sub(r"^project:.*", PROJECT, text, flags=re.M)  # it names the other lift
     return re.sub(rf"(?<!\S){re.escape(path.stem)}\.mcap\b", lambda _: f"{name}.mcap", text)
 
 

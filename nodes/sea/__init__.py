@@ -7,6 +7,8 @@ hydrodynamics    the file of a hull: added mass, radiation terms, wave loads; lo
 radiation_fit    passive radiation model fitted to added mass and damping by frequency
 coefficients     the file of a hull made from coefficients, or from a mesh by Capytaine
 data_files       coefficients in files of WAMIT and Capytaine, with their conventions
+nemoh_data       the same for files of NEMOH
+hydrostatics     volume, centre of buoyancy and stiffness of a mesh
 """
 
 from heavylift.kernel.on_demand import face

@@ -4,6 +4,7 @@ The frequencies must include infinity, which gives the added mass of the body.
 """
 
 from hashlib import sha256
+from math import inf, isfinite
 from pathlib import Path
 from typing import Any, cast
 
@@ -12,26 +13,36 @@ from heavylift.kernel.errors import SceneError, error_text, extra
 
 from .data_files import Coefficients, capytaine, wamit
 from .hydrodynamics import VERSION, WORST, FitError, Hydrodynamics, RadiationStates, WaveLoads
+from .hydrostatics import hydrostatics_of
+from .nemoh_data import nemoh, nemoh_files
 from .radiation_fit import fitted
 
-MODES = ("Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw")
 DIGITS, EXACT = 7, 12  # of data, and of states, which must stay passive
+EXACTLY = 1e-6  # [rad, or of the size]: rounding of other codes
 NOTHING = 1e-9  # of the largest number of a matrix: rounding
 FINEST, STEP = 3.0, 0.1  # [rad/s] of the frequencies that are computed
 PANELS, GRAVITY = 4.0, 9.81  # [m/s2]: panels along the shortest wave
 DIRECTIONS = 13  # from following to head waves
 
 
-def hull_of(path: Path, volume: float = 0.0, height: float = 0.0, length: float = 1.0) -> Hydrodynamics:
-    """Return the hydrodynamics of a hull from a netCDF file (.nc) of Capytaine, or the files NAME.1, .3 and .hst of
-    WAMIT with the displaced volume [m3], the height of the centre of mass above the waterline [m] and ULEN [m].
+def hull_of(
+    path: Path, volume: float = 0.0, height: float = 0.0, length: float = 1.0, depth: float | None = None
+) -> Hydrodynamics:
+    """Return the hydrodynamics of a hull from a netCDF file (.nc) of Capytaine, from Nemoh.cal with the files of NEMOH
+    beside it, or from the files NAME.1, .3 and .hst of WAMIT with the displaced volume [m3], the height of the centre
+    of mass above the waterline [m], ULEN [m] and the depth of the water [m].
 
     Raises SceneError if a file cannot be read, or if the radiation fit is too inaccurate.
     """
     if path.suffix == ".nc":
         read, files = capytaine(path), [path]
+    elif path.suffix == ".cal":
+        read, files = nemoh(path), nemoh_files(path)
     elif volume > 0.0:
-        read, files = wamit(path, volume, height, length), [path.with_suffix(end) for end in (".1", ".3", ".hst")]
+        read, files = (
+            wamit(path, volume, height, length, depth or inf),
+            [path.with_suffix(end) for end in (".1", ".3", ".hst")],
+        )
     else:
         raise SceneError(f"{path}: files of WAMIT do not contain the displaced volume; give it with --volume")
     digest = sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
@@ -42,9 +53,9 @@ def hull_of(path: Path, volume: float = 0.0, height: float = 0.0, length: float 
     return found
 
 
-def computed(mesh: Path) -> Path:
+def computed(mesh: Path, depth: float | None = None) -> Path:
     """Compute the hydrodynamic coefficients of a mesh (waterline at z = 0, bow along x) with Capytaine, write a netCDF
-    file next to the mesh, and return its path. Raises SceneError if that fails."""
+    file next to the mesh, and return its path. `depth`: of the water [m]. Raises SceneError if that fails."""
     missing = SceneError("coefficients of a mesh are computed by Capytaine: pip install 'heavylift[sea]'")
     cpt, xr = extra("capytaine", missing), extra("xarray", missing)
     try:
@@ -56,14 +67,19 @@ def computed(mesh: Path) -> Path:
         mesh=hull, lid_mesh=hull.generate_lid(), dofs=cpt.rigid_body_dofs(**origin), center_of_mass=(0.0, 0.0, 0.0)
     )
     w = np.arange(STEP, _finest(hull), STEP)
-    common = {"radiating_dof": list(body.dofs), "water_depth": [np.inf], "rho": [1025.0]}
-    solver, waves = cpt.BEMSolver(), np.linspace(0.0, np.pi, DIRECTIONS)
+    common = {"radiating_dof": list(body.dofs), "water_depth": [depth or inf], "rho": [1025.0]}
+    still = hydrostatics_of(np.asarray(hull.vertices)[np.asarray(hull.faces)])
+    alike = abs(still.first[1]) < EXACTLY * still.waterplane**1.5  # port and starboard
+    solver, waves = cpt.BEMSolver(), np.linspace(0.0 if alike else -np.pi, np.pi, DIRECTIONS)
     radiation = solver.fill_dataset(xr.Dataset(coords={"omega": [*w, np.inf], **common}), body)
     diffraction = solver.fill_dataset(xr.Dataset(coords={"omega": w, "wave_direction": waves, **common}), body)
     out = mesh.with_suffix(".nc")
     whole = cpt.io.xarray.separate_complex_values(xr.merge([radiation, diffraction], compat="no_conflicts"))
     for modes in ("radiating_dof", "influenced_dof"):
         whole[modes] = whole[modes].astype("str")
+    # in place of those by the centres of panels
+    whole["hydrostatic_stiffness"] = (("influenced_dof", "radiating_dof"), still.stiffness(1025.0 * GRAVITY))
+    whole["center_of_buoyancy"], whole["disp_mass"] = ("space_coordinate", still.buoyancy), 1025.0 * still.volume
     # the classic format, which needs no other library
     whole.to_netcdf(out, engine="scipy", format="NETCDF3_64BIT")
     return out
@@ -78,17 +94,22 @@ def _finest(mesh: Any) -> float:
 def _hull(read: Coefficients, name: str, source: str) -> Hydrodynamics:
     A, B, A_inf = map(_symmetric, (read.A, read.B, read.A_inf))
     space, error = fitted(read.w, A, B, A_inf)
+    headings, X = _around(read.headings, read.X)
     rho, g, K, volume = read.density, read.gravity, read.K, read.volume
     heights = [float(_short(K[i, i] / (rho * volume * g) + read.height)) for i in (3, 4)]
     return Hydrodynamics(
         version=VERSION, name=name, source=source, density=rho,
         volume=float(_short(volume)), waterplane=float(_short(K[2, 2] / (rho * g))),
         metacentres=(heights[0], heights[1]),
+        moments=_rows(_short(np.array([K[4, 4], -K[2, 4], K[2, 3], -K[3, 4]]) / (rho * g))[1:]),
+        buoyancy=None if read.buoyancy is None else _rows(_short(read.buoyancy)),
         added_mass=_rows(_short(A_inf)),
+        depth=read.depth if isfinite(read.depth) else None,
         radiation=RadiationStates(_rows(_short(space.F, EXACT)), _rows(_short(space.G, EXACT)),
                                   FitError(*(float(_short(x, 3)) for x in (error.added_mass, error.damping)))),
-        loads=WaveLoads(tuple(_short(read.w).tolist()), tuple(read.headings.tolist()),
-                        *(tuple(_rows(x) for x in _short(part)) for part in (read.X.real, read.X.imag))),
+        loads=WaveLoads(tuple(_short(read.w).tolist()), tuple(headings.tolist()),
+                        *(tuple(_rows(x) for x in _short(part)) for part in (X.real, X.imag))),
+        symmetric=len(headings) == len(read.headings),
     )  # fmt: skip
 
 
@@ -104,4 +125,15 @@ def _short(x: Any, digits: int = DIGITS) -> np.ndarray:
 
 
 def _rows(A: np.ndarray) -> Any:
-    return cast(Any, tuple(map(tuple, A.tolist())))
+    return cast(Any, tuple(map(tuple, A.tolist())) if A.ndim > 1 else tuple(A.tolist()))
+
+
+def _around(headings: np.ndarray, X: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return headings, and their loads, that go once around the hull if they are not those of one side."""
+    if headings.min() >= 0.0 and headings.max() <= np.pi + EXACTLY:
+        return headings, X
+    turned, at = np.unique((headings % (2.0 * np.pi)).round(DIGITS), return_index=True)
+    turned[turned > np.pi] -= 2.0 * np.pi
+    order = np.argsort(turned)
+    turned, at = turned[order], at[order]
+    return np.array([turned[-1] - 2.0 * np.pi, *turned, turned[0] + 2.0 * np.pi]), X[[at[-1], *at, at[0]]]

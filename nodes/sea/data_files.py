@@ -7,16 +7,19 @@ the real and imaginary part of the load relative to rho g L^m, m = 2 or 3, for t
 NAME.hst has the hydrostatic stiffness relative to rho g L^k, k = 2, 3 or 4. All refer to the origin of the body's axes.
 
 Capytaine (Ancellin, Dias, Journal of Open Source Software 4 (2019) 1341): netCDF in SI units, for exp(-iwt), so the
-conjugates of its loads are those used here.
+conjugates of its loads are those used here; rotations are about `rotation_center`.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import inf
 from pathlib import Path
 
 import numpy as np
-from heavylift.kernel.errors import SceneError, error_text
+from heavylift.kernel.errors import SceneError, error_text, extra
 
 NEEDED = ("omega", "wave_direction", "added_mass", "radiation_damping", "excitation_force", "hydrostatic_stiffness")
+MODES = ("Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw")
+HDF5 = b"\x89HDF"  # how such a file begins
 DENSITY, GRAVITY = 1025.0, 9.81  # [kg/m3], [m/s2] where a file does not give them
 
 
@@ -24,7 +27,8 @@ DENSITY, GRAVITY = 1025.0, 9.81  # [kg/m3], [m/s2] where a file does not give th
 class Coefficients:
     """Coefficients by frequency w (n,) [rad/s], in ascending order: added mass A and damping B (n, 6, 6), added mass at
     infinite frequency (6, 6), loads X (headings, n, 6) by heading [rad] for exp(+iwt), hydrostatic stiffness K (6, 6),
-    displaced volume [m3], height of the centre of mass to which K belongs [m], density [kg/m3], gravity [m/s2]."""
+    displaced volume [m3], height of the centre of mass to which K belongs [m], density [kg/m3], gravity [m/s2], depth
+    of the water [m] and the centre of buoyancy [m], if it is known."""
 
     w: np.ndarray
     A: np.ndarray
@@ -37,39 +41,77 @@ class Coefficients:
     height: float
     density: float = DENSITY
     gravity: float = GRAVITY
+    depth: float = inf
+    buoyancy: np.ndarray | None = None
+
+    def about(self, z: float) -> "Coefficients":
+        """Return coefficients whose rotations and moments are about a point at a height z [m], turned into those about
+        the origin."""
+        T = np.eye(6)  # velocities there, of those at the origin
+        T[0, 4], T[1, 3] = z, -z
+        A, B, A_inf = (T.T @ x @ T for x in (self.A, self.B, self.A_inf))
+        return replace(self, A=A, B=B, A_inf=A_inf, X=self.X @ T)
 
 
 def capytaine(path: Path) -> Coefficients:
-    """Return the coefficients in a netCDF file (classic format) of Capytaine; raises SceneError if it is not one."""
+    """Return the coefficients in a netCDF file of Capytaine; raises SceneError if it is not one."""
+    data = _netcdf(path)
+    if missing := [name for name in NEEDED if name not in data]:
+        raise SceneError(f"{path}: it has no '{missing[0]}'; let Capytaine export radiation, diffraction, hydrostatics")
+    modes, point = _named(data, path), data.get("rotation_center", np.zeros(3)).ravel()
+    if point[:2].any():
+        raise SceneError(f"{path}: its rotations are about {point.tolist()}; compute them about a point of the z axis")
+    w = data["omega"]
+    finite, infinite = np.isfinite(w) & (w > 0.0), np.isinf(w)
+    if not infinite.any():
+        raise SceneError(f"{path}: it has no infinite frequency, whose added mass is needed; add it to 'omega'")
+    order, both = np.argsort(w[finite]), np.ix_(modes, modes)
+    A, B = (data[key].reshape(len(w), 6, 6)[:, both[0], both[1]] for key in ("added_mass", "radiation_damping"))
+    X = data["excitation_force"].reshape(2, len(finite), -1, 6)[:, finite][:, order][..., modes].swapaxes(1, 2)
+    given = {"rho": DENSITY, "g": GRAVITY, "water_depth": inf}
+    rho, g, depth = (float(data[key].ravel()[0]) if key in data else x for key, x in given.items())
+    z = float(data["center_of_mass"].ravel()[2]) if "center_of_mass" in data else 0.0
+    return Coefficients(
+        w[finite][order], A[finite][order], B[finite][order], A[infinite][0], data["wave_direction"], X[0] - 1j * X[1],
+        data["hydrostatic_stiffness"].reshape(6, 6)[both], float(data["disp_mass"].ravel()[0]) / rho, z, rho, g, depth,
+        data.get("center_of_buoyancy"),
+    ).about(float(point[2]))  # fmt: skip
+
+
+def _netcdf(path: Path) -> dict[str, np.ndarray]:
+    """Return the variables of a netCDF file, classic or of version 4, which is HDF5."""
     from scipy.io import netcdf_file
 
     try:
-        with netcdf_file(path, "r", mmap=False) as file:
-            data = {name: np.array(x.data) for name, x in file.variables.items()}
+        with path.open("rb") as file:
+            if file.read(len(HDF5)) == HDF5:
+                h5py = extra(
+                    "h5py", SceneError(f"{path}: netCDF of version 4 needs h5py: pip install 'heavylift[sea]'")
+                )
+                with h5py.File(path) as tree:
+                    return {name: np.array(x) for name, x in tree.items()}
+        with netcdf_file(path, "r", mmap=False) as classic:
+            return {name: np.array(x.data) for name, x in classic.variables.items()}
     except TypeError:
-        raise SceneError(
-            f"{path}: it is not a netCDF file of the classic format; write it with NETCDF3_64BIT"
-        ) from None
+        raise SceneError(f"{path}: it is not a netCDF file") from None
     except (OSError, ValueError) as error:
         raise SceneError(f"{path}: {error_text(error)}") from None
-    if missing := [name for name in NEEDED if name not in data]:
-        raise SceneError(f"{path}: it has no '{missing[0]}'; let Capytaine export radiation, diffraction, hydrostatics")
-    w = data["omega"]
-    finite = np.isfinite(w)
-    if finite.all():
-        raise SceneError(f"{path}: it has no infinite frequency, whose added mass is needed; add it to 'omega'")
-    order = np.argsort(w[finite])
-    A, B = (data[key].reshape(len(w), 6, 6) for key in ("added_mass", "radiation_damping"))
-    X = data["excitation_force"].reshape(2, len(finite), -1, 6)[:, finite][:, order].swapaxes(1, 2)
-    rho, g = (float(data[key].ravel()[0]) if key in data else x for key, x in (("rho", DENSITY), ("g", GRAVITY)))
-    z = float(data["center_of_mass"].ravel()[2]) if "center_of_mass" in data else 0.0
-    return Coefficients(
-        w[finite][order], A[finite][order], B[finite][order], A[~finite][0], data["wave_direction"], X[0] - 1j * X[1],
-        data["hydrostatic_stiffness"].reshape(6, 6), float(data["disp_mass"].ravel()[0]) / rho, z, rho, g,
-    )  # fmt: skip
 
 
-def wamit(path: Path, volume: float, height: float, length: float) -> Coefficients:
+def _named(data: dict[str, np.ndarray], path: Path) -> list[int]:
+    """Return the places of the six modes in the order of a file, which names them."""
+    found = []
+    for key in ("influenced_dof", "radiating_dof"):
+        if key in data:
+            rows = [b"".join(x) if isinstance(x, np.ndarray) else x for x in data[key]]
+            found.append([x.decode().strip("\0 ") for x in rows])
+    names = found[0] if found else list(MODES)
+    if any(sorted(x) != sorted(MODES) or x != names for x in found):
+        raise SceneError(f"{path}: one body with motions {', '.join(MODES)} is needed; it has {', '.join(names)}")
+    return [names.index(mode) for mode in MODES]
+
+
+def wamit(path: Path, volume: float, height: float, length: float, depth: float = inf) -> Coefficients:
     """Return the coefficients in files NAME.1, NAME.3 and NAME.hst of WAMIT.
 
     `volume`: displaced [m3]; `height`: of the centre of mass for which WAMIT computed NAME.hst [m]; `length`: ULEN [m].
@@ -99,7 +141,7 @@ def wamit(path: Path, volume: float, height: float, length: float) -> Coefficien
     up = np.argsort(w)
     some = np.flatnonzero(periods > 0.0)[up]
     return Coefficients(
-        w[up], added[some], damping[some], added[periods == 0.0][0], headings, X[:, up], K, volume, height
+        w[up], added[some], damping[some], added[periods == 0.0][0], headings, X[:, up], K, volume, height, depth=depth
     )
 
 

@@ -14,9 +14,10 @@ from math import pi
 import msgspec
 from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.kernel.description.forces import Matrix6, Row6, WaveSum
+from heavylift.kernel.description.mechanics import Vector
 from heavylift.kernel.errors import SceneError
 
-from .spectra import Component
+from .spectra import Component, wave_number
 
 VERSION = 1
 WORST = 0.05  # of the largest added mass or damping of a mode: a fit that misses more is refused
@@ -66,6 +67,9 @@ class Hydrodynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     radiation: RadiationStates
     loads: WaveLoads
     symmetric: bool = True
+    depth: float | None = None  # of the water [m]; None: deep
+    moments: tuple[float, float, float] = (0.0, 0.0, 0.0)  # of the waterplane: of x, of y [m3], and of x y [m4]
+    buoyancy: Vector | None = None  # its centre [m]; None: below the centre of mass
 
     def load(self, frequency: float, heading: float) -> list[complex]:
         """Return the wave loads X [N/m, N] at a frequency and heading; zero above the highest frequency in the file.
@@ -125,14 +129,19 @@ def _between(places: Sequence[float], x: float) -> tuple[int, float]:
 
 
 def loads_in_sea(
-    hull: Hydrodynamics, sea: Sequence[Component], at: tuple[float, float], bow: float, gravity: float, ramp: float
+    hull: Hydrodynamics,
+    sea: Sequence[Component],
+    at: tuple[float, float],
+    bow: float,
+    gravity: float,
+    ramp: float,
+    depth: float | None = None,
 ) -> list[WaveSum]:
     """Return the six loads of a sea on a hull whose bow points in the direction `bow` [rad]. `at`: position of the
-    hull's origin relative to the origin of the waves' phases [m]. The waves are on deep water, with the wave number w^2
-    / g."""
+    hull's origin relative to the origin of the waves' phases [m]; `depth`: of the water [m], None for deep water."""
     sums: list[tuple[list[float], list[float]]] = [([], []) for _ in range(6)]
     for w, size, to, phase in sea:
-        k = w * w / gravity
+        k = wave_number(w, gravity, depth)
         angle = phase - k * (at[0] * float(cos(to)) + at[1] * float(sin(to)))
         c, s = float(cos(angle)), float(sin(angle))
         for X, (cosines, sines) in zip(hull.load(w, to - bow), sums, strict=True):

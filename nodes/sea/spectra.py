@@ -19,6 +19,7 @@ from heavylift.kernel.algebra.elementary import cos, exp, power
 LOWEST, HIGHEST = 0.4, 4.0  # of a spectrum's peak frequency: behind them is less than 0.5 % of the energy
 EQUATION = 5.0 / 16.0
 WIDTHS = 0.07, 0.09  # of JONSWAP's peak, below and above it
+NEWTON = 5  # steps from 5 %: each squares the error
 DIRECTIONS = 720  # steps of the spreading function over the circle
 
 Density = Callable[[float], float]  # S(w) [m2 s]
@@ -113,6 +114,25 @@ def components(
     energy = sum(0.5 * x.amplitude * x.amplitude for x in found)
     scale = sqrt(Hs * Hs / 16.0 / energy) if energy else 0.0
     return [x._replace(amplitude=scale * x.amplitude) for x in found if x.amplitude]
+
+
+def wave_number(frequency: float, gravity: float, depth: float | None = None) -> float:
+    """Return the wave number k [rad/m] of a wave with a frequency w [rad/s] on water of a depth h [m], from w^2 = g k
+    tanh(k h); None: deep water, w^2 = g k."""
+    deep = frequency * frequency / gravity
+    if depth is None:
+        return deep
+    x = deep * depth
+    y = x / sqrt(_tanh(x))  # Eckart, Proceedings of the NBS symposium on gravity waves (1951): within 5 %
+    for _ in range(NEWTON):
+        t = _tanh(y)
+        y -= (y * t - x) / (t + y * (1.0 - t * t))
+    return y / depth
+
+
+def _tanh(x: float) -> float:
+    small = float(exp(-2.0 * x))
+    return (1.0 - small) / (1.0 + small)
 
 
 def _drawn(s: float) -> Callable[[float], float]:

@@ -52,13 +52,18 @@ def json_schema() -> Schema:
         definitions[name] = {"anyOf": [definitions[name], short]}
     crane = definitions["CraneKeys"]
     crane["properties"] = own = {key: value for key, value in crane["properties"].items() if key not in MADE}
+    own["type"] = {**own["type"], "anyOf": [{"enum": [*library()]}, {"type": "string"}]}
     del crane["additionalProperties"]
     crane["allOf"] = [
         {
             "if": {"properties": {"type": {"const": name}}},
-            "then": {"properties": own | _parameters(machine_type(name)), "additionalProperties": False},
+            "then": {
+                "description": f"{kind.about('about')}; {kind.about('capacity')}",
+                "properties": own | _parameters(kind),
+                "additionalProperties": False,
+            },
         }
-        for name in library()
+        for name, kind in ((name, machine_type(name)) for name in library())
     ]
     for first, *rest in SECTIONS:
         part = definitions[schema["properties"][first]["anyOf"][0]["$ref"].rpartition("/")[2]] if rest else schema

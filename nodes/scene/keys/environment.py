@@ -1,6 +1,6 @@
 """The keys for the environment of a scene's machines: `waves:` and `vessels:`, `floor:` and `obstacles:`, `wind:`.
 
-Waves on deep water are regular, or a sum of irregular seas. A vessel's axes are x to its bow, y to port, z up; its
+Waves are regular, or a sum of irregular seas. A vessel's axes are x to its bow, y to port, z up; its
 origin lies on the waterline at rest, and all responses refer to it. The phase of a response is counted from the wave's
 elevation at the origin: cos(w t + phase).
 
@@ -50,6 +50,7 @@ class Waves(Base):
     seas: dict[str, Sea] = Field(default_factory=dict)  # such as {wind: {...}, swell: {...}}
     heading: u.Angle = 0.0  # to which it travels, from x towards y; 180 deg: against a bow that points along x
     ramp: u.Duration = 30.0  # in which it grows
+    depth: u.Extent | None = None  # of the water; left out: deep
     origin: Place = (0.0, 0.0, 0.0)  # where its elevation goes with the cosine of time
     density: u.Density = 1025.0  # of the water
     quantile: Annotated[str, Field(pattern=QUANTILE)] = "P90"  # of an irregular sea that a verdict means; MPM: the mode

@@ -61,15 +61,17 @@ class Hands:
 
     def add(self, group: str, label: str) -> None:
         """Add a thing by the menu of its group in the outline."""
-        before = self.text
-        self.page.locator("#outline").get_by_label(f"add to {group}", exact=True).select_option(label=label)
+        before, menu = self.text, self.page.locator("#outline").get_by_label(f"add to {group}", exact=True)
+        offered = menu.locator("option").all_inner_texts()
+        menu.select_option(label=next(x for x in offered if x == label or x.startswith(f"{label}: ")))
         self.until(lambda: self.text != before)
         self.shown()
 
     def paste(self, rows: str, lengths: str = "m", masses: str = "t", instead: bool = False) -> None:
         """Paste rows of a spreadsheet into the form, in addition to those that are there or instead of them."""
         form, before = self.page.locator("#form"), self.text
-        form.get_by_text("Paste from a spreadsheet").click()
+        if not form.locator("details.paste[open]").count():
+            form.get_by_text("Paste from a spreadsheet").click()
         form.locator("textarea").fill(rows)
         form.get_by_label("lengths in").select_option(lengths)
         if form.get_by_label("masses in").count():

@@ -71,6 +71,28 @@ def test_assumed_values_are_amber_until_the_user_accepts_them(page: Any, hands: 
     page.locator("[data-assumed='clearance']").get_by_role("button").click()
     hands.written("clearance: 0.5 m}")
     page.locator("[data-assumed='clearance']").wait_for(state="detached")
+    hands.previewed()
+    hands.file.write_text(hands.text.replace(", clearance: 0.5 m}", "}"))
+    hands.shown()
+    hands.previewed()
+    page.locator("#checks tr.amber").get_by_role("button", name="accept assumed limits").first.click()
+    hands.written("assumed: accept")
+
+
+def test_a_form_offers_types_and_hooks_and_keeps_units_and_the_picture_keeps_its_state(page: Any, hands: Hands) -> None:
+    menu = page.locator("#outline").get_by_label("add to Cranes").locator("option")
+    assert any(x.startswith("jib-60: luffing jib crane") for x in menu.all_inner_texts())
+    offered = "x => [...x.list.options].map(y => y.value)"
+    hands.choose("cranes", "crane")
+    assert "jib-60" in page.locator("#form [data-key='type']").evaluate(offered)
+    hands.choose("rig", "loaders", "loader-1")
+    assert page.locator("#form [data-key='hook']").evaluate(offered) == ["crane H1", "crane H2", "crane H3"]
+    page.locator("#stages span").filter(has_text="sideways").click()
+    state = page.locator("#state").inner_text()
+    hands.fill("sling", "11.5")
+    hands.written("sling: 11.5 m")
+    hands.previewed()
+    assert page.locator("#state").inner_text().split(" · ")[1:] == state.split(" · ")[1:], "the end of the same stage"
 
 
 def test_a_change_by_another_editor_is_never_overwritten_unseen(page: Any, hands: Hands) -> None:
@@ -125,7 +147,7 @@ def test_each_change_of_a_proposed_timing_is_accepted_or_refused(
 ) -> None:
     monkeypatch.setattr(runs, "COMMAND", [sys.executable, "-c", PLANNER])  # which takes a minute
     before = hands.text
-    page.get_by_role("button", name="Plan", exact=True).click()
+    page.get_by_role("button", name="Shorten ...", exact=True).click()
     changes = page.locator("#proposal li")
     changes.first.wait_for()
     assert hands.text == before, "nothing is changed before it is accepted"
@@ -135,6 +157,7 @@ def test_each_change_of_a_proposed_timing_is_accepted_or_refused(
     hands.previewed(after)
     assert hands.text == after
     assert page.locator("#proposal").is_hidden()
+    assert not [*hands.file.parent.glob("*-planned.yaml")], "a proposal leaves no file behind"
 
 
 def test_a_bundled_scene_can_be_viewed_and_copied(page: Any, folder: Path) -> None:

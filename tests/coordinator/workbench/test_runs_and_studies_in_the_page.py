@@ -17,7 +17,7 @@ def shorten(hands: Hands, last: str) -> None:
 
 def test_a_live_run_is_paused_ordered_continued_and_stopped(page: Any, hands: Hands) -> None:
     shorten(hands, "  - stage: long wait\n    wait: 100 h\n")
-    said = page.get_by_label("What the run says").locator(".grow")
+    said = page.get_by_label("What the run says").get_by_role("status")
     page.get_by_role("button", name="Run", exact=True).click()
     page.wait_for_function("() => Number(document.documentElement.dataset.samples) > 1", timeout=RUN_s * 1e3)
     assert page.locator("#grid.motion .curves canvas").count() > 0, "loads are drawn while the lift is simulated"

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import heavylift
 import numpy as np
 import pytest
 from heavylift.kernel import SceneError
+from heavylift.kernel.analysis import equilibrium, modes
 from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.models import system
 from heavylift.nodes.scene import parse
@@ -35,6 +37,7 @@ vessels:
                 [0, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, 4e8]]
 actions: [{wait: 1 s}]
 """
+LINEAR = 1e-4  # relative: stiffness and trim by a tolerance of rest
 MASS, INERTIA = 14432e3, (1.4e9, 15e9, 15e9)
 MOORING = np.diag([4e5, 4e5, 0.0, 0.0, 0.0, 4e8])
 
@@ -51,6 +54,11 @@ def hull() -> Hydrodynamics:
 
 def answer(of: Hydrodynamics, w: float, heading: float) -> np.ndarray:
     """(6,) motion of the origin per wave amplitude, by linear algebra in the frequency domain."""
+    return np.linalg.solve(impedance(of, 1j * w), np.array(of.load(w, heading)))
+
+
+def impedance(of: Hydrodynamics, s: complex) -> np.ndarray:
+    """(6, 6) loads per motion of the origin as exp(s t)."""
     c = 2.0
     rigid = np.diag([MASS] * 3 + list(INERTIA))
     rigid[3, 3] += MASS * c * c
@@ -61,9 +69,8 @@ def answer(of: Hydrodynamics, w: float, heading: float) -> np.ndarray:
     C[2, 2] = of.density * G * of.waterplane
     C[3, 3], C[4, 4] = (MASS * G * (z - c) for z in of.metacentres)
     F, R = np.array(of.radiation.F), np.array(of.radiation.G)
-    K = R.T @ np.linalg.solve(1j * w * np.eye(len(F)) - F, R.astype(complex))
-    impedance = -w * w * (rigid + np.array(of.added_mass)) + 1j * w * (K + MOORING) + C  # [N s/m] as [N/m]
-    return np.linalg.solve(impedance, np.array(of.load(w, heading)))
+    K = R.T @ np.linalg.solve(s * np.eye(len(F)) - F, R.astype(complex))
+    return s * s * (rigid + np.array(of.added_mass)) + s * (K + MOORING) + C  # [N s/m] as [N/m]
 
 
 def motion(s: Simulation, until: float) -> np.ndarray:
@@ -87,6 +94,27 @@ def test_motions_of_a_hull_in_a_regular_wave_agree_with_the_frequency_domain(per
     want = 0.01 * np.abs(answer(hull(), w, np.radians(heading)))
     for kind in (slice(0, 3), slice(3, 6)):
         assert amplitudes[kind] == pytest.approx(want[kind], abs=5e-3 * want[kind].max())
+
+
+def test_a_hull_is_linearised_with_the_memory_of_its_radiation():
+    """Its transfer function from a load is that of the frequency domain, and its modes let it move without any load."""
+    small = parse(scene("height: 1 cm, period: 8 s", "180 deg"))
+    model = heavylift.linearise(small, ["barge.heave wave"], ["pose/barge/z"])
+    for w in (0.3, 0.7, 1.5):
+        found = model.C @ np.linalg.solve(1j * w * np.eye(len(model.A)) - model.A, model.B) + model.D
+        want = np.linalg.solve(impedance(hull(), 1j * w), np.eye(6)[2])[2]
+        assert abs(found[0, 0]) == pytest.approx(abs(want), rel=LINEAR)
+    s = Simulation(system(small.plan), 1e-8)
+    s.start()
+    equilibrium(s)
+    found = modes(s).oscillations
+    assert len(found) == 6
+    for mode in found:
+        w, damped = 2.0 * np.pi * mode.frequency, -mode.damping + 1j * np.sqrt(1.0 - mode.damping**2)
+        Z = impedance(hull(), w * damped)
+        size = np.sqrt(np.abs(impedance(hull(), 1.2j * w).diagonal()))  # so that metres compare with radians
+        values = np.linalg.svd(Z / np.outer(size, size), compute_uv=False)
+        assert values[-1] < LINEAR * values[0], "nearly singular"
 
 
 BAD = {
@@ -165,5 +193,5 @@ def test_a_hull_is_read_from_a_file_of_capytaine(tmp_path):
 
 def test_a_file_that_is_no_netcdf_is_refused_in_one_sentence(tmp_path):
     (tmp_path / "barge.nc").write_text("no")
-    with pytest.raises(SceneError, match=r"barge.nc: it is not a netCDF file of the classic format"):
+    with pytest.raises(SceneError, match=r"barge.nc: it is not a netCDF file"):
         hull_of(tmp_path / "barge.nc")

@@ -1,6 +1,7 @@
 """Free vessels with hydrodynamics from a file: hydrostatics, radiation forces with memory, and wave loads."""
 
-from math import sqrt
+from collections.abc import Sequence
+from math import pi, sqrt
 
 from heavylift.kernel.algebra.dense import product
 from heavylift.kernel.algebra.elementary import atan2
@@ -12,9 +13,11 @@ from heavylift.nodes.scene.keys.environment import Vessel, Waves
 from heavylift.nodes.scene.text.files import content, within
 from heavylift.nodes.scenes import vessels_folder
 from heavylift.nodes.sea.hydrodynamics import Hydrodynamics, loads_in_sea, read_hydrodynamics
-from heavylift.nodes.sea.spectra import Component
+from heavylift.nodes.sea.spectra import Component, wave_number
 
 LARGEST = 1 << 24  # of a file [bytes]
+SHALLOW = 0.02  # of the length of waves, by which the depth may change it on the average
+LEVEL = 0.0175  # [rad]: by which it may heel or trim
 AFLOAT = 0.02  # of the displacement, by which the weight may differ from that of the file
 
 
@@ -36,21 +39,56 @@ def hydrodynamics_of(builder: SceneBuilder, name: str, file: str) -> Hydrodynami
     return None
 
 
-def check_draught(builder: SceneBuilder, name: str, hull: Hydrodynamics, mass: float) -> None:
-    """Add an error unless a vessel with everything on it (mass [kg]) floats about as deep as its file assumes."""
+def check_draught(builder: SceneBuilder, name: str, hull: Hydrodynamics, mass: float, centre: Sequence[float]) -> None:
+    """Add an error unless a vessel with everything on it (mass [kg], `centre` of it on the vessel [m]) floats as deep
+    and as even as its file assumes."""
     displaced = hull.density * hull.volume
     if abs(mass - displaced) > AFLOAT * displaced:
         message = (
             f"it weighs {mass / 1e3:.6g} t with all that stands on it, and its hull displaces {displaced / 1e3:.6g} t"
         )
         builder.source.fault(("vessels", name, "mass"), message, "change its ballast, or take data of another draught")
+    if hull.buoyancy:
+        across, along = (centre[i] - hull.buoyancy[i] for i in (1, 0))
+        heights = [z - centre[2] for z in hull.metacentres]
+        heel, trim = (
+            abs(off) / height if height > 0.0 else 0.0 for off, height in zip((across, along), heights, strict=True)
+        )
+        if max(heel, trim) > LEVEL:
+            message = (
+                f"its centre of mass, with all that stands on it, is {along:.3g} m ahead and {across:.3g} m to port of "
+            )
+            message += (
+                f"its centre of buoyancy: it would not float level, but at {max(heel, trim) * 180.0 / pi:.2g} degrees"
+            )
+            builder.source.fault(("vessels", name, "com"), message, "move its ballast")
 
 
-def restoring(hull: Hydrodynamics, gravity: float, weight: float, height: float) -> tuple[float, float, float]:
-    """Return the hydrostatic stiffness in heave [N/m], roll and pitch [N m] of a floating weight [N] whose centre is
-    `height` [m] above the waterline."""
+def check_depth(
+    builder: SceneBuilder, name: str, hull: Hydrodynamics, sea: list[Component], depth: float | None
+) -> None:
+    """Add an error if waves on water of this depth [m] are shorter or longer than on the water of a hull's file."""
+    if depth == hull.depth:
+        return
+    numbers = (
+        sum(x.amplitude * x.amplitude * wave_number(x.frequency, builder.scene.gravity, h) for x in sea)
+        for h in (hull.depth, depth)
+    )
+    ratio = next(numbers) / next(numbers)
+    if abs(ratio - 1.0) > SHALLOW:
+        theirs, own = (f"water {x:g} m deep" if x else "deep water" for x in (hull.depth, depth))
+        message = f"it holds on {theirs}; on {own} the waves are {ratio:.3g} times as long"
+        at = ("vessels", name, "floating", "hydrodynamics")
+        builder.source.fault(at, message, "compute it for this depth: `heavylift hull --depth`")
+
+
+def restoring(hull: Hydrodynamics, gravity: float, weight: float, height: float) -> list[list[float]]:
+    """Return the hydrostatic stiffness (3, 3) in heave [N/m], roll and pitch [N m] of a floating weight [N] whose
+    centre is `height` [m] above the waterline."""
     across, along = (weight * (metacentre - height) for metacentre in hull.metacentres)
-    return hull.density * gravity * hull.waterplane, across, along
+    water = hull.density * gravity
+    x, y, xy = (water * moment for moment in hull.moments)
+    return [[water * hull.waterplane, y, -x], [y, across, -xy], [-x, -xy, along]]
 
 
 def radiation(name: str, hull: Hydrodynamics, vessel: Vessel) -> Radiation:
@@ -64,7 +102,8 @@ def wave_loads(builder: SceneBuilder, name: str, hull: Hydrodynamics, vessel: Ve
     amplitude, frequency = waves.regular
     regular = [Component(frequency, amplitude, waves.heading, 0.0)] if amplitude else []
     sea = regular or waves.harmonics(builder.scene.seed)
-    sums = loads_in_sea(hull, sea, away, vessel.heading, builder.scene.gravity, waves.ramp)
+    check_depth(builder, name, hull, sea, waves.depth)
+    sums = loads_in_sea(hull, sea, away, vessel.heading, builder.scene.gravity, waves.ramp, waves.depth)
     signals = [_alone(x) if regular else InputSignal(0.0, waves=x) for x in sums]
     modes = ("surge", "sway", "heave", "roll", "pitch", "yaw")
     return [

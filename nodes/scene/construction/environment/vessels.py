@@ -24,6 +24,7 @@ from heavylift.nodes.scene.keys.parts.rigging import Frame
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 from heavylift.nodes.sea.hydrodynamics import Hydrodynamics
+from heavylift.nodes.sea.spectra import wave_number
 
 from .hulls import check_draught, hydrodynamics_of, radiation, restoring, wave_loads
 
@@ -97,12 +98,11 @@ def _wave(waves: Waves, response: float, phase: float) -> Wave:
 
 
 def _delay(builder: SceneBuilder, waves: Waves, at: Vector) -> float:
-    """Return the phase lag [rad] of the wave at a place relative to the world's origin, with the wave number w^2 / g of
-    deep water."""
-    w = waves.regular[1]
+    """Return the phase lag [rad] of the wave at a place relative to the world's origin."""
+    w, gravity = waves.regular[1], builder.scene.gravity
     x, y = (a - b for a, b in zip(at[:2], waves.origin[:2], strict=True))
     distance = x * float(cos(waves.heading)) + y * float(sin(waves.heading))
-    return w * w / builder.scene.gravity * distance if builder.scene.gravity else 0.0
+    return wave_number(w, gravity, waves.depth) * distance if gravity and w else 0.0
 
 
 def check_decks(builder: SceneBuilder) -> None:
@@ -189,14 +189,17 @@ def _water(
     middle = product(list(zip(*given.attitude, strict=True)), middle)  # in the vessel
     moor, hull = floating.mooring, _hull(builder, name, floating)
     if hull:
-        check_draught(builder, name, hull, mass)
+        check_draught(builder, name, hull, mass, middle)
         upright = restoring(hull, scene.gravity, weight, middle[2])
     else:
         density = waves.density if waves else Waves.model_fields["density"].default
         area, GM, GML = (x or 0.0 for x in (floating.waterplane, floating.GM, floating.GML))
-        upright = density * scene.gravity * area, weight * GM, weight * GML
-    K = (moor.surge, moor.sway, *upright, moor.yaw)
-    stiffness = tuple(tuple(k if i == j else 0.0 for j in range(6)) for i, k in enumerate(K))
+        upright = [[density * scene.gravity * area, 0.0, 0.0], [0.0, weight * GM, 0.0], [0.0, 0.0, weight * GML]]
+    moored = (moor.surge, moor.sway, 0.0, 0.0, 0.0, moor.yaw)
+    K = [[k if i == j else 0.0 for j in range(6)] for i, k in enumerate(moored)]
+    for row, of in zip(K[2:5], upright, strict=True):
+        row[2:5] = of
+    stiffness = tuple(map(tuple, K))
     damping: Matrix6 = floating.damping or ((0.0,) * 6,) * 6
     up = Load(f"{name}.buoyancy", Point(name, (middle[0], middle[1], middle[2])), (0.0, 0.0, weight))
     keel = Point(WORLD, given.at), Point(name)

@@ -1,9 +1,9 @@
 // The table of checks: worst first, those of one kind in one row until they are asked for; colours with their words.
 import { clock } from "../data.js";
 import type { Check, Checks, Near } from "./api";
-import { element, markup } from "./dom";
+import { button, element, markup } from "./dom";
 import { chip } from "./runs";
-import { stateWords, words } from "./words";
+import { words } from "./words";
 
 const size = (x: Check) => x.use ?? x.value ?? 0;
 const percent = (x: number | undefined) => (x === undefined || x === null ? "" : `${(100 * x).toFixed(x < 0.1 ? 1 : 0)} %`);
@@ -23,7 +23,7 @@ export class CheckTable {
   private run: Checks | null = null; // of the run that is played
   private of = "";
 
-  constructor(private readonly go: (check: Check) => void, private readonly panels: Record<"runs" | "studies", HTMLElement>) {
+  constructor(private readonly go: (check: Check) => void, private readonly accept: () => void, private readonly panels: Record<"runs" | "studies", HTMLElement>) {
     for (const name of ["checks", "tables", "notes", "runs", "studies"] as const) {
       const made = element("button", { type: "button", role: "tab", textContent: words.tabs[name], "data-tab": name, "aria-controls": "panel" });
       made.onclick = () => this.open(name);
@@ -110,9 +110,10 @@ export class CheckTable {
     const many = new Set(group.map((x) => x.subject)).size;
     const at = [worst.t ? clock(worst.t, 1) : "", worst.stage].filter(Boolean).join(", ");
     const cells = [worst.quantity, worst.subject + (many > 1 ? words.many(many) : ""), worst.shown, worst.allowed, percent(worst.use), at, worst.sentence || worst.basis];
-    const word = worst.state === "none" ? stateWords.none : worst.word;
+    const word = worst.state === "none" ? worst.why || words.notApplicable : worst.word;
     const row = element("tr", { tabIndex: 0, className: worst.state }, element("td", {}, Object.assign(chip(worst.state), { textContent: word })),
       ...cells.map((x) => element("td", { textContent: x ?? "" })));
+    if (worst.why === "assumed") row.lastElementChild!.append(" ", button(words.acceptAssumed, this.accept, { title: words.acceptHelp }));
     row.onclick = () => {
       for (const other of this.body.querySelectorAll("tr.on")) other.classList.remove("on");
       row.classList.add("on");

@@ -8,6 +8,7 @@ import { type Edit, type Pasted, pasted, TABLES } from "./templates";
 import { words } from "./words";
 
 const MOST = 120; // fields
+const HOOKS = ["on", "hook"]; // keys whose values are names of hooks
 
 export class Form {
   readonly host = element("section", { id: "form", "aria-label": words.form });
@@ -18,7 +19,7 @@ export class Form {
   constructor(
     private readonly edit: (edits: Edit[]) => Promise<string>,
     private readonly go: (path: Path) => void,
-    hooks: () => string[],
+    private readonly hooks: () => string[],
   ) {
     this.stages = new StageForm(hooks, (edits) => void this.change(this.error, edits));
   }
@@ -71,7 +72,7 @@ export class Form {
       const gone = replace.checked ? there.filter((x) => !edits.some((e) => e.path.at(-1) === x.key)) : [];
       if (edits.length) void this.change(error, [...edits, ...gone.map((x) => ({ path: [...path, x.key], value: null }))]);
     });
-    return element("details", { className: "paste", open: !!rows.value }, element("summary", { textContent: words.spreadsheet }), rows,
+    return element("details", { className: "paste", open: !there.length }, element("summary", { textContent: words.spreadsheet }), rows, !table.named && element("small", { textContent: words.replaces(table.columns) }),
       element("div", { className: "tools" }, words.lengths, length, ...(table.columns.includes("mass") ? [words.masses, mass] : []), table.named && there.length > 0 && element("label", {}, replace, ` ${words.replaceRows}`), add), error);
   }
 
@@ -97,7 +98,7 @@ export class Form {
   }
 
   private input(schema: Schema, key: Key | undefined, text: string, to: Path, error: HTMLElement, label: HTMLLabelElement): HTMLElement {
-    const values = key ? schema.values(key.part) : [];
+    const values = HOOKS.includes(String(to.at(-1))) ? this.hooks() : key ? schema.values(key.part) : [];
     const id = `field-${to.join("-").replace(/\W+/g, "_")}`;
     label.htmlFor = id;
     const made = element("input", { id, value: text, spellcheck: false, autocomplete: "off", "data-key": String(to.at(-1)) });
@@ -106,7 +107,11 @@ export class Form {
       made.setAttribute("list", list.id);
       label.append(list);
     }
-    made.onchange = () => made.value.trim() !== text && void this.change(error, [{ path: to, value: made.value }]);
+    made.onchange = () => {
+      const unit = /^[-+\d.]+( [^\s[\]{},]+)$/.exec(text)?.[1]; // a bare number keeps the unit that was written
+      if (unit && /^[-+]?\d*\.?\d+$/.test(made.value.trim())) made.value = made.value.trim() + unit;
+      if (made.value.trim() !== text) void this.change(error, [{ path: to, value: made.value }]);
+    };
     return made;
   }
 

@@ -53,6 +53,7 @@ const views: Views = new Views({
     return { name: of("stage") || tree!.text(x.value).split("\n")[0], pace: pace(written), wait: seconds(of("wait")) };
   }),
   reached: (t) => runs.reached(t),
+  play: () => void (views.motion.run || runs.play(`${stem()}.mcap`)),
   left: () => {
     runs.left();
     checks.judge(null, "");
@@ -73,12 +74,13 @@ const runs: Runs = new Runs({
   end: () => views.end,
 });
 const studies = new Studies(runs);
+runs.onlisted.push(() => views.recorded(runs.found.some((x) => x.name === `${stem()}.mcap`) ? `${stem()}.mcap` : ""));
 const checks: CheckTable = new CheckTable((check: Check) => {
   const near = checks.near.find((x) => x.names.every((name) => check.subject.includes(name)));
   views.point(check, near?.ends);
   const [, line, column] = /:(\d+):(\d+)$/.exec(check.where) ?? [];
   if (line) editor.go(Number(line), Number(column), false);
-}, { runs: runs.host, studies: studies.host });
+}, () => void edit([{ path: ["assumed"], value: "accept" }]), { runs: runs.host, studies: studies.host });
 const start = new Start(runs, () => editor.save());
 const status = element("span", { id: "status", role: "status", textContent: words.connecting });
 const lost = element("span", { id: "lost", role: "alert", hidden: true, textContent: words.lost });

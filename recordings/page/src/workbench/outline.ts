@@ -46,7 +46,7 @@ export class Outline {
     label.append(element("span", { textContent: row.text }), row.detail && element("small", { textContent: row.detail }));
     if (here && !(inner && open)) label.setAttribute("aria-current", "true");
     const own = row.path.length === 1 ? templates.filter((x) => x.group === row.path[0] && (x.fits?.(tree) ?? true)) : [];
-    const add = own.length ? choice(words.addTo(row.text), [option("", "+"), ...own.map((x, i) => option(String(i), x.label))], (value) => {
+    const add = own.length ? choice(words.addTo(row.text), [option("", "+"), ...own.map((x, i) => option(String(i), x.about ? `${x.label}: ${x.about}` : x.label))], (value) => {
       add!.value = "";
       this.add(own[Number(value)]);
     }, { className: "plus" }) : null;

@@ -19,9 +19,10 @@ export class Runs {
   readonly plan = button(words.plan, () => void this.start("plan", words.budget), { title: words.planHelp });
   readonly control = element("div", { id: "control", role: "group", "aria-label": words.control, hidden: true });
   found: Recorded[] = [];
-  onlisted: () => void = () => {};
+  onlisted: (() => void)[] = [];
   studies: string[] = [];
   private readonly told = element("span", { role: "status", className: "grow" });
+  private readonly answer = element("span", { role: "status", className: "quiet" }); // to the last order
   readonly toldOfStudies = element("p", { role: "status" }); // the same, beside the form of studies
   private readonly progress = element("progress", { max: 1, "aria-label": words.progress });
   private readonly lines = element("pre", { id: "lines", tabIndex: 0, "aria-label": words.printed });
@@ -46,7 +47,7 @@ export class Runs {
     this.host.append(
       element("div", { className: "split" },
         element("section", { "aria-label": words.recordings }, element("h2", { textContent: words.recordings }), this.list),
-        element("section", { "aria-label": words.printed }, this.printed, element("div", { className: "tools" }, this.told), this.orders, this.lines)), this.differences);
+        element("section", { "aria-label": words.printed }, this.printed, element("div", { className: "tools" }, this.told, this.answer), this.orders, this.lines)), this.differences);
   }
 
   private tell(text: string): void {
@@ -56,11 +57,12 @@ export class Runs {
   async ask(act: string, text = ""): Promise<boolean> {
     try {
       const answer = await api.run(act, text);
-      if (answer) this.tell(answer);
+      if (answer) this.answer.textContent = answer;
       return true;
     } catch (error) {
       if (!(error instanceof Refused)) throw error;
-      this.tell(error.message);
+      if (this.running) this.answer.textContent = error.message;
+      else this.tell(error.message);
       return false;
     }
   }
@@ -95,6 +97,7 @@ export class Runs {
     const counted = /^(\d+) of (\d+) runs/.exec(last);
     if (counted) this.progress.value = Number(counted[1]) / Number(counted[2]);
     else if (!single || !message.live) this.progress.removeAttribute("value");
+    if (running !== was) this.answer.textContent = "";
     document.documentElement.dataset.run = running ? "running" : `ended ${message.code}`;
     if (running) return;
     this.followed = "";
@@ -180,6 +183,6 @@ export class Runs {
     this.found = folder.recordings;
     this.studies = folder.studies;
     this.draw();
-    this.onlisted();
+    for (const listed of this.onlisted) listed();
   }
 }

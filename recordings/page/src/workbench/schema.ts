@@ -34,9 +34,9 @@ export class Schema {
     return found;
   }
 
-  // The types of cranes.
-  types(): string[] {
-    return (this.root.$defs?.CraneKeys?.allOf ?? []).map((x) => String(x.if?.properties?.type?.const ?? "")).filter(Boolean);
+  // The types of cranes, each with its description.
+  types(): [string, string][] {
+    return (this.root.$defs?.CraneKeys?.allOf ?? []).map((x): [string, string] => [String(x.if?.properties?.type?.const ?? ""), x.then?.description ?? ""]).filter(([name]) => name);
   }
 
   keys(parts: Part[]): Key[] {

@@ -24,7 +24,7 @@ export class Studies {
       void runs.start(this.kind, this.asked());
     };
     this.host.append(element("div", { className: "split" }, this.form, element("section", { "aria-label": words.studyPages }, element("h2", { textContent: words.studyPages }), this.pages)), this.known);
-    runs.onlisted = () => this.list();
+    runs.onlisted.push(() => this.list());
     this.draw();
   }
 

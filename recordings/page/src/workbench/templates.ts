@@ -4,7 +4,7 @@ import type { Schema } from "./schema";
 import type { Tree } from "./tree";
 
 export interface Edit { path: Path; value: string | number | null }
-export interface Template { group: string; label: string; edit: (tree: Tree, hooks: string[]) => Edit[]; fits?: (tree: Tree) => boolean }
+export interface Template { group: string; label: string; about?: string; edit: (tree: Tree, hooks: string[]) => Edit[]; fits?: (tree: Tree) => boolean }
 
 function free(tree: Tree, path: Path, stem: string): Path {
   const names = new Set(tree.entries(tree.at(path)).map((x) => String(x.key)));
@@ -68,8 +68,8 @@ function another(tree: Tree): Edit[] {
 export function templates(schema: Schema): Template[] {
   const fits = (tree: Tree) => !!tree.at(blocks(tree)[0]); // there is a block already
   return [
-    ...schema.types().map((type): Template => ({
-      group: "cranes", label: type, edit: (tree) => {
+    ...schema.types().map(([type, about]): Template => ({
+      group: "cranes", label: type, about, edit: (tree) => {
         const x = Number.parseFloat(tree.plain(tree.entries(tree.at([...blocks(tree)[0], "at"]))[0]?.value ?? null)) || 40;
         return [{ path: free(tree, ["cranes"], "crane-"), value: `{type: ${type}, at: ${(type.startsWith("goliath") ? x + HOOK_m : 0) + APART_m * tree.entries(tree.at(["cranes"])).length} m}` }];
       },

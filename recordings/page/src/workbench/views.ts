@@ -17,7 +17,7 @@ const AT_FIRST = ["names", "loads", "gravity"];
 const SPEEDS = [1, 5, 10, 20, 60];
 
 export interface Action { name: string; pace: string; wait: number } // as it is written; wait: [s], 0 if it does not only wait
-export interface Hands { edit(edits: Edit[] | (() => Edit[])): Promise<string>; written(path: Path): string[]; picked(path: Path): void; stretch(action: number, factor: number): void; actions(): Action[]; reached(t: number): void; left(): void }
+export interface Hands { edit(edits: Edit[] | (() => Edit[])): Promise<string>; written(path: Path): string[]; picked(path: Path): void; stretch(action: number, factor: number): void; actions(): Action[]; reached(t: number): void; left(): void; play(): void }
 
 export class Views {
   readonly host = element("section", { id: "views", "aria-label": words.views3 });
@@ -36,7 +36,7 @@ export class Views {
   private readonly play = button("▶", () => this.motion.player?.play(!this.motion.player.playing), { className: "play", title: words.play, "aria-label": words.play });
   private readonly speed = choice(words.playSpeed, SPEEDS.map((x) => option(String(x), `${x} ×`, { selected: x === 10 })), (x) => this.motion.player && (this.motion.player.speed = Number(x)));
   private readonly rest = button(words.rest, () => this.leave(), { "aria-pressed": "true" });
-  private readonly moving = button(words.motion, () => {}, { "aria-pressed": "false", disabled: true });
+  private readonly moving = button(words.motion, () => this.hands.play(), { "aria-pressed": "false", disabled: true });
   private readonly marks: HTMLElement[] = [];
   private stage: Stage | null = null;
   private picture: Picture | null = null;
@@ -44,6 +44,7 @@ export class Views {
   private held: Picture | null = null; // a start pose that waits: the slider stands elsewhere, and the path may come
   private theme = "light";
   private timer = 0;
+  private kept = ""; // a recording of the scene
   k = 0;
 
   private readonly drag: Drag;
@@ -149,7 +150,7 @@ export class Views {
 
   private put(picture: Picture): void {
     const before = this.picture?.states[this.k];
-    const same = before && this.k > 0 ? picture.states.findLastIndex((x) => x.stage === before.stage && x.t <= before.t) : 0;
+    const same = before && this.k > 0 ? picture.states.findLastIndex((x) => x.action === before.action && (before.last || x.t <= before.t)) : 0;
     this.picture = picture;
     this.still = new Run({ status: "", facts: [], stages: [], events: [], peaks: [], ...picture });
     document.documentElement.dataset.picture = `${picture.what} ${picture.version}`;
@@ -230,7 +231,6 @@ export class Views {
     for (const large of this.grid.querySelectorAll(".large")) large.classList.remove("large");
     this.host.classList.remove("one");
     this.playable(true);
-    this.moving.title = this.motion.name;
     this.grown(run);
   }
 
@@ -258,8 +258,14 @@ export class Views {
     this.play.hidden = this.speed.hidden = !on;
     this.rest.setAttribute("aria-pressed", String(!on));
     this.moving.setAttribute("aria-pressed", String(on));
-    this.moving.disabled = !on;
-    if (!on) this.moving.title = "";
+    this.recorded(this.kept);
+  }
+
+  // Which recording "in motion" would show, when nothing is played.
+  recorded(name: string): void {
+    this.kept = name;
+    this.moving.disabled = !this.motion.run && !name;
+    this.moving.title = this.motion.run ? this.motion.name : name;
   }
 
   // Back to the path at rest.

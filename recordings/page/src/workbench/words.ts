@@ -102,7 +102,7 @@ export const words = {
   run: "Run",
   runHelp: "Simulate the lift, seen live; it is recorded into the folder.",
   runFirst: "run the scene first: report and drawings are made of its recording",
-  plan: "Plan",
+  plan: "Shorten ...",
   planHelp: "Seek the shortest timing within all limits, for a minute; then accept or refuse each change.",
   budget: "1 min",
   proposal: "A shorter timing is proposed: accept or refuse each change.",
@@ -157,6 +157,9 @@ export const words = {
   studyPages: "Pages of studies",
   noStudies: "no study yet",
   all: "every check",
+  notApplicable: "not applicable",
+  acceptAssumed: "accept assumed limits",
+  acceptHelp: "Writes 'assumed: accept': all limits that heavylift assumes are confirmed.",
   noChecks: "No checks yet: the path at rest is not known.",
   ends: (why: string) => `The path at rest ends early: ${why}`,
   columns: ["state", "check", "worst of", "value", "limit", "used", "at", "basis"],
@@ -182,8 +185,9 @@ export const words = {
   masses: "masses in",
   addRows: "add these rows",
   replaceRows: "in place of those that are there",
+  replaces: (columns: string[]) => `One row, which replaces what is written of ${columns.join(", ")}.`,
   noRow: (row: string) => `this is no row of the table: ${row}`,
   reorder: (name: string) => `${name}: drag to reorder`,
   wide: (n: number) => (n === 1 ? "1 entry" : `${n} entries`),
 };
-export const stateWords: Record<string, string> = { red: "red", undecided: "undecided", amber: "amber", green: "green", none: "not judged" };
+export const stateWords: Record<string, string> = { red: "red", undecided: "undecided", amber: "amber", green: "green", none: "no verdict" };

@@ -1,0 +1,83 @@
+"""Coefficients of a hull in the files of NEMOH 2 and 3 (LHEEA, Centrale Nantes), with their conventions.
+
+Nemoh.cal has density, gravity, depth (0: deep) and the points of rotations. RadiationCoefficients.tec has a zone for
+each motion, with rows of frequency [rad/s] and pairs of added mass and damping in SI units; ExcitationForce.tec has a
+zone for each direction [deg] to which waves travel, with rows of modulus and phase [rad] for exp(-iwt), so the negative
+phases are those used here; IRF.tec has the added mass at infinite frequency. KH.dat and Hydrostatics.dat of the mesh
+belong to its centre of mass.
+"""
+
+import re
+from pathlib import Path
+
+import numpy as np
+from heavylift.kernel.errors import SceneError, error_text
+
+from .data_files import Coefficients
+
+NUMBER = r"[-+]?\d*\.?\d+(?:[eEdD][-+]?\d+)?\.?"
+
+
+def nemoh_files(case: Path) -> list[Path]:
+    """Return the files of a case, given its Nemoh.cal."""
+    results = case.parent / ("Results" if (case.parent / "Results").is_dir() else "results")
+    mesh = next((d for x in ("Mesh", "mesh", "Mechanics") if (d := case.parent / x).is_dir()), case.parent)
+    numbered = "_0" if (mesh / "KH_0.dat").exists() else ""
+    names = ("RadiationCoefficients", "ExcitationForce", "IRF")
+    return [
+        case,
+        *(results / f"{x}.tec" for x in names),
+        *(mesh / f"{x}{numbered}.dat" for x in ("KH", "Hydrostatics")),
+    ]
+
+
+def nemoh(case: Path) -> Coefficients:
+    """Return the coefficients of the one body of a case, given its Nemoh.cal; raises SceneError if a file is missing or
+    has other contents."""
+    cal, radiation, excitation, infinite, stiffness, bodies = nemoh_files(case)
+    rows = [x.split("!")[0].split() for x in _text(cal).splitlines()]
+    try:
+        rho, g, depth, count = (float(rows[i][0]) for i in (1, 2, 3, 6))
+        points = {tuple(map(float, row[4:7])) for row in rows[10:16] if float(row[0]) == 2.0}
+    except (IndexError, ValueError):
+        raise SceneError(f"{cal}: it is no Nemoh.cal of a body with six degrees of freedom") from None
+    if count != 1 or len(points) != 1 or any((point := points.pop())[:2]):
+        raise SceneError(f"{cal}: one body is needed that turns about one point above or below the origin")
+    motions, loads, memory = (_zones(path) for path in (radiation, excitation, infinite))
+    if len(motions) != 6 or any(x.shape[1] != 13 for _, x in (*motions, *loads)):
+        raise SceneError(f"{radiation}: it does not have six motions with six loads each")
+    A, B = (np.array([x[:, k::2] for _, x in motions]).swapaxes(0, 1) for k in (1, 2))
+    A_inf = np.array([x[0, 1::2] for _, x in memory])
+    headings = np.radians([float(re.findall(NUMBER, zone.split("beta")[-1])[0]) for zone, _ in loads])
+    order = np.argsort(headings)
+    X = np.array([x[:, 1::2] * np.exp(-1j * x[:, 2::2]) for _, x in loads])[order]
+    given = dict(re.findall(rf"(ZG|Displacement)\s*=\s*({NUMBER})", _text(bodies)))
+    if set(given) != {"ZG", "Displacement"}:
+        raise SceneError(f"{bodies}: it has no 'ZG' and 'Displacement'")
+    K = np.array([[float(x) for x in line.split()] for line in _text(stiffness).splitlines() if line.strip()])
+    if K.shape != (6, 6) or A_inf.shape != (6, 6):
+        raise SceneError(f"{stiffness if A_inf.shape == (6, 6) else infinite}: it is no matrix of six motions")
+    return Coefficients(
+        motions[0][1][:, 0], A, B, A_inf, headings[order], X, K, float(given["Displacement"]), float(given["ZG"]),
+        rho, g, depth or np.inf,
+    ).about(point[2])  # fmt: skip
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8", errors="replace")
+    except OSError as error:
+        needed = "; let NEMOH compute the impulse responses, which give it" if path.name == "IRF.tec" else ""
+        raise SceneError(f"{path}: {error_text(error)}{needed}") from None
+
+
+def _zones(path: Path) -> list[tuple[str, np.ndarray]]:
+    """Return the title and the table of each zone."""
+    found = re.split(r"(?im)^\s*zone\s+t\s*=\s*", _text(path))[1:]
+    try:
+        tables = [np.array([list(map(float, x.split())) for x in zone.splitlines()[1:] if x.strip()]) for zone in found]
+    except ValueError as error:
+        raise SceneError(f"{path}: {error}") from None
+    if not tables or any(x.ndim != 2 or x.shape != tables[0].shape for x in tables):
+        raise SceneError(f"{path}: it has no zones of equal size")
+    return [(zone.splitlines()[0], table) for zone, table in zip(found, tables, strict=True)]

@@ -1,0 +1,175 @@
+"""A hemisphere in files of NEMOH, as its manual has them, and in netCDF of version 4: the same coefficients as in the
+files of Capytaine and WAMIT, and conventions by physics.
+
+NEMOH's own example of a sphere has the surge of a wave along x at the phase -pi/2, so its loads are for exp(-iwt).
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from heavylift.kernel import SceneError
+from heavylift.nodes.sea import Coefficients, capytaine, hull_of, nemoh, wamit
+from scipy.io import netcdf_file
+
+DATA = Path(__file__).parents[2] / "data"
+RHO, G, VOLUME, ZG = 1025.0, 9.81, 2.026395382746873, -0.2
+WRITTEN = 1e-6  # relative: as many digits
+SPHERE = 0.03  # relative: moments of flat panels inscribed in a sphere
+POINT = -0.7  # [m] height of the point about which NEMOH turns
+MODES = ("Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw")
+CAL = """--- Environment ---
+1025.0 ! RHO ! KG/M**3
+9.81 ! G ! M/S**2
+%s ! DEPTH ! M
+0. 0. ! XEFF YEFF
+--- Description of floating bodies ---
+%s ! Number of bodies
+--- Body 1 ---
+hemisphere.dat ! Name of mesh file
+500 480 ! Number of points and number of panels
+6 ! Number of degrees of freedom
+1 1. 0. 0. 0. 0. 0. ! Surge
+1 0. 1. 0. 0. 0. 0. ! Sway
+1 0. 0. 1. 0. 0. 0. ! Heave
+2 1. 0. 0. 0. 0. -0.7 ! Roll about a point
+2 0. 1. 0. 0. 0. -0.7 ! Pitch about a point
+2 0. 0. 1. 0. 0. -0.7 ! Yaw about a point
+6 ! Number of resulting generalised forces
+"""
+
+
+@pytest.fixture(scope="module")
+def hull() -> Coefficients:
+    return wamit(DATA / "hemisphere.1", VOLUME, ZG, 1.0)
+
+
+def table(title: str, first: np.ndarray, pairs: np.ndarray) -> str:
+    """A zone with rows of `first` and pairs (n, 6, 2)."""
+    rows = np.column_stack([first, pairs.reshape(len(first), -1)])
+    lines = [" ".join(f"{x:14.7E}" for x in row) for row in rows]
+    return f'Zone t="{title}",I={len(first):6d},F=POINT\n' + "\n".join(lines) + "\n"
+
+
+def written(folder: Path, of: Coefficients, depth: str = "0.", bodies: int = 1, irf: bool = True) -> Path:
+    """The hull about POINT: the load on a moving point M (forces, then moments) is T^-T of that at the origin."""
+    T = np.eye(6)
+    T[0, 4], T[1, 3] = -POINT, POINT
+    A, B, A_inf = (T.T @ x @ T for x in (of.A, of.B, of.A_inf))
+    X = of.X @ T
+    for name in ("Results", "Mesh"):
+        (folder / name).mkdir()
+    heads = "".join(f'"A   1   {i}" "B   1   {i}"\n' for i in range(1, 7))
+    zones = [table(f"Motion of body    1 in DoF   {i + 1}", of.w, np.stack([A[:, i], B[:, i]], -1)) for i in range(6)]
+    (folder / "Results/RadiationCoefficients.tec").write_text('VARIABLES="w (rad/s)"\n' + heads + "".join(zones))
+    waves = [
+        table(f"Diffraction force - beta = {np.degrees(b):9.5f} deg", of.w, np.stack([abs(x), -np.angle(x)], -1))
+        for b, x in zip(of.headings, X, strict=True)
+    ]
+    (folder / "Results/ExcitationForce.tec").write_text('VARIABLES="w (rad/s)"\n' + heads + "".join(waves))
+    times = np.array([0.0, 0.1])
+    memory = [table(f"DoF {i}", times, np.stack([np.stack([x, 0.0 * x], -1)] * 2)) for i, x in enumerate(A_inf)]
+    if irf:
+        (folder / "Results/IRF.tec").write_text('VARIABLES="Time (s)"\n' + heads + "".join(memory))
+    np.savetxt(folder / "Mesh/KH.dat", of.K, fmt="%1.7E")
+    (folder / "Mesh/Hydrostatics.dat").write_text(
+        " XF =   0.000 - XG =   0.000\n YF =   0.000 - YG =   0.000\n ZF =  -0.370 - ZG =  -0.200\n"
+        f" Displacement =  {VOLUME:.8E}\n Waterplane area =  0.3100000E+01\n"
+    )
+    (folder / "Nemoh.cal").write_text(CAL % (depth, bodies))
+    return folder / "Nemoh.cal"
+
+
+def test_files_of_nemoh_give_the_coefficients_of_the_other_codes(tmp_path: Path, hull: Coefficients) -> None:
+    other = nemoh(written(tmp_path, hull))
+    for name in ("w", "A", "B", "A_inf", "headings", "X", "K", "volume", "height", "density", "gravity", "depth"):
+        one, two = np.asarray(getattr(hull, name)), np.asarray(getattr(other, name))
+        if np.isfinite(one).all():
+            assert np.abs(one - two).max() <= 30.0 * WRITTEN * max(float(np.abs(one).max()), 1.0), name
+        assert (np.isinf(one) == np.isinf(two)).all(), name
+
+
+def test_moments_of_nemoh_about_another_point_are_turned_into_those_about_the_centre_of_a_sphere(
+    tmp_path: Path, hull: Coefficients
+) -> None:
+    """Pressure on a sphere passes through its centre, here the origin: all moments vanish against force times POINT."""
+    of = nemoh(written(tmp_path, hull))
+    force = np.abs(of.X[0, :, 0]).max()
+    assert np.abs(of.X[0, :, 4]).max() < SPHERE * abs(POINT) * force
+    assert np.abs(of.A[:, 4, 4]).max() < SPHERE * POINT**2 * of.A[:, 0, 0].max()
+
+
+def test_the_hash_of_all_files_of_nemoh_and_the_depth_are_recorded(tmp_path: Path, hull: Coefficients) -> None:
+    found = hull_of(written(tmp_path, hull, "12."))
+    assert found.depth == 12.0
+    name, digest = found.source.split(", SHA-256 ")
+    assert (name, len(digest)) == ("Nemoh.cal", 64)
+    path = tmp_path / "Mesh/KH.dat"
+    path.write_text(path.read_text() + "\n")
+    assert hull_of(tmp_path / "Nemoh.cal").source != found.source
+
+
+BAD = {
+    "bodies": "one body is needed that turns about one point",
+    "irf": "IRF.tec: .*impulse responses",
+    "Results/ExcitationForce.tec": "it has no zones of equal size",
+    "Mesh/KH.dat": "it is no matrix of six motions",
+    "Mesh/Hydrostatics.dat": "it has no 'ZG' and 'Displacement'",
+    "Nemoh.cal": "it is no Nemoh.cal of a body with six degrees of freedom",
+}
+
+
+@pytest.mark.parametrize("what", BAD)
+def test_incomplete_files_of_nemoh_are_refused_in_one_sentence(tmp_path: Path, hull: Coefficients, what: str) -> None:
+    path = written(tmp_path, hull, bodies=1 + (what == "bodies"), irf=what != "irf")
+    if "." in what:
+        (tmp_path / what).write_text("1 2 3\n")
+    with pytest.raises(SceneError, match=BAD[what]):
+        nemoh(path)
+
+
+def hdf5(path: Path, order: list[int], point: float = 0.0, modes: tuple[str, ...] = MODES) -> Path:
+    """The netCDF file of the hemisphere as version 4, with its motions in another order."""
+    import h5py
+
+    with netcdf_file(DATA / "hemisphere.nc", "r", mmap=False) as file:
+        data = {name: np.array(x.data) for name, x in file.variables.items()}
+    n = len(data["omega"])
+    with h5py.File(path, "w") as tree:
+        for name, x in data.items():
+            if name in ("added_mass", "radiation_damping", "hydrostatic_stiffness"):
+                whole = x.reshape(-1, 6, 6)[:, order][:, :, order]
+                tree[name] = whole[0] if name == "hydrostatic_stiffness" else whole
+            elif name == "excitation_force":
+                tree[name] = x.reshape(2, n, -1, 6)[..., order]
+            elif name in ("influenced_dof", "radiating_dof"):
+                tree[name] = [modes[i] for i in order]
+            elif x.dtype.kind == "f" and name != "rotation_center":
+                tree[name] = x
+        tree["rotation_center"] = [point, 0.0, 0.0]
+    return path
+
+
+def test_netcdf_of_version_4_with_motions_in_another_order_is_read_alike(tmp_path: Path, hull: Coefficients) -> None:
+    other = capytaine(hdf5(tmp_path / "four.nc", [2, 4, 3, 0, 1, 5]))
+    for name in ("w", "A", "B", "A_inf", "X", "K"):
+        one, two = np.asarray(getattr(hull, name)), np.asarray(getattr(other, name))
+        assert np.abs(one - two).max() <= 30.0 * WRITTEN * max(float(np.abs(one).max()), 1.0), name
+
+
+def test_netcdf_with_turns_about_another_axis_or_of_two_bodies_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match=r"its rotations are about .* compute them about a point of the z axis"):
+        capytaine(hdf5(tmp_path / "off.nc", [*range(6)], 2.0))
+    named = tuple(f"ship__{mode}" for mode in MODES)
+    with pytest.raises(SceneError, match=r"one body with motions Surge, .* it has ship__Surge"):
+        capytaine(hdf5(tmp_path / "two.nc", [*range(6)], 0.0, named))
+
+
+def test_netcdf_of_version_4_without_h5py_names_the_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = hdf5(tmp_path / "four.nc", [*range(6)])
+    monkeypatch.setitem(sys.modules, "h5py", None)
+    with pytest.raises(SceneError, match=r"netCDF of version 4 needs h5py: pip install 'heavylift\[sea\]'"):
+        capytaine(path)
