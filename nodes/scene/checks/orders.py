@@ -6,7 +6,7 @@ scene, sentence); if several subjects have the same error, the first is reported
 
 from collections.abc import Callable, Container, Iterable, Iterator
 from functools import cached_property
-from math import degrees, radians, sqrt
+from math import degrees, inf, pi, radians, sqrt
 
 from heavylift.kernel.algebra.elementary import atan2
 from heavylift.kernel.description.mechanics import Joint, Point
@@ -243,7 +243,8 @@ def _follows(x: CheckedOrder) -> Violations:
 
 
 def _tips(x: CheckedOrder) -> Violations:
-    """Yield an error for a lifted load that tips over because its centre of mass is outside the lugs that carry it."""
+    """Yield an error for a lifted load that tips over: its centre of mass is outside the lugs that should carry it, or
+    some of them carry nothing."""
     if any(isinstance(o, actions.Turn) for o in x.action.orders):
         return
     for body in (body for body in x.cargo if x.grounded(body, x.before)):
@@ -252,7 +253,22 @@ def _tips(x: CheckedOrder) -> Violations:
             message = f"the {named(body)} tips by {degrees(_lean(first, body)):.0f} degrees as it is lifted"
             slack = sorted(name for name in first.hooked if first.tensions[name] <= 0.0)
             hint = f", and {slack[0]} goes slack" if slack else ""
-            yield body, x.action.where, f"{message}{hint}: its centre of mass is not between the lugs that carry it"
+            why = "its centre of mass is not between the lugs that carry it"
+            if _between(x, body):
+                why = "its hooks do not rise evenly: give the slings that are slack less length, or their hooks a lead"
+            yield body, x.action.where, f"{message}{hint}: {why}"
+
+
+def _between(x: CheckedOrder, body: str) -> bool:
+    """Return whether the centre of mass of a standing load is, in plan, between the lugs of its hooked slings: no
+    vertical plane through it has all of them on one side."""
+    com = next(b.com for b in x.cargo[body].system.bodies if b.name == body)
+    ends = (x.machines.lugs.get(lug) for lug in x.before.hooked.values())
+    held = [world(x.before, p.body, p.p) for p in ends if p is not None and p.body == body]
+    cx, cy, _ = world(x.before, body, com)
+    around = sorted(atan2(float(p[1]) - cy, float(p[0]) - cx) for p in held)
+    gaps = (b - a for a, b in zip(around, [*around[1:], *(a + 2.0 * pi for a in around[:1])], strict=True))
+    return max(gaps, default=inf) <= pi * SAME
 
 
 def _lean(x: StaticState, body: str) -> float:
