@@ -82,5 +82,5 @@ def test_a_light_block_that_leaves_slings_slack_is_not_called_off_centre(seed: i
         rows = np.array([[1.0, p[0] - body.com[0], p[1] - body.com[1]] for p in hooks.values()]).T
         loads = dict(zip(hooks, np.linalg.solve(rows, [body.mass * plan.gravity, 0.0, 0.0]), strict=True))
         for name, load in loads.items():
-            assert 0.0 < load <= sum(state.tensions[x] for x in held if x.startswith(name)) < 1.05 * load
+            assert 0.999 * load < sum(state.tensions[x] for x in held if x.startswith(name)) < 1.05 * load
     assert any(state.tensions[tie.rope] == 0.0 for m in plan.machines for tie in m.ties), "and wait for it in vain"
