@@ -6,6 +6,7 @@ sentence.
 """
 
 from collections.abc import Sequence
+from copy import copy
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -34,6 +35,33 @@ KINDS: dict[int, JointKind] = {FREE: "free", BALL: "spherical", SLIDE: "prismati
 ON_JOINT, ON_SITE = (0, 1), 4  # transmissions of actuators
 SITE, PULLEY = 3, 2  # of a tendon's path
 UPRIGHT = 1e-9  # part of gravity that may be horizontal
+SWITCHED = {
+    "GRAVITY": ("body_gravcomp",),
+    "SPRING": ("jnt_stiffness", "jnt_stiffnesspoly", "tendon_stiffness", "tendon_stiffnesspoly"),
+    "DAMPER": ("dof_damping", "dof_dampingpoly", "tendon_damping", "tendon_dampingpoly"),
+    "LIMIT": ("jnt_limited", "tendon_limited"),
+    "FRICTIONLOSS": ("dof_frictionloss", "tendon_frictionloss"),
+}  # fields of the model that a flag switches off
+UNLIKE = (
+    ("joint", "dof_armature", "armature"),
+    ("joint", "dof_frictionloss", "dry friction"),
+    ("joint", "dof_dampingpoly", "dampers that are not linear"),
+    ("joint", "jnt_stiffnesspoly", "springs that are not linear"),
+    ("joint", "jnt_springyield", "springs that yield"),
+    ("joint", "jnt_margin", "margins of limits"),
+    ("joint", "jnt_actfrclimited", "limits of the forces of actuators"),
+    ("joint", "jnt_actgravcomp", "actuators that compensate gravity"),
+    ("tendon", "tendon_armature", "armature"),
+    ("tendon", "tendon_dampingpoly", "dampers that are not linear"),
+    ("tendon", "tendon_stiffnesspoly", "springs that are not linear"),
+    ("tendon", "tendon_springyield", "springs that yield"),
+    ("tendon", "tendon_actfrclimited", "limits of the forces of actuators"),
+    ("actuator", "actuator_armature", "armature"),
+    ("actuator", "actuator_damping", "damping"),
+    ("actuator", "actuator_dampingpoly", "damping"),
+    ("actuator", "actuator_delay", "delay"),
+    ("body", "body_gravcomp", "compensation of gravity"),
+)  # owner and name of a field that has no equal if it is not 0; older versions of MuJoCo lack some
 
 
 class FromMujoco(NamedTuple):
@@ -53,27 +81,30 @@ class ImportedModel(NamedTuple):
     boxes: dict[str, list[Box]]
 
 
-def from_mujoco(path: str | Path) -> FromMujoco:
-    """Return the system of an MJCF or URDF file in the pose `qpos0`, its sites, and a sentence for each feature that
-    was not converted. Coordinates are zero in that pose. Raises SceneError if the file cannot be read."""
-    return import_model(path).found
+def from_mujoco(model: str | Path | Any) -> FromMujoco:
+    """Return the system of an MJCF or URDF file, or of an MjModel, in the pose `qpos0`, its sites, and a sentence for
+    each feature that was not converted. Coordinates are zero in that pose. Raises SceneError if the file cannot be
+    read."""
+    return import_model(model).found
 
 
-def import_model(path: str | Path) -> ImportedModel:
+def import_model(path: str | Path | Any) -> ImportedModel:
     """Return what `from_mujoco` returns, with boxes for drawings and clearances; raises SceneError if the file cannot
     be read."""
     library = extra("mujoco", SceneError("models of MuJoCo need its package; install heavylift[mujoco]"))
-    file = Path(path)
+    importer = _Importer(library, copy(path) if isinstance(path, library.MjModel) else _read(library, Path(path)))
+    boxes = boxes_of(importer.m, importer.body, importer.missing)
+    return ImportedModel(importer.found(), boxes)
+
+
+def _read(library: Any, file: Path) -> Any:
     try:
         size = file.stat().st_size
         if size > LARGEST:
             raise SceneError(f"{file}: {size / 1e6:.0f} MB; a model has at most {LARGEST / 1e6:.0f} MB")
-        model = library.MjModel.from_xml_path(str(file))
+        return library.MjModel.from_xml_path(str(file))
     except (OSError, ValueError, library.FatalError) as error:
         raise SceneError(f"{file}: {error_text(error)}") from None
-    importer = _Importer(library, model)
-    boxes = boxes_of(model, importer.body, importer.missing)
-    return ImportedModel(importer.found(), boxes)
 
 
 class _Importer:
@@ -86,12 +117,32 @@ class _Importer:
         self.joints: list[Joint] = []
         self.body = [WORLD, *(self._name("body", i) for i in range(1, model.nbody))]
         self.joint = [self._name("joint", i) for i in range(model.njnt)]
+        for flag in filter(self._off, SWITCHED):
+            for field in SWITCHED[flag]:
+                getattr(model, field, np.zeros(1))[:] = 0
+        g = -model.opt.gravity * (not self._off("GRAVITY"))
+        self.gravity = float(np.linalg.norm(g))
+        if max(abs(g[0]), abs(g[1])) > UPRIGHT * (1.0 + abs(g[2])) or g[2] < 0.0:
+            self._turn(g / self.gravity)
+
+    def _off(self, flag: str) -> bool:
+        """Return whether a flag of the model switches a feature off."""
+        bits, constraint = self.library.mjtDisableBit, flag in ("LIMIT", "FRICTIONLOSS", "EQUALITY", "CONTACT")
+        off = int(getattr(bits, f"mjDSBL_{flag}")) | constraint * int(bits.mjDSBL_CONSTRAINT)
+        return bool(self.m.opt.disableflags & off)
+
+    def _turn(self, up: np.ndarray) -> None:
+        """Put the model on a body that is turned so that gravity acts along -z."""
+        while self.body[0] in (WORLD, *self.body[1:]):
+            self.body[0] = f"turned-{self.body[0]}"
+        x = np.cross((0.0, 1.0, 0.0) if abs(up[1]) < 0.7 else (1.0, 0.0, 0.0), up)
+        x /= np.linalg.norm(x)
+        self.bodies.append(Body(self.body[0], 0.0))
+        R = _rows(np.array((x, np.cross(up, x), up)))
+        self.joints.append(Joint(f"{self.body[0]}-fixed", "fixed", WORLD, self.body[0], R_PJ=R))
 
     def found(self) -> FromMujoco:
         m = self.m
-        gx, gy, gz = map(float, m.opt.gravity)
-        if max(abs(gx), abs(gy)) > UPRIGHT * (1.0 + abs(gz)) or gz > 0.0:
-            raise SceneError(f"gravity is ({gx:g}, {gy:g}, {gz:g}) m/s2; turn the model so that it acts along -z")
         for i in range(1, m.nbody):
             self._tree(i)
         springs, stops = self._springs(), self._stops()
@@ -101,7 +152,7 @@ class _Importer:
         sites = {self._name("site", i): self._site(i)[0] for i in range(m.nsite)}
         system = System(
             tuple(self.bodies), tuple(self.joints), (*springs, *more), tuple(stops), ropes=tuple(ropes),
-            forces=(*actuators, *struts), gravity=-gz,
+            forces=(*actuators, *struts), gravity=self.gravity,
         )  # fmt: skip
         return FromMujoco(system, sites, self.missing)
 
@@ -113,7 +164,8 @@ class _Importer:
         """Convert body i and its joints; between two joints of a body there is a massless body."""
         m = self.m
         R = self._matrix(m.body_iquat[i])
-        own = Body(self.body[i], float(m.body_mass[i]), _row(m.body_ipos[i]), _rows(R * m.body_inertia[i] @ R.T))
+        inertia = R * m.body_inertia[i] @ R.T
+        own = Body(self.body[i], float(m.body_mass[i]), _row(m.body_ipos[i]), _rows(0.5 * (inertia + inertia.T)))
         place, turn, parent = m.body_pos[i], self._matrix(m.body_quat[i]), self.body[m.body_parentid[i]]
         held = [k for k in range(m.njnt) if m.jnt_bodyid[k] == i]
         if not held:
@@ -125,7 +177,7 @@ class _Importer:
             kind, anchor = KINDS[int(m.jnt_type[k])], m.jnt_pos[k]
             if kind == "free":
                 x, y, z, qw, qx, qy, qz = _row(m.qpos0[m.jnt_qposadr[k] :][:7])
-                self.joints.append(Joint(self.joint[k], "free", WORLD, child, q0=(x, y, z, qx, qy, qz, qw)))
+                self.joints.append(Joint(self.joint[k], "free", self.body[0], child, q0=(x, y, z, qx, qy, qz, qw)))
             else:
                 q0 = (0.0, 0.0, 0.0, 1.0) if kind == "spherical" else (0.0,)
                 at, axis = _row(place + turn @ anchor), _row(m.jnt_axis[k])
@@ -143,7 +195,7 @@ class _Importer:
         for k, name in enumerate(self.joint):
             q, v = m.jnt_qposadr[k], m.jnt_dofadr[k]
             stiffness, damping = float(m.jnt_stiffness[k]), float(m.dof_damping[v])
-            if not (stiffness or damping):
+            if not (stiffness or np.any(m.dof_damping[m.dof_jntid == k])):
                 continue
             if not self._single(k):
                 self._lacks(f"joint '{name}'", "springs and dampers of joints that turn freely")
@@ -170,7 +222,9 @@ class _Importer:
         """Return the actuators as forces gear * (gain * control + bias), where control is a signal that starts at 0,
         and as joint springs."""
         m, out, springs = self.m, list[forces.Force](), list[JointSpring]()
-        for i in range(m.nu):
+        for i, group in enumerate(m.actuator_group):
+            if self._off("ACTUATION") or m.opt.disableactuator >> int(group) & 1:
+                continue
             name, gear = self._name("actuator", i), m.actuator_gear[i]
             gain, bias = float(m.actuator_gainprm[i][0]), [float(x) for x in m.actuator_biasprm[i][:3]]
             if not m.actuator_biastype[i]:
@@ -214,6 +268,7 @@ class _Importer:
             if m.tendon_limited[i] or m.tendon_frictionloss[i]:
                 self._lacks(f"tendon '{name}'", "limits and friction of tendons")
             if not (k or d):
+                self._lacks(f"tendon '{name}'", "tendons without a spring or damper")
                 continue
             lines = self._path(i)
             if lines and not low and high > 0.0 and k:
@@ -262,16 +317,18 @@ class _Importer:
     def _list(self) -> None:
         """List the features that are not converted."""
         m = self.m
-        dofs = {f"joint '{self.joint[m.dof_jntid[v]]}'": v for v in reversed(range(m.nv))}
-        for what, values in (("armature", m.dof_armature), ("dry friction", m.dof_frictionloss)):
-            self.missing += [f"{joint}: {what}" for joint, v in reversed(dofs.items()) if values[v]]
-        self.missing += [
-            f"body '{self.body[i]}': compensation of gravity" for i in range(m.nbody) if m.body_gravcomp[i]
-        ]
+        for kind, field, what in UNLIKE:
+            rows = [k for k, x in enumerate(getattr(m, field, ())) if np.any(x)]
+            owners = [int(m.dof_jntid[v]) for v in rows] if field.startswith("dof_") else rows
+            for i in dict.fromkeys(owners):
+                self._lacks(f"{kind} '{self._name(kind, i)}'", what)
         collide = int(sum(bool(a or b) for a, b in zip(m.geom_contype, m.geom_conaffinity, strict=True)))
         counted = {
-            "geoms that collide": collide, "equality constraints": m.neq, "flexible parts": m.nflex,
-            "plugins": m.nplugin, "bodies that are placed from outside": m.nmocap,
+            "geoms that collide": (not self._off("CONTACT")) * collide,
+            "pairs of geoms that collide": (not self._off("CONTACT")) * m.npair,
+            "equality constraints": (not self._off("EQUALITY")) * m.neq, "flexible parts": m.nflex,
+            "plugins": m.nplugin, "bodies that are placed from outside": m.nmocap, "sensors": m.nsensor,
+            "keyframes": m.nkey, "cameras and lights": m.ncam + m.nlight,
         }  # fmt: skip
         self.missing += [f"{n} {what}" for what, n in counted.items() if n]
         if m.opt.density or m.opt.viscosity:

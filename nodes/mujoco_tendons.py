@@ -2,9 +2,13 @@
 
 A cylinder or sphere becomes a sheave if all bodies that the tendon touches there move in one plane across its axis, as
 far as their joints tell. Another cylinder, around which alone a tendon wraps, becomes an edge along which the tendon
-slides. A conversion counts only if the rope has the length of the tendon in the pose of the file.
+slides. A conversion counts only if the rope has the length of the tendon in the pose of the file and in others within
+the limits of the joints.
 """
 
+from collections.abc import Iterator
+from copy import copy
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -17,6 +21,7 @@ SLIDE, HINGE = 2, 3  # kinds of joints
 SITE, SPHERE, CYLINDER = 3, 4, 5  # of a tendon's path
 ENDLESS = (-1000.0, 1000.0)  # ends of a cylinder, which wraps beyond its own [m]
 SAME = 1e-9  # of directions, and lengths relative to those of the tendon
+POSES = 16  # besides that of the file
 
 
 class WrappedTendons:
@@ -25,6 +30,17 @@ class WrappedTendons:
     def __init__(self, library: Any, model: Any, bodies: list[str]) -> None:
         self.m, self.bodies, self.data = model, bodies, library.MjData(model)
         library.mj_forward(model, self.data)
+        self.all_data = [self.data, *self._others(library)]
+
+    def _others(self, library: Any) -> Iterator[Any]:
+        """Yield the kinematics of other poses: joints with limits are anywhere between them."""
+        m, random = self.m, np.random.default_rng(0)
+        limited = [j for j in range(m.njnt) if m.jnt_limited[j] and m.jnt_type[j] in (SLIDE, HINGE)]
+        for _ in range(POSES if limited else 0):
+            data = copy(self.data)
+            data.qpos[m.jnt_qposadr[limited]] = random.uniform(*m.jnt_range[limited].T)
+            library.mj_forward(m, data)
+            yield data
 
     def rope(self, i: int, name: str, k: float, length: float, damping: float) -> Reeving | None:
         """Return tendon i as a rope of stiffness k [N/m], unstretched length [m] and damping; None if it has no
@@ -33,25 +49,39 @@ class WrappedTendons:
         kinds = [int(m.wrap_type[w]) for w in nodes]
         if not {*kinds} <= {SITE, SPHERE, CYLINDER}:  # each geom is between two sites
             return None
-        sheaves = list[Sheave]()
-        for w, kind in list(zip(nodes, kinds, strict=True))[1:-1]:
-            if kind == SITE:
-                sheaves.append(Sheave(self._site(int(m.wrap_objid[w]))))
-            elif (made := self._sheave(w, kind, alone=len(kinds) == 3)) is None:
-                return None
-            else:
-                sheaves.append(made)
-        ends = self._site(int(m.wrap_objid[nodes[0]])), self._site(int(m.wrap_objid[nodes[-1]]))
-        found = Reeving(name, ends[0], tuple(sheaves), ends[1], k * length, InputSignal(length), damping)
-        try:
-            there = ReevingLaw().start_length(found, self._pose)
-        except KernelError:
-            return None
-        wanted = float(self.data.ten_length[i])
-        return found if abs(there - wanted) <= SAME * wanted else None
+        inner = list(zip(nodes, kinds, strict=True))[1:-1]
+        for senses in product((1.0, -1.0), repeat=len(inner) - kinds[1:-1].count(SITE)):
+            sense, sheaves = iter(senses), list[Sheave]()
+            for w, kind in inner:
+                if kind == SITE:
+                    sheaves.append(Sheave(self._site(int(m.wrap_objid[w]))))
+                elif (made := self._sheave(w, kind, next(sense), alone=len(kinds) == 3)) is None:
+                    return None
+                else:
+                    sheaves.append(made)
+            ends = self._site(int(m.wrap_objid[nodes[0]])), self._site(int(m.wrap_objid[nodes[-1]]))
+            found = Reeving(name, ends[0], tuple(sheaves), ends[1], k * length, InputSignal(length), damping)
+            if all(self._equal(found, i, data) for data in self.all_data):
+                return found
+        return None
 
-    def _sheave(self, w: int, kind: int, alone: bool) -> Sheave | None:
-        """Return the geom at place w of a tendon's path as a sheave or edge; None if it has no equal."""
+    def _equal(self, rope: Reeving, i: int, data: Any) -> bool:
+        """Return whether a rope has the length of tendon i in a pose."""
+
+        def pose(body: str) -> tuple[np.ndarray, np.ndarray]:
+            k = self.bodies.index(body)
+            return data.xmat[k].reshape(3, 3), data.xpos[k]
+
+        try:
+            there = ReevingLaw().start_length(rope, pose)
+        except KernelError:
+            return False
+        wanted = float(data.ten_length[i])
+        return abs(there - wanted) <= SAME * wanted
+
+    def _sheave(self, w: int, kind: int, sense: float, alone: bool) -> Sheave | None:
+        """Return the geom at place w of a tendon's path as a sheave or edge, around which the rope turns as it does in
+        the pose of the file (`sense` 1) or the other way (-1); None if it has no equal."""
         m, d, g = self.m, self.data, int(self.m.wrap_objid[w])
         first, last = (int(m.wrap_objid[w + step]) for step in (-1, 1))
         a, b, c = d.site_xpos[first], d.site_xpos[last], d.geom_xpos[g]
@@ -65,7 +95,7 @@ class WrappedTendons:
         beside = _flat(d.site_xpos[side] - c, n) if side >= 0 else near
         if np.linalg.norm(beside) <= (radius if side >= 0 else SAME):
             return None  # it wraps inside, or on either side
-        n = n if np.cross(straight, n) @ beside > 0.0 else -n
+        n = sense * (n if np.cross(straight, n) @ beside > 0.0 else -n)
         bodies = [int(m.site_bodyid[first]), int(m.geom_bodyid[g]), int(m.site_bodyid[last])]
         level = max(abs((a - c) @ n), abs((b - c) @ n)) <= SAME
         R = d.xmat[bodies[1]].reshape(3, 3)
@@ -95,10 +125,6 @@ class WrappedTendons:
 
     def _site(self, i: int) -> Point:
         return Point(self.bodies[int(self.m.site_bodyid[i])], _row(self.m.site_pos[i]))
-
-    def _pose(self, body: str) -> tuple[np.ndarray, np.ndarray]:
-        i = self.bodies.index(body)
-        return self.data.xmat[i].reshape(3, 3), self.data.xpos[i]
 
 
 def _flat(x: np.ndarray, n: np.ndarray) -> np.ndarray:

@@ -1,8 +1,6 @@
 """Models of your own: `heavylift devs` runs any DEVS model, `heavylift trust` lets Python code of a folder run."""
 
-import os
 import sys
-from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -46,8 +44,7 @@ def devs(
     from heavylift.coordinator.run.watch import RunObserver
     from heavylift.kernel.errors import printable
 
-    if PathFinder.find_spec(model.partition(":")[0].partition(".")[0], [os.getcwd()]):
-        sys.path.append(os.getcwd())  # a module in the folder where the user stands; what is installed comes first
+    o.find_own_modules([model])
     end = o.duration_s("--until", until) if until else None
     patience = o.deadline_s(deadline)
     if replications is not None:

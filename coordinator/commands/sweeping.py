@@ -46,6 +46,9 @@ def sweep(
         bool, typer.Option("--insecure-scheduler", help="it may be one without certificates and encryption, tcp://")
     ] = False,
     keys: o.Certificates = Path("certificates"),
+    response: Annotated[
+        list[str] | None, typer.Option("--response", help="a column of your own: 'sway=own.py:sway'")
+    ] = None,
     keep: Annotated[str, typer.Option("--keep", help="recordings of: none, failed, all")] = "none",
     verify: Annotated[int, typer.Option("--verify", help="run so many again here and compare digests")] = 0,
     limit: Annotated[str, typer.Option("--limit", help="wall time of a run, then it is cut")] = "60 s",
@@ -58,11 +61,13 @@ def sweep(
 
     Each run adds a row to study/rows.parquet, with the command that repeats it; study/summary.html
     summarises the results. A path is one that --set takes; all combinations of values are run, or
-    --sample draws them. The same command continues a study that was stopped. Of a yard file: --sample
-    replications of each combination.
+    --sample draws them. The same command continues a study that was stopped. A --response is a Python
+    function that returns a number for the Result of a run, as `heavylift.simulate` does. Of a yard file:
+    --sample replications of each combination.
     """
     from heavylift.coordinator.run.arguments import whole
     from heavylift.coordinator.sweeps.dask_workers import dask_workers
+    from heavylift.coordinator.sweeps.function_studies import responses_of
     from heavylift.coordinator.sweeps.page import status_line, study_sheet
     from heavylift.coordinator.sweeps.summary import measured_error, summary
     from heavylift.coordinator.sweeps.sweeping import sweep as run_all, verified
@@ -80,12 +85,14 @@ def sweep(
         return
     loaded, verify = o.scene_of(scene, sets), whole("--verify", verify)
     seconds = o.wall_s("--limit", limit)
+    o.find_own_modules(response or ())
+    responses = responses_of(response or ())
     progress = _Progress()
     with dask_workers(scheduler, keys, insecure) if scheduler else nullcontext() as executor:
         try:
             study = run_all(
                 loaded, vary or [], into=output, sample=sample, design=design, seed=seed, executor=executor,
-                workers=workers, keep=keep, limit=seconds, watch=progress,  # type: ignore[arg-type]
+                workers=workers, keep=keep, limit=seconds, watch=progress, responses=responses,  # type: ignore[arg-type]
             )  # fmt: skip
         except Stopped:
             if progress.study is not None:

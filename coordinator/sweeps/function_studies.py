@@ -6,10 +6,12 @@ def period(length):                                     def shop(servers):
 tabulate(period, {"length": [1.0, 2.0]})                tabulate("shop.py:shop", {"servers": [1, 2, 3]}, until=3600.0)
 """
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import nullcontext
 from itertools import product
+from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -18,10 +20,11 @@ from heavylift.coordinator.run.replications import numbers
 from heavylift.coordinator.supervision.pool import Pool, cores, submits
 from heavylift.kernel import errors
 from heavylift.kernel.description.user_code import raised
-from heavylift.kernel.errors import HeavyliftError, ModelError
+from heavylift.kernel.errors import HeavyliftError, ModelError, SceneError
 from heavylift.nodes.devs import Coupled
 from heavylift.nodes.devs.references import imported, read
 
+NAME = re.compile(r"[A-Za-z_][\w. -]*")  # of a response
 Value = float | int | str | bool
 
 
@@ -74,15 +77,35 @@ def _read(answer: bytes) -> dict[str, float]:
     return values
 
 
-def called(reference: str, *first: object, **more: object) -> Any:
-    """Call the function that a reference names; raises ModelError if there is none, or if it fails."""
+def responses_of(given: Sequence[str]) -> dict[str, str]:
+    """Return references of functions by name from texts NAME=REFERENCE, such as "sway=own.py:sway"; raises
+    HeavyliftError for one that does not exist."""
+    found = dict[str, str]()
+    for text in given:
+        name, _, reference = text.partition("=")
+        if not NAME.fullmatch(name) or ":" not in reference or name in found:
+            raise SceneError(f"--response '{text}': give NAME=FUNCTION, each name once, such as 'sway=own.py:sway'")
+        where = reference.partition("(")[0].rpartition(":")[0]
+        whole = str(Path(where).resolve()) if where.endswith(".py") else where  # as seen from any folder
+        found[name] = whole + reference[len(where) :]
+        _function(found[name])
+    return found
+
+
+def _function(reference: str) -> tuple[Callable[..., Any], list[object], dict[str, object]]:
     where, name, arguments, named = read(reference)
     function = getattr(imported(where), name, None)
     if not callable(function):
         raise ModelError(f"{reference}: {where} has no function {name}")
+    return function, arguments, named
+
+
+def called(reference: str, *first: object, **more: object) -> Any:
+    """Call the function that a reference names; raises ModelError if there is none, or if it fails."""
+    function, arguments, named = _function(reference)
     try:
         return function(*first, *arguments, **named, **more)
     except HeavyliftError:
         raise
     except Exception as error:
-        raise ModelError(f"{reference}: {name}() raised {raised(error)}") from error
+        raise ModelError(f"{reference}: it raised {raised(error)}") from error

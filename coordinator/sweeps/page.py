@@ -31,7 +31,7 @@ from heavylift.recordings.sheets.sheet import (
 from .axes import Axis
 from .limiting import FoundLimit
 from .study import Study
-from .summary import FEWEST, LEVEL, RESULTS, Summary, summary
+from .summary import FEWEST, LEVEL, Summary, result_label, summary
 from .variant import FAILED
 
 if TYPE_CHECKING:
@@ -133,7 +133,7 @@ def _responses(study: Study, found: Summary) -> list[Chart]:
                 ax.axhline(1.0, color=LIMIT, lw=1.1, ls=(0, (6, 3)))
                 ax.yaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
             if j == 0:
-                ax.set_ylabel(RESULTS[name].replace(" of a load's limit", "").replace(" of a hook's ropes", ""))
+                ax.set_ylabel(result_label(name).replace(" of a load's limit", "").replace(" of a hook's ropes", ""))
             if i == len(names) - 1:
                 ax.set_xlabel(axis)
             if axis in words:
@@ -172,7 +172,7 @@ def _histograms(found: Summary) -> list[Chart]:
             ax.axvline(1.0, color=LIMIT, lw=1.1, ls=(0, (6, 3)))
             ax.xaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
         ax.yaxis.set_major_locator(MaxNLocator(integer=True))
-        ax.set_xlabel(RESULTS[name])
+        ax.set_xlabel(result_label(name))
     figure.axes[0].set_ylabel("variants")
     return [Chart("Distributions", in_page(figure))]
 
@@ -209,7 +209,7 @@ def _indices(study: Study, found: Summary) -> list[Table | Notes]:
     note = f"{how}: parts of the variance, half-widths at {LEVEL:.0%} (SALib)."
     made: list[Table | Notes] = [
         Table(
-            f"Which input moves the {RESULTS[name]}",
+            f"Which input moves the {result_label(name)}",
             heads,
             tuple((x.axis, x.first, x.first_half, x.total, x.total_half) for x in listed),
             (note,),

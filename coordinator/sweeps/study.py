@@ -23,7 +23,7 @@ from heavylift.nodes.scene import LoadedScene
 from heavylift.recordings.write.outputs import file_path, writing
 
 from .axes import Axis, Variant
-from .variant import Row, Task
+from .variant import RESPONSE as RESPONSE, Row, Task
 
 if TYPE_CHECKING:
     import pandas
@@ -58,6 +58,7 @@ class StudyPlan:
             "limit": f"{task.limit_s:g} s",
             "keep": task.keep,
             "judged": task.judged,
+            "responses": [f"{name}={function}" for name, function in task.responses],
             "fingerprint": sha256(json.dumps(identity).encode()).hexdigest(),
         }
 

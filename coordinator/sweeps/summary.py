@@ -17,7 +17,7 @@ from heavylift.kernel.errors import SceneError
 from heavylift.nodes.plan.fidelity import percent
 from numpy.typing import NDArray
 
-from .study import INPUT, Study
+from .study import INPUT, RESPONSE, Study
 
 FEWEST = {"sobol": 16, "lhs": 100}  # rows that say something of an index: ten harmonics need several each
 DESIGNS = tuple(FEWEST)
@@ -103,6 +103,11 @@ RESULTS = {
 LEVEL = 0.95
 
 
+def result_label(name: str) -> str:
+    """Return the label of a result: a column of `RESULTS`, or a response by its own name."""
+    return RESULTS.get(name) or name.removeprefix(RESPONSE)
+
+
 @dataclass(frozen=True)
 class Chance:
     """Statistics of a limit in a study: number of checked variants, mean and maximum utilisation, number and fraction
@@ -137,7 +142,8 @@ def summary(study: Study) -> Summary:
     plan, rows = study.plan, [study.rows[n] for n in sorted(study.rows)]
     ended = [row for row in rows if row["status"] in ("done", "red")]
     inputs = {axis.label: _column(ended, INPUT + axis.label) for axis in plan.axes}
-    results = {name: values for name in RESULTS if np.isfinite(values := _column(ended, name)).any()}
+    own = [RESPONSE + name for name, _ in study.task.responses]
+    results = {name: values for name in (*RESULTS, *own) if np.isfinite(values := _column(ended, name)).any()}
     independent = base_rows(plan.design, len(plan.variants), len(plan.axes))
     alone = [row for row in ended if not plan.sample or independent[row["number"]]]
     names = dict.fromkeys(name for row in ended for name in row if name.startswith("use/"))

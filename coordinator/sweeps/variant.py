@@ -56,6 +56,7 @@ TEXTS = (
     "error in",
     "host",
 )  # other columns: numbers
+RESPONSE = "response/"  # before the name of a column: what a function of the user gives
 EACH = 20  # variants, of which one is measured
 MOST_COLUMNS, MOST_TEXT, MOST_BYTES = 20_000, 100_000, 1 << 30  # of an answer
 Row = dict[str, Any]
@@ -147,7 +148,7 @@ def judged(task: Task, variant: Variant) -> tuple[Row, Judged | None]:
                 parse(task.text, task.name, settings, passing=True)  # which may know better why
             raise
         row |= _numbers(run, task.judged)
-        row |= {f"response/{name}": _response(name, reference, run) for name, reference in task.responses}
+        row |= {RESPONSE + name: _response(name, reference, run) for name, reference in task.responses}
         verdict = run.judge.fine if task.judged else None
         if task.ask and variant.number % EACH == 0:
             errors = as_it_is(scene.plan, USUAL, Measuring(task.ask)).error

@@ -13,8 +13,8 @@ from . import units as u
 from .units import IDENTITY, Line, Matrix, Point
 
 __all__ = [
-    "Bushing", "Characteristic", "Force", "InputSignal", "Load", "Matrix6", "MooringLine", "Radiation", "Reeving",
-    "Sheave", "Spring", "Torsion", "UserLaw", "Wave", "WaveSum", "Wind",
+    "Bushing", "Characteristic", "Force", "Immersion", "InputSignal", "Load", "Matrix6", "MooringLine", "Radiation",
+    "Reeving", "Sheave", "Spring", "Torsion", "UserLaw", "Wave", "WaveSum", "Wind",
 ]  # fmt: skip
 
 Row6 = tuple[u.Number, u.Number, u.Number, u.Number, u.Number, u.Number]
@@ -198,6 +198,21 @@ class Characteristic(Element, frozen=True, tag=True):
     coordinate: str = ""  # of a joint that has several
 
 
+class Immersion(Element, frozen=True, tag=True):
+    """An upward force on a body, given over the depth of its lowest point: `effort` [N] over x [m].
+
+    The depth is counted from the height `level` to a place `below` the point. The force is piecewise linear, x rising;
+    the end values hold outside. It acts at the point, so that it does not turn the body about it.
+    """
+
+    name: str
+    at: Point
+    below: u.Gap
+    level: u.Length
+    x: tuple[float, ...]
+    effort: tuple[float, ...]
+
+
 class UserLaw(Element, frozen=True, tag=True):
     """A user-defined law: `function` is "package.module:function" or "file.py:function" (see `user_laws.py`).
 
@@ -312,4 +327,6 @@ class MooringLine(Element, frozen=True, tag=True):
         return self.length
 
 
-Force = Load | Wind | Spring | Torsion | Bushing | Radiation | Characteristic | UserLaw | Reeving | MooringLine
+Force = (
+    Load | Wind | Spring | Torsion | Bushing | Radiation | Characteristic | Immersion | UserLaw | Reeving | MooringLine
+)

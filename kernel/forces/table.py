@@ -17,7 +17,7 @@ from heavylift.kernel.description.units import wrong_sign
 
 from .force_law import BODY, ForceLaw, LawOutput, SampledQuantity, Setting
 from .joint_laws import BrakeLaw, JointSpringLaw, StopLaw, SupportLaw
-from .loads import CharacteristicLaw, LoadLaw, WindLaw
+from .loads import CharacteristicLaw, ImmersionLaw, LoadLaw, WindLaw
 from .mooring import MooringLaw
 from .radiation import RadiationLaw
 from .reeving import ReevingLaw
@@ -40,6 +40,7 @@ FORCES: dict[type, ForceLaw[Any]] = {
     kinds.Bushing: BushingLaw(),
     kinds.Radiation: RadiationLaw(),
     kinds.Characteristic: CharacteristicLaw(),
+    kinds.Immersion: ImmersionLaw(),
     kinds.UserLaw: UserLawEntry(),
     kinds.Reeving: ReevingLaw(),
     kinds.MooringLine: MooringLaw(),

@@ -1,7 +1,8 @@
 """The signals that each limit checks, taken from the kernel's table of quantities: one row for each quantity.
 
 A limit checks one signal, or a reduction over signals: the largest of several (winds, lugs of a sling), the sum (legs
-of a bridle), the range over time while a winch stands, or the speed ordered in the stages with lift-off or landing.
+of a bridle), the range over time while a winch stands, the speed ordered in the stages with lift-off or landing, or the
+largest with the water's dynamic force since the sample before (`splash`).
 
 Loads are the mass below the hook blocks [kg]. The load of the parts of a hook rope is the force at the upper end of one
 part: at the drum in hoisting, or in the most loaded part, which is the drum part in hoisting and the dead end in
@@ -52,11 +53,12 @@ KINDS: dict[Quantity, Kind] = {
     "drive moment": "starting moment",  # or of what is held, as the limit is over
     "brake moment": "joint moment",
 }
-Reduction: TypeAlias = Literal["largest", "sum", "range at rest", "ordered speed"]
+Reduction: TypeAlias = Literal["largest", "sum", "range at rest", "ordered speed", "splash zone"]
 REDUCTIONS: dict[Quantity, Reduction] = {  # of all others: the largest
     "assembly load": "sum",
     "relative heave": "range at rest",
     **dict.fromkeys(TOUCHING, "ordered speed"),
+    **dict.fromkeys(("slack sling", "splash load"), "splash zone"),
 }
 OF_TENSIONS = ("load", "tension", "use", "pull", "reserve")  # kinds of which a run knows an exact peak
 CORNERS = {"front left": (1.0, 1.0), "front right": (1.0, -1.0), "rear left": (-1.0, 1.0), "rear right": (-1.0, -1.0)}

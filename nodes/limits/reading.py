@@ -30,6 +30,7 @@ from .factors import BASES, product
 from .named import KINDS, LOADS, OF_TENSIONS, REDUCTIONS, MeasuredSignal, hooks_of, measured, origin, sling_signals
 from .sharing import touching
 from .signals import EMPTY, Column, SignalColumns, carries, place, signals_of, tie_of
+from .splash import slack_sling, splash_load
 
 RESTS = 1.05  # times the weight of a block: less on its supports is no impact
 TIGHT = 0.02  # of its rated tension: with less a sling holds nothing
@@ -53,6 +54,8 @@ def read(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | Non
     reduction, kind = REDUCTIONS.get(limit.quantity, "largest"), KINDS.get(limit.quantity)
     if reduction == "ordered speed":
         return Reading(_ordered_speed(plan, limit, signals))
+    if reduction == "splash zone":
+        return _splash(plan, limit, signals)
     given = None
     if kind in OF_TENSIONS:
         on_record = tuple(name for name in limit.elements if name in signals.tensions)
@@ -269,6 +272,15 @@ def _design(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | 
     found = read(plan, msgspec.structs.replace(limit, quantity=BASES[limit.quantity]), signals)
     times = product(limit, dynamic=signals.dynamic)
     return found and Reading(found.values * times, (found.exact[0] * times, found.exact[1]) if found.exact else None)
+
+
+def _splash(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
+    """Return the share of slack, or the load of a hook, in the splash zone, with the amplitude of the water's dynamic
+    force."""
+    if limit.quantity == "slack sling":
+        return Reading(slack_sling(plan, limit, signals))
+    found = read(plan, msgspec.structs.replace(limit, quantity="hook load", elements=limit.elements[:1]), signals)
+    return found and Reading(splash_load(plan, limit, signals, found.values))
 
 
 def _strongest(plan: Plan, each: Sequence[MeasuredSignal], signals: SignalColumns) -> tuple[float, float] | None:

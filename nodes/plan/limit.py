@@ -65,6 +65,8 @@ Quantity: TypeAlias = Literal[
     "wheel load",
     "uplift",
     "relative heave",
+    "slack sling",
+    "splash load",
 ]
 STANDING: tuple[Quantity, ...] = ("ground pressure", "wheel load", "uplift")  # of the footing of a machine
 TOUCHING: tuple[Quantity, ...] = ("lift-off speed", "landing speed")

@@ -29,6 +29,7 @@ LARGEST = 16_000_000  # bytes of a file
 KINDS = ".urdf", ".xml", ".mjcf"
 BASE = "base"
 FOLDERS, FILES = ("meshdir", "texturedir", "assetdir"), ("file", "filename")  # attributes of MJCF and URDF
+EARTH = (9.7, 9.9)  # gravity that no scene needs to change [m/s2]
 RAMP = {True: "1 rad/s2", False: "1 m/s2"}  # of drives, by whether their joint turns
 UNITS = {True: ("rad", "N m", "N m/rad", "N m s/rad"), False: ("m", "N", "N/m", "N s/m")}
 Lines = dict[str, Mark]
@@ -145,6 +146,8 @@ class _Parts:
     def sections(self) -> tuple[dict[str, dict[str, Data]], list[Data]]:
         """Return the sections by key, and the list of what was not converted."""
         system = self.system
+        if not EARTH[0] < system.gravity < EARTH[1]:
+            self.lacks.append(f"gravity of {system.gravity:g} m/s2: that of the scene acts, key `gravity`")
         bodies: dict[str, Data] = {self._body(WORLD): {"mass": "0 kg"}}
         bodies |= {self._body(b.name): _mass(b) for b in system.bodies}
         fixed: Data = {"type": "fixed", "parent": WORLD, "child": self._body(WORLD)}

@@ -6,7 +6,8 @@ is not offered.
 
 import os
 import sys
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
+from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -176,6 +177,14 @@ def given(context: typer.Context) -> "list[Any]":
     """Return the parameters of a command that are given on the command line."""
     sources = [(x, context.get_parameter_source(str(x.name))) for x in context.command.params]
     return [x for x, source in sources if source and source.name == "COMMANDLINE"]
+
+
+def find_own_modules(references: Iterable[str]) -> None:
+    """Let modules in the folder where the user stands be found if references name them; what is installed comes
+    first."""
+    names = (text.partition(":")[0].rpartition("=")[2].partition(".")[0] for text in references)
+    if os.getcwd() not in sys.path and any(PathFinder.find_spec(name, [os.getcwd()]) for name in names if name):
+        sys.path.append(os.getcwd())
 
 
 def tell(sheet: "Sheet", as_json: bool) -> None:

@@ -22,6 +22,7 @@ from .parts.machines import FrameParts, MachineKeys, PartName
 from .parts.mechanics import MechanismKeys, Moments
 from .parts.rigging import Edge, GearKeys, Rigging, SlingType
 from .parts.standing import GroundKeys
+from .seas import Splash
 
 ORDERED: Literal["ordered"] = "ordered"  # a lift that an action of the whole scene begins
 RESERVED = (  # no machine and no group has such a name
@@ -83,6 +84,7 @@ class Block(Base):
     lug_capacity: u.Mass | None = None  # of each lug; left out: they are not checked
     supports: Supports
     on: str = "world"  # vessel on whose deck it stands: `at` and the height of its supports are in that one's frame
+    splash: Splash | None = None  # if it is lowered into water
 
     @property
     def flexible(self) -> bool:

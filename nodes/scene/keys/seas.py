@@ -1,5 +1,7 @@
-"""The keys of an irregular sea in a scene: the shape of its spectrum, its direction and its components."""
+"""The keys of an irregular sea in a scene, the shape of its spectrum, its direction and its components; loads of the
+water on a block that passes the splash zone."""
 
+from itertools import pairwise
 from math import pi
 from typing import Annotated, Literal
 
@@ -8,6 +10,8 @@ from heavylift.nodes.sea.spectra import HIGHEST, LOWEST, Component, Density, bet
 from pydantic import Field, model_validator
 
 from .base import Base
+
+Push = Annotated[float, u.Quantity(u.FORCE, "zero")]
 
 
 class Sea(Base):
@@ -56,3 +60,21 @@ class Sea(Base):
 def _ends(Tp: float) -> tuple[float, float]:
     peak = 2.0 * pi / Tp
     return LOWEST * peak, HIGHEST * peak
+
+
+class Splash(Base):
+    """Loads of the water on a block that is lowered upright into it, over the depth of its lowest point."""
+
+    level: u.Length = 0.0  # height of still water
+    buoyancy: Annotated[list[tuple[u.Gap, Push]], Field(min_length=2)]  # upward; the last one holds below
+    # of slam, drag and inertia, such as by DNV-RP-N103: not applied, but checks count it upward and downward
+    amplitude: list[tuple[u.Gap, Push]] = Field(default_factory=list)
+
+    @model_validator(mode="after")
+    def _curves(self) -> "Splash":
+        for name, curve in (("buoyancy", self.buoyancy), ("amplitude", self.amplitude)):
+            if any(b[0] <= a[0] for a, b in pairwise(curve)):
+                raise ValueError(f"the depths of '{name}' must rise")
+        if self.buoyancy[0] != (0.0, 0.0):
+            raise ValueError("'buoyancy' begins at the depth 0 m with 0 kN")
+        return self

@@ -30,5 +30,9 @@ def swing(result) -> float:
     return float(np.abs(result["joint/velocity"].values).max())
 
 
+def scaled(result, by: float) -> float:
+    return by * swing(result)
+
+
 def words(result) -> str:
     return "much"

@@ -6,7 +6,10 @@ from math import pi, sqrt
 import own_functions as own
 import pytest
 from heavylift import load, replicate, simulate, sweep, tabulate
+from heavylift.coordinator.commands import app
 from heavylift.kernel import HeavyliftError
+from pyarrow import parquet
+from typer.testing import CliRunner
 
 G = 9.80665
 SMALL = 1e-4  # relative: crossings between samples of 10 ms, means over several periods of 2 s
@@ -47,6 +50,35 @@ def test_response_functions_are_columns_of_a_study(tmp_path, threads):
     for n, end in enumerate((1.0, 2.0)):
         scene = load("pendulum", f"end={end:g} s")
         assert study.rows[n]["response/a"] == own.swing(simulate(scene))
+
+
+def test_response_functions_are_named_on_the_command_line(tmp_path):
+    words = ["sweep", "pendulum", "--vary", "end={1 s, 2 s}", "-o", str(tmp_path / "ends"), "--workers", "1"]
+    given = [f"swing={own.__file__}:swing", f"twice={own.__file__}:scaled(by=2)"]
+    found = CliRunner().invoke(app, [*words, *(x for text in given for x in ("--response", text))])
+    assert found.exit_code == 0, found.output
+    table = parquet.read_table(tmp_path / "ends" / "rows.parquet").to_pandas()
+    for n, end in enumerate((1.0, 2.0)):
+        want = own.swing(simulate(load("pendulum", f"end={end:g} s")))
+        assert list(table.loc[n, ["response/swing", "response/twice"]]) == [want, 2.0 * want]
+    assert "<!-- swing -->" in (tmp_path / "ends" / "summary.html").read_text()
+    again = CliRunner().invoke(app, words)
+    assert "holds another study (responses ['swing=" in str(again.exception)
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("swing", "--response 'swing': give NAME=FUNCTION, each name once"),
+        ("1=own.py:swing", "--response '1=own.py:swing': give NAME=FUNCTION"),
+        (f"a={own.__file__}:absent", "has no function absent"),
+        ("a=none.py:swing", "there is no such file"),
+    ],
+)
+def test_a_response_that_cannot_be_called_is_refused_before_the_first_run(text, sentence, tmp_path):
+    found = CliRunner().invoke(app, ["sweep", "pendulum", "--response", text, "-o", str(tmp_path / "x")])
+    assert sentence in str(found.exception)
+    assert not (tmp_path / "x").exists()
 
 
 @pytest.mark.parametrize(

@@ -151,7 +151,7 @@ NONE: dict[str, tuple[str, Callable[[Plan], bool]]] = {  # why a check has no ro
     "inputs": (OF_THE_SCENE, lambda plan: True),
     "factor": (OF_THE_SCENE, lambda plan: True),
     "signal": (OF_THE_SCENE, lambda plan: True),
-    "relative heave": (OF_THE_SCENE, lambda plan: True),
+    **dict.fromkeys(("relative heave", "slack sling", "splash load"), (OF_THE_SCENE, lambda plan: True)),
     "off-lead": ("along and across have limits of their own", lambda plan: True),
     **{f"off-lead {way}": ("one limit holds in any direction", lambda plan: True) for way in ("along", "across")},
     "side force": ("nothing slides", lambda plan: not _drives(plan, "prismatic")),

@@ -26,7 +26,7 @@ GIVEN = "factors={weight: 1.05, dynamics: not included}"
 WIND = "limits={wind: 10 m/s}"
 GROUND = ["ground={bearing: 200 kPa}", "block.mass=20 t"]
 ELSEWHERE = ("clearance", "inputs", "factor", "sharing", "heavy sling")  # rows without a value, or checked by others
-AT_SEA = {"relative heave"}  # checked in a lift at sea
+AT_SEA = {"relative heave", "slack sling", "splash load"}  # checked in lifts at sea
 PEAKS = {"sling peak", "rope peak", "impact"}  # of runs alone
 
 

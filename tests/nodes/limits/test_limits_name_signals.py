@@ -12,7 +12,7 @@ from heavylift.kernel.model import LINED, ROWS, SIDES, check_signal, scalar
 from heavylift.kernel.simulation import Simulation
 from heavylift.kernel.simulation.native import reader
 from heavylift.nodes.limits import BASES, KINDS, NOISE, REDUCTIONS, evaluated, measured, signal_of, signals_of
-from heavylift.nodes.plan import TOUCHING, Quantity as Limited
+from heavylift.nodes.plan import Quantity as Limited
 from heavylift.nodes.scene import bundled, load, new_scene_with, parse
 from heavylift.nodes.scene.text import library
 
@@ -61,7 +61,8 @@ def test_a_formula_gives_the_same_on_whole_columns_and_at_each_instant(quantity:
 def test_each_limit_checks_signals_of_the_table_or_a_reduction_over_them() -> None:
     assert set(KINDS.values()) <= set(ROWS)
     assert {*KINDS, *REDUCTIONS, *BASES, "signal", "interlock"} == {*get_args(Limited)} - {*OF_SHAPES, *WITHOUT}
-    assert set(REDUCTIONS) - set(TOUCHING) <= set(KINDS), "what is ordered is no state of the machines"
+    beyond = {quantity for quantity, reduction in REDUCTIONS.items() if reduction in ("ordered speed", "splash zone")}
+    assert set(REDUCTIONS) - beyond <= set(KINDS), "what is ordered, or searched between samples, is no signal"
 
 
 @pytest.mark.parametrize("name", ["lift", "crawler", "jib", "dock"])
@@ -83,7 +84,7 @@ def test_the_signals_of_a_limit_can_be_thresholds_and_evaluated_along_the_path(n
         if limit.quantity in SUPPORTS:
             continue
         each = measured(limit, plan.machines, plan.gravity, plan.actions)
-        assert each or limit.quantity in (*OF_SHAPES, *WITHOUT, *TOUCHING, *BASES) or not limit.elements, limit
+        assert each or limit.quantity in (*OF_SHAPES, *WITHOUT, *REDUCTIONS, *BASES) or not limit.elements, limit
         for x, *_ in each:
             bent = x.quantity in LINED and not {*x.ropes} <= straight
             if not bent:

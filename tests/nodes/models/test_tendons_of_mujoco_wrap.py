@@ -1,14 +1,11 @@
 """Tendons around cylinders and spheres: lengths and accelerations as in MuJoCo, in many poses."""
 
-from dataclasses import replace
-
 import mujoco
 import numpy as np
 import pytest
 from heavylift import from_mujoco
 from heavylift.kernel.forces.reeving import ReevingLaw
-from heavylift.kernel.multibody import build_graph
-from heavylift.kernel.simulation import Simulation
+from mujoco_peer import accelerations, placed
 
 G = '<option gravity="0 0 -9.80665"/><default><geom contype="0" conaffinity="0"/></default>'
 EXACT = 1e-9  # relative: both are closed forms of the pose
@@ -49,19 +46,6 @@ def around_a_cylinder(seed: int) -> str:
     <geom geom="pin"/><site site="b"/></spatial></tendon></mujoco>"""
 
 
-def posed(system, q, v):
-    graph = build_graph(system)
-    at = {k.joint.name: replace(k.joint, q0=tuple(q[k.q]), v0=tuple(v[k.v])) for k in graph.links}
-    return replace(system, joints=tuple(at[j.name] for j in system.joints))
-
-
-def accelerations(system) -> np.ndarray:
-    simulation = Simulation(system)
-    simulation.start()
-    p = simulation.program
-    return simulation.native.part("f")[p.nq : p.nq + p.nv].copy()
-
-
 @pytest.mark.parametrize("seed", range(4))
 def test_tendons_around_geoms_in_a_plane_have_mujocos_accelerations(seed, tmp_path):
     file = tmp_path / "arm.xml"
@@ -74,7 +58,7 @@ def test_tendons_around_geoms_in_a_plane_have_mujocos_accelerations(seed, tmp_pa
     for _ in range(5):
         data.qpos[:], data.qvel[:] = r.uniform(-0.6, 0.9, 2), r.normal(size=2)
         mujoco.mj_forward(model, data)
-        ours = accelerations(posed(found.system, data.qpos, data.qvel))
+        ours = accelerations(placed(found.system, data.qpos, data.qvel, {}))
         assert ours == pytest.approx(data.qacc, rel=1e-7, abs=1e-7)
 
 

@@ -119,12 +119,13 @@ def test_actuators_with_feedback_become_drives_and_others_forces(tmp_path):
 
 
 def test_features_that_are_not_converted_are_warnings_of_the_check(tmp_path):
-    model = """<mujoco><worldbody><body name="b"><joint name="j" armature="0.1" axis="0 1 0"/>
-    <geom size="0.1" mass="1"/></body></worldbody></mujoco>"""
+    model = """<mujoco><option gravity="0 0 -1.62"/><worldbody><body name="b">
+    <joint name="j" armature="0.1" axis="0 1 0"/><geom size="0.1" mass="1"/></body></worldbody></mujoco>"""
     warned = [x for x in load(written(tmp_path, model)).findings if x.quantity == "model file"]
     assert {(x.state, x.sentence, x.where) for x in warned} >= {
         ("amber", "not converted: joint 'j': armature", "scene.yaml:5:3"),
         ("amber", "not converted: 1 geoms that collide", "scene.yaml:5:3"),
+        ("amber", "not converted: gravity of 1.62 m/s2: that of the scene acts, key `gravity`", "scene.yaml:5:3"),
     }
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from heavylift.kernel import SceneError
-from heavylift.kernel.description.forces import Bushing
+from heavylift.kernel.description import Bushing
 from heavylift.nodes.scene import parse
 from heavylift.nodes.scenes import vessels_folder
 from heavylift.nodes.sea import hydrostatics_of, read_hydrodynamics
