@@ -16,6 +16,7 @@ named                        the signals that a limit checks, and their reductio
 standards                    factors of standards, and the loads that they allow for slings and shackles
 reeving                      tensions in the parts of a reeved rope
 factors                      factors between static loads and design loads
+wind                         off-lead of a hanging load in a stated wind
 splash                       slack slings and loads on hooks in the splash zone
 sharing                      indeterminate load sharing, speeds at lift-off and landing, factors of standards
 geometry                     plausibility of a block's size, mass and lugs

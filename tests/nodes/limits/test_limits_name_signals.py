@@ -12,7 +12,7 @@ from heavylift.kernel.model import LINED, ROWS, SIDES, check_signal, scalar
 from heavylift.kernel.simulation import Simulation
 from heavylift.kernel.simulation.native import reader
 from heavylift.nodes.limits import BASES, KINDS, NOISE, REDUCTIONS, evaluated, measured, signal_of, signals_of
-from heavylift.nodes.plan import Quantity as Limited
+from heavylift.nodes.plan import IN_WIND, Quantity as Limited
 from heavylift.nodes.scene import bundled, load, new_scene_with, parse
 from heavylift.nodes.scene.text import library
 
@@ -22,7 +22,7 @@ SHARES, LINES = (0.4, 0.6), (1, 1)
 GROUPS = {"track pressure": 3, "corner load": 3, "tipping": 3, "joint moment": 2, "starting moment": 2}  # of its frame
 PLACES |= {kind: frame + (8 if kind == "starting moment" else 2) + 4 for kind, frame in GROUPS.items()}
 OF_SHAPES = ("clearance", "sharing")  # of no signals: shapes and counts of slings decide them
-WITHOUT = ("inputs", "factor", "heavy sling")  # rows without a value
+WITHOUT = ("inputs", "factor", "heavy sling", IN_WIND)  # rows without a value, or with one that is known at rest
 SUPPORTS = ("support load", "impact")  # forces that no guard of the kernel is over
 NUMBERS = {
     "load": (0.1, 3.0),
