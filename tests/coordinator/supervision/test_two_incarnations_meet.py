@@ -22,7 +22,7 @@ def received(hub: Hub) -> list[tuple[str, bytes]]:
     return found
 
 
-def test_messages_of_an_older_process_incarnation_are_ignored_and_it_refuses_new_orders() -> None:
+def test_an_older_process_incarnation_refuses_new_messages_and_its_own_are_ignored() -> None:
     with Hub(["west"]) as hub, NodeLink(hub.ticket("west")) as old:
         hub.send("west", b"grant 1")
         assert old.receive() == ("west", b"grant 1")

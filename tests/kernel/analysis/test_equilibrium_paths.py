@@ -239,7 +239,7 @@ def test_the_native_tangent_stiffness_agrees_with_interpreted_floats_and_differe
         assert K[:, j] == pytest.approx((ends[0] - ends[1]) / (2.0 * h), rel=DIFFERENCES, abs=1e-5 * np.abs(K).max())
 
 
-def test_steps_of_the_tangent_stiffness_solve_its_equations():
+def test_the_factorised_tangent_stiffness_solves_its_equations():
     poses = Poses(Simulation(crossed()))
     poses.simulation.start()
     K, a = poses.stiffness(poses.q), np.arange(1.0, 7.0)

@@ -176,7 +176,7 @@ def test_a_folded_parallelogram_is_singular_at_that_instant_only():
     assert "the start pose is singular: 2 degrees of freedom at that instant, 1 in motion" in m.lines
 
 
-def test_many_folded_four_bar_windows_move_as_one_chain_of_branches():
+def test_three_folded_four_bar_windows_have_one_degree_of_freedom_and_four_at_the_singular_pose():
     m = found(windows(3, pi / 2))
     assert (m.at_start, m.dof) == (4, 1)
 

@@ -179,7 +179,7 @@ def _hung(m: float, k: float, share: float) -> System:
 
 
 @pytest.mark.parametrize(("ts", "key"), [(0.4, "phi"), (1e-6, "phi_instant")])
-def test_an_emergency_stop_while_lowering_is_a_closed_form(ts, key):
+def test_the_peak_tension_of_an_emergency_stop_while_lowering_agrees_with_the_closed_form(ts, key):
     """C23: phi = 1 + v w/g |sin(w ts/2)/(w ts/2)|, and the whole of it if the brake bites at once."""
     given = FORMS["C23"]["given"]
     m, k, v = given["m"], given["k"], given["v"]

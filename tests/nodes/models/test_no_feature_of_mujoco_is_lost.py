@@ -82,7 +82,7 @@ def test_each_number_of_a_mujoco_model_is_converted_or_listed():
 
 
 @pytest.mark.parametrize("flag", [x for x in dir(mujoco.mjtDisableBit) if x.startswith("mjDSBL_")])
-def test_each_flag_of_a_mujoco_model_is_heeded_or_changes_nothing(flag):
+def test_of_the_disable_flags_of_mujoco_only_the_four_supported_ones_change_the_import(flag):
     model = copy(MODEL)
     model.opt.disableflags = int(getattr(mujoco.mjtDisableBit, flag))
     assert (check(model) != "unchanged") == (flag[7:] in ("ACTUATION", "DAMPER", "GRAVITY", "SPRING"))

@@ -69,14 +69,14 @@ BAD = {
 
 
 @pytest.mark.parametrize("entry", BAD)
-def test_like_with_an_unknown_name_is_reported(entry: str) -> None:
+def test_an_unknown_name_under_the_key_like_is_reported(entry: str) -> None:
     third = "loader-3: {like: loader-2, hook: crane H3, lugs: [R1, R2]}"
     with pytest.raises(SceneError) as error:
         parse(rigged("loader-1: {hook: crane H1, sling: 10 m, lugs: [P1, P2]}", entry, third), passing=True)
     assert BAD[entry] in str(error.value)
 
 
-def test_a_fault_in_a_copied_entry_is_reported_where_it_is_written() -> None:
+def test_a_fault_in_an_entry_copied_by_like_is_reported_at_one_line_only() -> None:
     with pytest.raises(SceneError) as error:
         parse(rigged("loader-1: {hook: crane H1, sling: 10 t, lugs: [P1, P2]}",
                      "loader-2: {like: loader-1, hook: crane H2, lugs: [Q1, Q2]}"), passing=True)  # fmt: skip

@@ -15,7 +15,7 @@ SCENES = {
 
 
 @pytest.mark.parametrize("name", list(SCENES))
-def test_contacts_in_native_code_and_on_floats_take_the_same_steps(name):
+def test_contacts_in_native_code_and_on_python_floats_take_the_same_steps(name):
     scene, end = SCENES[name]
     native, oracle = (started(scene, tolerance=1e-6, native=n) for n in (True, False))
     for s in (native, oracle):
