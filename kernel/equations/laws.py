@@ -11,6 +11,7 @@ from heavylift.kernel.description.field_types import field_names
 from heavylift.kernel.description.forces import (
     Bushing,
     Characteristic,
+    Immersion,
     Load,
     MooringLine,
     Reeving,
@@ -181,6 +182,7 @@ _FORMULAS: dict[type, tuple[tuple[str, str, str, str], ...]] = {
          "six components on b, -f on a"),
     ),
     Characteristic: (("tau", "s(t) effort(x)", r"s(t)\,\mathrm{effort}(x)", "x: position or speed"),),
+    Immersion: (("f", "effort(d) ez", r"\mathrm{effort}(d)\,\mathbf{e}_z", "d: depth of the lowest point"),),
     UserLaw: (("f", "function(t, state)", r"\mathrm{function}(t, \mathrm{state})", "force or effort"),),
     Reeving: (
         ("T", "EA (l/N - 1) + c s'", r"EA\,(l/N - 1) + c\,\dot{s}", "per part, while taut, else 0"),

@@ -1,18 +1,19 @@
 """External forces: given loads, and wind drag (EN 13001-2, 4.2.3.1; closed form C16).
 
-Actuator laws given as data: a piecewise linear effort over the coordinate or the speed of a joint, such as a motor's
-torque-speed curve or a buffer's force-travel curve. P holds the active piece; its ends are guards, so that no step
-crosses a kink and the integrators keep their order.
+Laws given as data: a piecewise linear effort over the coordinate or the speed of a joint, such as a motor's
+torque-speed curve or a buffer's force-travel curve, or over the depth of a body in water. P holds the active piece; its
+ends are guards, so that no step crosses a kink and the integrators keep their order.
 """
 
 from bisect import bisect_right
 from collections.abc import Hashable
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, sqrt
-from heavylift.kernel.description.forces import Characteristic, Load, Wind
+from heavylift.kernel.description.forces import Characteristic, Immersion, Load, Wind
 
 from .force_law import ForceLaw, LawOutput, Poses, SampledQuantity, attachment, wrench
 
@@ -77,16 +78,32 @@ class WindLaw(ForceLaw[Wind]):
 FAR = 1e300  # beyond any coordinate
 
 
-class CharacteristicLaw(ForceLaw[Characteristic]):
-    """An effort signal * f(x), with f given by points; its power counts as external work."""
+Curve = TypeVar("Curve", Characteristic, Immersion)
+
+
+class PiecewiseLaw(ForceLaw[Curve]):
+    """An effort f(x) given by points; its power counts as external work. Its piece comes first among its numbers."""
 
     works = True
 
-    def check(self, f: Characteristic) -> None:
+    def check(self, f: Curve) -> None:
         n, m = len(f.x), len(f.effort)
         self.demand(f, "effort", n == m > 0, f"has {m} values at {n} places; give one for each place, at least one")
         low = next((b for a, b in pairwise(f.x) if b <= a), None)
         self.demand(f, "x", low is None, f"does not rise at {low}; its places must rise")
+
+    def guards(self, f: Curve) -> tuple[str, ...]:
+        return "lower end", "upper end"
+
+    def switch(self, f: Curve, p: np.ndarray, guard: str, shown: np.ndarray) -> tuple[str, float]:
+        x = float(shown[1])
+        piece = _piece(f, bisect_right(f.x, x))
+        p[: len(piece)] = piece
+        return "piece", x
+
+
+class CharacteristicLaw(PiecewiseLaw[Characteristic]):
+    """An effort signal * f(x) along a joint."""
 
     def shape(self, f: Characteristic) -> Hashable:
         return f.of
@@ -102,14 +119,6 @@ class CharacteristicLaw(ForceLaw[Characteristic]):
         force = signal[0] * (effort + slope * (x - x0))
         return LawOutput(effort=force, work=force * joint[1], guards=[x - lower, upper - x], shown=[force, x])
 
-    def guards(self, f: Characteristic) -> tuple[str, ...]:
-        return "lower end", "upper end"
-
-    def switch(self, f: Characteristic, p: np.ndarray, guard: str, shown: np.ndarray) -> tuple[str, float]:
-        x = float(shown[1])
-        p[:] = _piece(f, bisect_right(f.x, x))
-        return "piece", x
-
     def shows(self, f: Characteristic) -> list[SampledQuantity]:
         return [
             SampledQuantity("characteristic/effort", f.name, "N or N m"),
@@ -117,7 +126,29 @@ class CharacteristicLaw(ForceLaw[Characteristic]):
         ]
 
 
-def _piece(f: Characteristic, i: int) -> list[float]:
+class ImmersionLaw(PiecewiseLaw[Immersion]):
+    """An upward force over the depth of a body."""
+
+    def numbers(self, f: Immersion, poses: Poses) -> list[float]:
+        return [*_piece(f, 0), *f.at.p, f.level + f.below]
+
+    def answer(
+        self, f: Immersion, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar
+    ) -> LawOutput:
+        lower, upper, x0, effort, slope = p[:5]
+        at, place, v = attachment(ends[0], p[5:8], "a")
+        depth = p[8] - place[2]
+        force = effort + slope * (depth - x0)
+        lift = np.array([0.0, 0.0, force], dtype=object)
+        return LawOutput(
+            [wrench(at, lift)], work=force * v[2], guards=[depth - lower, upper - depth], shown=[force, depth]
+        )
+
+    def shows(self, f: Immersion) -> list[SampledQuantity]:
+        return [SampledQuantity("immersion/force", f.name, "N"), SampledQuantity("immersion/depth", f.name, "m")]
+
+
+def _piece(f: Characteristic | Immersion, i: int) -> list[float]:
     """Return both ends, a point and the slope of the piece below place i; the end values hold outside."""
     if i == 0:
         return [-FAR, f.x[0], f.x[0], f.effort[0], 0.0]

@@ -17,12 +17,13 @@ from heavylift.kernel.description.units import wrong_sign
 
 from .force_law import BODY, ForceLaw, LawOutput, SampledQuantity, Setting
 from .joint_laws import BrakeLaw, JointSpringLaw, StopLaw, SupportLaw
-from .loads import CharacteristicLaw, LoadLaw, WindLaw
+from .loads import CharacteristicLaw, ImmersionLaw, LoadLaw, WindLaw
 from .mooring import MooringLaw
 from .radiation import RadiationLaw
 from .reeving import ReevingLaw
 from .ropes import RopeLaw
 from .springs import BushingLaw, SpringLaw, TorsionLaw
+from .streams import StreamLaw
 from .user_laws import UserLawEntry
 
 LISTS = ("guards", "shown", "turned", "turning")
@@ -35,11 +36,13 @@ FORCES: dict[type, ForceLaw[Any]] = {
     Brake: BrakeLaw(),
     kinds.Load: LoadLaw(),
     kinds.Wind: WindLaw(),
+    kinds.Stream: StreamLaw(),
     kinds.Spring: SpringLaw(),
     kinds.Torsion: TorsionLaw(),
     kinds.Bushing: BushingLaw(),
     kinds.Radiation: RadiationLaw(),
     kinds.Characteristic: CharacteristicLaw(),
+    kinds.Immersion: ImmersionLaw(),
     kinds.UserLaw: UserLawEntry(),
     kinds.Reeving: ReevingLaw(),
     kinds.MooringLine: MooringLaw(),

@@ -46,7 +46,7 @@ def shown(limit: RatedLimit, value: float | None) -> str:
             return f"{degrees(value):.2f} deg"
         case "m":
             return f"{value:.2f} m"
-        case "" if limit.quantity in ("signal", "uplift", "interlock"):
+        case "" if limit.quantity in ("signal", "uplift", "interlock", "slack sling"):
             return percent(value)
     if limit.quantity in TOUCHING:
         return f"{60.0 * value:.3g} m/min"

@@ -28,6 +28,7 @@ from .ground import drive_moment, stood, touch_speed
 from .heave import relative_heave
 from .named import KINDS, LOADS, OF_TENSIONS, hooks_of, origin, signal_of
 from .signals import EMPTY, Column, SignalColumns, carries, place, signals_of, tie_of
+from .splash import slack_sling, splash_load
 
 RESTS = 1.05  # times the weight of a block: less on its supports is no impact
 TIGHT = 0.02  # of its rated tension: with less a sling holds nothing
@@ -255,9 +256,11 @@ def _strongest(winds: list[forces.InputSignal], t: Column) -> Column:
     return np.asarray(np.max(speeds, axis=0))
 
 
-def _heave(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
-    values = relative_heave(plan, limit, signals)
-    return None if values is None else Reading(values)
+def _splash(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
+    """Return the load of a hook in the splash zone, with the amplitude of the water's dynamic force."""
+    rope, _ = limit.elements
+    found = read(plan, msgspec.structs.replace(limit, quantity="hook load", elements=(rope,)), signals)
+    return found and Reading(splash_load(plan, limit, signals, found.values))
 
 
 COLUMNS: dict[str, Callable[[Plan, RatedLimit, SignalColumns], Column | None]] = {
@@ -265,6 +268,8 @@ COLUMNS: dict[str, Callable[[Plan, RatedLimit, SignalColumns], Column | None]] =
     **dict.fromkeys(TOUCHING, touch_speed),
     "drive moment": drive_moment,
     "brake moment": drive_moment,
+    "relative heave": relative_heave,
+    "slack sling": slack_sling,
 }
 
 READERS: dict[str, Callable[[Plan, RatedLimit, SignalColumns], Reading | None]] = {
@@ -272,7 +277,7 @@ READERS: dict[str, Callable[[Plan, RatedLimit, SignalColumns], Reading | None]] 
     "bridle angle": _bridle,
     **dict.fromkeys(BASES, _design),
     "wind": _wind,
-    "relative heave": _heave,
+    "splash load": _splash,
     **dict.fromkeys(COLUMNS, _column),
 }
 

@@ -39,6 +39,7 @@ Quantity: TypeAlias = Literal[
     "off-lead",
     "off-lead along",
     "off-lead across",
+    "off-lead in wind",
     "bridle angle",
     "side force",
     "drive moment",
@@ -65,8 +66,11 @@ Quantity: TypeAlias = Literal[
     "wheel load",
     "uplift",
     "relative heave",
+    "slack sling",
+    "splash load",
 ]
 STANDING: tuple[Quantity, ...] = ("ground pressure", "wheel load", "uplift")  # of the footing of a machine
+IN_WIND: Quantity = "off-lead in wind"  # at rest, of the wind of the factor sheet
 TOUCHING: tuple[Quantity, ...] = ("lift-off speed", "landing speed")
 
 

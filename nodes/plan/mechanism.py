@@ -102,7 +102,8 @@ class Cargo(Item, frozen=True, kw_only=True):
 
     Its mass [kg], centre of mass and lugs [m], moments of inertia about the centre of mass [kg m2], edges of its box
     [m] (zeros if not given), the face on which each support is, and the rotation at the start [rad] if its attitude is
-    reported; `marks`: lines in the scene that define its lugs and, under "", its centre of mass.
+    reported; `marks`: lines in the scene that define its lugs and, under "", its centre of mass; `amplitude`: of the
+    water's dynamic force [N] over the depth of its lowest point [m].
     """
 
     body: str
@@ -114,6 +115,7 @@ class Cargo(Item, frozen=True, kw_only=True):
     lugs: dict[str, Vector] = msgspec.field(default_factory=dict)
     faces: dict[str, str] = msgspec.field(default_factory=dict)
     turned: float | None = None
+    amplitude: tuple[tuple[float, float], ...] = ()
 
 
 class Heavy(Item, frozen=True, kw_only=True):

@@ -3,7 +3,7 @@
 The source of a number is the scene, the machine type or, for a default value, "assumed".
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from heavylift.kernel.description.forces import Wind
 from heavylift.nodes.plan.limit import TOUCHING, RatedLimit
@@ -11,12 +11,14 @@ from heavylift.nodes.scene.keys.base import written
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 from heavylift.recordings.format.spellings import BEAM_LOAD
+from msgspec.structs import replace
 
 from .environment.footings import standing_limits, wind_limits
 from .rigging.hook_ratings import WAYS, hook_limits
 from .rigging.ratings import bridle_limit, lug_limits, rigging_limits, shackle_limit, sling_limits, tandem_limits
 from .scene_builder import LOWER, UPPER, SceneBuilder
 
+SLACK = 0.9  # dynamic force upward over the weight, at which slings become slack
 MOORED = 2.0  # breaking load of a mooring line over its largest tension
 
 
@@ -30,6 +32,7 @@ def rated_limits(builder: SceneBuilder) -> tuple[RatedLimit, ...]:
         *_rig(builder),
         *lug_limits(builder),
         *_supports(builder, lifting),
+        *_splashes(builder, [row for row in rows if row.quantity == "hook load"]),
     ]
     return (*rows, *_ropes(builder))
 
@@ -92,6 +95,20 @@ def _supports(builder: SceneBuilder, lifting: bool) -> Iterator[RatedLimit]:
             row = {**both, "value": limits.touch, "unit": "m/s", "source": by}
             yield RatedLimit(quantity=quantity, **row)  # type: ignore[arg-type]
         yield RatedLimit(quantity="impact", unit="N", value=most * weight, factor=most, source=of, **both)  # type: ignore[arg-type]
+
+
+def _splashes(builder: SceneBuilder, hooks: Sequence[RatedLimit]) -> Iterator[RatedLimit]:
+    """Yield the limits of blocks in the splash zone: of slack slings, and of the load on each hook."""
+    for machine in builder.machines:
+        for cargo in (x for x in machine.cargo if hooks and builder.scene.all_blocks[x.body].splash):
+            where = builder.source.where((*(("block",) if cargo.body == "block" else ("blocks", cargo.body)), "splash"))
+            yield RatedLimit(
+                subject=cargo.body, quantity="slack sling", unit="", value=SLACK, elements=(cargo.body,), where=where,
+                source="DNV-RP-N103: dynamic force upward over static weight in water",
+            )  # fmt: skip
+            for row in hooks:
+                of = {"subject": f"{row.subject} in water", "elements": (*row.elements, cargo.body)}
+                yield replace(row, quantity="splash load", **of)
 
 
 def _ropes(builder: SceneBuilder) -> Iterator[RatedLimit]:

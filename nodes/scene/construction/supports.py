@@ -13,6 +13,7 @@ from itertools import pairwise
 from heavylift.kernel.algebra.dense import dot, least_norm, singular_values
 from heavylift.kernel.algebra.elementary import atan2, cos, sin
 from heavylift.kernel.description.flexible import Beam, Flexible, Gauge, Modal, check_flexible
+from heavylift.kernel.description.forces import Immersion
 from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Point, Support, System, Vector
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.checks import check_inertia
@@ -23,6 +24,7 @@ from heavylift.nodes.plan.verbs import VERBS
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.environment import Vessel
 from heavylift.nodes.scene.keys.parts.flexible import Hull
+from heavylift.nodes.scene.keys.seas import Splash
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
 
@@ -70,6 +72,7 @@ def block_machine(builder: SceneBuilder, base: Path) -> plan.Mechanism:
         bodies=(block_body(rigid, flexible),),
         joints=(Joint(f"{name}.free", "free", WORLD, name, q0=pose, v0=(0.0,) * 6),),
         supports=tuple(stands + supports[UPPER] if turns else stands),
+        forces=() if block.splash is None else (immersion(name, block, block.splash),),
         gravity=builder.scene.gravity,
     )
     words = {lug: lug if alone else f"{name}.{lug}" for lug in block.lugs}
@@ -80,6 +83,7 @@ def block_machine(builder: SceneBuilder, base: Path) -> plan.Mechanism:
         marks=marks | {"": builder.source.where((*base, "com"))},
         faces={s.name: face for face, of in supports.items() for s in of} if turns else {},
         turned=0.0 if turns else None,
+        amplitude=tuple(block.splash.amplitude) if block.splash else (),
     )  # fmt: skip
     boxes = block.shape.slices if block.shape and block.shape.slices else [((0.0, 0.0, 0.0), block.size)]
     return plan.Mechanism(
@@ -137,6 +141,13 @@ def _resting(block: schema.Block, on: Vessel | None) -> tuple[float, float, floa
         return (x, y, z - a, i, j, 0.0, w)
     d, s = float(cos(0.5 * on.heading)), float(sin(0.5 * on.heading))
     return (x, y, z - a, d * i - s * j, d * j + s * i, s * w, d * w)
+
+
+def immersion(name: str, block: schema.Block, given: Splash) -> Immersion:
+    """Return the buoyancy of an upright block, which acts at its centre of mass."""
+    depths, forces = zip(*given.buoyancy, strict=True)
+    below = 0.5 * block.size[2] + block.com[2]
+    return Immersion(f"{name}.water", Point(name, block.com), below, given.level, depths, forces)
 
 
 def flexible_of(

@@ -22,6 +22,7 @@ from .parts.machines import FrameParts, MachineKeys, PartName
 from .parts.mechanics import MechanismKeys, Moments
 from .parts.rigging import Edge, GearKeys, Rigging, SlingType
 from .parts.standing import GroundKeys
+from .seas import CurrentKeys, Splash
 
 ORDERED: Literal["ordered"] = "ordered"  # a lift that an action of the whole scene begins
 RESERVED = (  # no machine and no group has such a name
@@ -83,6 +84,7 @@ class Block(Base):
     lug_capacity: u.Mass | None = None  # of each lug; left out: they are not checked
     supports: Supports
     on: str = "world"  # vessel on whose deck it stands: `at` and the height of its supports are in that one's frame
+    splash: Splash | None = None  # if it is lowered into water
 
     @property
     def flexible(self) -> bool:
@@ -196,6 +198,7 @@ class Scene(Base):
     mechanism: MechanismKeys | None = None
     wind: WindKeys | None = None
     waves: Waves | None = None
+    current: CurrentKeys | None = None
     floor: Floor | None = None
     ground: GroundKeys = GroundKeys()
     obstacles: dict[Name, Obstacle] = Field(default_factory=dict)

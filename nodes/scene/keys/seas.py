@@ -1,13 +1,21 @@
-"""The keys of an irregular sea in a scene: the shape of its spectrum, its direction and its components."""
+"""The keys of an irregular sea in a scene, the shape of its spectrum, its direction and its components; loads of the
+water on a block that passes the splash zone."""
 
+from itertools import pairwise
 from math import pi
 from typing import Annotated, Literal
 
+from heavylift.kernel.description.forces import InputSignal, Stream
+from heavylift.kernel.description.mechanics import Point
 from heavylift.nodes.scene.text import units as u
 from heavylift.nodes.sea.spectra import HIGHEST, LOWEST, Component, Density, between, components, jonswap, torsethaugen
 from pydantic import Field, model_validator
 
-from .base import Base
+from .base import Base, Direction, unit
+
+EVEN = 1e-6  # [rad] of directions in equal steps
+
+Push = Annotated[float, u.Quantity(u.FORCE, "zero")]
 
 
 class Sea(Base):
@@ -53,6 +61,56 @@ class Sea(Base):
         return self
 
 
+class CurrentKeys(Base):
+    """A uniform current past vessels, which have coefficients for it."""
+
+    speed: u.Speed
+    heading: u.Angle = 0.0  # to which it flows, from x towards y
+    density: u.Density = 1025.0
+
+
+class StreamKeys(Base):
+    """Coefficients of a wind or current on a vessel that is alike on port and starboard: forces over 1/2 density
+    speed^2 area, moments also over the length."""
+
+    area: u.Area
+    length: u.Extent
+    coefficients: list[tuple[u.Angle, u.Number, u.Number, u.Number]]  # direction to the bow; surge, sway, yaw
+
+    @model_validator(mode="after")
+    def _even(self) -> "StreamKeys":
+        n = len(self.coefficients) - 1
+        if n < 1 or any(abs(row[0] - pi * i / n) > EVEN for i, row in enumerate(self.coefficients)):
+            raise ValueError("coefficients are those of directions from 0 deg to 180 deg in equal steps")
+        if any(self.coefficients[0][2:] + self.coefficients[-1][2:]):
+            raise ValueError("coefficients of sway and yaw are zero at 0 deg and 180 deg")
+        return self
+
+    def stream(self, vessel: str, of: str, direction: Direction, signal: InputSignal, density: float) -> Stream:
+        """Return the force on a vessel."""
+        rows = tuple((x, y, z) for _, x, y, z in self.coefficients)
+        size = self.area, self.length
+        return Stream(f"{vessel}.{of}", Point(vessel), *size, unit(direction), signal, density, rows)
+
+
 def _ends(Tp: float) -> tuple[float, float]:
     peak = 2.0 * pi / Tp
     return LOWEST * peak, HIGHEST * peak
+
+
+class Splash(Base):
+    """Loads of the water on a block that is lowered upright into it, over the depth of its lowest point."""
+
+    level: u.Length = 0.0  # height of still water
+    buoyancy: Annotated[list[tuple[u.Gap, Push]], Field(min_length=2)]  # upward; the last one holds below
+    # of slam, drag and inertia, such as by DNV-RP-N103: not applied, but checks count it upward and downward
+    amplitude: list[tuple[u.Gap, Push]] = Field(default_factory=list)
+
+    @model_validator(mode="after")
+    def _curves(self) -> "Splash":
+        for name, curve in (("buoyancy", self.buoyancy), ("amplitude", self.amplitude)):
+            if any(b[0] <= a[0] for a, b in pairwise(curve)):
+                raise ValueError(f"the depths of '{name}' must rise")
+        if self.buoyancy[0] != (0.0, 0.0):
+            raise ValueError("'buoyancy' begins at the depth 0 m with 0 kN")
+        return self
