@@ -1,4 +1,5 @@
-"""`heavylift replay`, `heavylift measured`, `heavylift sensitivities`: a run again, beside a real lift, its inputs."""
+"""`heavylift replay`, `heavylift measured`, `heavylift sensitivities`: rerun a recording, compare it with a real lift,
+vary uncertain inputs."""
 
 from __future__ import annotations
 

@@ -164,7 +164,7 @@ def run(
 
 
 def _asked(scene: str, settings: list[str], accuracy: str) -> LoadedScene:
-    """Load a scene; with an accuracy, it asks for the usual quantities unless it names its own."""
+    """Load a scene; if an accuracy is given and the scene requests no quantities, request the usual ones."""
     from heavylift.nodes.plan.fidelity import MEANT
 
     loaded = o.scene_of(scene, settings := [*settings, *([f"accuracy={accuracy}"] if accuracy else [])])

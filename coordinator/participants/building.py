@@ -26,8 +26,8 @@ _returned: WeakSet[Model] = WeakSet()
 
 
 def built(reference: str, by: str = "") -> Coupled:
-    """Build the model that a reference names; raises ModelError if that fails, or if the data of `by` name untrusted
-    code."""
+    """Build the model that a reference names; raises ModelError if that fails, or if the reference comes from the data
+    `by` and names code that the user has not trusted."""
     where, name, arguments, named = read(reference)
     if by and (why := refusal(where, reference)):
         raise ModelError(f"{by}: {why}")

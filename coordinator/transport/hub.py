@@ -77,7 +77,7 @@ class Hub(Exchange):
         self._listener, self._gate = listener, None  # type: RemoteAddress | None, RemoteGate | None
         self._here = self._session.liveliness().declare_token(key(run, "alive", HUB))
         self.eager = False
-        """Whether samples that have come end the wait for a message."""
+        """Whether `receive` returns early when samples have arrived."""
         self._met: set[str] = set()
         self._served = False  # whether a guest has asked something
         self._liveness = LivenessMonitor(processes, self._wake, self.present)

@@ -223,7 +223,7 @@ BROKEN = (
     McapError, struct.error, zstandard.ZstdError, msgspec.MsgspecError, DecodeError, OSError, EOFError, ArithmeticError,
     ValueError, LookupError, AttributeError, TypeError, MemoryError, RecursionError,
 )  # fmt: skip
-"""What bytes raise that are not what a run has written."""
+"""Exceptions that reading damaged or foreign bytes may raise."""
 READERS = {"heavylift", "__main__", "mcap", "msgspec", "zstandard", "google", "numpy"} | sys.stdlib_module_names
 
 
