@@ -46,7 +46,7 @@ def built(reference: str, by: str = "") -> Coupled:
     except Exception as error:
         raise ModelError(f"{reference}: {name}() raised {raised(error)}") from error
     if not isinstance(model, Coupled):
-        raise ModelError(f"{reference}: {name}() returned {type(model).__name__}, it must return a Coupled")
+        raise ModelError(f"{reference}: {name}() returned {type(model).__name__}; the function must return a Coupled")
     if model in _returned:
         raise ModelError(
             f"{reference}: {name}() returned the model of an earlier call; it must create a new one each time"

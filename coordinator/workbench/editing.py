@@ -35,7 +35,7 @@ def edited(text: str, path: Sequence[str | int], value: str | None) -> str:
     impossible."""
     keys = tuple(path)
     if not keys:
-        raise SceneError("name the key to change")
+        raise SceneError("an edit must name the key to change")
     before = _data(text)
     if value is None:
         return _checked(text, _removed(text, keys), before, keys, None)
@@ -76,7 +76,7 @@ def reordered(text: str, path: Sequence[str | int], to: int) -> str:
 def write(path: Path, text: str, version: str) -> None:
     """Replace a file atomically if its present text has this version; raises SceneError if it has another."""
     if version_of(present(path)) != version:
-        raise SceneError(f"{path.name} was changed elsewhere in the meantime")
+        raise SceneError(f"{path.name} was changed elsewhere in the meantime; repeat the edit on the new text")
     descriptor, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
     try:
         with os.fdopen(descriptor, "w", encoding="utf-8", newline="") as file:
@@ -158,7 +158,7 @@ def _found(text: str, keys: Keys) -> tuple[list[Node], int]:
     try:
         nodes = [YAML(typ="safe", pure=True).compose(text)]
     except YAMLError:
-        raise SceneError("correct the text first") from None
+        raise SceneError("the text of the scene is not valid YAML; correct it first") from None
     for number, key in enumerate(keys):
         child = _child(nodes[-1], key)
         if child is None:
@@ -199,7 +199,7 @@ def _written(text: str, keys: Keys, value: str) -> str:
             raise SceneError(f"{shown(keys)}: {shown(keys[:known])} is a value, which has no keys")
         return f"{text[:start].rstrip(' ')} {{{_key(key)}: {value}}}{text[end:]}"
     if key != len(node.value) if isinstance(node, SequenceNode) else not isinstance(key, str):
-        raise SceneError(f"{shown(keys)}: the scene has no such place")
+        raise SceneError(f"{shown(keys)}: a list needs the number of an item, a mapping a key")
     entry = value if isinstance(node, SequenceNode) else f"{_key(key)}: {value}"
     if node.flow_style:
         comma = ", " if node.value else ""
@@ -232,7 +232,7 @@ def _key(key: str | int) -> str:
 def _removed(text: str, keys: Keys) -> str:
     nodes, known = _found(text, keys)
     if known < len(keys):
-        raise SceneError(f"{shown(keys)}: there is no such entry")
+        raise SceneError(f"{shown(keys)}: the scene has no such entry to remove")
     parent, gone = nodes[-2], nodes[-1]
     assert isinstance(parent, CollectionNode)
     entries = [(pair[0], pair[1]) if isinstance(pair, tuple) else (pair, pair) for pair in parent.value]

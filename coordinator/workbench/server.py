@@ -149,7 +149,11 @@ def application(opened: OpenScene, word: str, port: int) -> ASGIApp:
     async def drawings(request: Request) -> Response:
         number, k = request.path_params["number"], request.path_params["k"]
         found = await run_in_threadpool(opened.drawings, number, k)
-        return _json(found) if found is not None else _refused("these states are no longer shown", 404)
+        return (
+            _json(found)
+            if found is not None
+            else _refused("the scene has changed since these drawings were requested", 404)
+        )
 
     def posted(name: str, type_: type[Any], change: Callable[[Any], object]) -> Route:
         async def answer(request: Request) -> Response:
@@ -165,7 +169,7 @@ def application(opened: OpenScene, word: str, port: int) -> ASGIApp:
 
     async def live(request: Request) -> Response:
         if not (address := opened.run.live):
-            return _refused("no run is shown", 404)
+            return _refused("no run with a live page is in progress", 404)
         last = request.headers.get("Last-Event-ID", "")
         return StreamingResponse(_relayed(address, last), media_type="text/event-stream")
 
@@ -202,12 +206,12 @@ def application(opened: OpenScene, word: str, port: int) -> ASGIApp:
 async def _changed(request: Request, type_: type[Any], change: Callable[[Any], object]) -> Response:
     """Carry out a request that has a JSON body; return its answer, or a response that says why it was refused."""
     if request.headers.get("Content-Type", "").partition(";")[0] != "application/json":
-        return _refused("send JSON", 415)
+        return _refused("a request of this page must be JSON", 415)
     body = bytearray()
     async for piece in request.stream():
         body += piece
         if len(body) > LARGEST:
-            return _refused("that is too long", 413)
+            return _refused("the request is too long", 413)
     try:
         asked = msgspec.json.decode(bytes(body), type=type_)
     except msgspec.MsgspecError as error:

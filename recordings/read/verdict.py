@@ -106,7 +106,7 @@ def recorded_peaks(rec: Recording) -> dict[str, Peak]:
         found = msgspec.convert(rec.fact("peaks", {}), dict[str, dict[str, float]])
         peaks = {name: Peak(peak["tension"], peak["time"]) for name, peak in found.items()}
         if not np.isfinite([*peaks.values()]).all():
-            raise ValueError("a peak is not a number")
+            raise ValueError("a recorded peak is not a number")
         return peaks
 
 

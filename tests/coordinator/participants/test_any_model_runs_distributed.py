@@ -125,7 +125,7 @@ def test_a_mistake_in_a_model_is_reported_with_its_path_and_time(where):
         ("rungs.py:tokens", "rungs.py: there is no such file"),
         ("rings:Job", "rings:Job: Job() raised TypeError: Missing required argument 'number'"),
         ("rings:ring", "rings:ring: ring() raised TypeError: ring() missing 3 required positional arguments"),
-        ("builtins:dict", "builtins:dict: dict() returned dict, it must return a Coupled"),
+        ("builtins:dict", "builtins:dict: dict() returned dict; the function must return a Coupled"),
     ],
 )
 def test_an_object_that_is_not_a_model_is_reported(reference, sentence, monkeypatch, capsys):

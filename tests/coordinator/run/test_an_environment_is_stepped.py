@@ -38,7 +38,7 @@ def test_an_environment_that_is_reset_repeats_its_results_bit_for_bit():
     [
         ((["engine"],), "'engine' is not a drive or winch that a model can control"),
         ((["wind"],), "the scene has no 'wind'"),
-        ((["drive"], ["load/*"]), "no signal has such a name"),
+        ((["drive"], ["load/*"]), "no signal matches"),
     ],
 )
 def test_unknown_actions_and_observations_are_reported(arguments, sentence):
