@@ -84,7 +84,7 @@ def run(
     """Simulate a scene, or a yard file, and record it.    heavylift run turnover -o monday.mcap
 
     With --replications, a scene in an irregular sea is run with so many seeds and not recorded; its limits are checked
-    against the quantile that its waves state.
+    against the quantile stated for the waves.
     """
     runs, own = {"replications", "seed", "report"}, {"output", "force", "in_process", "processes"}
     if o.yard_file(context, scene, own | runs, () if replications else runs):

@@ -201,8 +201,8 @@ class RemoteListener:
 
     @property
     def seen_from_afar(self) -> str:
-        """The endpoint to which other hosts connect; it contains this host's name if the coordinator listens on all
-        interfaces."""
+        """The endpoint to which other hosts connect; if the coordinator listens on all interfaces, the endpoint
+        contains this host's name."""
         host, _, port = self.endpoint.removeprefix("tls/").rpartition(":")
         return f"tls/{socket.gethostname() if host in ALL else host}:{port}"
 

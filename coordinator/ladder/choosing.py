@@ -113,8 +113,8 @@ def level_of(scene: LoadedScene, say: Report = lambda message: None) -> LoadedSc
 
 
 def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
-    """Choose the model level and steps that answer a question; raises HeavyliftError only if a run exceeds its time
-    limit."""
+    """Choose the cheapest model level and steps for the quantities and accuracy of a question; raises HeavyliftError
+    only if a run exceeds its time limit."""
     last: Look | None = None
     wrong = inf
     tolerance = LOOSEST * question.accuracy  # looser steps cannot be within the accuracy

@@ -232,14 +232,14 @@ class NodeState:
         return done
 
     def hold_back(self, other: "NodeState", dones: int) -> None:
-        """Record that node `other` has been waiting for this node since its DONE number `dones`."""
+        """Record that this node began to block node `other` after `dones` DONEs of all nodes."""
         self.holds[other.rank] = other
         if not other._held or other._held[-1][1] != self.name:
             other._held.append((dones, self.name))
 
     def blocked_by(self) -> list[tuple[int, str]]:
-        """Return the nodes that have blocked this one since the last call, each with the number of its DONE since
-        then."""
+        """Return (count, name) of the nodes that began to block this one since the last call; `count`: number of DONEs
+        of all nodes before."""
         held, self._held = self._held, []
         return held
 

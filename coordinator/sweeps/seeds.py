@@ -81,8 +81,8 @@ class SeedsVerdict:
 def replicated(
     scene: LoadedScene, count: int, seed: int = 1, limit_s: float = 60.0, executor: Executor | None = None
 ) -> SeedsVerdict:
-    """Run a scene for `count` seeds from `seed` on and return the verdict on the quantile that its waves state; raises
-    SceneError if nothing in it is random, or a seed cannot be run."""
+    """Run a scene for `count` seeds from `seed` on and return the verdict on the quantile that the scene states for its
+    waves; raises SceneError if nothing in it is random, or a seed cannot be run."""
     check_seeds(scene, count)
     scene = level_of(scene)
     task, seeds = Task.of(scene, limit_s, "none", True), range(seed, seed + count)
@@ -101,7 +101,8 @@ class SeaRuns:
     pool: Executor
 
     def row(self, settings: Sequence[str]) -> Row:
-        """Return the verdict over the seeds as the row of a study; that of the first run without a result, if any."""
+        """Return the verdict over the seeds as the row of a study; if a run gave no result, return the row of the first
+        such run."""
         runs = over_seeds(Task.of(self.scene, self.limit_s, "none", True), settings, self.seeds, self.pool)
         bad = [run.row for run in runs if run.row["status"] not in ("done", "red")]
         return bad[0] if bad else verdict_of_seeds(self.scene, self.seeds, runs).row

@@ -105,8 +105,8 @@ class Hub(Exchange):
         return Ticket(self.run, process, nodes, epoch, self.directory.socket, self._passwords.get(process, ""))
 
     def admit(self, scene: str, say: Callable[[str], None]) -> None:
-        """Admit processes on other hosts to a run of the scene with this fingerprint; `say` reports how to start them,
-        and which have joined."""
+        """Admit processes on other hosts to a run of the scene with this fingerprint; `say` reports how to start
+        processes, and which have joined."""
         if self._listener is not None:
             self._gate = self._listener.gate(self, self._session, scene, say)
             for process in sorted(self.placement.remote):

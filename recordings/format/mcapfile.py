@@ -228,8 +228,8 @@ READERS = {"heavylift", "__main__", "mcap", "msgspec", "zstandard", "google", "n
 
 
 def failing(error: BaseException) -> str:
-    """Return the name of the library that caused an error by a failed import or a defect; "" for errors in the bytes
-    that were read."""
+    """Return the name of the library whose failed import or defect caused an error; "" if damaged bytes caused the
+    error."""
     if isinstance(error, ImportError):
         return (error.name or str(error)).partition(".")[0]
     if isinstance(error, AttributeError) and isinstance(error.obj, ModuleType):

@@ -93,8 +93,8 @@ def recorded_verdict(rec: Recording) -> RecordedVerdict | None:
 
 
 def as_recorded(rec: Recording) -> list[str]:
-    """Return what can only be taken from the recorded result and not be computed again: the verdict, times of peaks, a
-    digest that cannot be computed."""
+    """Return statements of the recorded result that cannot be computed again: the verdict, times of peaks, in some
+    cases the digest."""
     compared = ["verdict"] if "verdict" in rec.result else []
     compared += ["times of peaks"] if rec.fact("peaks", {}) else []
     return compared + (["digest"] if contents(rec).unknown and "digest" in rec.result else [])
