@@ -42,7 +42,7 @@ def test_every_reader_reads_each_recording_format(number: int, tmp_path: Path) -
 
 
 @pytest.mark.parametrize("number", READABLE)
-def test_the_block_in_the_stored_recording_falls_into_its_rope(number: int) -> None:
+def test_stored_recordings_of_each_format_show_a_block_that_falls_into_its_rope(number: int) -> None:
     rec = Recording(golden(number))
     pose, rope = rec["block"].pose, rec.signal("rope/tension")
     t = pose.t[pose.t <= TAUT]

@@ -181,7 +181,7 @@ def test_the_partial_recording_of_a_killed_run_is_kept_even_if_a_new_run_uses_fo
 
 
 @pytest.mark.parametrize("size", [0, 60, 80])
-def test_an_output_without_a_run_is_replaced(size: int, begin: Begin, tmp_path: Path) -> None:
+def test_force_replaces_a_partial_file_that_holds_no_run(size: int, begin: Begin, tmp_path: Path) -> None:
     part = tmp_path / "run.mcap.part"
     with begin() as rec:
         left = part.read_bytes()

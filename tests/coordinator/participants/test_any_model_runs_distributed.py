@@ -172,7 +172,7 @@ def test_a_model_function_defined_inside_a_function_is_refused():
         run_models(build)
 
 
-def test_nodes_may_share_processes():
+def test_nodes_that_share_a_process_give_the_log_of_the_flat_simulator():
     lines: list[Transition] = []
     run = run_models(tokens, until=0.101, processes=2, log=lines.append)
     assert lines == flat(tokens, ms(101))

@@ -145,7 +145,7 @@ def test_process_managers_lost_repeatedly_end_the_run() -> None:
     )
 
 
-def test_a_checkpoint_shortens_the_history(digest: str) -> None:
+def test_after_a_checkpoint_a_replacement_process_replays_fewer_messages(digest: str) -> None:
     undisturbed = MESSAGES
     run, _ = play({120: strike("south")})
     assert run.digest == digest
@@ -173,7 +173,7 @@ def test_a_process_of_several_nodes_is_replaced_with_all_of_them(undisturbed_run
     assert (run.digest, len(notes)) == (digest, 3), "from checkpoints, too"
 
 
-def test_no_file_or_process_is_left_behind() -> None:
+def test_a_run_with_replaced_processes_leaves_no_file_or_process_behind() -> None:
     _, notes = play({30: strike("north"), 60: strike("east")})
     hub = Troubled.last
     assert len(notes) == 2

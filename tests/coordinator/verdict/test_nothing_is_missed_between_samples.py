@@ -81,7 +81,7 @@ def test_the_collision_of_a_box_that_passes_through_another_between_two_samples_
     assert when == pytest.approx(4.5, abs=0.1)
 
 
-def test_a_pass_at_a_distance_is_reported_with_its_time() -> None:
+def test_the_smallest_distance_of_boxes_that_pass_each_other_is_found_with_its_time() -> None:
     t = np.arange(6.0)
     distance = np.stack([40.0 * t - 90.0, np.full(6, 2.25), np.zeros(6)], axis=1)
     least, when = minimum(solid((2, 2, 2), t, np.zeros((6, 3))), solid((1, 1, 1), t, distance))

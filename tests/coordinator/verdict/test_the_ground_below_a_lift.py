@@ -49,7 +49,7 @@ STANDS = HALF + STOOL
 UP = [STANDS, STANDS, STANDS + 0.1, STANDS + 0.4, STANDS + 1.0, STANDS + 2.0]
 
 
-def test_lift_off_and_setting_down_give_no_findings() -> None:
+def test_lifting_off_and_setting_down_give_no_ground_clearance_findings() -> None:
     there = UP + UP[::-1]
     assert told(went(there)) == []
     assert told(went(there, [0.0] * 6 + [9.0] * 6)) == [], "it is set down elsewhere"

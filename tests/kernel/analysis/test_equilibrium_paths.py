@@ -277,7 +277,7 @@ def test_events_on_the_path_need_few_equilibria_to_be_located(slack, corrected):
         assert len(corrected) - behind <= 18, "of which some follow from it"
 
 
-def test_steps_along_a_straight_path_are_long(corrected):
+def test_path_following_takes_few_steps_along_a_straight_equilibrium_path(corrected):
     """A load is hoisted by 40 of 50 m: its rope is stretched by a nanometre for a newton, but its path is a line."""
     path = following(hung(LENGTH, winch=True))
     moved(path, "rope", -0.05, -0.8 * LENGTH)

@@ -124,7 +124,7 @@ def test_a_scene_at_rest_moves_again_when_its_force_history_does():
     assert s.row().q[0] == pytest.approx(2.0, rel=EXACT)
 
 
-def test_a_driven_load_follows_its_commands_and_its_master():
+def test_a_force_with_a_driven_signal_follows_commands_and_then_its_master_drive():
     push = Load("push", Point("load"), (6.0, 0.0, 0.0), signal=InputSignal(0.0, driven=True))
     s = started(replace(slider(mass=2.0, axis=X), forces=(push,), masters=(Master("m"),)), tolerance=1e-9)
     s.references.set_profile("push", 0, 0.5, 1e3, 0.5)

@@ -97,7 +97,7 @@ def test_a_rocking_block_has_the_period_and_energy_loss_of_housner():
     assert imbalance(s) < BALANCE
 
 
-def test_rocking_comes_to_rest():
+def test_a_rocking_block_comes_to_rest():
     """Infinitely many impacts in finite time end in a capture, which the log says."""
     b, h = 0.1, 0.5
     alpha, _ = rocking(b, h)
