@@ -108,7 +108,7 @@ class SteppableRun:
         self._inject(COMMAND, answer)
 
     def go(self, to_ns: int, events: bool = False) -> bool:
-        """Advance to a time [ns] or, if `events`, to the first event up to that time; return whether there was an event,
+        """Advance to a time [ns] or, if `events`, to the first event up to that time; return whether there was one,
         whose effects the values do not include before `settle`. Raises HeavyliftError if the run fails, or if the time
         lies in the past or beyond the end."""
         if self._failed:
