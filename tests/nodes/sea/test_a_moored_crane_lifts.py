@@ -11,6 +11,7 @@ from heavylift.nodes.scene import load
 from heavylift.recordings import Recording
 
 LINES = [f"{f}-{p}" for f in ("fore", "aft") for p in ("port", "starboard")]
+UNKNOWN = ("sea state", "slow drift")  # of one seed, of these data
 BALANCE = 0.01  # of the energy turned over, at the tolerance of the scene; it falls with that
 
 
@@ -21,9 +22,9 @@ def ran(tmp_path_factory: pytest.TempPathFactory) -> tuple[RunResult, Recording]
 
 
 def test_the_lift_ends_with_all_checks_passed_but_that_of_the_sea(ran: tuple[RunResult, Recording]) -> None:
-    """One seed is no verdict on a sea; everything else is green, with a row for each line."""
+    """One seed is no verdict on a sea, and its data have no drift; all else is green, with a row for each line."""
     checks = [x for x in ran[0].verdict.checks if x.state != "none"]
-    assert [(x.quantity, x.state) for x in checks if x.state != "green"] == [("sea state", "amber")]
+    assert {(x.quantity, x.state) for x in checks if x.state != "green"} == {(x, "amber") for x in UNKNOWN}
     lines = [x for x in checks if x.quantity == "rope tension" and x.subject in LINES]
     assert len(lines) == 4
     assert all(0.1 < x.use < 0.2 for x in lines)
