@@ -42,7 +42,7 @@ class Node:
         self, name: str, model: Steppable, finish: Callable[[Tag], str] = lambda end: "", samples: bool = False,
         hashed: bool = True,
     ) -> None:  # fmt: skip
-        """`samples`: the model publishes its progress while it works, so the node waits for a DONE before it continues;
+        """`samples`: the model publishes its progress during its work, so the node ends a grant at the first output;
         `hashed`: each DONE carries a hash of what was done."""
         self._samples, self._hashed = samples, hashed
         self.name, self.model, self.epoch, self._finish = name, model, 0, finish

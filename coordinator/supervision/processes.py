@@ -202,7 +202,7 @@ class Processes(AbstractContextManager["Processes"]):
         return next((line.strip() for line in main.splitlines() if line.strip().startswith("File")), "")
 
     def deaths(self) -> dict[str, str]:
-        """Return in what way each ended process has ended, with its last line of output."""
+        """Return for each ended process how it ended, with its last line of output."""
         if lost := self._loss():  # who is there may go on as long as nobody needs a keeper
             return {name: lost for name in self._commands if self.state(name) in GONE}
         with self._change:
