@@ -94,7 +94,7 @@ def test_the_signals_of_a_limit_can_be_thresholds_and_evaluated_along_the_path(n
 
 
 @pytest.mark.parametrize("crane", sorted(library()))
-def test_the_signals_of_limits_are_traced_as_they_are_sampled(
+def test_signals_of_limits_are_equal_as_guards_as_samples_and_in_statics(
     crane: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Over every type: a guard on the value that is read off the first sample has its zero there, and what the columns
