@@ -78,7 +78,7 @@ def test_an_off_lead_in_wind_beyond_its_limit_is_red(lift: Lift) -> None:
     assert {(x.state, x.limit) for x in rows(lift.read(*sets))} == {("red", radians(1.0))}
 
 
-def test_a_wind_without_an_area_is_not_checked(lift: Lift) -> None:
+def test_a_wind_factor_without_an_area_is_reported_as_not_checked(lift: Lift) -> None:
     scene = lift.read("factors={wind: 10 m/s}")
     assert not rows(scene)
     assert [x.why for x in scene.checks if (x.quantity, x.subject) == ("factor", "wind")] == [NOT_CHECKED]

@@ -132,7 +132,7 @@ def test_signals_of_limits_are_equal_as_guards_as_samples_and_in_statics(
         assert values["threshold", name] == pytest.approx(0.0, abs=1e-9), name
 
 
-def test_pull_and_side_force_of_ropes_agree_with_vectors() -> None:
+def test_pull_and_side_force_of_ropes_agree_with_vector_algebra() -> None:
     """T and the weight of its length in the part at the upper end; T d / |d| summed over ropes."""
     random = np.random.default_rng(2)
     for _ in range(50):

@@ -165,7 +165,7 @@ def test_a_load_cell_beyond_its_limit_between_samples_is_red() -> None:
     )
 
 
-def test_limits_are_checked_along_the_equilibrium_path_like_in_the_scene() -> None:
+def test_an_overload_along_the_equilibrium_path_is_red_with_stage_and_line_of_its_order() -> None:
     scene = bare("lift", ["rig.loaders.loader-3.capacity=140 t"])
     (red,) = findings_of(scene.plan, uses_on_path(scene.plan, scene.states), dynamic=False)
     assert (red.word, red.subject, red.stage) == ("red", "loader-3", "up")

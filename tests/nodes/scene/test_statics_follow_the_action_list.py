@@ -81,7 +81,7 @@ def test_a_mechanism_without_equilibrium_reports_why():
     assert "No rest is known: body 'crate' finds no rest: joint 'float' still accelerates by 2.36" in message
 
 
-def test_an_equilibrium_path_is_cached_by_the_numbers_of_its_plan():
+def test_a_scene_with_another_block_mass_gets_an_equilibrium_path_of_its_own():
     assert load("lift").statics == load("lift").statics
     heavier = load("lift", ["block.mass=310 t"]).statics
     assert heavier != load("lift").statics

@@ -67,7 +67,7 @@ def test_a_machine_written_part_by_part_lifts_a_block(name: str) -> None:
     assert scene.statics.known
 
 
-def test_every_bundled_type_has_a_test() -> None:
+def test_every_bundled_crane_type_has_a_lift_test() -> None:
     others = {"goliath-840", "goliath-900", "goliath-1200", "goliath-1600", "mobile-gantry-600", "twin-hook-600"}
     assert {*LIFTS, *others} == {*library()}
 
