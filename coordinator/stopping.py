@@ -88,7 +88,8 @@ class Stopping:
             del error  # whom only this frame holds would never be lost
 
     def _lost(self, what: sys.UnraisableHookArgs) -> None:
-        """Suppress the message of an Interrupted that was raised where Python discards it; it is raised again later."""
+        """Suppress the message of an Interrupted that was raised where Python discards it; a timer raises the exception
+        again."""
         if what.exc_type is not Interrupted:
             self._unraisable(what)
 

@@ -144,7 +144,8 @@ class Node:
         return GrantDone(grant.gseq, stop, spoken, due, offer, self._quiet, self._hash, model.last)
 
     def _checkpoint(self) -> Checkpoint:
-        """Return the state that determines the next answer; it includes the last DONE, by which it can be verified."""
+        """Return the state that determines the next answer, together with the last DONE, by which a replacement is
+        verified."""
         if not isinstance(self.model, Keepable) or self._done is None:
             return Checkpoint(self._gseq, why=f"{self.name} has a model whose state cannot be saved")
         try:

@@ -46,7 +46,7 @@ class RecordingOfModelError(RecordingError):
 
 @dataclass(frozen=True)
 class Beginning:
-    """What remains of a run that was cut off: scene, events on disk, operator commands, version."""
+    """The readable part of a run that was cut off: scene, events on disk, operator commands, version."""
 
     scene: LoadedScene
     events: list[Event]

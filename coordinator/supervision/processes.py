@@ -137,7 +137,8 @@ class Processes(AbstractContextManager["Processes"]):
             self._change.notify_all()
 
     def _loss(self) -> str:
-        """Return how the process manager was lost, or ""; it stays a zombie so that its process group is not reused."""
+        """Return how the process manager was lost, or "" if it runs; a lost one stays a zombie, so that its process
+        group is not reused."""
         with self._change:
             if not self._lost and (how := ended(self._keeper)) is not None:
                 self._errors.seek(0)
