@@ -1,4 +1,4 @@
-"""How a command is stopped: by a signal, or because the reader of its output has gone.
+"""Stopping a command: by a signal, or because the reader of its output has gone.
 
 SIGINT (Ctrl-C), SIGTERM, SIGHUP and SIGQUIT raise `Interrupted` in the main thread, and the run ends in order. Python
 prints and discards exceptions raised in `__del__` or in callbacks of the garbage collector, weak references or foreign
