@@ -166,7 +166,7 @@ def test_a_dead_worker_loses_only_one_variant(tmp_path: Path, monkeypatch: pytes
     assert "lost" not in statuses(studied(tmp_path / "study"))
 
 
-def test_an_external_executor_that_dies_is_named(tmp_path: Path) -> None:
+def test_an_external_executor_that_dies_is_reported_by_name(tmp_path: Path) -> None:
     with pytest.raises(ProtocolError, match="the executor has lost its workers"):
         studied(tmp_path / "study", AtOnce([False, True, True]))
 

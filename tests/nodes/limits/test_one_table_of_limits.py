@@ -139,7 +139,7 @@ def test_a_sling_has_a_static_and_a_peak_limit() -> None:
     ]
 
 
-def test_the_first_exceeded_limit_is_reported_and_the_others_are_named() -> None:
+def test_the_first_exceeded_limit_is_reported_and_the_others_are_listed() -> None:
     built = bare("lift").plan
     peaks = {f"loader-{i}.sling-1": (1.3e6, 5.0) for i in (1, 2, 3)}
     (message,) = likewise(judged(peaks, built))

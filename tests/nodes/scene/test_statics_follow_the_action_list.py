@@ -88,7 +88,7 @@ def test_a_scene_with_another_block_mass_gets_an_equilibrium_path_of_its_own():
     assert heavier.states[-1].tensions["crane.H3"] > load("lift").statics.states[-1].tensions["crane.H3"]
 
 
-def test_an_eccentric_block_starts_in_its_rest_pose():
+def test_a_block_with_eccentric_mass_starts_tilted_in_equilibrium_on_its_pads():
     text = unstated(bundled()["lift"].read_text(encoding="utf-8")).replace(
         "  supports:", "  com: [1 m, 0.5 m, 0 m]\n  supports:"
     )

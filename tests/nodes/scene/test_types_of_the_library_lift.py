@@ -159,7 +159,7 @@ def test_boom_angles_of_the_load_chart_give_its_radii(boom: int) -> None:
 
 
 @pytest.mark.parametrize(("boom", "found"), [(10.0, 10.9728), (11.0, 15.5448), (15.5448, 15.5448), (15.6, 20.1168)])
-def test_between_two_boom_lengths_the_longer_chart_counts(boom: float, found: float) -> None:
+def test_between_two_boom_lengths_the_load_chart_of_the_longer_boom_applies(boom: float, found: float) -> None:
     hook = with_boom(boom)
     assert hook.chart == next(x.chart for x in hook.capacity_charts if x.boom == found)
 
