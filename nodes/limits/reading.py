@@ -31,6 +31,7 @@ from .signals import EMPTY, Column, SignalColumns, carries, place, signals_of, t
 from .splash import slack_sling, splash_load
 
 RESTS = 1.05  # times the weight of a block: less on its supports is no impact
+SIMULATED, ORDERED = "as simulated", "as ordered"
 TIGHT = 0.02  # of its rated tension: with less a sling holds nothing
 
 
@@ -41,6 +42,7 @@ class Reading:
 
     values: Column
     exact: tuple[float, float] | None = None
+    source: str = ""  # where the values come from, if that is to be told apart
 
 
 def read(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
@@ -217,8 +219,10 @@ def _bridle(plan: Plan, limit: RatedLimit, signals: SignalColumns, name: str = "
 
 def _column(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
     """Return a quantity that another module computes: ground pressure, drive moment, or speed at lift-off and
-    landing."""
-    values = COLUMNS[limit.quantity](plan, limit, signals)
+    landing, as it was in a run or else as it is ordered."""
+    values, ran = COLUMNS[limit.quantity](plan, limit, signals), signals.peaks.get(f"{limit.subject} {limit.quantity}")
+    if values is not None and limit.quantity in TOUCHING:
+        return Reading(np.full(len(values), np.nan), ran, SIMULATED) if ran else Reading(values, source=ORDERED)
     return None if values is None else Reading(values)
 
 
