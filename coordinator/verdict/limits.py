@@ -17,6 +17,7 @@ from .rotating import matrices
 
 Floats = NDArray[np.float64]
 BOUNCE = 0.01  # [m] a block that comes down from less has landed before
+STILL = 1e-5  # [m/s, rad/s] slower than anything that is ordered, faster than what a servo trembles
 SPAN = 1e-3  # [s] over which a winch winds at least what its speed follows from: times are whole nanoseconds
 
 
@@ -82,15 +83,13 @@ def impacts(plan: Plan, past: RunHistory) -> dict[str, tuple[float, float]]:
 
 
 def touches(plan: Plan, past: RunHistory) -> dict[str, tuple[float, float]]:
-    """Return, by name, the largest speed [m/s] with which a block comes down from a height, without its bounces, and the
-    largest speed of its hooks as it lifts off, from the lengths of their ropes; each with its time [s]."""
+    """Return, by name, the largest speed [m/s] with which a block comes down from a height, without its bounces, and
+    the largest speed of its hooks as it lifts off, from the lengths of their ropes; each with its time [s]."""
     found: dict[str, tuple[float, float]] = {}
     for block, part, i, touched in _arrivals(plan, past):
         speeds = _sinking(plan, part, touched, i) if touched else _wound(plan, block, part, i)
-        key, seen = (
-            f"{block} {'landing' if touched else 'lift-off'} speed",
-            (max(speeds, default=0.0), float(part.t[i])),
-        )
+        key = f"{block} {'landing' if touched else 'lift-off'} speed"
+        seen = max(speeds, default=0.0), float(part.t[i])
         if speeds:
             found[key] = max(found.get(key, seen), seen, key=lambda x: x[0])
     return found
@@ -107,8 +106,9 @@ def dropped(plan: Plan, past: RunHistory, turning: Sequence[tuple[str, float, fl
         if not touched or block in seen or any(pad.on for pad, _ in touched):
             continue
         k, t = _before(part, i), float(part.t[i])
-        pays = any(part.lengths[rope][i] - part.lengths[rope][k] > 0.0 for rope in hooks if rope in part.lengths)
-        luffing = any(x[i] != 0.0 for name, x in part.speeds.items() if name.rpartition(".")[0] in joints)
+        still, wound = STILL * (t - float(part.t[k])), [part.lengths[rope] for rope in hooks if rope in part.lengths]
+        pays = any(L[i] - L[k] > still for L in wound)
+        luffing = any(abs(x[i]) > STILL for name, x in part.speeds.items() if name.rpartition(".")[0] in joints)
         if any(who == block and begin <= t <= end for who, begin, end in turning) or not (pays or luffing):
             seen.add(block)
             message = f"{block} came down on its supports in a stage that does not lower it: hoist it higher first"
@@ -159,10 +159,8 @@ def _wound(plan: Plan, block: str, part: History, i: int) -> list[float]:
     (lugs,) = (cargo.lugs for machine in plan.machines for cargo in machine.cargo if cargo.body == block)
     before, found = _before(part, i), []
     for hook in (hook for machine in plan.machines for hook in machine.hooks if hook.rope in part.lengths):
-        ends = (
-            tie.lower.body == block if tie.lower else now.get(tie.rope) in lugs for tie in ties_on(plan.machines, hook)
-        )
-        if any(ends) and before < i:
+        ties = ties_on(plan.machines, hook)
+        if before < i and any(x.lower.body == block if x.lower else now.get(x.rope) in lugs for x in ties):
             L = part.lengths[hook.rope]
             found.append(float((L[before] - L[i]) / (part.t[i] - part.t[before])))
     return found
