@@ -124,7 +124,7 @@ def _arrivals(plan: Plan, past: RunHistory) -> Iterator[tuple[str, History, int,
     pads = {s.name: s for m in plan.machines for s in m.system.supports}
     for limit in (x for x in plan.limits if x.quantity == "landing speed"):
         own, top = [pads[name] for name in limit.elements if name in pads], -inf
-        for part in blocks(past) if own else ():
+        for part in (x for x in blocks(past) if own and own[0].point.body in x.poses):
             F = np.array([part.tensions.get(pad.name, np.zeros(len(part.t))) for pad in own])
             on, z, left = np.asarray((F > 0.0).any(axis=0)), _lowest(part.poses[own[0].point.body], own), 0
             for i in (np.flatnonzero(on[1:] != on[:-1]) + 1).tolist():
