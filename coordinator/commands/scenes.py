@@ -32,8 +32,7 @@ def check(
 
         sheet = examined(load_yard(scene, sets or []))
         o.tell(sheet, as_json)
-        if o.fails(sheet.state, strict, fail_on or "red"):
-            raise typer.Exit(1)
+        o.end_by(strict, fail_on or "red", sheet.state)
         return
     from heavylift.coordinator.ladder.choosing import known
     from heavylift.coordinator.participants.mechanics_at import check_steps
@@ -61,8 +60,7 @@ def check(
             lines.append(f"  {answer or 'errors are not measured yet; the first run measures them'}")
         crowd = Placement.of(node_names(loaded.plan), loaded.facts.placement).crowd
         typer.echo("\n".join([*lines, *([f"\n  {crowd}"] if crowd else [])]))
-    if o.fails(found.state, strict, fail_on or "red"):
-        raise typer.Exit(1)
+    o.end_by(strict, fail_on or "red", found.state)
 
 
 @app.command()
@@ -165,15 +163,20 @@ def types(
     name: Annotated[str, typer.Argument(help="a type whose file is printed, to copy and to change")] = "",
     as_json: o.Json = False,
 ) -> None:
-    """List the crane types that come with heavylift, or print the file of one.    heavylift types jib-60"""
-    from heavylift.nodes.scene.text.machine_types import library, machine_type
+    """List the types of cranes and vessels that come with heavylift, or print one.    heavylift types jib-60"""
+    from heavylift.nodes.scene.text.machine_types import library, machine_type, vessel_types
+    from heavylift.nodes.scenes import vessels_folder
 
+    if name in vessel_types():
+        typer.echo((vessels_folder() / f"{name}.yaml").read_text(encoding="utf-8"), nl=False)
+        return
     if name:
         machine_type(name)
         typer.echo(library()[name].read_text(encoding="utf-8"), nl=False)
         return
     keys = ("about", "capacity", "source")
     found = {each: {key: machine_type(each).about(key) for key in keys} for each in library()}
+    found |= {each: {key: str(data[key]) for key in keys} for each, data in vessel_types().items()}
     if as_json:
         typer.echo(json.dumps(found))
         return
@@ -272,6 +275,7 @@ def hull(
     depth: Annotated[
         float | None, typer.Option(help="of the water [m], for WAMIT or a mesh; default deep", min=1e-3)
     ] = None,
+    drift: Annotated[Path | None, typer.Option(help="NAME.8 or .9 of WAMIT: mean drift")] = None,
     force: o.Force = False,
 ) -> None:
     """Convert hydrodynamic data of a hull into a file for `hydrodynamics:`.    heavylift hull barge.nc -o barge.json"""
@@ -280,7 +284,7 @@ def hull(
     from heavylift.recordings.write.partfile import written
 
     given = data if data.suffix in (".nc", ".cal", ".1") else computed(data, depth)
-    found = hull_of(given, volume, height, length, depth)
+    found = hull_of(given, volume, height, length, depth, drift)
     error = found.radiation.error
     text = msgspec.json.format(msgspec.json.encode(found), indent=0).decode() + "\n"
     typer.echo(f"wrote {written(text, output or Path(f'{found.name}.json'), 'a hull', ('.json',), force)}")
