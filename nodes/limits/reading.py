@@ -46,7 +46,7 @@ class Reading:
 
     values: Column
     exact: tuple[float, float] | None = None
-    source: str = ""  # where the values come from, if that is to be told apart
+    source: str = ""  # where the values come from, if that differs
 
 
 def read(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
@@ -55,7 +55,9 @@ def read(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | Non
         return _design(plan, limit, signals)
     reduction, kind = REDUCTIONS.get(limit.quantity, "largest"), KINDS.get(limit.quantity)
     if reduction == "ordered speed":
-        return Reading(_ordered_speed(plan, limit, signals))
+        ran = signals.peaks.get(f"{limit.subject} {limit.quantity}")
+        ordered = Reading(_ordered_speed(plan, limit, signals), source=ORDERED)
+        return Reading(np.full(len(signals.t), np.nan), ran, SIMULATED) if ran else ordered
     if reduction == "splash zone":
         return _splash(plan, limit, signals)
     given = None
@@ -276,85 +278,6 @@ def _design(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | 
     return found and Reading(found.values * times, (found.exact[0] * times, found.exact[1]) if found.exact else None)
 
 
-<<<<<<< HEAD
-def _assembly(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
-    """Return the vertical load [kg] of all legs of a bridle together; its exact maximum is found at the peaks of the
-    single legs, with the loads of the other legs at that time."""
-    plumb = {}
-    for name in limit.elements:
-        if (angle := _bridle(plan, limit, signals, name)) is not None:
-            plumb[name] = np.cos(np.nan_to_num(angle.values)) / plan.gravity
-    loads = {name: x * signals.tensions[name] for name, x in plumb.items()}
-    total, most = np.sum([np.zeros(len(signals.t)), *loads.values()], axis=0), list[tuple[float, float]]()
-    for name, x in plumb.items():
-        peak, when = signals.peaks.get(name, (0.0, -1.0))
-        if signals.t[0] <= when <= signals.t[-1]:
-            more = float(np.interp(when, signals.t, x * peak - loads[name]))
-            most.append((float(np.interp(when, signals.t, total)) + more, when))
-    return Reading(total, max(most, default=None))
-
-
-def _bridle(plan: Plan, limit: RatedLimit, signals: SignalColumns, name: str = "") -> Reading | None:
-    """Return the angle of a taut sling to the vertical [rad]."""
-    tie = tie_of(plan, name or next(iter(limit.elements), ""))
-    if tie is None or tie.rope not in signals.tensions:
-        return None
-    values = np.full(len(signals.t), np.nan)
-    tight, lugs = signals.tensions[tie.rope] > TIGHT * tie.rated, lug_places(plan.machines)
-    hung = [(lugs.get(lug), tight & inside) for lug, inside in signals.lugs(tie.rope)]
-    for lower, inside in [(tie.lower, tight)] if tie.lower else hung:
-        angle = evaluated(plan, ScalarSignal("off-lead", point=lower, origin=tie.upper), signals) if lower else None
-        if angle is None:
-            return None
-        values = np.where(inside, np.minimum(angle, np.pi - angle), values)
-    return Reading(values)
-
-
-def _column(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
-    """Return a quantity that another module computes: ground pressure, drive moment, or speed at lift-off and
-    landing, as it was in a run or else as it is ordered."""
-    values, ran = COLUMNS[limit.quantity](plan, limit, signals), signals.peaks.get(f"{limit.subject} {limit.quantity}")
-    if values is not None and limit.quantity in TOUCHING:
-        return Reading(np.full(len(values), np.nan), ran, SIMULATED) if ran else Reading(values, source=ORDERED)
-    return None if values is None else Reading(values)
-
-
-def _wind(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
-    """Return the speed of the strongest wind of the scene [m/s], at each sample and at the breakpoints of its
-    histories; on an equilibrium path up to the end of the scene."""
-    winds = _winds(plan)
-    if not winds:
-        return None
-    ran = signals.dynamic and len(signals.t) > 0
-    end = float(signals.t[-1]) if ran else np.inf if plan.end is None else plan.end
-    times = sorted({0.0, *(t for s in winds for t in s.times if t <= end)} | ({end} if np.isfinite(end) else set()))
-    speeds = _strongest(winds, np.array(times))
-    first = int(np.argmax(speeds))
-    return Reading(_strongest(winds, signals.t), (speeds[first].item(), times[first]))
-
-
-def _winds(plan: Plan, name: str = "") -> list[forces.InputSignal]:
-    """Return the speed signals of all winds or, if `name` is given, of that wind."""
-    each = (f for m in plan.machines for f in m.system.forces if isinstance(f, forces.Wind))
-    return [f.signal for f in each if name in ("", f.name)]
-
-
-def _strongest(winds: list[forces.InputSignal], t: Column) -> Column:
-    """Return the highest speed (n,) [m/s] of any wind at the times t; at a jump the larger of both values."""
-    speeds = [np.zeros(len(t))]
-    for s in winds:
-        if not s.times:
-            speeds.append(np.full(len(t), abs(s.value)))
-            continue
-        values, last = np.abs(np.array(s.values)), len(s.times) - 1
-        before, behind = (np.searchsorted(s.times, t, side) for side in ("left", "right"))
-        jump = np.maximum(values[np.minimum(before, last)], values[behind - 1])
-        speeds += [np.abs(np.interp(t, s.times, s.values)), np.where(behind > before, jump, 0.0)]
-    return np.asarray(np.max(speeds, axis=0))
-
-
-=======
->>>>>>> main
 def _splash(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
     """Return the share of slack, or the load of a hook, in the splash zone, with the amplitude of the water's dynamic
     force."""
