@@ -238,7 +238,8 @@ def remembered(name: str, kind: type[T], make: Callable[[], T]) -> T:
 
 @contextmanager
 def _opened() -> Iterator[int]:
-    """Yield a descriptor of the cache folder, created if needed; OSError says in `strerror` why it is unsafe."""
+    """Yield a descriptor of the cache folder, created if needed. Raises OSError with the reason in `strerror` if the
+    folder is unsafe."""
     cache_bound()  # says so at once if it is none
     path = cache_folder()
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -106,10 +106,10 @@ def singular_values(A: Matrix) -> list[float]:
 
 
 def combinations(A: Matrix, least: float) -> list[dict[int, float]]:
-    """Return a basis of the left null space of A: one coefficient per row number for each basis vector.
+    """Return a basis of the left null space of A; each basis vector maps row numbers to coefficients.
 
-    Elimination with complete pivoting keeps zeros, so that locally coupled rows give local combinations; remainders up
-    to `least` times the largest element count as zero.
+    Elimination with complete pivoting keeps zeros, so that locally coupled rows give local vectors; remainders up to
+    `least` times the largest element count as zero.
     """
     rows = [{j: x for j, x in enumerate(row) if x} for row in A]
     made: list[dict[int, float]] = [{i: 1.0} for i in range(len(rows))]

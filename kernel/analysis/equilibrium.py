@@ -1,4 +1,4 @@
-"""Static equilibrium with one-sided laws: a pose without accelerations, and which ropes and pads carry in it.
+"""Static equilibrium with one-sided laws: a pose without accelerations, and which ropes and pads carry load there.
 
 Pseudo-transient continuation (Kelley, Keyes 1998): steps (1/h^2 - da/dq)^-1 a in the metric of the inertia; with small
 h the scene falls with gravity and friction, large h is Newton's method. Between steps, laws whose guards are negative
@@ -73,8 +73,8 @@ def _rub(simulation: Simulation, kind: str, name: str) -> StateChange:
 
 
 def release(simulation: Simulation) -> float:
-    """Move the anchors of sliding friction springs until the springs carry no more than friction can hold (radial
-    return). Returns the longest slide of a pad [m]; the final direction of a slide is used for all of it."""
+    """Move the anchors of sliding friction springs until friction can hold their forces (radial return). Return the
+    longest slide of a pad [m]; each slide is taken to be straight, in its final direction."""
     slid = 0.0
     program, row = simulation.program, simulation.row()
     for kind, law in ((kind, x) for (kind, _), x in program.of_guard.items() if kind in RUBS):

@@ -1,9 +1,8 @@
 """The equilibrium path: the rest poses of a scene while its drives, winches and masters move as commanded.
 
-Continuation in the time of the commands, without inertia and without rates (see `corrector`); steps follow the
-curvature, which the corrector measures. Events (guards that become negative) are located on the path and switch the
-laws there. Where no equilibrium is near any more (a fold, a load let go), the scene falls to the next one, and that is
-reported.
+The path is continued in the time of the commands, without inertia and speeds; the curvature that the corrector measures
+sets the steps. Events (guards that become negative) are located on the path and switch the laws there. Where no
+equilibrium is near any more (a fold, a load let go), the scene falls to the next one, and that is reported.
 
     start()           find the first equilibrium; returns the events on the way to it
     run(until_ns)     follow the path to the first subscribed event; returns the events, [] at `until_ns`
@@ -220,10 +219,10 @@ class EquilibriumPath:
     def _located(self, t0: int, q0: np.ndarray, G0: np.ndarray, t1: int, q1: np.ndarray) -> tuple[int, np.ndarray]:
         """Return the first time in a step at which a guard is negative, and the equilibrium there.
 
-        A guess is the end of the chord across the bracket; the end of the line through the last two equilibria before
-        the event, for a guard with a kink there, after one just behind the beginning if there are no two; a point just
-        before the end, if such a line came close to it; or the middle. Each is shifted slightly to the far side, so
-        that the bracket closes from both ends.
+        The next time to try is one of these: the end of the chord across the bracket; the end of the line through the
+        last two equilibria before the event (for a guard with a kink there), or a time just after the beginning if
+        there are not yet two; a time just before the end, if such a line came close; the middle. Each is shifted
+        slightly to the far side, so that the bracket shrinks from both ends.
         """
         G1, kind, failed = self._near.guards(q1), CHORD, set[int]()
         earlier = t0, q0, G0
@@ -270,7 +269,7 @@ class EquilibriumPath:
             s.P[self._clock] = t_ns * 1e-9
 
     def _commanded(self) -> None:
-        """Take over the commands at the epoch: from now on `_lead` evaluates the commanded motions."""
+        """Take over the commands given at the epoch, so that `_lead` evaluates the commanded motions."""
         s, at = self.command, self.command.program.parameters.at
         s.native.set(t=0.0, t_stop=NEVER)
         s.references.write(self.epoch)
@@ -306,7 +305,8 @@ class EquilibriumPath:
         return modes_at(self._near.poses, self._q)
 
     def _check_stability(self) -> None:
-        """Note an unstable equilibrium: an eigenvalue of the tangent stiffness has passed zero (Sylvester)."""
+        """Add a note if the equilibrium has become unstable: an eigenvalue of the tangent stiffness has passed zero
+        (Sylvester)."""
         # the determinant changes sign with one eigenvalue; eigenvalues are computed only then
         if self._near.poses.sign() < 0.0 and self.unstable_since is None and self.stiffness() < -GROWTH:
             self.unstable_since = self.epoch

@@ -76,8 +76,8 @@ class Poses:
         return dv
 
     def water(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the accelerations (n_free, m) at pose q by the m states of radiation, and the rates of these states by
-        velocities and by themselves (m, n_free + m); both are linear."""
+        """Return derivatives at pose q: of the accelerations with respect to the m radiation states (n_free, m), and of
+        the rates of these states with respect to velocities and states (m, n_free + m). Both relations are linear."""
         p, n = self.simulation.program, len(self.free)
         places = [*p.memory.values()]
         a, rates = np.zeros((n, len(places))), np.zeros((len(places), n + len(places)))
@@ -168,7 +168,8 @@ class Poses:
         return q
 
     def count_turns(self, q: np.ndarray) -> None:
-        """Update the counted turns of angles at pose q, which must be less than half a turn from the previous pose."""
+        """Update the counted turns of angles at pose q. Precondition: no angle changed by half a turn or more since the
+        last call."""
         s = self.simulation
         if n := len(s.program.angles):
             self._y[:] = self._state(q)

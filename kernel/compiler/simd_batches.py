@@ -85,7 +85,7 @@ def _batches(nodes: Sequence[Sym]) -> Iterator[SimdBatch]:
 
 
 def _inside(f: Function) -> int:
-    """Return the number of lanes that equal calls within one call of f fill."""
+    """Return the number of SIMD lanes that the equal calls inside one call of f already fill."""
     counts = Counter(n.args[0] for n in f.nodes if n.op == "call")
     return width_of(max(counts.values(), default=0))
 

@@ -65,7 +65,7 @@ class Wide:
                     self._kept.add(x)
 
     def later(self, n: Sym) -> bool:
-        """Schedule n for the next loop if it is computed in a loop; return whether it was scheduled."""
+        """Schedule n for the next loop if n is computed in loops; return whether it was scheduled."""
         if n in self._group:
             self._pending.append(n)
             return True

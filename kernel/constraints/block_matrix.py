@@ -57,7 +57,8 @@ class Blockwise(Proximal):
         return range(self.starts[r], self.starts[r + 1])
 
     def _cut(self, flat: Array, pairs: Sequence[tuple[int, int]]) -> dict[tuple[int, int], list[Scalar]]:
-        """Split consecutive blocks, stored row by row."""
+        """Return the numbers of each block (r, s) of `pairs`, row by row; `flat` holds the blocks one after the
+        other."""
         out, at = {}, 0
         for r, s in pairs:
             n = self.sizes[r] * self.sizes[s]

@@ -61,7 +61,7 @@ class ConstraintRows:
 
     @property
     def movable(self) -> np.ndarray:
-        """Which rows (n,) can cause any motion beyond round-off; on floats only."""
+        """Return for each row (n,) whether it can cause any motion beyond round-off; on floats only."""
         each = enumerate(self._sizes)
         return np.array([float(self._entry(r, r)) > ROUNDED * float(size) for r, size in each], dtype=bool)
 

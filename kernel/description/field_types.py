@@ -137,7 +137,7 @@ def _fits(values: Any, hint: Any) -> bool:
 
 
 def _wanted(hint: Any, many: bool = False) -> str:
-    """Describe in words what an annotation asks for."""
+    """Describe in words the values that an annotation allows; `many`: in the plural."""
     origin, inner = get_origin(hint), get_args(hint)
     if origin in (Union, UnionType):
         return choice(tuple("None" if h is type(None) else _wanted(h) for h in inner))

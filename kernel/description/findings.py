@@ -1,6 +1,6 @@
-"""Checks of a lift, before and after a run, and notes of one that goes on: every room tells them alike.
+"""Checks of a lift, before and after a run, and notes of a run: their data, as all rooms use them.
 
-A note belongs to the instant that it tells of, as a sample does, and comes out the same however a run is cut up.
+A note belongs to one simulation time, as a sample does; its text does not depend on how a run is divided into calls.
 """
 
 from collections.abc import Iterable

@@ -69,8 +69,8 @@ class Brake(AlongJoint):
 class Lock:
     """A joint that can be locked and released while the simulation runs; `engaged`: locked at the start.
 
-    Locked in motion it stops at once: the impulse changes the velocities of its whole tree, and what kinetic energy it
-    takes is this lock's heat.
+    A joint locked in motion stops at once: the impulse changes the velocities of its whole tree, and the kinetic energy
+    that is lost counts as heat of this lock.
     """
 
     name: str
@@ -110,7 +110,7 @@ class Straight:
 
 @dataclass(frozen=True)
 class Rope(Straight):
-    """An elastic, tension-only rope of one tension over one or more straight lines.
+    """An elastic, tension-only rope over one or more straight lines, with the same tension in all.
 
     length l = sum(share * |a - b|), elongation e = l - L0, taut: T = max(0, EA e/L0 + damping (l' - L0')). `mass`: of
     all lines, weighted by their shares; it acts at the ends (see `forces.ropes`); T is then the tension in the middle,

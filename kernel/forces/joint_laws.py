@@ -1,6 +1,6 @@
 """Laws along one coordinate of a joint: springs, end stops, dry brakes; points on pads, horizontal or on a body.
 
-Both have one-sided springs, which only push, and friction that sticks and slips.
+Joint laws and pads share one-sided springs, which only push, and friction that sticks and slips.
 """
 
 from dataclasses import dataclass

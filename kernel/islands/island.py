@@ -26,7 +26,7 @@ PRICE = 2e5  # attempted steps that take as long as compiling their code: 3 oper
 class RecompileBudget:
     """Decides when splitting an island pays, by the ski-rental rule: once the wasted work equals the cost of compiling.
 
-    The cost is never more than twice that of an optimal decision (Karlin et al., Algorithmica 3, 1988). Steps are
+    The total cost is at most twice that of an optimal decision (Karlin et al., Algorithmica 3, 1988). Steps are
     counted, not seconds, so that all runs of a scene decide alike.
     """
 
@@ -96,7 +96,7 @@ class Island(Simulation):
         self.began = self.present_ns
 
     def extend(self, until_ns: int, most_ns: int, pause: Callable[[], None]) -> None:
-        """Advance to a time [ns], and up to `most_ns` beyond it if no event or error stops the island."""
+        """Advance to a time [ns], and by up to `most_ns` more if no event or error stops the island."""
         marked = self.began, mark(self)
         end = until_ns if self.refused else max(until_ns, self.due + min(self.span * self.recorder.sample_ns, most_ns))
         try:

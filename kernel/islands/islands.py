@@ -68,7 +68,8 @@ class Islands(RunningAhead):
         return self.lifts
 
     def _method_of(self, system: System) -> Stepping:
-        """Return the island of the whole system, or a method only for its rows."""
+        """Return the method of the island that holds exactly this system; if there is none, a new one, used only for
+        its rows."""
         bodies = {b.name for b in system.bodies}
         same = next((p for p in self.parts if bodies == {b.name for b in p.given.bodies}), None)
         return same.method if same else Stepping(Program(system), self.method.method, self.method.control)
@@ -190,8 +191,8 @@ class Islands(RunningAhead):
         self.order.phase = call_protocol.PAUSED
 
     def settle(self) -> None:
-        """Recompute the stopped islands after events and commands; if none is stopped because the run ends, stop all of
-        them."""
+        """Recompute the stopped islands after events and commands. If none is stopped, the run ends: stop and recompute
+        all islands."""
         self.order.check_standing("settle", self.epoch)
         if ended := not self._stopped:
             self._stop_all()
@@ -241,7 +242,8 @@ class Islands(RunningAhead):
         raise KernelError(f"'{name}': there is no {kind} with this name")
 
     def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
-        """Set a motion of an actuator, or of a master; a master is shared by all islands that have actuators."""
+        """Set a motion of an actuator or of a commanded master; every island with actuators has a copy of each
+        commanded master."""
         self.order.command("set_profile", self.epoch)
         owners = [p for p in self.parts if name in p.references.actuators]
         if not owners:

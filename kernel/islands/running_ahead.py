@@ -126,7 +126,7 @@ class RunningAhead(CommandTarget):
             self._soonest = None
 
     def _reach(self, t_ns: int, whole: bool = False) -> None:
-        """Advance the global time up to which all islands agree; `whole`: publish all rows up to now."""
+        """Advance the global time up to which all islands agree. If `whole`, publish all rows up to this time."""
         if self._next[0] <= t_ns and not self._firing:
             self._soonest = None
         self.reached = t_ns

@@ -88,8 +88,8 @@ class Merge:
 
 
 class LiftRows(Merge):
-    """Rows of a single lift after events and commands, with only the columns of this lift; `method` describes their
-    layout."""
+    """Rows of a single lift after events and commands, with only the columns of this lift, in the layout of
+    `method`."""
 
     def __init__(self, name: str, method: Stepping) -> None:
         super().__init__(method.program)

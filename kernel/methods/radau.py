@@ -99,12 +99,13 @@ class Radau5(VelocitySpace):
     # ---- what the coordinates do --------------------------------------------------------------------------
 
     def _speeds_text(self, y: Value, b: Value) -> dict[str, Value]:
-        """Return the velocities that move the coordinates as b does."""
+        """Return the velocities whose coordinate rates are those in b."""
         parts = [(speeds(k.joint.kind, y[k.q], b[k.q]), b[k.q_modes]) for k in self.program.graph.links]
         return {"x": join(*(x for pair in parts for x in pair))}
 
     def _carried_text(self, y: Value, b: Value, v: Value) -> dict[str, Value]:
-        """Return b plus the coordinate rates of velocities v, with zeros for the velocities, and v alone as `v_`."""
+        """Return `x`: b with the coordinate rates of velocities v added to its coordinates, and velocities 0; and `v_`:
+        v alone, in a vector of the same size."""
         p, q = self.program, []
         for k in p.graph.links:
             q += [b[k.q] + rates(k.joint.kind, y[k.q], v[k.v]), b[k.q_modes] + v[k.v_modes]]

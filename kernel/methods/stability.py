@@ -66,8 +66,8 @@ def check_step(method: Method, J: np.ndarray, step: float, nq: int, t: float, me
 
 
 def unresolved(method: Method, J: np.ndarray, step: float) -> tuple[float, float]:
-    """Return the lowest frequency [Hz] of the oscillations that a stable fixed step distorts, 0 if none; and after how
-    many periods the worst one is a tenth of a period out of phase or half damped."""
+    """Return the lowest frequency [Hz] of the oscillations that a stable fixed step distorts (0 if none), and the
+    number of periods after which the most distorted one is a tenth of a period out of phase or half damped."""
     if not np.isfinite(J).all():
         return 0.0, np.inf
     bends = [(abs(s), missed(method, s, step)) for s in np.linalg.eigvals(J) if bent(method, s, step)]
@@ -93,8 +93,8 @@ class Balance:
     """Energy balance: kinetic + potential + stored - work + heat must stay constant.
 
     The works and heats of the laws are integrated with the state, so that energy created or lost in any step stays in
-    the sum and is seen at every reading. Switches and commands book their changes of energy. `controlled`: tolerance of
-    the steps, 0 if they are fixed; `implicit`: steps may lose energy of fast motions.
+    the sum and is seen at every reading. Energy changed by switches and commands is added to the balance. `controlled`:
+    tolerance of the steps, 0 if they are fixed; `implicit`: steps may lose energy of fast motions.
     """
 
     def __init__(self, controlled: float, implicit: bool) -> None:
@@ -124,8 +124,8 @@ class Balance:
         self._turned = max(self._turned, kinetic + float(np.abs(changes).sum()))
 
     def strayed(self, held: float) -> float:
-        """Return the fraction of the exchanged energy that was lost or gained at a loose tolerance, once, when the
-        fraction first becomes large; otherwise 0. `held`: largest energy of a rope so far [J]."""
+        """Return the fraction of the exchanged energy that was lost or gained because of a loose tolerance: only once,
+        when this fraction first becomes large; otherwise 0. `held`: largest energy of a rope so far [J]."""
         self._turned = max(self._turned, held)
         if self.loose or not self._tolerance or abs(self._carried) <= STRAYED * self._turned or not held:
             return 0.0

@@ -1,7 +1,8 @@
 """Discrete states of laws, and their changes when a guard becomes negative or by command.
 
 Coordinates and velocities do not change. Elastic energy that a law still stores when it releases (a rope that slackens
-under damping, a sling unhooked, a pad that opens) counts as heat of that law; the simulation books it.
+under damping, a sling unhooked, a pad that opens) counts as heat of that law; the simulation adds it to the energy
+accounts.
 """
 
 from collections.abc import Callable

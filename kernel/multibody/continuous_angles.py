@@ -1,9 +1,9 @@
 """Angles over several turns: a rotation gives them within +-180 degrees, an integral selects the turn.
 
-Each has a place in the state behind the energy accounts, whose derivative is the angle's rate; the angle is that of the
-rotation plus the whole turns that bring it nearest to the integral. So it is exact as long as the integral's error is
-less than half a turn, and its history is part of the state: of dense output, snapshots and islands. At the start the
-turns are those of the joints in between whose axes are parallel to the angle's.
+The integral of an angle's rate is a number of the state, after the energy accounts; the angle is that of the rotation
+plus the whole turns that bring it nearest to the integral. So the angle is exact as long as the integral's error is
+less than half a turn, and its history is part of the state: of dense output, snapshots and islands. At the start, the
+turns are those of the joints between the bodies whose axes are parallel to the angle's axis.
 """
 
 from collections.abc import Callable, Iterator

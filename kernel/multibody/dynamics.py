@@ -185,7 +185,7 @@ def joint_space_inertia(tree: Tree, K: Kinematics, I: list[Array]) -> dict[tuple
 def _mode_inertia(
     tree: Tree, K: Kinematics, I: list[Array], H: dict[tuple[int, int], Scalar], k: int, mode: int
 ) -> None:
-    """Fill the row of a mode in H: the deformation of its body, and the bodies that this carries."""
+    """Fill the row of a mode in H: entries from the deformation of its body, and from bodies on this body."""
     i = tree.body_of_dof[k]
     b, own = tree.bodies[i], elastic(tree, K, i)
     moved = {j: I[j] @ K.carried[j][mode] for j, child in enumerate(tree.bodies) if child.parent == i}

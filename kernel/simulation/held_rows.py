@@ -33,7 +33,7 @@ class HeldRows:
             self._pivots = native.part("pivot").copy()
 
     def measure(self) -> None:
-        """Record how independent the rows are now, as the reference for later checks."""
+        """Record how independent the constraint rows are now, as the reference for later checks."""
         if len(self._native.program.constraints):
             self._pivots = self._native.close(self._native.state.copy())[3]
 

@@ -1,7 +1,7 @@
-"""Steps between events: tentative until they are committed, forced to an instant, taken back.
+"""Steps between events: tentative until they are committed, forced to a given time, or taken back.
 
-Local time is float seconds since the last event or command (the epoch); each begins a new *stretch* of local time, so
-that long runs do not lose precision.
+Local time is float seconds since the last event or command (the epoch); each epoch begins a new *stretch* of local
+time, so that long runs do not lose precision.
 """
 
 import numpy as np
@@ -46,7 +46,7 @@ class Integrator:
         self._recorder.drain()
 
     def led(self, t: float) -> None:
-        """Advance to local time t in forced steps: a single one, or halves of it if the method fails."""
+        """Advance to local time t in forced steps: one step, or repeatedly halved ones if the method fails."""
         # each half ends in a committed state, from which the rest is tried again
         ends = [t]
         while ends:

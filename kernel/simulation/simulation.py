@@ -1,8 +1,8 @@
 """Runs one compiled system in integer time: steps, located events, samples.
 
 Event times are rounded up to the next nanosecond and the state is integrated to that nanosecond. Steps depend on the
-history of commands and state events only: `run(until)` never cuts a step, the one that passes `until` stays tentative,
-and a command inside it discards it.
+history of commands and state events only: `run(until)` never cuts a step: a step that passes `until` stays tentative,
+and a command inside the step discards it.
 
     next_ns        time of the next located event, or of the end of the tentative step
     run(until)     commit steps up to `until`; stops at a subscribed event

@@ -73,8 +73,8 @@ class OrientedBox:
         return select(gap > s[2], gap, s[2]), select(gap > s[2], rate, v[2])
 
     def height(self, x: Array, body: Side, faces: list[Scalar]) -> Witness:
-        """Return the height of a point of `body` above that one of the box's faces which `faces` (3) marks, if the
-        point lies over this face; otherwise the result of `depth`."""
+        """Return the height of a point of `body` above the marked face of the box, if the point lies over this face;
+        otherwise the result of `depth`. `faces`: 3 flags, one per axis of the box."""
         s, v = self.outside(x, body)
         gap, rate = self.depth(x, body)
         for k, face in enumerate(faces):
@@ -145,7 +145,8 @@ def box_box(first: Array, second: Array, A: Array, B: Array) -> list[Witness]:
 
 
 def _faces(apart: list[Scalar]) -> list[Scalar]:
-    """Mark the separating axis of two boxes that overlap along the others, so that flush boxes do not catch."""
+    """Return 3 flags, one per axis: whether two boxes overlap along both other axes and are separated most along this
+    one. The flags prevent flush boxes from catching on each other."""
     over = [x < -NEAR for x in apart]
     return [(apart[k] >= maximum(apart[k - 2], apart[k - 1])) & over[k - 2] & over[k - 1] for k in range(3)]
 
@@ -186,8 +187,8 @@ def edge(box: OrientedBox, i: int, signs: tuple[float, float]) -> Any:
 
 
 def _edges(a: OrientedBox, b: OrientedBox, x: Direction, most: Scalar) -> list[Witness]:
-    """Return the witnesses of crossing edge pairs that no other direction separates further. All is linear in the
-    midpoints p, q of the edges: their crossing lies at p + s a_i = q + t b_j + gap n."""
+    """Return the witnesses of the pairs of crossing edges along whose common normal the boxes are separated most. All
+    is linear in the midpoints p, q of the edges: their crossing lies at p + s a_i = q + t b_j + gap n."""
     along, across = a.axes[x.i], b.axes[x.j]
     crossing = x.sine > CROSSING
     # parameters of the crossing along both edges, from two linear equations

@@ -131,7 +131,7 @@ def locked(
 
 
 def _cause(program: Program, row: int, moving: Sequence[str]) -> str:
-    """Describe the cause of a lost row, as part of a sentence; `moving`: prescribed drives in motion."""
+    """Describe, in part of a sentence, why a row can no longer be satisfied; `moving`: prescribed drives in motion."""
     trees = _tied(program, row)
     bodies = [b for tree in trees for b in tree.bodies]
     dofs = {k for tree in trees for k in range(tree.v.start, tree.v.stop)}

@@ -1,4 +1,4 @@
-"""The columns of a sample row, as one table: everything recorded of one instant, and of the steps to it.
+"""The columns of a sample row, as one table: all recorded values of one instant and of the steps before it.
 
 The native code writes rows in this order; `samples` shows them as channels, and islands are merged column by column.
 
