@@ -182,7 +182,7 @@ class CommandSwitches:
                 counted[i] = row.turned[i]  # what it turned while it was off is no turn
 
     def _ends(self, rope: str, a: Vector | None, b: Vector | None) -> list[Vector | None]:
-        """Return new ends a and b of a rope's first line as P stores them: on a flexible body in the frame of the
+        """Return new ends a and b of a rope's first line as P stores them: on a flexible body relative to the
         station."""
         system, graph = self._native.program.system, self._native.program.graph
         lines = {r.name: r.lines[0] for r in system.straight_ropes}

@@ -128,7 +128,7 @@ class AtomicResult(msgspec.Struct, frozen=True):
 
     @property
     def value(self) -> Message:
-        """Return a new copy of the message."""
+        """Return a new copy of the result message."""
         return decode(self.type, self.payload)
 
 
@@ -147,8 +147,8 @@ class Steppable(Protocol):
 
     @property
     def lookahead(self) -> Mapping[str, int]:
-        """Lookahead [ns] of each output port "model.port": NEVER if it sends nothing to other nodes, 0 if it is not
-        listed."""
+        """Lookahead [ns] of each output port "model.port": NEVER for a port that sends nothing to other nodes; a port
+        that is not listed has 0."""
 
     @property
     def slack(self) -> list[Slack]:

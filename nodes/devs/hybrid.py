@@ -50,7 +50,8 @@ class Hybrid(Atomic):
     tolerance, longest, horizon = 1e-10, 0.1, 10.0
     sampled = 0
     _crowd: tuple[int, int, int, tuple[int, ...]] = 0, 0, -1, ()
-    """Of events that crowd: how many, how many later ones in a row, when the last was [ns], of which guards."""
+    """Events that follow each other closely: their number, the later events that do not, the time of the last [ns],
+    their guards."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name)

@@ -178,7 +178,7 @@ def _row(group: list[Check]) -> tuple[Cell, ...]:
 
 
 def _depth(check: Check) -> float:
-    """Return the depth [m] of a contact that nothing allows, at least 1 cm; 0 for everything else."""
+    """Return the penetration [m] of a forbidden contact, at least 1 cm; 0 for all other checks."""
     touches = check.state == "red" and check.quantity == "clearance" and (check.value or 0.0) <= TOUCH
     return max(TOUCH, round(-(check.value or 0.0), 2)) if touches else 0.0
 

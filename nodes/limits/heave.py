@@ -14,8 +14,7 @@ STANDS = 1e-9  # [m] between two samples of a rope whose winch stands
 
 def relative_heave(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column | None:
     """Return the distance (n,) [m] between the highest and the lowest place of a hook, along the z axis of a vessel,
-    since its winch stopped; None if data are missing. A rest of the winch may have begun in a part of the run before
-    this one."""
+    since its winch stopped; None if data are missing. The winch may have stopped in an earlier part of the run."""
     rope, vessel = limit.elements
     eye, length = place(signals, hooks_of(plan.machines)[rope].eye), signals.lengths.get(rope)
     if eye is None or length is None or vessel not in signals.poses or not signals.dynamic:

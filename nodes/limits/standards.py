@@ -67,7 +67,7 @@ SHARING = {
 
 
 def daf(place: str | None, mass: float) -> tuple[float, str] | None:
-    """Return the dynamic amplification factor for a mass [kg] at a place, and its source; None for an unknown one."""
+    """Return the dynamic amplification factor for a mass [kg] at a place, and its source; None for an unknown place."""
     if place not in DAF:
         return None
     (a, b), *others = DAF[place]

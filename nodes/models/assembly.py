@@ -54,7 +54,7 @@ class Ending(Atomic):
         self.finished.send(m.Finished())
 
     def internal(self) -> None:
-        """Wait: nothing follows."""
+        """Wait for input, since no message is left to send."""
         self.passivate()
 
 
@@ -115,7 +115,8 @@ class CommanderModel(Coupled):
                 self.connect(commander.to[name], self.ports.get(out) or self.add_out(out, m.Order))
 
     def _begin_others(self, whole: Commander, lists: tuple[ActionList, ...]) -> None:
-        """Couple the commander of the whole scene with those of the lifts: it begins them and receives their ends."""
+        """Couple the commander of the whole scene with those of the lifts: it starts the lifts and receives the
+        messages about their ends."""
         about = {whole.owners.get(name, name) for name in concerned(whole.plan)}
         begins = {order.lift for action in whole.plan.actions for order in action.orders if isinstance(order, Begin)}
         for each in (each for each in lists if each.machines):

@@ -102,8 +102,8 @@ class Cargo(Item, frozen=True, kw_only=True):
 
     Its mass [kg], centre of mass and lugs [m], moments of inertia about the centre of mass [kg m2], edges of its box
     [m] (zeros if not given), the face on which each support is, and the rotation at the start [rad] if its attitude is
-    reported; `marks`: lines in the scene that define its lugs and, under "", its centre of mass; `amplitude`: of the
-    water's dynamic force [N] over the depth of its lowest point [m].
+    reported; `marks`: lines in the scene that define its lugs and, under "", its centre of mass; `amplitude`: amplitude
+    of the water's dynamic force [N] over the depth of the body's lowest point [m].
     """
 
     body: str
@@ -119,8 +119,8 @@ class Cargo(Item, frozen=True, kw_only=True):
 
 
 class Heavy(Item, frozen=True, kw_only=True):
-    """A rope that has mass at some model levels: `line` is the mass per length [kg/m] of all its falls, which are the
-    first of its lines.
+    """A rope that has mass at some model levels: `line` is the mass per length [kg/m] of all falls together. The falls
+    come first among the rope's lines.
 
     At the start, in the world frame: `ends`, the mean upper and lower ends of the falls; `beside`, the offsets of the
     falls from these means; `lead`, the length of the rope in its other lines [m]; `below`, the load on the rope [kg];

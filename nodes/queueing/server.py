@@ -153,7 +153,7 @@ class Server(NetworkPart):
         self.serving[unit] = (self.later(end, unit, "served"), end, turn, since, entity)
 
     def interrupt(self, unit: int, now: int) -> None:
-        """Interrupt the service on a unit and put the entity back into the queue, with its earlier turn number."""
+        """Interrupt the service on a unit and put the entity back into the queue, with its earlier service key."""
         _, end, turn, since, entity = self.serving[unit]  # type: ignore[misc]
         self.interrupted += 1
         self.release(unit)
@@ -182,7 +182,7 @@ class Server(NetworkPart):
         heappush(self.idle, unit)
 
     def turn(self) -> int:
-        """Return the turn number of the next arriving entity."""
+        """Return the service key of the next arriving entity."""
         self.marks += 1
         return turn_of(self.discipline, self.marks)
 

@@ -129,7 +129,7 @@ def _built(
         return loaded
 
     def other(values: Mapping[InData, Data]) -> LoadedScene:
-        """Return the scene with other values, whose limits are not checked before."""
+        """Return the scene with other values; its limits are not checked first."""
         own = replace(source, data=deepcopy(given), faults=[])
         for at, value in values.items():
             own.at(at[:-1])[at[-1]] = value  # type: ignore[index]

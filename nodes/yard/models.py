@@ -114,7 +114,7 @@ class YardStep(Atomic):
         self.hold_in(self.due[0][0] - now if self.due else NEVER)
 
     def confluent(self, x: Bag) -> None:
-        """Let the new wind decide of lifts that begin now."""
+        """Handle the new wind first, so that it decides which lifts begin now."""
         self.speed = x[self.wind][-1].speed if x[self.wind] else self.speed
         super().confluent(x)
 
@@ -167,7 +167,7 @@ def coupled(yard: Yard, seed: int = 0, rule: str = "", carry_out: CarryOut | Non
 
 
 def settled(one: Activity, seed: int) -> Activity:
-    """Return an activity with the working time that is drawn for it, for seed 0 with the expected one."""
+    """Return an activity with its working time: drawn at random or, for seed 0, expected."""
     return replace(one, takes=Fixed(one.takes.draw(stream(seed, one.name)) if seed else one.takes.mean))
 
 

@@ -56,8 +56,8 @@ class Taking:
             self.source.fault(path, f"there is no {what} '{word}'", closest(str(word), [x for x in among if x]))
 
     def table(self, path: Path, root: FilePath | None = None) -> tuple[list[TableColumn], list[list[TableCell]]]:
-        """Return the column heads and the rows of the table named at a path, from a folder (default: that of the yard
-        file); empty lists if there was an error."""
+        """Read the table file that the value at a path names, in the folder `root` (default: that of the yard file).
+        Return its column heads and rows; both are empty lists if there was an error."""
         try:
             found = table(root or self.source.root, str(self.source.at(path)))
             return found.head, found.rows

@@ -151,8 +151,7 @@ class ContactSets:
         return out
 
     def _rest(self, act: Act) -> None:
-        """Remove gaps of about a nanometre and negligible speeds that impulses have left, so that sliding begins from
-        rest."""
+        """Remove gaps of about a nanometre and negligible speeds left by impulses, so that sliding begins from rest."""
         _, speed, _ = act.survey()
         for x in self._slots:
             if x.on and _moves(speed, x):

@@ -258,8 +258,7 @@ def _adds(f: ContactFrame, places: list[tuple[ContactFrame, Slot]]) -> bool:
 
 
 def _second(places: list[tuple[ContactFrame, Slot]]) -> Slot | None:
-    """Return a slot that may be reassigned because it constrains a second direction at a place; None if there is
-    none."""
+    """Return a reassignable slot, one that constrains a second direction at some place; None if there is none."""
     found = (x for k, (f, x) in enumerate(places) if any(_near(f, g) for g, _ in places[:k]))
     return next(found, None)
 

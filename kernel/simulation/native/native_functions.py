@@ -155,8 +155,8 @@ class Stepping:
         return Function("halt", body, {"X": self.layout.size, "P": OPAQUE})
 
     def _projecting(self, name: str, part: Callable[..., None]) -> Function:
-        """Return a native function of the blocks X (in scalars) and P that runs `part(s, project)`; `project` is None
-        without rows."""
+        """Return a native function of the blocks X (in scalars) and P that runs `part(s, project)`; `project` may be
+        None."""
         f = self.f_project
         return self._plain(name, lambda s, P: part(s, (lambda t, y: f(t=[t], y=y, P=P)) if f else None))
 
@@ -173,8 +173,7 @@ class Stepping:
     def _on_method(
         self, name: str, part: Callable[..., Value], matrices: bool = False, plain: bool = False
     ) -> Function:
-        """Return a native function that runs a part of the method, `part(s, rate)`. If `plain`, X is in scalars, not
-        vectors."""
+        """Return a native function that runs a part of the method, `part(s, rate)`. If `plain`, X is in scalars."""
         return self._on_block(name, lambda s, rate, row: part(s, rate), matrices=matrices, plain=plain)
 
     def _on_block(

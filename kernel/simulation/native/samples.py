@@ -169,8 +169,7 @@ def published(method: Stepping, rows: np.ndarray) -> np.ndarray:
 
 
 class _Derivatives(RawRows):
-    """Derivatives (n, columns) of the channels at the raw row `at`; all channels but poses are linear functions of a
-    raw row."""
+    """Derivatives (n, columns) of the channels at the raw row `at`; all channels but poses are linear in a raw row."""
 
     def __init__(self, method: Stepping, rows: np.ndarray, at: RawRows) -> None:
         super().__init__(method, rows)

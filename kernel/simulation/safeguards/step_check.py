@@ -173,8 +173,7 @@ def _energies(native: NativeState, J: np.ndarray) -> list[tuple[complex, float]]
 
 
 def _wrong(method: Method, modes: list[tuple[complex, float]], step: float) -> float:
-    """Return the share of energy in oscillations that the step distorts, each weighted with its error (see the
-    module)."""
+    """Return the share of energy in oscillations that the step distorts, weighted as the module describes."""
 
     def error(s: complex) -> float:
         lasts = max(min(RADIANS, abs(s) / max(-s.real, 1e-300)), abs(s) * step)

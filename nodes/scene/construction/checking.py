@@ -136,7 +136,7 @@ class Checking:
                 self.fault((*self.base, "bodies", body), message, on_key=True)
 
     def _connected(self) -> set[str]:
-        """Return the bodies that joints connect to the world, followed in either direction."""
+        """Return the bodies that are connected to the world by joints, in either direction."""
         found, before = {k.WORLD, *self.carried}, 0
         while len(found) > before:
             before = len(found)

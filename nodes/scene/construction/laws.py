@@ -122,7 +122,7 @@ def laws_of(given: mechanics.Parts[Any]) -> dict[str, tuple[Any, ...]]:
 
 
 def _place(checks: Checking, drive: mechanics.DriveKeys, x: float | None) -> str:
-    """Return a place of a drive as text: that of a joint that turns in degrees, others in metres without a unit."""
+    """Return a position of a drive as text: in degrees if its joint is revolute, else in metres without the unit."""
     turns = getattr(checks.given.joints.get(drive.joint), "type", "") == "revolute"
     return f"{degrees(x or 0.0):.4g} deg" if turns else f"{x or 0.0:g}"
 

@@ -46,7 +46,7 @@ class MachineType:
 
 
 class Expansion:
-    """Expansion of the crane or frame at the path `at` of a scene by its type."""
+    """Replaces the crane or frame at the path `at` of a scene by the parts of its type."""
 
     def __init__(self, source: SourceText, at: Path, crane: Mapping[str, Data], kind: MachineType) -> None:
         self.source, self.at, self.name, self.kind = source, at, str(at[-1]), kind

@@ -149,7 +149,7 @@ TYPES: dict[k.JointKind, tuple[str, dict[str, Any]]] = {  # of the other joints:
 
 
 ABOVE: Literal["above its lugs"] = "above its lugs"
-"""Start of what slides along y: above the lugs that hang there at the start, else in the middle of its range."""
+"""Start value of a joint that slides along y: above the lugs of the load below, else in the middle of its range."""
 
 
 def _model(kind: k.JointKind, about: str, own: dict[str, Any]) -> Any:
