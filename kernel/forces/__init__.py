@@ -6,6 +6,7 @@ joint_laws              springs, stops, brakes of joints; contact that only push
 radiation               forces on floating bodies from the waves that they radiate
 catenary, mooring       mooring lines with stretch and seabed
 springs, loads          springs, dampers and bushings; given loads, and wind; actuator laws given as data
+streams                 wind and current on vessels by coefficients
 reeving                 ropes over sheaves and edges, with friction
 user_laws, mathematics  user-defined laws, and the functions that they may use
 """

@@ -16,6 +16,7 @@ named                        the signal that a limit checks
 standards                    factors of standards, and the loads that they allow for slings and shackles
 reeving                      tensions in the parts of a reeved rope
 factors                      factors between static loads and design loads
+wind                         off-lead of a hanging load in a stated wind
 splash                       slack slings and loads on hooks in the splash zone
 heave                        how far a hook rises and sinks over a vessel
 ground                       loads on the ground under tracks, outriggers and wheels; indeterminate load sharing

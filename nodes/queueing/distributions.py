@@ -26,7 +26,7 @@ class Distribution(ABC):
 
 
 class Fixed(Distribution):
-    """A time that is always the same."""
+    """A `time` [s] that is always the same."""
 
     def __init__(self, time: float) -> None:
         self.mean = _checked(self, time=time)[0]
@@ -37,7 +37,7 @@ class Fixed(Distribution):
 
 
 class Uniform(Distribution):
-    """Uniformly distributed times between two limits."""
+    """Uniformly distributed times from `low` [s] to `high` [s]."""
 
     def __init__(self, low: float, high: float) -> None:
         self.low, self.high = _checked(self, low=low, high=high)
@@ -78,7 +78,7 @@ class Erlang(Distribution):
 
 
 class Triangular(Distribution):
-    """Triangularly distributed times between two limits, with a most likely value."""
+    """Triangularly distributed times from `low` [s] to `high` [s], most likely `mode` [s]."""
 
     def __init__(self, low: float, mode: float, high: float) -> None:
         self.low, self.mode, self.high = _checked(self, low=low, mode=mode, high=high)
@@ -91,7 +91,7 @@ class Triangular(Distribution):
 
 
 class Pert(Distribution):
-    """A beta distribution between an optimistic and a pessimistic time, with a most likely one."""
+    """A beta distribution from an optimistic time `low` [s] to a pessimistic one `high` [s], most likely `mode` [s]."""
 
     def __init__(self, low: float, mode: float, high: float) -> None:
         self.low, self.mode, self.high = _checked(self, low=low, mode=mode, high=high)
@@ -108,8 +108,8 @@ class Pert(Distribution):
 
 
 class LogNormal(Distribution):
-    """Log-normally distributed times with the given mean and standard deviation of the times (not of their
-    logarithms)."""
+    """Log-normally distributed times with the given mean and standard deviation `deviation` [s] of the times (not of
+    their logarithms)."""
 
     def __init__(self, mean: float, deviation: float) -> None:
         self.mean, self.deviation = _checked(self, mean=mean, deviation=deviation)
@@ -124,7 +124,7 @@ class LogNormal(Distribution):
 
 
 class Empirical(Distribution):
-    """An empirical distribution: listed times with their weights (None: equal weights)."""
+    """An empirical distribution: listed `times` [s] with their `weights` [1] (None: equal weights)."""
 
     def __init__(self, times: Sequence[float], weights: Sequence[float] | None = None) -> None:
         self.times = _checked(self, **{f"times[{n}]": time for n, time in enumerate(times)})

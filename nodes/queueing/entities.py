@@ -1,9 +1,10 @@
 """The entities that move through a queueing network, and the order in which they wait."""
 
+from collections.abc import Mapping
 from heapq import heappop, heappush
 from itertools import accumulate
 from math import isfinite
-from typing import Literal, get_args
+from typing import ClassVar, Literal, get_args
 
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Atomic, Message
@@ -15,6 +16,7 @@ class Entity(Message):
     """A customer, job or part: its number, kind, priority (the lowest number is served first), and the time of its
     creation [ns]."""
 
+    units: ClassVar[Mapping[str, str]] = {"born": "ns"}
     number: int
     kind: str = ""
     priority: int = 0

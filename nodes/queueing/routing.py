@@ -2,6 +2,8 @@
 points."""
 
 from bisect import bisect
+from collections.abc import Mapping
+from typing import ClassVar
 
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Bag, In, Message, Out, Tally, TimeWeighted, stream
@@ -12,6 +14,7 @@ class MonitorStatistics(Message):
     """Number of entities that left the monitored section; mean and largest number of entities in it; mean time in it
     [s]."""
 
+    units: ClassVar[Mapping[str, str]] = {"number": "1", "time": "s"}
     left: int
     number: float
     most: int
@@ -21,6 +24,7 @@ class MonitorStatistics(Message):
 class ResourceStatistics(Message):
     """Number of seizures; mean waiting time for a unit [s]; mean number of seized units and of waiting entities."""
 
+    units: ClassVar[Mapping[str, str]] = {"wait": "s", "used": "1", "waiting": "1"}
     seized: int
     wait: float
     used: float
@@ -50,7 +54,7 @@ class _Forwarding(NetworkPart):
 
 
 class Branch(_Forwarding):
-    """Routes each entity at random, with given weights, to one of the output ports out0, out1, ..."""
+    """Routes each entity at random, with given `weights` [1], to one of the output ports out0, out1, ..."""
 
     into = In(Entity)
 

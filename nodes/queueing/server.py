@@ -1,7 +1,8 @@
 """Servers: equal units that serve entities from one queue, with priorities, pre-emption, balking and failures."""
 
+from collections.abc import Mapping
 from heapq import heapify, heappop, heappush
-from typing import Literal
+from typing import ClassVar, Literal
 
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import NEVER, Bag, In, Message, Out, Tally, TimeWeighted, seconds, stream
@@ -23,6 +24,7 @@ class ServerStatistics(Message):
     """Entities served, lost and interrupted; mean waiting time before service [s]; mean queue length; mean number of
     busy and of available units."""
 
+    units: ClassVar[Mapping[str, str]] = {"wait": "s", "line": "1", "busy": "1", "available": "1"}
     served: int
     lost: int
     interrupted: int

@@ -4,7 +4,9 @@ Random times of different stations are independent: each station draws from the 
 """
 
 from bisect import bisect
+from collections.abc import Mapping
 from heapq import heappop, heappush
+from typing import ClassVar
 
 from heavylift.nodes.devs import NEVER, Bag, In, Message, Out, Tally, TimeWeighted, seconds, stream
 from heavylift.nodes.queueing.distributions import Distribution
@@ -20,6 +22,7 @@ class SourceStatistics(Message):
 class WaitingStatistics(Message):
     """Number of entities that passed and were lost; mean time in the queue [s]; mean and largest length."""
 
+    units: ClassVar[Mapping[str, str]] = {"wait": "s", "length": "1"}
     passed: int
     lost: int
     wait: float
@@ -31,6 +34,7 @@ class SinkStatistics(Message):
     """Number of entities that arrived; mean, standard deviation, minimum and maximum of their time in the network
     [s]."""
 
+    units: ClassVar[Mapping[str, str]] = {"mean": "s", "deviation": "s", "least": "s", "most": "s"}
     count: int
     mean: float
     deviation: float
@@ -40,7 +44,7 @@ class SinkStatistics(Message):
 
 class Source(NetworkPart):
     """Sends entities at random intervals, the first after one interval, and at most `most` of them; their priorities
-    are drawn at random by weights."""
+    are drawn at random by `weights` [1]."""
 
     out = Out(Entity)
 

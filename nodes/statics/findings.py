@@ -111,7 +111,8 @@ def _unfollowed(built: plan.Plan, path: Followed) -> list[Check]:
     if not path.why or not any(machine.cargo for machine in built.machines):
         return []
     action, t = (path.states[-1].action, path.states[-1].t) if path.states else (0, 0.0)
-    sentence = f"the lift is not checked at rest from here on: {_out_of_plumb(built, path) or path.why}"
+    why = _out_of_plumb(built, path) or path.why
+    sentence = f"the lift is not checked at rest from here on: {why}; `heavylift run` checks it"
     return [_finding(built, action, "amber", "unfollowed", "scene", sentence, t, why=NOT_CHECKED)]
 
 

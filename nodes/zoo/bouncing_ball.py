@@ -4,6 +4,9 @@ Bounce n occurs at T (1 + 2 (e + e^2 + ... + e^(n-1))) with T = sqrt(2 height / 
 that a bounce keeps; the bounces accumulate at T (1 + e) / (1 - e).
 """
 
+from collections.abc import Mapping
+from typing import ClassVar
+
 from heavylift.nodes.devs import Coupled, Message, Out
 from heavylift.nodes.devs.hybrid import Hybrid, State
 
@@ -13,12 +16,13 @@ G = 9.81  # [m/s2]
 class Bounce(Message):
     """Message about a bounce: its number, and the speed after it [m/s]."""
 
+    units: ClassVar[Mapping[str, str]] = {"speed": "m/s"}
     number: int
     speed: float
 
 
 class FallingBall(Hybrid):
-    """A ball that falls from a height [m]; a bounce keeps the fraction e of its speed; below a speed of 1 mm/s it
+    """A ball that falls from a `height` [m]; a bounce keeps the fraction `e` [1] of its speed; below 1 mm/s it
     rests."""
 
     bounce = Out(Bounce)

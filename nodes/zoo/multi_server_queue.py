@@ -5,6 +5,8 @@ length is that of an M/M/c queue with this rate.
 """
 
 from bisect import insort
+from collections.abc import Mapping
+from typing import ClassVar
 
 from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out, Tally, TimeWeighted, seconds, stream
 from heavylift.nodes.zoo.queue import Job, PoissonGenerator
@@ -13,14 +15,15 @@ from heavylift.nodes.zoo.queue import Job, PoissonGenerator
 class QueueStatistics(Message):
     """Number of jobs that left, their mean time in the station [s], and the mean number of jobs in it."""
 
+    units: ClassVar[Mapping[str, str]] = {"stay": "s", "length": "1"}
     left: int
     stay: float
     length: float
 
 
 class Station(Atomic):
-    """One queue with c servers, each of which serves jobs at a rate [1/s]; a served job returns to the queue with the
-    probability `again`."""
+    """One queue with c servers, each of which serves jobs at a `rate` [1/s]; a served job returns to the queue with the
+    probability `again` [1]."""
 
     into, left = In(Job), Out(Job)
 

@@ -52,7 +52,7 @@ class Generator(Atomic):
 
 
 class PoissonGenerator(Generator):
-    """Sends jobs at random times with a mean rate [1/s]; the first job also comes after a random time."""
+    """Sends jobs at random times with a mean `rate` [1/s]; the first job also comes after a random time."""
 
     def __init__(self, name: str, rate: float, seed: int) -> None:
         super().__init__(name, 0)

@@ -11,9 +11,12 @@ from collections.abc import Callable, Iterator
 from dataclasses import fields, is_dataclass
 from importlib import import_module
 from types import ModuleType
-from typing import Any
+from typing import Any, get_args, get_type_hints
 
+import msgspec
 import typer
+from heavylift.nodes.devs import Atomic, In, Message, Out
+from heavylift.nodes.queueing import Distribution
 
 MODULES = (  # and perhaps which names of each
     "heavylift",
@@ -44,17 +47,36 @@ MODULES = (  # and perhaps which names of each
     "heavylift.kernel.forces.mathematics",
     "heavylift.kernel.errors",
 )
+SHELF = (  # modules with parts of DEVS models, to be coupled or copied
+    "heavylift.nodes.queueing.stations",
+    "heavylift.nodes.queueing.server",
+    "heavylift.nodes.queueing.routing",
+    "heavylift.nodes.queueing.distributions",
+    "heavylift.nodes.queueing.entities",
+    "heavylift.nodes.fmi",
+    "heavylift.nodes.zoo.queue",
+    "heavylift.nodes.zoo.multi_server_queue",
+    "heavylift.nodes.zoo.bouncing_ball",
+    "heavylift.nodes.zoo.traffic_light",
+    "heavylift.nodes.zoo.anti_sway",
+    "heavylift.nodes.zoo.token_ring",
+    "heavylift.nodes.models.parts.messages: Sample SetPoint",
+)
+UNIT = r"`{}` \[([^\]]+)\]"  # of a parameter, in the docstring of its class
 HEADS = {
     "commands": "# Commands\n\nEach prints this with `--help`.",
     "scene-files": "# Scene files\n\n`heavylift schema` writes the same as a JSON Schema, which editors read.",
+    "devs-parts": "# Parts of DEVS models\n\nParameters, ports and results of the atomic models; fields of messages. A "
+    "port receives a bag: the list of all messages of one logical time. The first parameter, `name`, is left out.",
     "python": "# Python\n\nPublic names of the packages. Times are in seconds, quantities in SI units unless stated.",
 }
 
 
 def parts() -> dict[str, str]:
     """The pages of the reference as Markdown, by name."""
-    made = {"commands": _commands, "scene-files": _keys, "python": _modules}
-    return {name: "\n\n".join(part.strip() for part in (HEADS[name], *make())) + "\n" for name, make in made.items()}
+    made = {"commands": _commands, "scene-files": _keys, "devs-parts": _shelf, "python": _modules}
+    written = {name: (HEADS[name], *map(str.strip, make())) for name, make in made.items()}
+    return {name: "\n\n".join(filter(None, pieces)) + "\n" for name, pieces in written.items()}
 
 
 def _commands() -> Iterator[str]:
@@ -141,6 +163,60 @@ def _plain(name: str) -> str:
     """The name of a model without the modules that tell equal ones apart."""
     *path, last = name.split("__")
     return f"{last} ({path[-1]})" if path else last
+
+
+def _shelf() -> Iterator[str]:
+    for message in SHELF:
+        name, _, some = message.partition(": ")
+        module = import_module(name)
+        kinds = [getattr(module, public) for public in some.split() or public_names(module)]
+        yield f"## {name}\n\n{_first(module)}"
+        for kind in (x for x in kinds if isinstance(x, type) and not inspect.isabstract(x)):
+            if issubclass(kind, Message):
+                yield _table(kind, ("field", "type", "unit", "default"), fields_of(kind))
+            elif issubclass(kind, Atomic | Distribution):
+                yield _table(kind, ("parameter", "type", "unit", "default"), parameters_of(kind))
+                rows = [(port, way, f"`{carried.__name__}`") for port, way, carried in ports_of(kind)]
+                yield _table(None, ("port", "direction", "message"), rows)
+                result = get_type_hints(kind.result).get("return") if issubclass(kind, Atomic) else None
+                yield f"Result: `{result.__name__}`" if isinstance(result, type) and issubclass(result, Message) else ""
+
+
+def _table(kind: type | None, head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+    title = [f"### {kind.__name__}\n", " ".join(inspect.cleandoc(kind.__doc__ or "").split()) + "\n"] if kind else []
+    table = [_row(*head), _row(*["---"] * len(head)), *(_row(f"`{first}`", *rest) for first, *rest in rows)]
+    return "\n".join([*title, *(table if rows else ())])
+
+
+def fields_of(kind: type[Message]) -> list[tuple[str, ...]]:
+    """Name, type, unit and default of the fields of a message."""
+    return [
+        (x.name, _type(x.type), kind.units.get(x.name, ""), "" if x.required else repr(x.default))
+        for x in msgspec.structs.fields(kind)
+    ]
+
+
+def parameters_of(kind: type) -> list[tuple[str, ...]]:
+    """Name, type, unit and default of the parameters of a part; the unit stands in the docstring of a class."""
+    docs = " ".join(" ".join((base.__doc__ or "").split()) for base in kind.__mro__ if "heavylift" in base.__module__)
+    rows = []
+    for name, x in inspect.signature(kind).parameters.items():
+        if name != "name" and x.kind not in (x.VAR_POSITIONAL, x.VAR_KEYWORD):
+            unit = re.search(UNIT.format(name), docs)
+            default = "" if x.default is x.empty else repr(x.default)
+            rows.append((name, _type(x.annotation), unit[1] if unit else "", default))
+    return rows
+
+
+def ports_of(kind: type) -> list[tuple[str, str, type[Message]]]:
+    """Name, direction and message of the declared ports of a model."""
+    found = {name: x for base in reversed(kind.__mro__) for name, x in vars(base).items() if isinstance(x, In | Out)}
+    return [(name, "in" if isinstance(x, In) else "out", x.type) for name, x in found.items()]
+
+
+def _type(annotation: Any) -> str:
+    plain = annotation.__name__ if isinstance(annotation, type) and not get_args(annotation) else str(annotation)
+    return f"`{re.sub(r'[a-z_.]+[.](?=[A-Za-z])', '', plain)}`"
 
 
 def _modules() -> Iterator[str]:

@@ -10,9 +10,11 @@ from importlib import import_module
 import pytest
 import typer
 from heavylift.coordinator.commands import app
+from heavylift.nodes.devs import Atomic, Message
+from heavylift.nodes.queueing import Distribution
 from heavylift.nodes.scene import json_schema
 from page_blocks import ROOT
-from reference import MODULES, parts, public_names
+from reference import MODULES, SHELF, fields_of, parameters_of, parts, ports_of, public_names
 
 PAGES = sorted(
     str(path.relative_to(ROOT))
@@ -77,6 +79,31 @@ def test_the_reference_describes_every_public_name(module: str) -> None:
     names = [name for name in public_names(there) if not inspect.ismodule(getattr(there, name))]
     (part,) = re.findall(rf"^## {re.escape(module)}$.*?(?=^## |\Z)", REFERENCE["python"], re.M | re.S)
     assert [name for name in names if f"**`{name}" not in part] == []
+
+
+NUMBERS = {"`float`", "`tuple[float, ...]`", "`Sequence[float]`", "`Sequence[float] | None`"}
+OF_A_SIGNAL = ("Sample", "value")  # whose unit is that of what it samples
+
+
+def shelf() -> list[type]:
+    found = []
+    for message in SHELF:
+        name, _, some = message.partition(": ")
+        module = import_module(name)
+        kinds = (getattr(module, public) for public in some.split() or public_names(module))
+        found += [x for x in kinds if isinstance(x, type) and not inspect.isabstract(x)]
+    return [x for x in found if issubclass(x, Atomic | Distribution | Message)]
+
+
+@pytest.mark.parametrize("kind", shelf(), ids=lambda kind: kind.__name__)
+def test_the_reference_describes_every_part_of_the_shelf_with_types_and_units(kind: type) -> None:
+    rows = fields_of(kind) if issubclass(kind, Message) else parameters_of(kind)
+    without = [name for name, type_, unit, _ in rows if type_ in NUMBERS and not unit]
+    assert [name for name in without if (kind.__name__, name) != OF_A_SIGNAL] == []
+    assert all(type_ != "`_empty`" for _, type_, _, _ in rows)
+    (part,) = re.findall(rf"^### {kind.__name__}\n.*?(?=^##|\Z)", REFERENCE["devs-parts"], re.M | re.S)
+    for name, *more in [*rows, *(ports_of(kind) if issubclass(kind, Atomic) else ())]:
+        assert f"| `{name}` | {more[0].replace('|', chr(92) + '|')} |" in part
 
 
 IMPORT = re.compile(r"^ *from (heavylift[\w.]*) import (?:\(([^)]*)\)|(.*))$", re.MULTILINE)

@@ -7,7 +7,7 @@ import pytest
 from heavylift.kernel.description import Point, Quantity, ScalarSignal, assembled
 from heavylift.kernel.model import LINED, ROWS, SIDES, check_signal, scalar
 from heavylift.nodes.limits import BASES, KINDS, READERS, evaluated, signal_of, signals_of
-from heavylift.nodes.plan import STANDING, TOUCHING
+from heavylift.nodes.plan import IN_WIND, STANDING, TOUCHING
 from heavylift.nodes.scene import bundled, load
 
 PLACES = {"height": 1, "height difference": 2, "radius": 2, "moment": 2, "use by place": 1, "gap": 8}
@@ -76,7 +76,8 @@ def test_a_limited_signal_can_be_a_threshold_and_evaluated_along_the_path(name: 
         if x is None or limit.quantity in SUPPORTS:
             assert (
                 x
-                or limit.quantity in (*UNSIGNALLED, *STANDING, *TOUCHING, *BASES, "drive moment", "brake moment")
+                or limit.quantity
+                in (*UNSIGNALLED, *STANDING, *TOUCHING, *BASES, IN_WIND, "drive moment", "brake moment")
                 or not limit.elements
             ), limit
             continue

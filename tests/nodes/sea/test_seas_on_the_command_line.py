@@ -45,7 +45,7 @@ def test_a_run_for_many_seeds_prints_and_writes_its_quantiles(here: Path) -> Non
     assert sheet == json.loads((here / "seeds.json").read_text())
     assert sheet["title"] == "sea: P90 over 10 seeds"
     checks, quantiles = sheet["tables"]
-    assert [row[1:4] for row in checks["rows"]][1] == ["sea state", "all", "P90"]
+    assert ["sea state", "all", "P90"] in [row[1:4] for row in checks["rows"]]
     (row,) = quantiles["rows"]
     assert row[:2] == ["signal", "height of barge"]
     value, bound, mean, largest = (float(x.split()[0]) for x in row[2:6])

@@ -17,6 +17,7 @@ from heavylift.nodes.sea.spectra import Component, wave_number
 
 LARGEST = 1 << 24  # of a file [bytes]
 SHALLOW = 0.02  # of the length of waves, by which the depth may change it on the average
+DRIFTS = (0, 1, 5)  # modes
 LEVEL = 0.0175  # [rad]: by which it may heel or trim
 AFLOAT = 0.02  # of the displacement, by which the weight may differ from that of the file
 
@@ -97,7 +98,7 @@ def radiation(name: str, hull: Hydrodynamics, vessel: Vessel) -> Radiation:
 
 
 def wave_loads(builder: SceneBuilder, name: str, hull: Hydrodynamics, vessel: Vessel, waves: Waves) -> list[Load]:
-    """Return the six wave loads on a vessel, along and about the axes of the vessel at rest."""
+    """Return the wave loads and drifts on a vessel, along and about the axes of the vessel at rest."""
     away = (vessel.at[0] - waves.origin[0], vessel.at[1] - waves.origin[1])
     amplitude, frequency = waves.regular
     regular = [Component(frequency, amplitude, waves.heading, 0.0)] if amplitude else []
@@ -106,15 +107,16 @@ def wave_loads(builder: SceneBuilder, name: str, hull: Hydrodynamics, vessel: Ve
     sums = loads_in_sea(hull, sea, away, vessel.heading, builder.scene.gravity, waves.ramp, waves.depth)
     signals = [_alone(x) if regular else InputSignal(0.0, waves=x) for x in sums]
     modes = ("surge", "sway", "heave", "roll", "pitch", "yaw")
-    return [
-        _load(f"{name}.{mode} wave", name, i, vessel, signal)
-        for i, (mode, signal) in enumerate(zip(modes, signals, strict=True))
-    ]
+    named = [(f"{name}.{mode} wave", i) for i, mode in enumerate(modes)]
+    named += [(f"{name}.{modes[i]} drift", i) for i in DRIFTS[: len(signals) - 6]]
+    return [_load(label, name, i, vessel, signal) for (label, i), signal in zip(named, signals, strict=True)]
 
 
 def _alone(x: WaveSum) -> InputSignal:
-    """Return the signal of a sum that has only one harmonic."""
+    """Return the signal of a sum that has only one harmonic, or of the product of two."""
     c, s = x.cosines[0], x.sines[0]
+    if x.by[0]:
+        return InputSignal(0.0, wave=Wave(c * x.by[0][0] + s * x.by[1][0], 0.0, x.ramp))
     size = sqrt(c * c + s * s)
     return InputSignal(0.0, wave=Wave(size, x.frequencies[0], x.ramp, float(atan2(-s, c))))
 
