@@ -183,7 +183,7 @@ def prune_cache(bound: int | None = None) -> int:
 
 
 def _let_go(folder: int, x: CacheEntry) -> bool:
-    """Remove an entry; False if a process uses it."""
+    """Remove a cache entry unless a process uses it; return whether it was removed."""
     try:
         if not x.is_folder:
             os.unlink(x.name, dir_fd=folder)

@@ -190,7 +190,7 @@ def _shown(simulation: Simulation, topic: str) -> dict[str, float]:
 
 
 def _step(poses: Poses, basis: np.ndarray | None, K: np.ndarray, a: np.ndarray, h: float) -> tuple[np.ndarray, float]:
-    """Return a step along the acceleration `a`, and its h [s], reduced where the pose is unstable."""
+    """Return the step (n_free,) for the accelerations a, and its pseudo-time step h [s], reduced where unstable."""
     while True:
         poses.factorise(K, h, basis)
         step = poses.solve(a)

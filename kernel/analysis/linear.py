@@ -62,8 +62,8 @@ class LinearModel:
 def linear_model(simulation: "Simulation", inputs: Sequence[str], outputs: Sequence[str]) -> LinearModel:
     """Linearise a started simulation about its present state.
 
-    `inputs`: names of drives, winches, masters and signals; `outputs`: of sampled signals, such as
-    "joint/position/elbow.angle", or patterns of them.  Raises KernelError.
+    `inputs`: names of drives, winches, masters and signals; `outputs`: names of sampled signals, such as
+    "joint/position/elbow.angle", or patterns of names. Raises KernelError.
     """
     return _Linearised(simulation, inputs, outputs).model()
 

@@ -66,7 +66,7 @@ class EquilibriumPath:
         self._kept_ns = 0  # [ns] of the last of them, also if it was taken away
         self.notes: list[Note] = []
         self.unstable_since: int | None = None
-        """Time from which the rest is unstable [ns]."""
+        """Time from which the equilibrium is unstable [ns]."""
         self._dt, self._steps = FIRST_NS, 0
         self._fallen, self._later = -1, 0  # when it fell last, and how long it was led on meanwhile [ns]
         self._instant = 0
@@ -310,4 +310,6 @@ class EquilibriumPath:
         # the determinant changes sign with one eigenvalue; eigenvalues are computed only then
         if self._near.poses.sign() < 0.0 and self.unstable_since is None and self.stiffness() < -GROWTH:
             self.unstable_since = self.epoch
-            self.notes.append(Note(self.epoch, "the rest is unstable: the smallest push makes the scene leave it"))
+            self.notes.append(
+                Note(self.epoch, "the equilibrium is unstable: the smallest push makes the scene leave it")
+            )

@@ -70,7 +70,7 @@ class Poses:
         return self.simulation.state[: self.simulation.program.nq].copy()
 
     def accelerations(self, q: np.ndarray, v: np.ndarray | None = None) -> np.ndarray:
-        """Return the accelerations (n_free,) at pose q (nq,) and velocities v (n_free,), zero by default."""
+        """Return the accelerations (n_free,) at pose q (nq,) and velocities v (n_free,); by default v is zero."""
         self._refresh(q, v)
         dv: np.ndarray = self._f[self._velocities]
         return dv

@@ -56,7 +56,7 @@ class Wide:
         self._keep(written, None)
 
     def _keep(self, used: Iterable[Sym], group: int | None) -> None:
-        """Mark values that are used by another loop, or outside loops, as kept in memory."""
+        """Mark as kept in memory the values that another loop, or code outside of loops, uses."""
         for x in used:
             if x in self._group and (group is None or self._group[x] != group):
                 if x.op in _FLAGS:

@@ -78,7 +78,7 @@ class ConstraintRows:
         return [select(row.on > 0.0, x, 0.0) for row, x in zip(self.rows, values, strict=True)]
 
     def _masked(self, r: int, s: int, a: Scalar) -> Any:
-        """Return a matrix entry with inactive rows removed: 1 on their diagonal, 0 elsewhere."""
+        """Return the matrix entry a of rows r and s; if one of them is inactive, 1 on the diagonal and 0 elsewhere."""
         # inactive rows become rows of the identity: the structure, and so the machine code, stays the same
         both = select(self.rows[r].on > 0.0, self.rows[s].on, 0.0) if r != s else self.rows[r].on
         return select(both > 0.0, a, 1.0 if r == s else 0.0)
@@ -148,7 +148,7 @@ class ConstraintRows:
         return Y, pull, size
 
     def _inverse(self, i: int, k: int) -> Any:
-        """Return 1/D of degree of freedom k of tree i: F ends with these, in the order of the free ones."""
+        """Return 1/D for degree of freedom k of tree i: the last numbers of F, in the order of the free ones."""
         F, free = self._trees[i].F, self._free(i)
         return F[len(F) - len(free) + free.index(k)]
 

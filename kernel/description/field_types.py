@@ -123,7 +123,7 @@ def _read(value: Any, hint: Any, where: str) -> Any:
 
 @cache
 def _taken_apart(hint: Any) -> tuple[Any, tuple[Any, ...]]:
-    """Origin and arguments of an annotation."""
+    """Return origin and arguments of an annotation."""
     return get_origin(hint), get_args(hint)
 
 

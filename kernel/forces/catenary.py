@@ -29,7 +29,7 @@ THIRD = 1.0 / 3.0
 
 class EndForces(NamedTuple):
     """Forces at the fairlead, relative to the weight of the line: horizontal and vertical; `turn`: difference of
-    asinh(V / H) between the ends of the part that hangs; `missed`: error of the length before the last step."""
+    asinh(V / H) between the ends of the part that hangs; `missed`: error of the length before the last iteration."""
 
     H: Scalar
     V: Scalar

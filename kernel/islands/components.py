@@ -1,9 +1,9 @@
 """The islands of a system: sets of coupled bodies, with all that acts on them.
 
 Joints, forces, contacts and ropes couple bodies; the ground couples nothing, nor does a *loose* rope, which is never
-hooked: it belongs to the island of its first end, and for it the other end is ground. A commanded master is a function
-of time, so each island with actuators has its own copy; a measured master couples its body to all actuators that may
-follow it.
+hooked: a loose rope belongs to the island of its first end, and its other end counts as ground. A commanded master is a
+function of time, so each island with actuators has its own copy; a measured master couples its body to all actuators
+that may follow it.
 """
 
 from collections.abc import Collection, Iterator

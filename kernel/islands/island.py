@@ -1,5 +1,4 @@
-"""One island of a scene: a simulation that runs ahead and rolls back, and knows the ropes at which it could be
-split."""
+"""One island of a scene: a simulation that runs ahead and rolls back, with the ropes at which it could be split."""
 
 from collections.abc import Callable, Sequence
 from typing import Any

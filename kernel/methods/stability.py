@@ -185,7 +185,7 @@ class Balance:
         if made < 0.0 and not self.strict:
             self.lost = max(self.lost, -float(made))
             return
-        message = f"{made:.3g} J have come out of nothing" if made > 0.0 else f"{-made:.3g} J are gone without heat"
+        message = f"{made:.3g} J were created from nothing" if made > 0.0 else f"{-made:.3g} J were lost without heat"
         raise KernelError(
             f"{where}: the energy balance is broken, {message}, more than {100 * self._share:.0f} "
             f"% of the largest energy exchanged so far; {self._cure}"

@@ -149,7 +149,7 @@ class CommandSwitches:
         gap = self._too_short(rope)
         if not gap <= 0.0:
             P[:] = before
-            raise KernelError(f"{where}: {gap * 1e3:.0f} mm too short to be hooked there; bring the hook closer")
+            raise KernelError(f"{where}: it is {gap * 1e3:.0f} mm too short to be hooked there; bring the hook closer")
         self.admit("hook")
         if L0 is not None:
             self.references.set_value(rope, native.epoch, L0)
@@ -173,7 +173,7 @@ class CommandSwitches:
         gap = ReevingLaw().put_on(rope, p, long, poses_of(native.program, native.row()))
         if not gap <= 0.0:
             p[:] = before
-            raise KernelError(f"{where}: {gap * 1e3:.0f} mm too short to be hooked there; bring the hook closer")
+            raise KernelError(f"{where}: it is {gap * 1e3:.0f} mm too short to be hooked there; bring the hook closer")
         self.admit("hook")
         angles, row = native.program.angles, native.row()
         counted = native.state[len(native.state) - len(angles) :]

@@ -247,8 +247,8 @@ ActorCommand: TypeAlias = Motion | Follow | StopOrder | Hookup | UnhookSling | B
 
 
 def for_actor(order: Move | Follow | StopOrder | Hookup | UnhookSling | BrakeOrder, **more: Any) -> ActorCommand:
-    """Return the part of an order that its actor needs, with the fields `more`. The line of the scene is left out,
-    because a run must not depend on it."""
+    """Return the part of an order that its actor needs; `more`: values of further fields. The line of the scene is left
+    out, because a run must not depend on line numbers."""
     kind = Motion if isinstance(order, Move) else type(order)
     return kind(**{name: getattr(order, name) for name in kind.__struct_fields__ if name != "where"} | more)
 

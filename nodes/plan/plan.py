@@ -88,8 +88,8 @@ class Plan(Item, frozen=True, kw_only=True):
 
     @property
     def first(self) -> int:
-        """The number of the first action; in a plan with one of several lists, actions are counted in the whole
-        scene."""
+        """The number of the first action. In a plan with one of several lists, numbers of actions are those of the
+        whole scene."""
         return self.lists[0].first if self.lists else 0
 
     def action(self, number: int) -> Action:

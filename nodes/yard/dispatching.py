@@ -167,8 +167,8 @@ class Dispatcher(Atomic):
         if kept and wake == NEVER and not self.running and not (self.calms and WEATHER in self.causes):
             waits = self.activities[kept[0][1]]
             raise ModelError(
-                f"{waits.name} waits for ever for {self.causes[kept[0][1]]}, as blocks that keep it wait for others; "
-                "let an earlier step give it back, or have more of it"
+                f"{waits.name} waits for ever for {self.causes[kept[0][1]]}: blocks that hold it wait for others; "
+                "release it at an earlier step, or add units"
             )
         self.hold_in(0 if self.begun or self.changed or self.telling else wake if wake == NEVER else wake - now)
 

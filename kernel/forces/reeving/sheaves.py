@@ -269,7 +269,7 @@ class Unrolled:
         return self._plane.watches()
 
     def within(self, ends: Sequence[Array]) -> list[Scalar]:
-        """Return, for each edge, the guard that the rope stays between the edge's ends (lower, upper) [m]."""
+        """Return, for each edge, the guard of its ends: how far inside (lower, upper) the rope stays [m]."""
         out = []
         for here, (comes, goes), (lower, upper) in zip(self._on[1:-1], self.spans, ends, strict=True):
             inside = minimum(minimum(comes, goes) - lower, upper - maximum(comes, goes))

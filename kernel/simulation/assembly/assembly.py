@@ -138,7 +138,7 @@ def _cause(program: Program, row: int, moving: Sequence[str]) -> str:
     own = [d for d in program.system.drives if d.name in moving and program.driven(d)[1] in dofs]
     if len(own) > 1:
         names = " and ".join(f"'{d.name}'" for d in own)
-        return f"drives {names} move what one loop ties together and contradict each other; stop one or make it a servo"
+        return f"drives {names} move the same loop and contradict each other; stop one or make it a servo"
     masses = sorted((float(b.mass), b.name) for b in bodies if float(b.mass) > 0.0)
     if masses and masses[-1][0] > APART * masses[0][0]:
         (light, name), (heavy, other) = masses[0], masses[-1]

@@ -83,7 +83,7 @@ def _law(group: str, unit: str, frame: str) -> ColumnGroup:
 
 
 def _signals(i: int) -> Callable[[SampleInstant], list[Value]]:
-    """Return a function that reads values (0) or rates (1) of the signals of elastic ropes."""
+    """Return a function that reads the values (i = 0) or rates (i = 1) of the signals of elastic ropes."""
     return lambda x: [x.x.signals[r.name][i] for r in x.program.system.ropes]
 
 

@@ -63,8 +63,8 @@ def sorted_bag(m: Atomic) -> dict[InPort[Message], list[Message]]:
 def spoken(
     tag: Instant, sources: Sequence[Port[Message]], values: Sequence[Message], inner: bool = False
 ) -> list[Event]:
-    """Return, in total order, the events sent at a logical time to other nodes, or with `inner` those sent to receivers
-    in the same node."""
+    """Return, in total order, the events sent at a logical time to other nodes or, if `inner`, to receivers in the same
+    node."""
     left = [
         # the total order of events: source, port, then place in the port's bag
         (target.owner.name, target.name, number, value)

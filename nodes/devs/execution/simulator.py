@@ -265,7 +265,9 @@ class Simulator:
             try:
                 change()
             except ModelError as error:
-                raise ModelError(f"{error} (a change of {where.path} at {Tag(*self._last)})") from None
+                raise ModelError(
+                    f"{error} (in a change of the structure of {where.path} at {Tag(*self._last)})"
+                ) from None
         self._present.live = True
         self._adopt()
         # others rely on the lookaheads declared in HELLO

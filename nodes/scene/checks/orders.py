@@ -154,7 +154,7 @@ def _spoken(x: CheckedOrder) -> Violations:
                 and set(term.names) <= slings
                 and not set(term.names) & set(lugs)
             ):
-                message = f"'{term.text}' says nothing here: none of {len(term.names)} slings is hooked then"
+                message = f"'{term.text}' cannot hold here: none of {len(term.names)} slings is hooked"
                 yield term.text, term.where, message
 
 

@@ -115,7 +115,7 @@ def test_the_hash_of_all_files_of_nemoh_and_the_depth_are_recorded(tmp_path: Pat
 BAD = {
     "bodies": "one body is needed that turns about one point",
     "irf": "IRF.tec: .*impulse responses",
-    "Results/ExcitationForce.tec": "it has no zones of equal size",
+    "Results/ExcitationForce.tec": "its zones are missing or differ in size",
     "Mesh/KH.dat": "it is no matrix of six motions",
     "Mesh/Hydrostatics.dat": "it has no 'ZG' and 'Displacement'",
     "Nemoh.cal": "it is no Nemoh.cal of a body with six degrees of freedom",

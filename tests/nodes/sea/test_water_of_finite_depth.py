@@ -80,7 +80,7 @@ def test_a_vessel_with_given_motions_moves_later_the_shallower_the_water_before_
 def test_data_of_deep_water_are_refused_on_shallow_water_and_kept_where_waves_do_not_feel_the_ground() -> None:
     """Waves of 8 s are 100 m long."""
     with pytest.raises(
-        SceneError, match=r"(?s)it holds on deep water; on water 15 m deep .* 0.8\d+ times as long.*hull --depth"
+        SceneError, match=r"(?s)its data are for deep water; on water 15 m deep .* 0.8\d+ times as long.*hull --depth"
     ):
         parse(SCENE % (15, 0.0, FILE))
     assert parse(SCENE % (60, 0.0, FILE)).plan.machines

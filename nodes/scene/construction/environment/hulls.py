@@ -78,7 +78,7 @@ def check_depth(
     ratio = next(numbers) / next(numbers)
     if abs(ratio - 1.0) > SHALLOW:
         theirs, own = (f"water {x:g} m deep" if x else "deep water" for x in (hull.depth, depth))
-        message = f"it holds on {theirs}; on {own} the waves are {ratio:.3g} times as long"
+        message = f"its data are for {theirs}; on {own} the waves are {ratio:.3g} times as long"
         at = ("vessels", name, "floating", "hydrodynamics")
         builder.source.fault(at, message, "compute it for this depth: `heavylift hull --depth`")
 
