@@ -10,7 +10,7 @@ from heavylift.coordinator.run import resume_model
 from heavylift.coordinator.run.verify import verify
 from heavylift.coordinator.yards import in_place, interpolated, load_yard, ran, run_yard
 from heavylift.nodes.scenes import bundled
-from heavylift.nodes.yard import LiftOrder, at_rest, expected
+from heavylift.nodes.yard import LiftOrder, YardWeather, at_rest, expected
 from typer.testing import CliRunner
 
 YARD = """
@@ -62,7 +62,7 @@ def test_a_lift_at_rest_from_the_table_and_in_place_ends_within_the_stated_error
             simulated = [in_place(one.order, 2.0).seconds for one in yard.activities]
             for found, true, error in zip(ends[way], simulated, errors, strict=True):
                 assert abs(found - true) <= error
-            end = expected(replace(yard, wind=None)).delivery
+            end = expected(replace(yard, weather=YardWeather())).delivery
             assert abs(end - sum(simulated)) <= sum(errors) + 1e-6
     assert ends["table"] != ends["rest"]
 
