@@ -175,7 +175,7 @@ class FmuUnit:
         self._waiting |= given
 
     def _update(self) -> None:
-        """Leave event mode after all discrete states are updated; raises ModelError if the unit terminates there."""
+        """Update all discrete states and leave event mode; raises ModelError if the unit terminates meanwhile."""
         again = True
         while again:
             again, over, _, _, timed, then = self._fmu.updateDiscreteStates()

@@ -93,7 +93,7 @@ def eigenvalues(A: Matrix) -> list[float]:
 
 
 def _rotation(a: float, b: float, off: float) -> tuple[float, float]:
-    """Cosine and sine that make [[a, off], [off, b]] diagonal."""
+    """Return the cosine and sine of the rotation that makes [[a, off], [off, b]] diagonal."""
     z = (b - a) / (2.0 * off)
     t = copysign(1.0, z) / (abs(z) + sqrt(1.0 + z * z))
     c = 1.0 / sqrt(1.0 + t * t)

@@ -89,7 +89,7 @@ def _ratio(a: Pair, b: Pair) -> Pair:
 
 
 def _polynomial(c: tuple[float, ...], x: Scalar) -> Scalar:
-    """c[0] + c[1] x + ... by Horner's rule."""
+    """Return c[0] + c[1] x + ... by Horner's rule."""
     y: Scalar = c[-1]
     for a in c[-2::-1]:
         y = a + x * y
@@ -189,7 +189,7 @@ def _fraction(x: Scalar) -> tuple[Scalar, Pair]:
 
 
 def _log(x: Scalar) -> Pair:
-    """Natural logarithm of a positive normal number as a pair, relative error 2^-64."""
+    """Return the natural logarithm of a positive normal number as a pair, with a relative error of 2^-64."""
     k, f = _fraction(x)
     z = _times(f, f)
     c, c_low = _sum(_THIRD[0], z[0] * _polynomial(_ATANH, z[0]))

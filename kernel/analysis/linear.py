@@ -285,7 +285,7 @@ def _turns(p: Program, joint: str, coordinate: str) -> bool:
 
 
 def _state_names(p: Program) -> list[str]:
-    """Names of displacements, one per velocity."""
+    """Return the names of the displacements, one per velocity."""
     out = []
     for k in p.graph.links:
         kind = JOINTS[k.joint.kind]

@@ -120,7 +120,7 @@ class EquilibriumPath:
     # ---- steps --------------------------------------------------------------------------------------------
 
     def _break_ns(self) -> int:
-        """Time of the next change of slope in a history of loads or wind."""
+        """Return the time [ns] of the next change of slope in a history of loads or wind."""
         following = self.command.references.histories.breaks(self.epoch, 0.0)
         return self.epoch + round(min(following) * 1e9) if following else FOREVER_NS
 

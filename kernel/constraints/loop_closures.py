@@ -170,7 +170,7 @@ def near(x: float, y: float) -> float:
 
 
 def _basis(joint: Joint) -> Array:
-    """Rows (3, 3): axis, second, third direction of a joint in its frame."""
+    """Return the axis, second and third direction of a joint in its frame as rows (3, 3)."""
     axis = exact(joint.axis)
     second = exact(joint.second) if JOINTS[joint.kind].axes > 1 else _perpendicular(axis)
     return np.array([axis, second, cross(axis, second)])

@@ -1,4 +1,4 @@
-"""External forces: given loads, and wind drag (EN 13001-2, 4.2.3.1; closed form C16).
+"""External forces: given loads, and wind drag (EN 13001-2, 4.2.3.1).
 
 Laws given as data: a piecewise linear effort over the coordinate or the speed of a joint, such as a motor's
 torque-speed curve or a buffer's force-travel curve, or over the depth of a body in water. P holds the active piece; its

@@ -52,7 +52,7 @@ class RecompileBudget:
         }
 
     def go_on(self, kept: dict[str, Any]) -> None:
-        """Continue from the state of another rule, as `kept` returned it."""
+        """Continue from the state of another rule that `kept` returned."""
         self.spent = {frozenset(ropes): n for ropes, n in kept["spent"]}
         self.since, self.seen = kept["since"], frozenset(kept["seen"])
 
@@ -71,8 +71,8 @@ class Island(Simulation):
         self.stand()
 
     def settle(self) -> None:
-        """Settle as `Simulation.settle` does, but store the row of the event in `struck`; its peaks count for the next
-        sample."""
+        """Settle as `Simulation.settle` does, but store the event's row in `struck`; the event's peaks count for the
+        next sample."""
         before = len(self.rows)
         super().settle()
         ((_, self.struck),) = self.rows[before:]

@@ -225,7 +225,7 @@ class Islands(RunningAhead):
         self._reach(self.epoch, whole=True)
 
     def _cut_again(self) -> None:
-        """Split islands at unhooked ropes whose part rests, if that is worth the cost."""
+        """Split islands at unhooked ropes if the part to be split off rests and the split is worth its cost."""
         for p in self._stopped:
             if loose := p.may_be_cut():
                 self._stop_all()

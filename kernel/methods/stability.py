@@ -80,7 +80,7 @@ def bent(method: Method, s: complex, step: float) -> bool:
 
 
 def missed(method: Method, s: complex, step: float) -> float:
-    """Return the error of one step per radian for the oscillation with eigenvalue s."""
+    """Return the relative error of one step, per radian of phase, for the oscillation with eigenvalue s."""
     # one oscillator y'' = 2 Re(s) y' - |s|^2 y with this eigenvalue stands for the mode
     J = np.array([[0.0, 1.0], [-(abs(s) ** 2), 2.0 * s.real]])
     got = np.linalg.eigvals(method.amplification(J, step, 1))

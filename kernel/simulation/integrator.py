@@ -29,7 +29,7 @@ class Integrator:
         self._fixed, self._name = fixed, native.method.method.name
 
     def commit(self) -> None:
-        """Commit the tentative step with samples and peaks."""
+        """Commit the tentative step with its samples and peaks."""
         native = self.native
         native.call("commit")
         if "top" in native.at:

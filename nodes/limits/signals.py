@@ -117,7 +117,8 @@ class _Line(Protocol):
 
 
 def hooked_in(plan: Plan, rigs: Sequence[tuple[float, Sequence[_Line]]]) -> list[Hooked]:
-    """Return, from the recorded rope lines, the time [s] from which each sling is hooked to each lug."""
+    """Return, for each sling and lug, the time [s] from which the sling is hooked there, found from the recorded rope
+    lines."""
     known = plan.machines
     slings = {tie.rope for machine in known for tie in machine.ties}
     lugs = {(point.body, *point.p): name for name, point in lug_places(known).items()}

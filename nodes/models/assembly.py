@@ -142,7 +142,7 @@ NodeModel: TypeAlias = CommanderModel | RealObject | UserModelNode
 
 
 def build(plan: Plan, names: Iterable[str] | None = None) -> dict[str, NodeModel]:
-    """Build the models of a plan by node name (all or `names`); actors that follow logs get them."""
+    """Build the models of a plan by node name: all, or those in `names`; drives that follow a log get their log."""
     names = names or (COMMANDER, *machines(plan), *(own.name for own in plan.models))
     crossed, known = watched(plan), {machine.name: machine for machine in plan.machines}
     models = {name: _built(plan, name, known.get(name), crossed.get(name, ())) for name in names}

@@ -238,7 +238,7 @@ def reach(c: Contact, first: Array, second: Array, A: Array, B: Array) -> Any:
 
 
 def _extent(shape: Shape, p: Array) -> tuple[Scalar, Scalar]:
-    """Radius of the bounding sphere and smallest half extent of a shape [m]."""
+    """Return the radius of the bounding sphere and the smallest half extent of a shape [m]."""
     if isinstance(shape, Ball):
         return p[3], p[3]
     h = p[12:15]

@@ -219,7 +219,8 @@ def gap(c: Contact, a: Pose, b: Pose) -> float:
 
 
 def _solid(s: Shape, at: Pose) -> tuple[np.ndarray, np.ndarray, float]:
-    """Centre (3,), half edges as rows (n, 3) in the world, and radius of a shape; for a plane a point [m]."""
+    """Return centre (3,), half edges as rows (n, 3) in the world, and radius of a shape; for a plane a point of it
+    [m]."""
     place, R = at
     middle = place + (R * np.array(s.p)).sum(axis=1)
     if not isinstance(s, Box):

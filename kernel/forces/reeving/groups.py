@@ -101,7 +101,8 @@ class Groups:
         return [named(f"sum{self._sums}_{i + 1}", x) for i, x in enumerate(sums)]
 
     def mean_rates(self) -> list[Scalar]:
-        """Return, for each part of the rope, the mean over its group of N s', unstretched length times strain rate."""
+        """Return, for each part of the rope, the mean of N s' (unstretched length times strain rate) over the part's
+        group."""
         together = self._total(_times(self.unstretched, self.rates))
         return [a / b for a, b in zip(together, self._group, strict=True)]
 

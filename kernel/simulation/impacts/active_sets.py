@@ -256,7 +256,7 @@ def _holds(
 
 
 def _length(x: Any, y: Any) -> Any:
-    """Length of one or many vectors (x, y)."""
+    """Return the length of one or many vectors (x, y)."""
     return np.sqrt(x * x + y * y)
 
 

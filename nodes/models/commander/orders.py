@@ -81,8 +81,7 @@ class Orders(Atomic):
             self._tell(move.actuator, self.ids, (LED,), scene.for_actor(move, speed=speed))
 
     def _give(self, order: scene.Order, at: tuple[int, int]) -> None:
-        """Translate an order of the scene into orders to actors; `at`: number of the action and number of the order in
-        it."""
+        """Translate an order of the scene into orders to actors; `at`: numbers of the action and of the order in it."""
         self.known.check(order, self.picture, self.lugs)
         self.known.check_led(order, self.lugs)
         match order:
