@@ -105,8 +105,8 @@ def write_cached(name: str, content: bytes) -> None:
 
 
 def kept_folder(name: str, fill: Callable[[Path], object]) -> Path:
-    """Return a folder of the cache, filled by `fill` if it is missing, and protect it from removal while this process
-    runs."""
+    """Return a folder of the cache, filled by `fill` if it is missing, and protect it from removal by other
+    processes."""
     there = cache_folder() / name
     while True:
         try:

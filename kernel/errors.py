@@ -73,8 +73,7 @@ class HeavyliftError(Exception):
 
 
 def closest(word: str, known: Iterable[str]) -> str:
-    """Return `did you mean 'x'?` for the known word most similar to `word`; if none is similar, the list of known
-    words."""
+    """Return `did you mean 'x'?` for the known word most similar to `word`; if none is, the list of known words."""
     from difflib import get_close_matches  # of those who err
 
     words = list(known)
@@ -110,8 +109,7 @@ def extra(package: str, missing: HeavyliftError) -> Any:
 
 
 class PlacedFault(NamedTuple):
-    """A fault at a place in the files of a scene: sentence, hint, line and column counted from 1; `path`: that of the
-    key."""
+    """A fault at a place in the files of a scene: sentence, hint, line and column from 1, and `path` of the key."""
 
     file: str
     line: int

@@ -115,7 +115,7 @@ def trusted() -> list[Path]:
 
 
 def trust(folder: Path) -> Path:
-    """Trust a folder or file and return its resolved path; raises KernelError if it is missing or others can write to
+    """Trust a folder or file and return its resolved path; raises KernelError if it is missing or others can change
     it."""
     folder = folder.expanduser().resolve()
     if not (folder.is_dir() or folder.is_file()):

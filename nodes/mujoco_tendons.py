@@ -43,8 +43,7 @@ class WrappedTendons:
             yield data
 
     def rope(self, i: int, name: str, k: float, length: float, damping: float) -> Reeving | None:
-        """Return tendon i as a rope of stiffness k [N/m], unstretched length [m] and damping; None if no rope is
-        equivalent."""
+        """Return tendon i as a rope of stiffness k [N/m], unstretched length [m] and damping; None if there is none."""
         m, nodes = self.m, range(self.m.tendon_adr[i], self.m.tendon_adr[i] + self.m.tendon_num[i])
         kinds = [int(m.wrap_type[w]) for w in nodes]
         if not {*kinds} <= {SITE, SPHERE, CYLINDER}:  # each geom is between two sites

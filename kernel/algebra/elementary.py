@@ -128,8 +128,7 @@ def _kernels(y: Scalar, low: Scalar) -> Pair:
 
 
 def sin(x: Scalar) -> Any:
-    """Return the sine of x [rad]; computed together with the cosine of the same x, it costs only a few additional
-    operations."""
+    """Return the sine of x [rad]; together with the cosine of the same x it costs only a few more operations."""
     if printing(x):
         return node("sin", x)
     y, low, m = _reduced(x)
@@ -179,8 +178,7 @@ def atan2(y: Scalar, x: Scalar) -> Any:
 
 
 def _fraction(x: Scalar) -> tuple[Scalar, Pair]:
-    """Return the exponent k and the fraction f = (m - 1)/(m + 1) of a positive normal number m 2^k with m nearest to
-    1."""
+    """Return exponent k and fraction f = (m - 1)/(m + 1) of a positive normal number m 2^k with m nearest to 1."""
     k = exponent(x)
     m = x * power_of_two(-k)
     high = m > 1.4142135623730951

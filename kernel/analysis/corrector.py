@@ -33,8 +33,7 @@ class Corrector:
         self.renew(simulation.state[: simulation.program.nq].copy())
 
     def renew(self, q: np.ndarray) -> None:
-        """Restart the prediction at a pose with a newly computed stiffness, after commands or after laws have
-        switched."""
+        """Restart the prediction at a pose with a new stiffness, after commands or after laws have switched."""
         if self._program is not self._simulation.program:
             self._program = self._simulation.program
             self.poses = Poses(self._simulation)

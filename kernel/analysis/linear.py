@@ -69,8 +69,7 @@ def linear_model(simulation: "Simulation", inputs: Sequence[str], outputs: Seque
 
 
 class _Linearised:
-    """Derivatives of a scene along raw directions: nq coordinates, nv velocities, radiation states, then the numbers of
-    P."""
+    """Derivatives of a scene along raw directions: nq coordinates, nv velocities, radiation states, numbers of P."""
 
     def __init__(self, simulation: "Simulation", inputs: Sequence[str], outputs: Sequence[str]) -> None:
         self.simulation, self.program = simulation, simulation.program
@@ -197,7 +196,7 @@ class _Linearised:
         return rate
 
     def _outputs(self, asked: Sequence[str]) -> list[tuple[LinearColumn, np.ndarray]]:
-        """Return the sampled columns that match the patterns `asked`, each with its derivatives along the raw
+        """Return the sampled columns that match the patterns `asked`, with their derivatives along the raw
         directions."""
         found: dict[str, tuple[LinearColumn, np.ndarray]] = {}
         method, (row, change) = self.simulation.method, self.found["row"]
@@ -230,7 +229,7 @@ class _Linearised:
 
 
 class _Input:
-    """An input of the linear model: its positions in P, and the states of the chain of integrators between u and the
+    """An input of the linear model: its positions in P, and the states of the integrators between u and the
     reference."""
 
     def __init__(self, p: Program, name: str) -> None:

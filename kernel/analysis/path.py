@@ -296,7 +296,7 @@ class EquilibriumPath:
     # ---- stability ----------------------------------------------------------------------------------------
 
     def stiffness(self) -> float:
-        """Return the smallest eigenvalue of the tangent stiffness relative to the inertia at the present equilibrium
+        """Return the smallest eigenvalue of the tangent stiffness over the inertia at the present equilibrium
         [1/s2]."""
         return self._near.stiffness(self._q)
 
@@ -305,8 +305,7 @@ class EquilibriumPath:
         return modes_at(self._near.poses, self._q)
 
     def _check_stability(self) -> None:
-        """Add a note if the equilibrium has become unstable: an eigenvalue of the tangent stiffness has passed zero
-        (Sylvester)."""
+        """Add a note if the equilibrium has become unstable: an eigenvalue of the tangent stiffness passed zero."""
         # the determinant changes sign with one eigenvalue; eigenvalues are computed only then
         if self._near.poses.sign() < 0.0 and self.unstable_since is None and self.stiffness() < -GROWTH:
             self.unstable_since = self.epoch

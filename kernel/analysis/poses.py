@@ -168,16 +168,16 @@ class Poses:
         return q
 
     def count_turns(self, q: np.ndarray) -> None:
-        """Update the counted turns of angles at pose q. Precondition: no angle changed by half a turn or more since the
-        last call."""
+        """Update the counted turns of angles at pose q; since the last call, angles must have changed by less than half
+        a turn."""
         s = self.simulation
         if n := len(s.program.angles):
             self._y[:] = self._state(q)
             self._accounts[-n:] = s.row().turned
 
     def basis(self, q: np.ndarray) -> np.ndarray | None:
-        """Return an orthonormal basis (n_free, n) of the motions that closed loops allow at pose q; None if there are
-        no loops."""
+        """Return an orthonormal basis (n_free, n) of the motions that closed loops allow at pose q; None without
+        loops."""
         if not self._closed:
             return None
         p, allowed = self.simulation.program, []

@@ -116,8 +116,7 @@ def _operation(n: Sym, x: list[Dual]) -> Dual:
 
 
 def _times(d: Any, factor: Any) -> Any:
-    """Return derivatives times a number or times (n,) numbers; zero derivatives stay zero even if the number is
-    infinite."""
+    """Return derivatives times a number or (n,) numbers; zero derivatives stay zero even if the number is infinite."""
     if d is None:
         return None
     scaled = d * np.reshape(factor, (-1, 1)) if np.ndim(factor) else d * float(factor)

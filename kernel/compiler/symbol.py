@@ -284,8 +284,7 @@ def scope(name: str) -> Iterator[None]:
 
 
 def named(label: str, x: Any) -> Any:
-    """Give a traced quantity the name used in printed equations; return the quantity, or new symbols in an opaque
-    graph."""
+    """Give a traced quantity its name in printed equations; return the quantity, or new symbols in an opaque graph."""
     graphs = RECORDING.graphs
     if not graphs or not graphs[-1].opaque:
         return x

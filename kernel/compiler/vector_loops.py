@@ -23,8 +23,7 @@ def is_long(x: Any) -> bool:
 
 
 class VectorEmitter(Protocol):
-    """Interface of the code under construction, as far as this module uses it: `head` and `body` are its lines of LLVM
-    IR."""
+    """Interface of the code under construction that this module uses; `head` and `body`: its lines of LLVM IR."""
 
     head: list[str]
     body: list[str]

@@ -57,8 +57,7 @@ class Blockwise(Proximal):
         return range(self.starts[r], self.starts[r + 1])
 
     def _cut(self, flat: Array, pairs: Sequence[tuple[int, int]]) -> dict[tuple[int, int], list[Scalar]]:
-        """Return the numbers of each block (r, s) of `pairs`, row by row; `flat` holds the blocks one after the
-        other."""
+        """Return the numbers of each block (r, s) of `pairs`, row by row; `flat` holds these blocks in order."""
         out, at = {}, 0
         for r, s in pairs:
             n = self.sizes[r] * self.sizes[s]

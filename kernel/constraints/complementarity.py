@@ -34,8 +34,8 @@ def start_of(n: int, side: Array) -> SimpleNamespace:
 
 
 def round_of(s: SimpleNamespace, A: Array, b: Array, lo: Array, hi: Array, small_x: Scalar, small_w: Scalar) -> None:
-    """Solve for the present active set, then change the sides of rows that violate their condition; run = 0 if no row
-    does."""
+    """Solve for the present active set, then change the sides of rows that violate their condition; if none, set run =
+    0."""
     n = len(b)
     low, high = less(s.side, 0.0), less(0.0, s.side)
     free = select(low, 0.0, select(high, 0.0, 1.0)) * np.ones(n)
@@ -108,8 +108,8 @@ _VECTORS = ("side", "x", "w", "b", "lo", "hi")
 def pivot(
     s: SimpleNamespace, A: np.ndarray, b: np.ndarray, lo: np.ndarray, hi: np.ndarray, small: tuple[float, float]
 ) -> None:
-    """Run rounds of pivoting from the loop variables s until no row changes sides or the budget is spent; s then holds
-    the result."""
+    """Run rounds of pivoting from the loop variables s until no row changes sides or the budget is spent; the result is
+    in s."""
     n = len(b)
     size = next((k for k in SIZES if n <= k), 0)
     if not size:

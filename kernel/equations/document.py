@@ -99,7 +99,7 @@ class Equation:
 
 @dataclass(frozen=True)
 class DocumentSection:
-    """A section of the printed equations: title, sentences, table rows (header first), a matrix, and equations under
+    """A section of the printed equations: title, sentences, table rows (header first), matrix, equations under
     headings."""
 
     title: str

@@ -105,8 +105,7 @@ class ForceLaw(ABC, Generic[F]):
         """
 
     def angles(self, f: F) -> int:
-        """Return the number of angles whose full turns are counted; `answer` then receives their integrals as
-        `counted`."""
+        """Return the number of angles whose full turns are counted; `answer` receives their integrals as `counted`."""
         return 0
 
     def turns(self, f: F, poses: Poses) -> tuple[str, str, Array] | None:

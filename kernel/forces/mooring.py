@@ -21,8 +21,7 @@ TINY = 1e-160  # keeps 0/0 away
 
 
 class MooringAt:
-    """Indices of a line's numbers; `HOOKED`: 0 if the line has broken, `HANGS`: 1 if no part of it lies on the
-    seabed."""
+    """Indices of a line's numbers; `HOOKED`: 0 if the line has broken, `HANGS`: 1 if no part lies on the seabed."""
 
     HOOKED, HANGS = range(6, 8)
 

@@ -36,8 +36,7 @@ class RecompileBudget:
         self.seen: frozenset[str] = frozenset()  # ropes that tied nothing then
 
     def ends(self, attempts: float, loose: frozenset[str], share: float) -> bool:
-        """Return whether the ropes `loose` should stop coupling their bodies; `share`: part of the work that this would
-        save."""
+        """Return whether the ropes `loose` should stop coupling their bodies; `share`: saved part of the work."""
         if self.seen:
             self.spent[self.seen] = self.spent.get(self.seen, 0.0) + attempts - self.since
         self.since, self.seen = attempts, loose
@@ -58,8 +57,7 @@ class RecompileBudget:
 
 
 class Island(Simulation):
-    """The simulation of one island; rows of its events are stored separately, as parts of the rows of the whole
-    scene."""
+    """The simulation of one island; rows of its events are stored separately, as parts of the scene's rows."""
 
     struck: np.ndarray  # row of the last event or command
 
@@ -71,8 +69,8 @@ class Island(Simulation):
         self.stand()
 
     def settle(self) -> None:
-        """Settle as `Simulation.settle` does, but store the event's row in `struck`; the event's peaks count for the
-        next sample."""
+        """Settle as `Simulation.settle` does, but store the event's row in `struck`; its peaks count for the next
+        sample."""
         before = len(self.rows)
         super().settle()
         ((_, self.struck),) = self.rows[before:]

@@ -68,8 +68,8 @@ class Islands(RunningAhead):
         return self.lifts
 
     def _method_of(self, system: System) -> Stepping:
-        """Return the method of the island that holds exactly this system; if there is none, a new one, used only for
-        its rows."""
+        """Return the method of the island that holds exactly this system; if there is none, a new one, only for
+        rows."""
         bodies = {b.name for b in system.bodies}
         same = next((p for p in self.parts if bodies == {b.name for b in p.given.bodies}), None)
         return same.method if same else Stepping(Program(system), self.method.method, self.method.control)
@@ -161,7 +161,7 @@ class Islands(RunningAhead):
         return [e for p in self._firing for e in p.preview()]
 
     def fire(self) -> list[StateChange]:
-        """Integrate the islands of the located event up to it and switch the laws whose guards are negative; return the
+        """Integrate the event's islands up to the event and switch the laws whose guards are negative; return the
         events."""
         self.order.check_settled("fire", self.epoch)
         if not (firing := self._firing):
@@ -191,8 +191,8 @@ class Islands(RunningAhead):
         self.order.phase = call_protocol.PAUSED
 
     def settle(self) -> None:
-        """Recompute the stopped islands after events and commands. If none is stopped, the run ends: stop and recompute
-        all islands."""
+        """Recompute the stopped islands after events and commands. If none is stopped (end of the run), do so for
+        all."""
         self.order.check_standing("settle", self.epoch)
         if ended := not self._stopped:
             self._stop_all()

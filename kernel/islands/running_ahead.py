@@ -38,8 +38,8 @@ class SideBySide:
         self._pool: ThreadPoolExecutor | None = None
 
     def carry_out(self, tasks: Sequence[Task], pause: Callable[[], None]) -> None:
-        """Run all tasks and raise the first exception in the order of the tasks; `pause` is called in the calling
-        thread only."""
+        """Run all tasks; raise the first exception in the order of the tasks. `pause` is called in the calling
+        thread."""
         if len(tasks) < 2 or self._threads < 2:
             for task in tasks:
                 task(pause)

@@ -110,13 +110,12 @@ class Balance:
         return self._tolerance > 0.0 and not self._implicit
 
     def begin(self, kinetic: float, parts: np.ndarray) -> None:
-        """Restart the balance after an event or command, from the present kinetic energy and the other energies
-        (parts,) [J]."""
+        """Restart the balance after an event or command, from the kinetic energy and the other energies (parts,)
+        [J]."""
         self._start = kinetic, parts
 
     def end(self, kinetic: float, parts: np.ndarray) -> None:
-        """Close the balance before an event or command, with the present kinetic energy and the other energies (parts,)
-        [J]."""
+        """Close the balance before an event or command, with the kinetic energy and the other energies (parts,) [J]."""
         before, start = self._start
         changes = parts - start
         # energy that vanished before a switch stays in the sum, or many small losses would pass

@@ -19,8 +19,7 @@ def structure(program: Program, *method: object) -> str:
     ropes, forces = [r.name for r in s.all_ropes], [f.name for f in s.forces]
 
     def of(x: Measured | Threshold) -> object:
-        """Return what the traced code uses of a measured object: the number of its body, or the indices of its
-        coordinate."""
+        """Return what the traced code uses of a measured object: its body's number, or its coordinate's indices."""
         if x.of and (kind := x.kind if isinstance(x, Measured) else x.quantity) in ("angle", "joint", "speed"):
             return number(x.of) if kind == "angle" else along(x.name, x.of, x.coordinate)
         return None

@@ -107,8 +107,7 @@ def _value(x: Evaluation, h: Threshold, name: str) -> Any:
 
 
 def collect(x: Evaluation) -> None:
-    """Collect all guards and the derivative of the state, including the energy accounts, in the order of the
-    program."""
+    """Collect all guards and the derivative of the state, with the energy accounts, in the order of the program."""
     p = x.program
     waiting = {label: iter(values) for label, values in x.watched.items()}
     x.guards = [next(waiting[label]) for label in p.guards]

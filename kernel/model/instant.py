@@ -149,8 +149,7 @@ class Evaluation:
         return self.reference(r.name) if r.winch else (self.numbers("reference", r.name)[1], 0.0, 0.0)
 
     def constraint_rows(self) -> ConstraintRows:
-        """Return the constraint rows under the forces known so far; after the accelerations have been computed, the
-        solved rows."""
+        """Return the constraint rows under the forces known so far; after `accelerate`, the solved rows."""
         if self.rows:
             return self.rows
         for r in self.program.system.rigid_ropes:

@@ -202,8 +202,8 @@ COUNTS = {"gap": 6, "load": 2, "pull": 2, "reserve": 3, "place along": 1, "place
 
 
 def scalar(h: ScalarSignal, places: Places, numbers: Scalars, values: Scalars, lines: Sequence[int] = ()) -> Scalar:
-    """Return the value of a signal from the positions of its `points`, its `numbers`, the values of its `names`, and
-    its `lines`."""
+    """Return the value of a signal from the positions of its points, its numbers, the values of its names, and its
+    lines."""
     return ROWS[h.quantity].formula(FormulaContext(places, numbers, values, lines))
 
 

@@ -85,8 +85,7 @@ class Switches:
         return self._P[self._at["threshold", name]]
 
     def set_brake(self, name: str, engaged: bool, row: SimpleNamespace) -> None:
-        """Close a brake at the joint's present position, or release it; a brake that is closed already keeps its
-        position."""
+        """Close a brake at the joint's present position, or release it; a closed brake keeps its position."""
         if name not in self._brakes:
             raise KernelError(
                 f"'{name}': there is no brake with this name; there are {', '.join(self._brakes) or 'none'}"

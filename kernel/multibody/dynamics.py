@@ -100,8 +100,7 @@ class Equations:
         return dict(enumerate(a)), np.array(reaction)
 
     def given(self, k: int) -> dict[int, Scalar]:
-        """Return the entries of row k of H, which belongs to a prescribed degree of freedom, in the columns of the free
-        ones."""
+        """Return the entries of row k of H, of a prescribed degree of freedom, in the columns of the free ones."""
         free = self.tree.free_dofs
         return {l: self.H[max(k, l), min(k, l)] for l in free if (max(k, l), min(k, l)) in self.H}
 

@@ -113,8 +113,7 @@ class CommandSwitches:
         self._events.heat(row)
 
     def set_signal(self, name: str, value: float) -> None:
-        """Set the driven signal of a force to a value; raises KernelError for a signal that only profiles may
-        change."""
+        """Set the driven signal of a force to a value; raises KernelError for a signal that only profiles change."""
         self._standing("set_signal")
         if name not in steered(self._native.program.system):
             raise KernelError(f"'{name}' is not a driven signal of a force; move it by a profile")
@@ -182,8 +181,7 @@ class CommandSwitches:
                 counted[i] = row.turned[i]  # what it turned while it was off is no turn
 
     def _ends(self, rope: str, a: Vector | None, b: Vector | None) -> list[Vector | None]:
-        """Return new ends a and b of a rope's first line as P stores them: on a flexible body relative to the
-        station."""
+        """Return new ends a and b of a rope's first line as stored in P: on a flexible body relative to the station."""
         system, graph = self._native.program.system, self._native.program.graph
         lines = {r.name: r.lines[0] for r in system.straight_ropes}
         lines |= {r.name: Line(r.a, r.b) for r in system.reevings}

@@ -105,7 +105,7 @@ class Events:
             self._integrator.take_back()
 
     def take(self) -> tuple[list[int], int]:
-        """Commit the step up to the event; return its negative guards and its time. Raises KernelError for too many
+        """Commit the step up to the event; return its negative guards and time. Raises KernelError for too many
         events."""
         fallen, t_ns = self.fallen, self.t_ns
         self.forget()
@@ -123,7 +123,7 @@ class Events:
         return events
 
     def switch(self, fallen: list[int], t_ns: int) -> list[StateChange]:
-        """Switch the laws of negative guards in a fixed order, then all rigid ropes and contacts together; return the
+        """Switch the laws of negative guards in a fixed order, then rigid ropes and contacts together; return the
         changes."""
         native, guards = self._native, self._native.program.guards
         # one row for all laws, so that no law sees the switched state of another

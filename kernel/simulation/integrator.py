@@ -114,8 +114,7 @@ class Integrator:
         self._references.write(t_ns)
 
     def pass_break(self) -> None:
-        """Commit the step and recompute the derivative where one piece of a profile or history ends and the next
-        begins."""
+        """Commit the step and recompute the derivative where a piece of a profile or history ends."""
         native = self.native
         self.commit()
         self._references.histories.write(native.epoch, native["t"])

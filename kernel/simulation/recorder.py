@@ -83,8 +83,7 @@ class SampleRecorder:
             self.number += 1
 
     def keep(self, t_ns: int, row: np.ndarray) -> None:
-        """Store a row that native code has written as a sample; raises KernelError if a winch has wound up its whole
-        rope."""
+        """Store a row that native code has written as a sample; raises KernelError if a rope is completely wound up."""
         native = self._native
         at = native.method.row_layout.at
         check_lengths(native.program, t_ns * 1e-9, row[at["length"]])
@@ -106,8 +105,8 @@ class SampleRecorder:
     # ---- rests --------------------------------------------------------------------------------------------
 
     def rest(self, t_ns: int) -> None:
-        """Record a period of rest up to t_ns as one row, which `unroll` repeats; raises KernelError for compression
-        that lasts."""
+        """Record a period of rest up to t_ns as one row, which `unroll` repeats; raises KernelError for lasting
+        compression."""
         first = self.next_ns
         if first > t_ns:
             return

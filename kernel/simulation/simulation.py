@@ -193,8 +193,7 @@ class Simulation(CommandTarget):
         return self.events.preview()
 
     def fire(self) -> list[StateChange]:
-        """Integrate to the located event and switch the laws of all negative guards in a fixed order; return the
-        events."""
+        """Integrate to the located event and switch the laws of negative guards in a fixed order; return the events."""
         if not self.events.fallen:
             self.order.check_settled("fire", self.epoch)
             raise KernelError("no event has been located; run first")
@@ -308,7 +307,6 @@ class Simulation(CommandTarget):
         return kept(self, self.native)
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Continue, bit for bit, from a snapshot of the same system and options; the simulation must have been
-        started."""
+        """Continue, bit for bit, from a snapshot of the same system and options. The simulation must have started."""
         self.order.check_begun()
         go_on(self, self.native, snapshot)

@@ -211,8 +211,7 @@ class Hybrid(Atomic):
         return (at, tuple(i for i in found if found[i] == at)) if found else None
 
     def _first(self, step: "_Step", i: int, low: int, high: int) -> int:
-        """Return the first time [ns] at which guard i is not positive, given that it is positive at `low` and not at
-        `high`."""
+        """Return the first time [ns] at which guard i is not positive, given that it is at `low` and not at `high`."""
         while high - low > 1:
             middle = (low + high) // 2
             if self._guards(step.at(middle))[i] > 0:

@@ -148,8 +148,7 @@ def state_of(checks: Iterable[Check]) -> State:
 
 
 def line_of(checks: Sequence[Check]) -> str:
-    """Return the verdict as one line: the worst state, the number of checks in each state, and the worst check in
-    words."""
+    """Return the verdict as one line: the worst state, the number of checks in each state, the worst check."""
     n = {state: sum(c.state == state for c in checks) for state in STATES}
     counts = [f"{n['green']} passed", f"{n['red']} red", f"{n['undecided']} undecided"]
     for why in COUNTED:

@@ -39,7 +39,7 @@ PARTS = 24  # of the way that a machine slews between two instants of a path at 
 
 
 def corner_load(V: Column, x: Column, y: Column, base: tuple[float, float], corner: str) -> Column:
-    """Return the load (n,) [N] on one corner of a base of the given (length, width) under a vertical force V at (x,
+    """Return the load (n,) [N] on a corner of a base of the given (length, width) under a vertical force V at (x,
     y)."""
     (along, across), u, v = CORNERS[corner], 2.0 * x / base[0], 2.0 * y / base[1]
     a, b = along * u, across * v
@@ -88,8 +88,7 @@ def stood(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column | Non
 
 
 def _of(plan: Plan, limit: RatedLimit, footing: Footing, V: Column, x: Column, y: Column) -> Column:
-    """Return the quantity of a footing's limit from the resultant force V [N] on the ground and its position x, y
-    [m]."""
+    """Return the quantity of a footing's limit from the resultant force V [N] on the ground at x, y [m]."""
     base = footing.length, footing.width
     if limit.quantity == "uplift":
         return distance_to_tipping(x, y, base, lifts=footing.kind == "wheels")

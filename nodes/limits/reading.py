@@ -173,8 +173,7 @@ def _hooked(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> dict[str, 
 
 
 def _design(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
-    """Return the static load times its factors; in a run, the simulated load times the factors without the dynamic
-    one."""
+    """Return the static load times its factors; in a run, the simulated load times all but the dynamic one."""
     if limit.rest is None or (signals.dynamic and limit.rest.alone):
         return None
     found = read(plan, msgspec.structs.replace(limit, quantity=BASES[limit.quantity]), signals)

@@ -90,8 +90,7 @@ def _zone(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> SplashZone:
 
 
 def _pull(plan: Plan, block: str, rope: str, signals: SignalColumns) -> tuple[Column, Column]:
-    """Return the vertical force (n,) [N] of the slings of a hook on a block, and whether any of them is hooked to
-    it."""
+    """Return the vertical force (n,) [N] of a hook's slings on a block, and whether any of them is hooked to it."""
     total, hangs = np.zeros(len(signals.t)), np.zeros(len(signals.t), dtype=bool)
     lugs = {name: x for name, x in lug_places(plan.machines).items() if x.body == block}
     for tie in ties_on(plan.machines, hooks_of(plan.machines)[rope]):

@@ -141,8 +141,7 @@ EN_13889, LARGEST_SHACKLE = "EN 13889", 25e3  # its shackles end there [kg]
 
 
 class Termination(NamedTuple):
-    """Properties of a sling termination: factor KT of EN 13414-1, None if it does not apply, and the factor of 0027/ND
-    7.7.1."""
+    """Properties of a sling termination: factor KT of EN 13414-1 (None: does not apply), factor of 0027/ND 7.7.1."""
 
     kt: float | None
     factor: float

@@ -70,8 +70,7 @@ class CrossingCondition(Term, frozen=True, kw_only=True, tag="crossing"):
 
 
 class AfterCondition(Term, frozen=True, kw_only=True, tag="after"):
-    """Condition: this many seconds have passed since the previous action began or, in `until`, since the order
-    began."""
+    """Condition: so many seconds have passed since the previous action began or, in `until`, since the order began."""
 
     seconds: float
 

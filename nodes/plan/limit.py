@@ -148,8 +148,7 @@ class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         return self.chart[-1][1]
 
     def excess(self, value: float, x: float = 0.0) -> float:
-        """Return by how much a value exceeds the limit, in the unit of the limit; negative if it is within the
-        limit."""
+        """Return by how much a value exceeds the limit, in the unit of the limit; negative within the limit."""
         if self.between is not None:
             return max(value - self.between[1], self.between[0] - value)
         return self.at(x) - value if self.least else value - self.at(x)
@@ -213,8 +212,7 @@ class Use:
 
     @property
     def excess(self) -> float:
-        """Amount by which the value exceeds the limit and its tolerance [unit of the limit]; negative within the
-        limit."""
+        """Amount by which the value exceeds limit and tolerance [unit of the limit]; negative within the limit."""
         if self.value is None or self.bound is None:
             return self.limit.excess(self.value or 0.0) - self.tolerance
         return (self.bound - self.value if self.limit.least else self.value - self.bound) - self.tolerance

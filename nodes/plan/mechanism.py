@@ -267,8 +267,7 @@ class Mechanism(Item, frozen=True, kw_only=True, forbid_unknown_fields=False):  
 
 
 def frames_on_hooks(machines: Sequence[Mechanism]) -> dict[str, Hoist]:
-    """Return the machines without hooks that are fixed to the eye of another machine's hook, by name, each with this
-    hook."""
+    """Return the machines without hooks that are fixed to another machine's hook eye, by name, each with this hook."""
     eyes = {hook.eye.body: hook for machine in machines for hook in machine.hooks}
     bodies = ((machine.name, body.name) for machine in machines if not machine.hooks for body in machine.system.bodies)
     return {name: eyes[body] for name, body in bodies if body in eyes}

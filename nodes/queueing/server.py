@@ -145,8 +145,7 @@ class Server(NetworkPart):
         self.later(now + seconds(self.failures.up.draw(self.random)), unit, "fails")
 
     def begin(self, now: int, turn: int, since: int, left: int, entity: Entity) -> None:
-        """Start serving an entity on the first idle unit; the service takes `left` [ns], or a random time if `left` is
-        -1."""
+        """Start serving an entity on the first idle unit; the service takes `left` [ns] (-1: a random time)."""
         unit = heappop(self.idle)
         if left < 0:
             self.waits.add((now - since) / 1e9)

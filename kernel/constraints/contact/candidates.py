@@ -57,15 +57,14 @@ class OrientedBox:
         return [self.c + sum(s * h * e for s, h, e in zip(v, self.h, self.axes, strict=True)) for v in VERTICES]
 
     def outside(self, x: Array, body: Side) -> tuple[Array, Array]:
-        """Return the distance (3,) of a point x of `body` beyond the nearer face along each axis of the box, and its
+        """Return the distance (3,) of a point x of `body` beyond the nearer face along each axis of the box, with its
         rate."""
         d = self.axes @ (x - self.c)
         v = self.axes @ (body.velocity(x) - self.side.velocity(x))
         return abs(d) - self.h, np.array([select(e > 0.0, u, -u) for e, u in zip(d, v, strict=True)], dtype=object)
 
     def depth(self, x: Array, body: Side) -> Witness:
-        """Return the signed distance of a point of `body` from the surface of the box, the largest over the axes, and
-        its rate."""
+        """Return the signed distance of a point of `body` from the box (the largest over the axes), and its rate."""
         s, v = self.outside(x, body)
         # the largest over three axes: negative inside; the maximum is the nearer face's distance
         first = s[0] > s[1]
@@ -222,8 +221,7 @@ def passes(c: Contact) -> bool:
 
 
 def reach(c: Contact, first: Array, second: Array, A: Array, B: Array) -> Any:
-    """Return the longest step [s] in which the shapes cannot pass through each other, from their present poses and
-    speeds."""
+    """Return the longest step [s] in which the shapes cannot pass through each other, from the present state."""
     (R_a, half_a), (R_b, half_b) = _extent(c.a, first), _extent(c.b, second)
     both_boxes = not isinstance(c.a, Ball) and not isinstance(c.b, Ball)
     # two boxes can pass once the smaller half extent has been crossed

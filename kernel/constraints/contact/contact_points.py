@@ -197,8 +197,7 @@ def _functions(c: Contact, pair: ContactPair, kind: str, n: int) -> tuple[Functi
 
 
 def _touch(gap: Scalar, rate: Scalar) -> Any:
-    """Return the guard of a candidate: negative at once where the shapes touch and approach, later where they
-    penetrate."""
+    """Return the guard of a candidate: negative at once if the shapes touch and approach, later if they penetrate."""
     # two cases: gap and approach, or a deeper gap at rest; a place just left must not fire again by round-off
     return minimum(maximum(gap + DEPTH, rate + RESTING), maximum(gap + SUNK, rate + DEPTH))
 

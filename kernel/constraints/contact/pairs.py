@@ -219,8 +219,7 @@ def gap(c: Contact, a: Pose, b: Pose) -> float:
 
 
 def _solid(s: Shape, at: Pose) -> tuple[np.ndarray, np.ndarray, float]:
-    """Return centre (3,), half edges as rows (n, 3) in the world, and radius of a shape; for a plane a point of it
-    [m]."""
+    """Return centre (3,), half edges as rows (n, 3) in the world, and radius of a shape; for a plane a point [m]."""
     place, R = at
     middle = place + (R * np.array(s.p)).sum(axis=1)
     if not isinstance(s, Box):

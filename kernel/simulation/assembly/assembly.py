@@ -150,8 +150,8 @@ def _cause(program: Program, row: int, moving: Sequence[str]) -> str:
 
 
 def torn(program: Program, rope: str, movable: bool, moving: Sequence[str]) -> str:
-    """Return, as part of a sentence, why a rigid rope switches endlessly between taut and slack; "" if no drive is the
-    cause."""
+    """Return, as part of a sentence, why a rigid rope switches endlessly between taut and slack; "" if no drive causes
+    it."""
     if not moving:
         return ""
     names = " and ".join(f"'{name}'" for name in moving)

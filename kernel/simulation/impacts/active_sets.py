@@ -167,8 +167,8 @@ class ContactSets:
         return self._settled(ContactProblem(problem.A, b, _friction(on), np.zeros((len(on), 2))), on, t).x
 
     def _held(self, problem: Condensed, on: list[Unilateral], x: np.ndarray, slow: set[int]) -> np.ndarray:
-        """Return the further impulses that end the motion of the `slow` contacts; contacts with impulses x keep pushing
-        and sticking."""
+        """Return further impulses that end the motion of `slow` contacts, while contacts with impulses x still push and
+        stick."""
         extra = np.zeros(len(x))
         if slow:
             after = problem.after(x)

@@ -155,7 +155,7 @@ class Stepping:
         return Function("halt", body, {"X": self.layout.size, "P": OPAQUE})
 
     def _projecting(self, name: str, part: Callable[..., None]) -> Function:
-        """Return a native function of the blocks X (in scalars) and P that runs `part(s, project)`; `project` may be
+        """Return a native function of the blocks X (scalars) and P that runs `part(s, project)`; `project` may be
         None."""
         f = self.f_project
         return self._plain(name, lambda s, P: part(s, (lambda t, y: f(t=[t], y=y, P=P)) if f else None))

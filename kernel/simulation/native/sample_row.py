@@ -225,8 +225,8 @@ def kick(s: StepState, P: Value, f: Function) -> None:
 
 
 def halted(x: Evaluation) -> Value:
-    """Return the state (ny,) with all locked joints at rest; heat and work of the impulses are added to the energy
-    accounts."""
+    """Return the state (ny,) with all locked joints at rest; the energy accounts include heat and work of the
+    impulses."""
     p = x.program
     v, accounts = list(x.v), dict(zip(p.accounts, x.accounts, strict=True))
     locks = {lock.joint: lock.name for lock in p.system.locks}

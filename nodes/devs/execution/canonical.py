@@ -43,8 +43,8 @@ def frozen(value: object, around: Sequence[object] = ()) -> bytes:
 
 
 def thawed(data: bytes, around: Sequence[object] = ()) -> Any:
-    """Deserialise a value that `frozen` serialised with the same `around`; raises TypeError or LookupError for other
-    bytes."""
+    """Deserialise a value that `frozen` serialised with the same `around`; raises TypeError or LookupError for
+    others."""
     return _Thawer(around).unfold(msgspec.msgpack.decode(data))
 
 

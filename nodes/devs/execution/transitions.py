@@ -22,7 +22,7 @@ from .rules import Witness, fail
 
 
 class Transition(NamedTuple):
-    """A transition of an atomic model at a logical time, with the messages that it received and sent as pairs (port,
+    """A transition of an atomic model at a logical time, with its received and sent messages as pairs (port,
     message)."""
 
     tag: Tag
@@ -159,8 +159,7 @@ class Border:
         NEVER if none does."""
 
     def quiet(self, tag: Tag) -> Tag:
-        """Return the earliest logical time after `tag` at which an event can leave the node, if none leaves at
-        `tag`."""
+        """Return the earliest logical time after `tag` at which an event can leave the node if none does at `tag`."""
         # nothing leaves at `tag`: by lookahead, or the next tag at which an atomic with outgoing ports is due
         soonest, t = after(tag, self._least), tag.t
         if soonest.t == t:

@@ -125,8 +125,7 @@ class Orders(Atomic):
                 self._tell(order.brake, job.id, at, scene.for_actor(order))
 
     def _stop(self, order: scene.StopOrder, at: tuple[int, int]) -> None:
-        """Stop an actuator, the actuators that move together with it, and any turn that it follows; their orders
-        end."""
+        """Stop an actuator, the actuators that move together with it, and a turn that it follows; their orders end."""
         actor = order.actuator
         for job in (job for job in self.jobs if actor in (f.actuator for f in job.followers)):
             if not job.halting:

@@ -76,7 +76,7 @@ def _bending(body: Body, row: Bend, start: tuple[float, ...]) -> Body:
 
 
 def _rest(row: Bend, modes: Modes, loads: list[BeamLoad]) -> tuple[float, ...]:
-    """Return the modal coordinates at which a beam is at rest under its loads and weight, including the effect of axial
+    """Return the modal coordinates at which a beam is at rest under its loads and weight, with the effect of axial
     forces."""
     n, beam = len(modes.mass), row.flexible.beam
     assert beam is not None

@@ -38,8 +38,7 @@ def guard_locked(plan: Plan) -> str:
 
 
 def unless(models: Callable[[Mechanism], bool]) -> Callable[[Plan], str]:
-    """Return a guard for a pass that has nothing to change because no machine has the parts for which `models` returns
-    true."""
+    """Return a guard for a pass that has nothing to change because `models` returns true for no machine's parts."""
     return lambda plan: "" if any(map(models, plan.machines)) else NONE
 
 
@@ -67,8 +66,7 @@ def ordered(plan: Plan) -> set[str]:
 
 
 class _Mirror:
-    """Test of a plan for mirror symmetry about the vertical plane of its motion, which goes through the first free
-    body."""
+    """Test of a plan for mirror symmetry about the vertical plane of its motion through the first free body."""
 
     def __init__(self, plan: Plan) -> None:
         self.plan, self.motion, self.ordered = plan, plan.fidelity.motion, ordered(plan)

@@ -22,8 +22,7 @@ class KernelInput(Message, frozen=True):
 
 
 class SetProfile(KernelInput, frozen=True):
-    """Ramp up to the signed `speed`, cruise, and ramp down so that the displacement is `distance` (None: keep
-    going)."""
+    """Ramp up to the signed `speed`, cruise, ramp down so that the displacement is `distance` (None: keep going)."""
 
     command: ClassVar[str] = "set_profile"
     units: ClassVar[Mapping[str, str]] = {"speed": SPEED, "accel": ACCELERATION, "distance": PLACE}

@@ -133,8 +133,7 @@ def _charts(read: SceneTable) -> tuple[list[Data], dict[Path, Mark]]:
 
 
 def _wins(source: SourceText, path: Path, named: Mark) -> bool:
-    """Return whether a value written in the scene takes precedence over a table; `named`: place of the reference to the
-    table."""
+    """Return whether a value written in the scene takes precedence over a table; `named`: place of the table's name."""
     return source.layer(source.mark(path, on_key=True)) >= source.layer(named)
 
 

@@ -126,8 +126,7 @@ class Expansion:
         return made
 
     def _sections(self) -> dict[str, Data]:
-        """Return all sections of the type's parts; its description is left out, and its interlocks are added to the
-        scene."""
+        """Return all sections of the type's parts, without its description; its interlocks are added to the scene."""
         made = {name: self._made(x, (name,), (name,)) for name, x in self.kind.data.items() if name not in HEADER}
         self._interlocks()
         return made

@@ -85,8 +85,7 @@ class AnyJoint(Base):
         return tuple(found)
 
     def built(self, name: str) -> k.Joint:
-        """Return the kernel's joint; coordinates and speeds that are not given are computed if the joint closes a
-        loop."""
+        """Return the kernel's joint; if it closes a loop, missing coordinates and speeds are computed."""
         written = self.model_fields_set
         q0, v0 = (self.values(keys) if written & {*keys} else () for keys in (POSITIONS, SPEEDS))
         axes = [getattr(self, key.replace(" ", "_")) for key in self.directions]
