@@ -96,7 +96,7 @@ def findings(checks: Iterable[Check]) -> tuple[Check, ...]:
 
 
 def clock(seconds: float, digits: int = 0) -> str:
-    """Return a simulation time as text, such as 1:02 or 1:06:04, or 1:02.5 with one of the `digits` of a second."""
+    """Return a simulation time as text, such as 1:02 or 1:06:04; `digits`: decimals of the second, 1:02.5 with one."""
     unit = UNITS[digits]
     minutes, rest = divmod(round(seconds * unit), 60 * unit)
     hours, minutes = divmod(minutes, 60)

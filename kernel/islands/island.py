@@ -36,7 +36,7 @@ class RecompileBudget:
         self.seen: frozenset[str] = frozenset()  # ropes that tied nothing then
 
     def ends(self, attempts: float, loose: frozenset[str], share: float) -> bool:
-        """Return whether the ropes `loose` should stop coupling their bodies; `share`: saved part of the work."""
+        """Return whether the ropes `loose` should stop coupling their bodies; `share`: part of the work saved."""
         if self.seen:
             self.spent[self.seen] = self.spent.get(self.seen, 0.0) + attempts - self.since
         self.since, self.seen = attempts, loose
@@ -179,7 +179,8 @@ class Island(Simulation):
         return frozenset(out | {r.name for r in s.rigid_ropes if not self.P[at["rigid", r.name]][RigidAt.HOOKED]})
 
     def _resting_share(self, loose: frozenset[str]) -> float:
-        """Return the share of degrees of freedom at rest in islands without the ropes `loose`; 0 if all or none."""
+        """Return the share of degrees of freedom in islands at rest if the ropes `loose` couple nothing; 0 if all or
+        none."""
         pieces = islands_of(self.given, loose) if loose else []
         own = [self._velocities({b.name for b in piece.bodies}) for piece in pieces]
         limit = float(still_below(self["scale"], self["faint"]))

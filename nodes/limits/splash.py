@@ -65,7 +65,7 @@ class SplashZone:
         return values
 
 
-def slack_sling(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column | None:
+def slack_sling(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column:
     """Return the upward dynamic force divided by the static weight in water (n,)."""
     zone = _zone(plan, limit, signals)
 

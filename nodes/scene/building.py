@@ -149,8 +149,8 @@ def _built(
 def _planned(
     source: SourceText, scene: schema.Scene, known: LoadedScene, followed: bool = True, nominal: bool = False
 ) -> LoadedScene:
-    """Build the plan of a valid scene and return it added to the data in `known`; if `nominal`, static overloads are
-    checked as well."""
+    """Build the plan of a valid scene and return it added to the data in `known`. If `nominal`, check static overloads,
+    too."""
     builder = build_machines(source, scene)
     check_parts(source, scene)
     machines = tuple(builder.machines)

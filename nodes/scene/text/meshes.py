@@ -96,7 +96,7 @@ def _lengths(values: Sequence[float]) -> list[Data]:
 
 
 def _check_size(file: str, size: Sequence[float], given: Data) -> None:
-    """Raise SceneError if the size of a shape does not fit that of the block, such as in another unit."""
+    """Raise SceneError if the size of a shape does not fit that of the block, for example in another unit."""
     if isinstance(given, list):
         wanted = [LENGTH.read(x) for x in given]
         if any(abs(a - b) > SAME * b for a, b in zip(size, wanted, strict=True)):
