@@ -37,8 +37,8 @@ OPPOSITE = {"taut": "slack", "closed": "open", "stick": "slip", "locked": "freed
 
 
 def switch(poses: Poses, q: np.ndarray, thresholds: bool = False) -> list[StateChange]:
-    """Switch the laws whose guards are negative at pose q (nq,) until no guard is negative; return the changes.
-    `thresholds`: also switch armed thresholds of signals."""
+    """Switch the laws whose guards are negative at pose q (nq,) until no guard is negative; return the changes. If
+    `thresholds`, switch armed thresholds of signals, too."""
     simulation = poses.simulation
     guards = simulation.program.guards
     happened: list[StateChange] = []

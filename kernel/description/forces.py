@@ -52,7 +52,7 @@ class InputSignal(Struct, frozen=True):
     """A number that changes with time: the constant `value`, or piecewise linear through (times [s], values), or
     driven.
 
-    Before the first and after the last time the end value holds; two equal times are a jump. `driven`: it starts at
+    Before the first and after the last time the end value holds; two equal times are a jump. If `driven`, it starts at
     `value` and then follows a Profile or a Master commanded at run time, as a winch does. A regular `wave` and
     irregular `waves` are added to it.
     """

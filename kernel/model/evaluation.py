@@ -246,7 +246,7 @@ def evaluate(
     program: Program, t: Scalar, y: Array, P: Array, inside: Scalar | None = None, forces: bool = True
 ) -> Evaluation:
     """Evaluate the equations of a scene at time t [s], state y and parameters P; `inside`: a time within the present
-    step. Without `forces` only poses and velocities of the bodies are computed."""
+    step. If `forces` is false, only poses and velocities of the bodies are computed."""
     q, v = program.nq, program.nq + program.nv
     behind = v + len(program.accounts)
     x = Evaluation(program, t, t if inside is None else inside, P, list(y[:q]), list(y[q:v]), list(y[v:behind]))

@@ -103,7 +103,7 @@ def _of_limit(plan: Plan, use: Use, errors: Errors | None) -> Check:
 
 def _state_of(use: Use, error: float | None, accepted: bool, *, at_rest: bool) -> tuple[State, str, str]:
     """Return the state of a limit's check, the reason if the state is amber, and a sentence for the reader. `error`:
-    error estimate of the value in its unit; `accepted`: the scene accepts assumed limits."""
+    error estimate of the value in its unit; `accepted`: whether the scene accepts assumed limits."""
     limit = use.limit
     name = name_of(limit)
     absent = limit.quantity in ABSENT and not limit.elements

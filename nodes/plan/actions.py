@@ -253,7 +253,7 @@ def for_actor(order: Move | Follow | StopOrder | Hookup | UnhookSling | BrakeOrd
 
 
 class Touch(Item, frozen=True, kw_only=True):
-    """Two objects that may touch, by name ("world" is the ground); `stays`: also after this stage."""
+    """Two objects that may touch, by name ("world" is the ground); `stays`: whether also after this stage."""
 
     names: tuple[str, str]
     stays: bool = False

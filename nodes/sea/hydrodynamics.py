@@ -61,7 +61,7 @@ class MeanDrift(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 class Hydrodynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """The hydrodynamics of a hull at one draught. `metacentres`: heights of the transverse and the longitudinal
-    metacentre above the waterline [m]; `symmetric`: port and starboard are alike, so the headings cover only half a
+    metacentre above the waterline [m]; If `symmetric`, port and starboard are alike, so the headings cover only half a
     turn."""
 
     version: int

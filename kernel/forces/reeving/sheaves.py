@@ -217,7 +217,7 @@ class Unrolled:
         counted: Array | None = None,
         apart: bool = False,
     ) -> None:
-        """Compute the path; `apart`: the edges are on several bodies that slide along one another."""
+        """Compute the path; if `apart`, the edges are on several bodies that slide along one another."""
         self._on, edge = on, nodes[1]
         n = edge.axis
         dn = cross(edge.w, n)

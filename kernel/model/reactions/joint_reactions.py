@@ -182,8 +182,8 @@ class Reactions(dict[str, Reaction]):
 
 
 def reactions(simulation: Running, least: bool = True) -> Reactions:
-    """Return the reactions of all joints by name at the present time; loop joints come last. `least`: undetermined
-    components get the values of least norm, not those of the solver of the motion."""
+    """Return the reactions of all joints by name at the present time; loop joints come last. If `least`, undetermined
+    components get the values of least norm, else those of the solver of the motion."""
     program, x = simulation.program, simulation.instant()
     dv = x.dy[program.nq : program.nq + program.nv]
     found = Reactions()

@@ -67,7 +67,7 @@ def check_laws(checks: Checking) -> None:
 
 
 def check_dimensions(checks: Checking, path: Path, law: Base, *, turns: bool) -> None:
-    """Add errors if the units of a law do not fit its coordinate; `turns`: the coordinate is an angle."""
+    """Add errors if the units of a law do not fit its coordinate; `turns`: whether it is an angle."""
     for name, field in type(law).model_fields.items():
         found = quantity((*field.metadata, field.annotation))
         if found and isinstance(either := found.dimension, units.Either):
@@ -88,7 +88,7 @@ def _fits(checks: Checking, path: Path, dimension: Dimension) -> None:
 
 
 def check_curve(checks: Checking, path: Path, force: CharacteristicKeys, turns: bool) -> None:
-    """Add errors if the units of a characteristic curve do not fit its joint; `turns`: the coordinate is an angle."""
+    """Add errors if the units of a characteristic curve do not fit its joint; `turns`: whether it is an angle."""
     place = (units.LENGTH, units.ANGLE) if force.over == "position" else (units.SPEED, units.RATE)
     for i in range(len(force.curve)):
         for j, dimensions in enumerate((place, (units.FORCE, units.MOMENT))):
