@@ -92,7 +92,7 @@ def _of_limit(plan: Plan, use: Use, errors: Errors | None) -> Check:
         message += f", at the worst of {limit.inputs}" if use is not met else ""
         where = (use.action and plan.actions[use.action - 1].where) or where
     inputs = f"at the worst of {limit.inputs}" if use is not met else ""
-    basis = "; ".join(part for part in (limit.source, limit.note, inputs) if part)
+    basis = "; ".join(part for part in (limit.source, limit.note, use.source, inputs) if part)
     value = shown(limit, met.value) + (f", at worst {shown(limit, use.value)}" if inputs else "")
     return Check(
         quantity=limit.quantity, subject=limit.subject, state=state, why=why, value=use.value, unit=limit.unit,

@@ -185,6 +185,7 @@ class Use:
     action: int = 0  # number of the action that led there, from 1; 0: the start, or not known
     bound: float | None = None  # the limit there, of a chart
     tolerance: float = 0.0  # so much beyond the limit is still at it [unit]
+    source: str = ""  # where the value comes from: "as simulated", "as ordered"
 
     @property
     def beyond(self) -> bool:
