@@ -21,9 +21,9 @@ def check(
     as_json: o.Json = False,
     sets: o.Sets = None,
 ) -> None:
-    """Check a scene, show its static loads and what of it is modelled; starts nothing.    heavylift check lift
+    """Check a scene, show its static loads and modelled effects; starts nothing.    heavylift check lift
 
-    Exit code 1 where no run is possible, or something is red at rest, such as a contact that nothing orders. Of a yard
+    Exit code 1 if the scene cannot run, or if a check is red at rest, such as a contact that no order allows. Of a yard
     file: its schedules with expected durations.
     """
     if o.yard_file(context, scene, ()):
@@ -32,8 +32,7 @@ def check(
 
         sheet = examined(load_yard(scene, sets or []))
         o.tell(sheet, as_json)
-        if o.fails(sheet.state, strict, fail_on or "red"):
-            raise typer.Exit(1)
+        o.end_by(strict, fail_on or "red", sheet.state)
         return
     from heavylift.coordinator.ladder.choosing import known
     from heavylift.coordinator.participants.mechanics_at import check_steps
@@ -61,8 +60,7 @@ def check(
             lines.append(f"  {answer or 'errors are not measured yet; the first run measures them'}")
         crowd = Placement.of(node_names(loaded.plan), loaded.facts.placement).crowd
         typer.echo("\n".join([*lines, *([f"\n  {crowd}"] if crowd else [])]))
-    if o.fails(found.state, strict, fail_on or "red"):
-        raise typer.Exit(1)
+    o.end_by(strict, fail_on or "red", found.state)
 
 
 @app.command()

@@ -91,7 +91,7 @@ def _of_limit(plan: Plan, use: Use, errors: Errors | None) -> Check:
         message += f", at the worst of {limit.inputs}" if use is not met else ""
         where = (use.action and plan.actions[use.action - 1].where) or where
     inputs = f"at the worst of {limit.inputs}" if use is not met else ""
-    basis = "; ".join(part for part in (limit.source, limit.note, inputs) if part)
+    basis = "; ".join(part for part in (limit.source, limit.note, use.source, inputs) if part)
     value = shown(limit, met.value) + (f", at worst {shown(limit, use.value)}" if inputs else "")
     return Check(
         quantity=limit.quantity, subject=limit.subject, state=state, why=why, value=use.value, unit=limit.unit,
@@ -102,7 +102,7 @@ def _of_limit(plan: Plan, use: Use, errors: Errors | None) -> Check:
 
 def _state_of(use: Use, error: float | None, accepted: bool, *, at_rest: bool) -> tuple[State, str, str]:
     """Return the state of a limit's check, the reason if the state is amber, and a sentence for the reader. `error`:
-    error estimate of the value in its unit; `accepted`: the scene accepts assumed limits."""
+    error estimate of the value in its unit; `accepted`: whether the scene accepts assumed limits."""
     limit = use.limit
     name = name_of(limit)
     absent = limit.quantity in ABSENT and not limit.elements
@@ -147,8 +147,7 @@ def state_of(checks: Iterable[Check]) -> State:
 
 
 def line_of(checks: Sequence[Check]) -> str:
-    """Return the verdict as one line: the worst state, the number of checks in each state, and the worst check in
-    words."""
+    """Return the verdict as one line: the worst state, the number of checks in each state, the worst check."""
     n = {state: sum(c.state == state for c in checks) for state in STATES}
     counts = [f"{n['green']} passed", f"{n['red']} red", f"{n['undecided']} undecided"]
     for why in COUNTED:
@@ -187,7 +186,7 @@ def _row(group: list[Check]) -> tuple[Cell, ...]:
 
 
 def _depth(check: Check) -> float:
-    """Return the depth [m] of a contact that nothing allows, at least 1 cm; 0 for everything else."""
+    """Return the penetration [m] of a forbidden contact, at least 1 cm; 0 for all other checks."""
     touches = check.state == "red" and check.quantity == "clearance" and (check.value or 0.0) <= TOUCH
     return max(TOUCH, round(-(check.value or 0.0), 2)) if touches else 0.0
 

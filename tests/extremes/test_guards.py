@@ -173,7 +173,7 @@ def test_energy_lost_without_heat_ends_a_run_with_error_control():
     s.run(4 * SECOND)
     s.P[s.program.parameters.at["spring", "spring"].start] *= 0.5
     with pytest.raises(
-        KernelError, match=r"J are gone without heat, more than 5 % of the largest energy exchanged so far"
+        KernelError, match=r"J were lost without heat, more than 5 % of the largest energy exchanged so far"
     ):
         bit_by_bit(s, 4, 9)
 
@@ -227,7 +227,7 @@ def test_a_collapsed_step_is_reported_with_mode_body_and_law():
     )
 
 
-def test_the_named_mode_is_the_fastest_one():
+def test_the_mode_named_in_an_error_about_step_size_is_the_fastest_mode():
     """Of two bodies on ropes the lighter one, and the rope that holds it."""
     one, other = hung(LENGTH + 0.1), slider("hook", 500.0, q0=-6.1)
     line = Line(Point("world"), Point("hook"))

@@ -126,7 +126,7 @@ def test_rigid_ropes_that_would_push_are_slack():
     assert [carried.sum(), carried @ x, carried @ y] == pytest.approx([W, 9.0 * W, 0.0], rel=1e-6, abs=1e-3 * W)
 
 
-def test_native_code_and_floats_agree_on_rigid_ropes():
+def test_native_code_and_python_floats_agree_on_rigid_ropes():
     system = on_rope(point(z=-18.0, vx=2.0), 20.0)
     native, floats = (started(system, native=x) for x in (True, False))
     for s in (native, floats):
@@ -153,7 +153,7 @@ def test_a_rigid_rope_is_unhooked_and_hooked_again():
     assert q[-1, 1] == pytest.approx(-20.0 - G / 2.0, rel=EXACT)
     with pytest.raises(KernelError) as e:
         s.hook("rope")
-    assert str(e.value) == "rope 'rope' at 2.000 s: 4903 mm too short to be hooked there; bring the hook closer"
+    assert str(e.value) == "rope 'rope' at 2.000 s: it is 4903 mm too short to be hooked there; bring the hook closer"
     s.hook("rope", L0=26.0)
     s.settle()
     s.run(4 * SECOND)

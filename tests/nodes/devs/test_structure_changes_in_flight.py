@@ -90,7 +90,7 @@ def test_couplings_can_be_added_and_removed() -> None:
     assert [n for _, n in right.got] == [[2], [3]]
 
 
-def test_the_other_models_keep_their_clock() -> None:
+def test_a_structure_change_keeps_schedule_and_elapsed_time_of_the_other_models() -> None:
     """A model whose neighbours change keeps its schedule and its elapsed time."""
     relay, g, b, sink = Relay("relay", seconds(2.5)), Generator("g", seconds(1), count=1), Breeder("b"), Sink("sink")
     simulator = started(coupled("yard", [g, b, relay, sink], (g.out, b.into), (g.out, relay.into)))
@@ -115,7 +115,8 @@ def test_impossible_changes_are_reported_with_place_and_time() -> None:
     simulator = started(coupled("yard", [Remover("x", "nobody", seconds(2))]))
     with pytest.raises(ModelError) as error:
         simulator.run(seconds(5))
-    message = "site.yard: there is no child nobody to remove; it has x (a change of site.yard at (2 s, 0))"
+    change = "in a change of the structure of site.yard at (2 s, 0)"
+    message = f"site.yard: there is no child nobody to remove; it has x ({change})"
     assert str(error.value) == message
 
 
