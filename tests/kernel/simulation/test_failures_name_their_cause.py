@@ -58,7 +58,7 @@ def test_drives_that_contradict_each_other_in_a_loop_are_reported_by_name(one: f
     s.set_profile("two", 0, two, 1.0, None)
     s.settle()
     message = sentence(s, 2 * SECOND)
-    assert "drives 'one' and 'two' move what one loop ties together and contradict each other; stop one" in message
+    assert "drives 'one' and 'two' move the same loop and contradict each other; stop one" in message
 
 
 def test_drives_that_agree_in_a_loop_are_accepted() -> None:
