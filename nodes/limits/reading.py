@@ -20,7 +20,8 @@ from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.kernel.description import forces
 from heavylift.kernel.description.mechanics import Point, System, merge
 from heavylift.kernel.description.signals import ScalarSignal
-from heavylift.kernel.model.quantities import LINED, lines, names, numbers, points, scalar
+from heavylift.kernel.model.group_loads import ON_BASES, base_force, carried_group
+from heavylift.kernel.model.quantities import LINED, FormulaContext, lines, names, numbers, points, scalar
 from heavylift.nodes.plan.actions import LandedCondition, LiftedCondition
 from heavylift.nodes.plan.limit import STANDING, RatedLimit, Reach
 from heavylift.nodes.plan.plan import Plan
@@ -33,6 +34,7 @@ from .signals import EMPTY, Column, SignalColumns, carries, place, signals_of, t
 from .splash import slack_sling, splash_load
 
 RESTS = 1.05  # times the weight of a block: less on its supports is no impact
+SIMULATED, ORDERED = "as simulated", "as ordered"
 TIGHT = 0.02  # of its rated tension: with less a sling holds nothing
 PARTS = 24  # of the way that a machine slews between two instants of a path at rest, which are looked at
 STANDS = 1e-9  # [m] between two samples of a rope whose winch stands
@@ -45,6 +47,7 @@ class Reading:
 
     values: Column
     exact: tuple[float, float] | None = None
+    source: str = ""  # where the values come from, if that differs
 
 
 def read(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
@@ -53,7 +56,9 @@ def read(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | Non
         return _design(plan, limit, signals)
     reduction, kind = REDUCTIONS.get(limit.quantity, "largest"), KINDS.get(limit.quantity)
     if reduction == "ordered speed":
-        return Reading(_ordered_speed(plan, limit, signals))
+        ran = signals.peaks.get(f"{limit.subject} {limit.quantity}")
+        ordered = Reading(_ordered_speed(plan, limit, signals), source=ORDERED)
+        return Reading(np.full(len(signals.t), np.nan), ran, SIMULATED) if ran else ordered
     if reduction == "splash zone":
         return _splash(plan, limit, signals)
     given = None
@@ -114,21 +119,42 @@ def _evaluated(
     columns = given or (signals.lengths if x.quantity == "length" else signals.tensions)
     if x.quantity == "wind":
         columns = {x.of: wind_speed(_wind(plan, x.of), signals.t)}
-    places = [place(signals, point) for point in points(x, system)]
-    values: list[Any] = [columns.get(name) for name in names(x, system)]
-    if any(x is None for x in (*places, *values)):
+    if x.quantity in ON_BASES:  # of one resultant force, which is the same for all corners of a base
+        force = signals.once(("force", x.point), lambda: _force_on_base(x, system, signals))
+        if force is None:
+            return None
+        V, along, across = force
+        each: list[Any] = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (along, across, 0.0)]
+        values, own, counts = list[Any](), list[Any]((*x.numbers, V)), tuple[int, ...]()
+    else:
+        places = [place(signals, point) for point in points(x, system)]
+        values = [columns.get(name) for name in names(x, system)]
+        if any(x is None for x in (*places, *values)):
+            return None
+        each, own, counts = [p.T for p in places if p is not None], list(numbers(x, system)), lines(x, system)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(scalar(x, each, [*turned, *own[len(turned) :]], values, counts))
+
+
+def _force_on_base(x: ScalarSignal, system: System, signals: SignalColumns) -> tuple[Column, Column, Column] | None:
+    """Return the resultant force (n,) [N] on a base and its place (n,) [m] along and across it; None if data are
+    missing."""
+    group = carried_group(x, system)
+    places = [place(signals, point) for point in group.points]
+    tensions = [signals.tensions.get(name) for name in group.ropes]
+    if any(x is None for x in (*places, *tensions)):
         return None
     each: list[Any] = [p.T for p in places if p is not None]
-    own = (*turned, *numbers(x, system)[len(turned) :])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.asarray(scalar(x, each, own, values, lines(x, system)))
+    context = FormulaContext(each, (1.0, 0.0, *group.numbers), tensions, [*map(len, group.ropes.values())])  # type: ignore[arg-type]
+    return base_force(context, 2)
 
 
 def _largest(
     plan: Plan, each: Sequence[MeasuredSignal], signals: SignalColumns, given: Mapping[str, Column] | None = None
 ) -> Column | None:
     """Return the largest of several signals (n,), nan where none counts; None if there are none or data are missing."""
-    values = [_measured(plan, x, signals, given) for x in each]
+    live = [x for x in each if x.sling is None or not x.lug or x.lug in dict(signals.lugs(x.sling.rope))] or each[:1]
+    values = [_measured(plan, x, signals, given) for x in live]
     known = [x for x in values if x is not None]
     return np.asarray(np.fmax.reduce(known)) if known and len(known) == len(values) else None
 
@@ -181,7 +207,7 @@ def _while_slewing(plan: Plan, limit: RatedLimit, x: ScalarSignal, signals: Sign
 
 def range_at_rest(values: Column, signals: SignalColumns, elements: tuple[str, ...]) -> Column | None:
     """Return the difference (n,) between the highest and the lowest value of a signal since the winch of a rope
-    stopped; None without its lengths. A rest of the winch may have begun in a part of the run before this one."""
+    stopped; None without its lengths. The winch may have stopped in an earlier part of the run."""
     length = signals.lengths.get(elements[0])
     if length is None or not signals.dynamic:
         return None
@@ -265,8 +291,7 @@ def _hooked(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> dict[str, 
 
 
 def _design(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
-    """Return the static load times its factors; in a run, the simulated load times the factors without the dynamic
-    one."""
+    """Return the static load times its factors; in a run, the simulated load times all but the dynamic one."""
     if limit.rest is None or (signals.dynamic and limit.rest.alone):
         return None
     found = read(plan, msgspec.structs.replace(limit, quantity=BASES[limit.quantity]), signals)

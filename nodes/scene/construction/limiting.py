@@ -124,8 +124,7 @@ def _splashes(builder: SceneBuilder, hooks: Sequence[RatedLimit]) -> Iterator[Ra
 
 
 def _ropes(builder: SceneBuilder) -> Iterator[RatedLimit]:
-    """Yield the limits of ropes that the scene gives; a rope of a mechanism without a limit gets a row without a
-    value."""
+    """Yield the limits of ropes that the scene gives; a mechanism's rope without limit gets a row without value."""
     slings = {tie.rope for machine in builder.machines for tie in machine.ties}
     hooks = {hook.rope for machine in builder.machines for hook in machine.hooks}
     known = [rope.name for machine in builder.machines for rope in machine.system.all_ropes]

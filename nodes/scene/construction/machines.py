@@ -145,8 +145,7 @@ def _staged(builder: SceneBuilder) -> list[plan.Mechanism]:
 
 
 def load_cells(builder: SceneBuilder, machine: plan.Mechanism) -> tuple[Cell, ...]:
-    """Return the load cells of bodies that carry several hooks and of whole machines; rated values include the hook
-    blocks."""
+    """Return the load cells of bodies that carry several hooks and of whole machines; ratings include hook blocks."""
     given, found = builder.scene.machines.get(machine.name), list[Cell]()
     for body, x in given.load_cells.items() if given else ():
         own = carried_hooks(machine, body)

@@ -237,8 +237,7 @@ class WindKeys(Base):
     def forces(
         self, block: tuple[float, float, float] | None, seed: int, end: float | None
     ) -> dict[str, WindForceKeys]:
-        """Return the wind forces by name; `block`: size of its box [m] or None; `end`: end of the run [s], if it is
-        known."""
+        """Return the wind forces by name; `block`: size of its box [m] or None; `end`: end of the run [s], if known."""
         areas = dict(self.on)
         if block is not None:
             x, y, z = block
