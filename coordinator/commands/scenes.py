@@ -21,9 +21,9 @@ def check(
     as_json: o.Json = False,
     sets: o.Sets = None,
 ) -> None:
-    """Check a scene, show its static loads and what of it is modelled; starts nothing.    heavylift check lift
+    """Check a scene, show its static loads and modelled effects; starts nothing.    heavylift check lift
 
-    Exit code 1 where no run is possible, or something is red at rest, such as a contact that nothing orders. Of a yard
+    Exit code 1 if the scene cannot run, or if a check is red at rest, such as a contact that no order allows. Of a yard
     file: its schedules with expected durations.
     """
     if o.yard_file(context, scene, ()):
@@ -165,15 +165,20 @@ def types(
     name: Annotated[str, typer.Argument(help="a type whose file is printed, to copy and to change")] = "",
     as_json: o.Json = False,
 ) -> None:
-    """List the crane types that come with heavylift, or print the file of one.    heavylift types jib-60"""
-    from heavylift.nodes.scene.text.machine_types import library, machine_type
+    """List the types of cranes and vessels that come with heavylift, or print one.    heavylift types jib-60"""
+    from heavylift.nodes.scene.text.machine_types import library, machine_type, vessel_types
+    from heavylift.nodes.scenes import vessels_folder
 
+    if name in vessel_types():
+        typer.echo((vessels_folder() / f"{name}.yaml").read_text(encoding="utf-8"), nl=False)
+        return
     if name:
         machine_type(name)
         typer.echo(library()[name].read_text(encoding="utf-8"), nl=False)
         return
     keys = ("about", "capacity", "source")
     found = {each: {key: machine_type(each).about(key) for key in keys} for each in library()}
+    found |= {each: {key: str(data[key]) for key in keys} for each, data in vessel_types().items()}
     if as_json:
         typer.echo(json.dumps(found))
         return
@@ -272,6 +277,7 @@ def hull(
     depth: Annotated[
         float | None, typer.Option(help="of the water [m], for WAMIT or a mesh; default deep", min=1e-3)
     ] = None,
+    drift: Annotated[Path | None, typer.Option(help="NAME.8 or .9 of WAMIT: mean drift")] = None,
     force: o.Force = False,
 ) -> None:
     """Convert hydrodynamic data of a hull into a file for `hydrodynamics:`.    heavylift hull barge.nc -o barge.json"""
@@ -280,7 +286,7 @@ def hull(
     from heavylift.recordings.write.partfile import written
 
     given = data if data.suffix in (".nc", ".cal", ".1") else computed(data, depth)
-    found = hull_of(given, volume, height, length, depth)
+    found = hull_of(given, volume, height, length, depth, drift)
     error = found.radiation.error
     text = msgspec.json.format(msgspec.json.encode(found), indent=0).decode() + "\n"
     typer.echo(f"wrote {written(text, output or Path(f'{found.name}.json'), 'a hull', ('.json',), force)}")

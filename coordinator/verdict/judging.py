@@ -10,16 +10,18 @@ from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE
 from heavylift.nodes.limits.checks import Errors, checks_of, line_of, state_of, table_of
 from heavylift.nodes.limits.geometry import geometry_findings
-from heavylift.nodes.limits.ground import dynamics_required, hoisting_factors, shared
 from heavylift.nodes.limits.judging import uses_of
 from heavylift.nodes.limits.reading import HookReach
 from heavylift.nodes.limits.run_tables import RunTables
+from heavylift.nodes.limits.sharing import dynamics_required, hoisting_factors, shared
 from heavylift.nodes.limits.signals import SignalColumns
+from heavylift.nodes.plan.actions import Turn
 from heavylift.nodes.plan.limit import Reach, Use
 from heavylift.nodes.plan.plan import Plan, decode
 from heavylift.nodes.plan.shapes import Shapes
 from heavylift.nodes.scene.factor_sheet import charts_used, hooks, rigging
 from heavylift.nodes.statics import Followed
+from heavylift.nodes.statics.findings import missed_turns
 from heavylift.recordings import Recording
 from heavylift.recordings.format.viewer_messages import RopeLine
 from heavylift.recordings.read.verdict import Clearance, RecordedVerdict, recorded_verdict
@@ -83,6 +85,11 @@ def _limits(context: CheckContext) -> None:
     times, signals = shown.t, map(reached.see, map(columns, blocks(shown)))
     context.uses = uses_of(plan, map(tables.see, signals) if context.whole else signals)
     context.reach = reached.found
+    ends = [t for t, _, _ in text.stages[1:]] + ([] if text.unfinished else [text.end])
+    for (_, number, _), end in zip(text.stages, ends, strict=False):
+        if number < len(plan.actions) and any(isinstance(order, Turn) for order in plan.actions[number].orders):
+            poses = {body: (p[0], R[0]) for body, (p, R) in at(end)[0].poses.items()}
+            context.findings += missed_turns(plan, number + 1, poses, end)
     context.tables = [*tables.tables(context.uses, text.peaks, at)] if context.whole else []
 
 
@@ -195,7 +202,8 @@ def verdict_with_uses(
 
 
 def _apart(context: CheckContext) -> list[Use]:
-    """The smallest clearances, if none is below its limit; those that are smaller at the worst of uncertain inputs."""
+    """Return the clearances at the worst corner of uncertain inputs and, if no clearance is below its limit, the
+    smallest clearance of each limit."""
     known = {f"{c.a} and {c.b}": c for c in reversed(context.clearances)}
     worst = [x for x in context.plan.limits if x.quantity == "clearance" and x.inputs]
     found = [x.met(c.distance, c.t) if (c := known.get(x.subject)) else x.met() for x in worst]
@@ -205,7 +213,7 @@ def _apart(context: CheckContext) -> list[Use]:
 
 
 def _smallest(context: CheckContext) -> dict[str, Use]:
-    """The smallest clearance by the subject of the limit that applies to it."""
+    """Return, for each clearance limit by its subject, the smallest clearance to which the limit applies."""
     plan, keep, found = context.plan, limit_between(context.plan), dict[str, Use]()
     for limit in (x for x in plan.limits if x.quantity == "clearance" and not x.inputs):
         lifts = {c: (EVERY, lift_of(plan, c.a), lift_of(plan, c.b)) for c in context.clearances}
@@ -233,7 +241,7 @@ def verdict_of(rec: Recording) -> RecordedVerdict | None:
 
 
 def _placed(f: Check, conduct: Conduct) -> Check:
-    """Return the finding with its stage."""
+    """Return the finding with the stage in which its time lies, unless it names a stage."""
     if f.stage or f.t is None:
         return f
     return msgspec.structs.replace(f, stage=conduct.stage_at(f.t))

@@ -115,6 +115,7 @@ ROUNDING = 1e-6  # [m/s2, rad/s2] below which an acceleration that no longer fal
 NEAR = 1e-10  # [m, rad] a Newton step behind which there is only the rounding of stiff laws on light bodies
 LONGEST = 0.3  # [m, rad] a step
 MOST, MORE = 300, 150  # steps; halves of steps behind them, for two poses may lead to each other
+SHORTER = 25  # steps behind which they are halved once more
 # steps behind which a stiffness is looked for on a small scale: sliding friction of a pad that carries a few newtons
 # turns its direction within the deflection of its spring, which is less than a micrometre
 FINE = 100
@@ -174,8 +175,8 @@ def relaxed(poses: Poses, q: np.ndarray) -> tuple[np.ndarray, int, list[StateCha
         step, h = _step(poses, poses.basis(q), K, a, h)
         last = float(np.abs(step).max(initial=0.0)) if h > RELAXED else np.inf
         onward, way = steps > FINE and _along(step, way) > ONWARD, step
-        # full steps may alternate between two poses: late ones go half as far
-        part = 1.0 if steps < MOST else 0.5
+        # full steps may alternate between two poses: late ones go half as far, and less where halves do not help
+        part = 1.0 if steps < MOST else 0.5 ** (1 + (steps - MOST) // SHORTER)
         q = poses.moved(q, step * min(part, LONGEST / float(np.abs(step).max(initial=LONGEST))))
         poses.count_turns(q)
     raise _restless(poses, q)

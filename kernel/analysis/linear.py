@@ -16,7 +16,7 @@ from heavylift.kernel.algebra.spatial import skew
 from heavylift.kernel.compiler.derivative import derivatives
 from heavylift.kernel.compiler.function import Function, Outputs
 from heavylift.kernel.compiler.symbol import Array
-from heavylift.kernel.description.forces import Wind
+from heavylift.kernel.description.forces import Stream, Wind
 from heavylift.kernel.description.mechanics import JOINTS, RigidRope
 from heavylift.kernel.errors import KernelError, closest
 from heavylift.kernel.model.evaluation import evaluate
@@ -247,7 +247,7 @@ class _Input:
             if drive and drive.kind == "speed":
                 self.places = self.places[1:]
         elif law is not None and law.signal:
-            unit = "m/s" if isinstance(law.force, Wind) else "m" if rope else "1"
+            unit = "m/s" if isinstance(law.force, Wind | Stream) else "m" if rope else "1"
             self.places = [int(places[at["signal", name]][1])]
         else:
             known = [kind_name for kind, kind_name in at if kind in ("reference", "signal")]

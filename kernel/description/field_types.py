@@ -173,7 +173,10 @@ def _hints(kind: Any) -> dict[str, Any]:
     return get_type_hints(kind)
 
 
-OF = {"joint": "joint", "speed": "joint", "wind": "wind or other force"}  # what a quantity is of, if not of a body
+OF = {  # what a quantity is of, if not of a body
+    **dict.fromkeys(("joint", "speed", "joint moment", "starting moment"), "joint"),
+    "wind": "wind or other force",
+}
 
 
 def check_names(system: System) -> None:

@@ -14,7 +14,7 @@ from .units import IDENTITY, Line, Matrix, Point
 
 __all__ = [
     "Bushing", "Characteristic", "Force", "Immersion", "InputSignal", "Load", "Matrix6", "MooringLine", "Radiation",
-    "Reeving", "Sheave", "Spring", "Torsion", "UserLaw", "Wave", "WaveSum", "Wind",
+    "Reeving", "Sheave", "Spring", "Stream", "Torsion", "UserLaw", "Wave", "WaveSum", "Wind",
 ]  # fmt: skip
 
 Row6 = tuple[u.Number, u.Number, u.Number, u.Number, u.Number, u.Number]
@@ -36,7 +36,8 @@ class WaveSum(Struct, frozen=True):
     and the factor r of a `Wave`; zero when equilibria are computed.
 
     It is represented by cubic Hermite pieces of `piece` seconds, with an error of (w_k piece)^4 / 384 of the amplitude
-    of harmonic k.
+    of harmonic k. With a second sum `by`, the signal is their product without the sums of frequencies, and r^2: the
+    real part of A conj(B), where A and B are the analytic signals of both.
     """
 
     frequencies: tuple[float, ...]  # w_k [rad/s]
@@ -44,6 +45,7 @@ class WaveSum(Struct, frozen=True):
     sines: tuple[float, ...]
     ramp: float  # [s]
     piece: float  # [s]
+    by: tuple[tuple[float, ...], tuple[float, ...]] = ((), ())  # cosines and sines of a second sum, see above
 
 
 class InputSignal(Struct, frozen=True):
@@ -68,7 +70,8 @@ def wrong_wave(regular: Wave | None, sea: WaveSum | None) -> str:
     for wave in (regular, sea):
         if wave and wave.ramp <= 0.0:
             return f"has a wave with a ramp of {wave.ramp:g} s; it must be positive"
-    if sea and not (len(sea.frequencies) == len(sea.cosines) == len(sea.sines) and sea.piece > 0.0):
+    sums = (sea.cosines, sea.sines, *(sea.by if any(sea.by) else ())) if sea else ()
+    if sea and ({len(x) for x in sums} != {len(sea.frequencies)} or sea.piece <= 0.0):
         return "has irregular waves that need one cosine and one sine for each frequency, and pieces longer than 0 s"
     return ""
 
@@ -116,6 +119,25 @@ class Wind(Element, frozen=True, tag=True):
     signal: InputSignal
     density: u.Density = 1.225
     sides: tuple[u.Area, u.Area, u.Area] = (0.0, 0.0, 0.0)  # seen along the body's axes
+
+
+class Stream(Element, frozen=True, tag=True):
+    """Force of a wind or current w on a body by coefficients (C_x, C_y, C_z) of its direction beta in the body's x-y
+    plane: 1/2 density u^2 area (C_x, C_y), and the moment 1/2 density u^2 area length C_z; u = w - v at a point that
+    moves with velocity v.
+
+    w = signal [m/s] along `direction` (a unit vector in world axes). The coefficients are those of beta from 0 to pi in
+    equal steps, alike on both sides; in between they are a trigonometric polynomial.
+    """
+
+    name: str
+    at: Point
+    area: u.Area
+    length: u.Gap
+    direction: u.Direction
+    signal: InputSignal
+    density: u.Density
+    coefficients: tuple[tuple[float, float, float], ...]
 
 
 class Spring(Element, frozen=True, tag=True):
@@ -328,5 +350,6 @@ class MooringLine(Element, frozen=True, tag=True):
 
 
 Force = (
-    Load | Wind | Spring | Torsion | Bushing | Radiation | Characteristic | Immersion | UserLaw | Reeving | MooringLine
-)
+    Load | Wind | Stream | Spring | Torsion | Bushing | Radiation | Characteristic | Immersion
+    | UserLaw | Reeving | MooringLine
+)  # fmt: skip

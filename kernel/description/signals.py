@@ -6,9 +6,10 @@ from typing import Literal
 from .units import Point
 
 Quantity = Literal[
-    "height", "height difference", "tension", "load", "moment", "angle", "joint", "speed", "length", "wind",
-    "swing along", "swing across", "off-lead", "radius", "gap", "use", "use by place",
-    "pull", "reserve", "side along", "side across", "place along", "place across",
+    "height", "height difference", "height over", "tension", "load", "vertical load", "moment", "angle", "joint",
+    "speed", "length", "wind", "swing along", "swing across", "off-lead", "slope", "radius", "gap", "use",
+    "use by place", "pull", "reserve", "side along", "side across", "place along", "place across",
+    "track pressure", "corner load", "tipping", "joint moment", "starting moment",
 ]  # fmt: skip
 
 
@@ -16,7 +17,8 @@ Quantity = Literal[
 class ScalarSignal:
     """A scalar of a scene.
 
-    "height"        of `point` in the world [m]; "height difference": above `origin` [m]
+    "height"        of `point` in the world [m]; "height difference": above `origin` [m];
+                    "height over": above it along the z axis of its body [m]
     "radius"        of `point`: its horizontal distance from `origin` [m]
     "gap"           between the boxes about `point` and `origin`, of half edges `numbers` (6) [m]: a
                     lower bound of their distance, a fifth less for long boxes; negative where they overlap
@@ -31,14 +33,25 @@ class ScalarSignal:
     "joint", "speed": coordinate and velocity of joint `of`
     "wind"          speed of the wind force `of` [m/s], which blows on `point`
     "swing along", "swing across": angle of ropes[0] to the vertical in the planes x, z and y, z [rad], positive if
-                    its lower end is ahead in +x or +y; "off-lead": the angle in the rope's own vertical plane
+                    its lower end is ahead in +x or +y; "off-lead": the angle in the rope's own vertical plane;
+                    "slope": the same, whichever end is the upper one
+    "vertical load" vertical part of the tension of ropes[0] times numbers[0]
     "pull"          force in the part at the upper end of ropes[0]: numbers[0] times its tension plus
                     numbers[1] [N/m] times its length [N]; "reserve": numbers[2] over this force [1]
     "side along", "side across": sum of the pulls of `ropes` at their lower ends in +x or +y [N]
     "place along", "place across": world x or y of `point`, less numbers[0] [m]
+    "track pressure", "corner load": below the left (1) or right (-1) track, or a corner, of the base whose middle is
+                    `point`, by the weights of all that stands on it and the ropes that pull at that; `numbers`: cosine
+                    and sine of an angle by which all that is slewed, length and width of the base [m], breadth of a
+                    track [m] and its side, or the corner ahead or astern and left or right (1, -1), and what the
+                    pressure [Pa] or load [N] is multiplied by and then increased by
+    "tipping"       distance of that force from `point` over that at which it tips or, if numbers[4] is above zero, at
+                    which a corner loses contact; the other numbers as before
+    "joint moment"  of weights and rope pulls on all that joint `of` carries, about its axis [N m]; "starting moment":
+                    with that which accelerates it at numbers[0] [rad/s2]
 
-    If the lines of a rope run in several directions, only those that end on the body of `point` count; without ropes
-    the line from `origin` to `point` is used.
+    If the lines of a rope run in several directions, only those that end on the body of `point` count; with both
+    `origin` and `point` the line between them is used.
     """
 
     quantity: Quantity

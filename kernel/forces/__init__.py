@@ -6,6 +6,7 @@ joint_laws              springs, stops, brakes of joints; contact that only push
 radiation               radiation of waves by floating bodies
 catenary, mooring       mooring lines with stretch and seabed
 springs, loads          springs, dampers and bushings; loads that are given, and wind; actuator laws given as data
+streams                 wind and current on vessels by coefficients
 reeving                 ropes over sheaves and edges, with friction
 user_laws, mathematics  laws of the user's own, and what they may compute with
 """

@@ -23,6 +23,7 @@ from .radiation import RadiationLaw
 from .reeving import ReevingLaw
 from .ropes import RopeLaw
 from .springs import BushingLaw, SpringLaw, TorsionLaw
+from .streams import StreamLaw
 from .user_laws import UserLawEntry
 
 LISTS = ("guards", "shown", "turned", "turning")
@@ -35,6 +36,7 @@ FORCES: dict[type, ForceLaw[Any]] = {
     Brake: BrakeLaw(),
     kinds.Load: LoadLaw(),
     kinds.Wind: WindLaw(),
+    kinds.Stream: StreamLaw(),
     kinds.Spring: SpringLaw(),
     kinds.Torsion: TorsionLaw(),
     kinds.Bushing: BushingLaw(),

@@ -12,6 +12,7 @@ from typing import Any
 
 from heavylift.kernel.description.mechanics import JOINTS, WORLD, AnyRope, Point, System
 from heavylift.kernel.forces.table import signals
+from heavylift.kernel.model.quantities import OF_GROUPS, points
 
 GROUPS = tuple(f.name for f in fields(System) if f.name not in ("masters", "gravity"))
 
@@ -21,7 +22,7 @@ def islands_of(system: System, loose: Collection[str] = ()) -> list[System]:
     parts, and items without a body, belong to the first island that can move."""
     child = {j.name: j.child if j.child != WORLD else j.parent for j in system.joints}
     ropes = {r.name: _ends(r)[: 1 if r.name in loose else None] for r in system.all_ropes}
-    held = {(group, i): _bodies(group, x, child, ropes) for group, i, x in _items(system)}
+    held = {(group, i): _bodies(group, x, system, child, ropes) for group, i, x in _items(system)}
     island = {b.name: b.name for b in system.bodies}
 
     def root(body: str) -> str:
@@ -87,7 +88,7 @@ def _ends(rope: AnyRope) -> list[str]:
     return [b for b in dict.fromkeys(p.body for line in rope.lines for p in (line.a, line.b)) if b != WORLD]
 
 
-def _bodies(group: str, x: Any, child: dict[str, str], ropes: dict[str, list[str]]) -> list[str]:
+def _bodies(group: str, x: Any, system: System, child: dict[str, str], ropes: dict[str, list[str]]) -> list[str]:
     """Return the bodies coupled by an item of a system, without the ground; `child`: by joint; `ropes`: by rope."""
     match group:
         case "bodies":
@@ -106,6 +107,7 @@ def _bodies(group: str, x: Any, child: dict[str, str], ropes: dict[str, list[str
             found = [child[x.of] if x.kind == "joint" else x.of]
         case "thresholds":
             found = [b for r in x.ropes for b in ropes[r]] + [p.body for p in (x.point, x.origin) if p]
+            found += [p.body for p in points(x, system)] if x.quantity in OF_GROUPS else []
             found += [child.get(x.of, x.of)] if x.of and x.quantity != "wind" else []
         case _:
             found = [child[x.joint]]

@@ -87,7 +87,7 @@ def watch_thresholds(x: Evaluation) -> None:
         p, at = x.numbers("threshold", h.name), points(h, system)
         bodies = [x.ends[x.program.graph.number(point.body)] for point in at]
         places = [attachment(body, p[2 + 3 * i : 5 + 3 * i])[1] for i, body in enumerate(bodies)]
-        values = [_value(x, h, name) for name in names(h)]
+        values = [_value(x, h, name) for name in names(h, system)]
         value = scalar(h, places, p[2 + 3 * len(at) :], values, lines(h, system))
         x.watched["threshold", h.name] = [p[0] * value + p[1]]
 

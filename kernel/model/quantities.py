@@ -15,11 +15,23 @@ from heavylift.kernel.description.mechanics import Line, Point, System
 from heavylift.kernel.description.signals import ScalarSignal
 from heavylift.kernel.errors import KernelError
 
+from .group_loads import (
+    ABOUT_JOINTS,
+    ON_BASES,
+    TIPS,
+    carried_group,
+    corner_load,
+    joint_moment,
+    moved_point,
+    starting_moment,
+    tipping,
+    track_pressure,
+)
+
 Places: TypeAlias = Sequence[Scalars]  # of points, each x, y, z
 BEYOND = 1e-3  # of the last tension of a chart: what may hang beyond its last radius
 PROJECTIONS = 10  # by which nearest points are found
 TOUCH = 1e-9  # [m] between them where boxes touch
-BOX = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))  # middle, and tips of the axes
 
 
 @dataclass(frozen=True)
@@ -88,6 +100,21 @@ def _aside(x: FormulaContext, axis: int) -> tuple[Scalar, Scalar]:
 def _off_lead(x: FormulaContext) -> Any:
     (dx, drop), (dy, _) = _aside(x, 0), _aside(x, 1)
     return atan2(sqrt(dx * dx + dy * dy), drop)
+
+
+def _slope(x: FormulaContext) -> Any:
+    (dx, drop), (dy, _) = _aside(x, 0), _aside(x, 1)
+    return atan2(sqrt(dx * dx + dy * dy), abs(drop))
+
+
+def _vertical_load(x: FormulaContext) -> Any:
+    line = FormulaContext(x.places, x.numbers[1:], ())
+    return x.numbers[0] * _one(x) * (abs(_aside(line, 0)[1]) / _span(line))
+
+
+def _height_over(x: FormulaContext) -> Any:
+    p, o, tip = x.places
+    return _dot([a - b for a, b in zip(p, o, strict=True)], [a - b for a, b in zip(tip, o, strict=True)])
 
 
 def _span(x: FormulaContext) -> Any:
@@ -174,6 +201,7 @@ class QuantityFormula:
 ROWS: dict[str, QuantityFormula] = {
     "height": QuantityFormula(lambda x: x.places[0][2], ("point",)),
     "height difference": QuantityFormula(lambda x: x.places[0][2] - x.places[1][2], ("point", "origin")),
+    "height over": QuantityFormula(_height_over, ("point", "origin")),
     "radius": QuantityFormula(_radius, ("point", "origin")),
     "gap": QuantityFormula(_gap, ("point", "origin")),
     "tension": QuantityFormula(_sum, ("rope",)),
@@ -185,20 +213,31 @@ ROWS: dict[str, QuantityFormula] = {
     "swing along": QuantityFormula(lambda x: atan2(*_aside(x, 0)), ("rope",)),
     "swing across": QuantityFormula(lambda x: atan2(*_aside(x, 1)), ("rope",)),
     "off-lead": QuantityFormula(_off_lead, ("rope",)),
+    "slope": QuantityFormula(_slope, ("rope",)),
+    "vertical load": QuantityFormula(_vertical_load, ("rope",)),
     "pull": QuantityFormula(_pull, ("rope",)),
     "reserve": QuantityFormula(lambda x: x.numbers[2] / _pull(x, 3), ("rope",)),
     "side along": QuantityFormula(lambda x: _side(x, 0), ("rope",)),
     "side across": QuantityFormula(lambda x: _side(x, 1), ("rope",)),
     "place along": QuantityFormula(lambda x: x.places[0][0] - x.numbers[0], ("point",)),
     "place across": QuantityFormula(lambda x: x.places[0][1] - x.numbers[0], ("point",)),
+    "track pressure": QuantityFormula(track_pressure, ("point",)),
+    "corner load": QuantityFormula(corner_load, ("point",)),
+    "tipping": QuantityFormula(tipping, ("point",)),
+    "joint moment": QuantityFormula(joint_moment, ("joint",)),
+    "starting moment": QuantityFormula(starting_moment, ("joint",)),
     "angle": QuantityFormula(_one),
     "joint": QuantityFormula(_one),
     "speed": QuantityFormula(_one),
     "wind": QuantityFormula(_one),
 }
 SIDES = ("side along", "side across")
-LINED = ("swing along", "swing across", "off-lead", "pull", "reserve", *SIDES)  # quantities of the lines of ropes
-COUNTS = {"gap": 6, "load": 2, "pull": 2, "reserve": 3, "place along": 1, "place across": 1}  # numbers it has
+LINED = (  # quantities of the lines of ropes
+    "swing along", "swing across", "off-lead", "slope", "vertical load", "pull", "reserve", *SIDES,
+)  # fmt: skip
+OF_GROUPS = {**ON_BASES, **ABOUT_JOINTS}  # of all bodies that a base or joint carries
+COUNTS = {"gap": 6, "load": 2, "vertical load": 1, "pull": 2, "reserve": 3}  # numbers it has
+COUNTS |= {"place along": 1, "place across": 1, **OF_GROUPS}
 
 
 def scalar(h: ScalarSignal, places: Places, numbers: Scalars, values: Scalars, lines: Sequence[int] = ()) -> Scalar:
@@ -211,28 +250,38 @@ def points(h: ScalarSignal, system: System) -> tuple[Point, ...]:
     """Return the points whose positions the formula takes."""
     if h.quantity in LINED:
         return tuple(p for rope in _lines(h, system) for line in rope for p in (line.a, line.b))
+    if h.quantity in OF_GROUPS:
+        return carried_group(h, system).points
     given = [p for p in (h.point, h.origin)[: _places(h)] if p is not None]
     if h.quantity == "gap":
-        return tuple(Point(p.body, (p.p[0] + x, p.p[1] + y, p.p[2] + z)) for p in given for x, y, z in BOX)
+        return tuple(moved_point(p, d) for p in given for d in TIPS)
+    if h.quantity == "height over":
+        given.append(moved_point(given[1], TIPS[3]))
     return tuple(given)
 
 
 def numbers(h: ScalarSignal, system: System) -> tuple[float, ...]:
-    """Return the numbers that the formula takes: those of the signal, and the shares of the lines of its ropes."""
+    """Return the numbers that the formula takes: those of the signal, of a carried group, and the shares of lines."""
+    if h.quantity in OF_GROUPS:
+        return (*h.numbers, *carried_group(h, system).numbers)
     shares = (line.share for rope in _lines(h, system) for line in rope) if h.quantity in LINED else ()
     return (*h.numbers, *shares)
 
 
 def lines(h: ScalarSignal, system: System) -> tuple[int, ...]:
     """Return the number of lines of each rope of the signal."""
+    if h.quantity in OF_GROUPS:
+        return tuple(map(len, carried_group(h, system).ropes.values()))
     return tuple(map(len, _lines(h, system))) if h.quantity in SIDES else ()
 
 
-def names(h: ScalarSignal) -> tuple[str, ...]:
+def names(h: ScalarSignal, system: System) -> tuple[str, ...]:
     """Return the names whose values the formula takes: ropes, or a single element."""
+    if h.quantity in OF_GROUPS:
+        return (*carried_group(h, system).ropes,)
     if h.quantity in ("tension", "load", "moment", "use", "use by place", *SIDES):
         return h.ropes
-    if h.quantity in ("length", "pull", "reserve"):
+    if h.quantity in ("length", "vertical load", "pull", "reserve"):
         return h.ropes[:1]
     return (h.of,) if h.quantity in ("angle", "joint", "speed", "wind") else ()
 
@@ -240,9 +289,10 @@ def names(h: ScalarSignal) -> tuple[str, ...]:
 def check_signal(h: ScalarSignal, system: System, label: str) -> None:
     """Raise KernelError for a signal without the fields of its quantity."""
     a = f"an {h.quantity}" if h.quantity[0] in "aeiou" else f"a {h.quantity}"
-    for need in ROWS[h.quantity].needs:
-        if not (h.ropes or (h.quantity in LINED and h.point and h.origin) if need == "rope" else getattr(h, need)):
-            raise KernelError(f"{label}: {a} needs {'an' if need == 'origin' else 'a'} {need}")
+    line = h.quantity in LINED and h.point and h.origin
+    given = {"rope": h.ropes or line, "joint": h.of, "point": h.point, "origin": h.origin}
+    for need in (need for need in ROWS[h.quantity].needs if not given[need]):
+        raise KernelError(f"{label}: {a} needs {'an' if need == 'origin' else 'a'} {need}")
     for rope in h.ropes:
         if rope not in {x.name for x in system.all_ropes}:
             raise KernelError(f"{label}: there is no rope '{rope}'")
@@ -273,7 +323,7 @@ def _places(h: ScalarSignal) -> int:
 
 def _lines(h: ScalarSignal, system: System) -> tuple[tuple[Line, ...], ...]:
     """Return the lines of the signal's ropes that count, or the line from origin to point."""
-    if not h.ropes and h.point and h.origin:
+    if h.point and h.origin:
         return ((Line(h.origin, h.point),),)
     known = {rope.name: rope.lines for rope in system.straight_ropes}
     asked = h.ropes if h.quantity in SIDES else h.ropes[:1]

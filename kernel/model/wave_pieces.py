@@ -23,7 +23,7 @@ class WavePieces:
     def __init__(self, waves: Mapping[str, WaveSum], at: Mapping[tuple[str, str], slice], P: np.ndarray) -> None:
         groups: dict[tuple[object, ...], list[str]] = {}
         for name, wave in waves.items():
-            groups.setdefault((wave.frequencies, wave.ramp, wave.piece), []).append(name)
+            groups.setdefault((wave.frequencies, wave.ramp, wave.piece, bool(wave.by[0])), []).append(name)
         places = np.arange(len(P))
         self._groups = [
             _Sea([waves[name] for name in names], np.array([places[at["waves", name]] for name in names]))
@@ -52,7 +52,8 @@ class _Sea:
         self.places, self._ramp = places, waves[0].ramp
         self.length = round(waves[0].piece * 1e9)
         self._w = np.array(waves[0].frequencies)
-        self._cosines, self._sines = (np.array([getattr(x, k) for x in waves]).T for k in ("cosines", "sines"))
+        self._sum = np.array([(x.cosines, x.sines) for x in waves]).transpose(1, 2, 0)
+        self._by = np.array([x.by for x in waves]).transpose(1, 2, 0)  # each (2, harmonics, n)
         self._knots: dict[int, Knot] = {}  # the last two
 
     def piece(self, epoch_ns: int, now_ns: int) -> np.ndarray:
@@ -71,6 +72,14 @@ class _Sea:
         r, dr = u * u * u * (10.0 - 15.0 * u + 6.0 * u * u), 30.0 * u * u * (1.0 - u) * (1.0 - u) / self._ramp
         angle: Any = self._w * t
         c, s = cos(angle)[:, None], sin(angle)[:, None]
-        value = total(c * self._cosines + s * self._sines)
-        slope = total(self._w[:, None] * (c * self._sines - s * self._cosines))
+
+        def summed(C: np.ndarray, S: np.ndarray) -> Knot:
+            return total(c * C + s * S), total(self._w[:, None] * (c * S - s * C))
+
+        value, slope = summed(*self._sum)
+        if self._by.size:
+            (C, S), (D, T) = self._sum, self._by
+            (y, dy), (other, rate), (z, dz) = summed(-S, C), summed(D, T), summed(-T, D)
+            value, slope = value * other + y * z, slope * other + value * rate + dy * z + y * dz
+            r, dr = r * r, 2.0 * r * dr
         return r * value, dr * value + r * slope

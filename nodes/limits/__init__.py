@@ -12,13 +12,13 @@ Check     a row of the list of checks, with its place, time, value and limit
     table_of(checks)            -> the table for planners
 
 judging, reading, signals    evaluation of the limits; of the quantity of each; the columns that it needs
-named                        the signal that a limit checks
+named                        the signals that a limit checks, and their reduction
 standards                    factors of standards, and the loads that they allow for slings and shackles
 reeving                      tensions in the parts of a reeved rope
 factors                      factors between static loads and design loads
+wind                         off-lead of a hanging load in a stated wind
 splash                       slack slings and loads on hooks in the splash zone
-heave                        how far a hook rises and sinks over a vessel
-ground                       loads on the ground under tracks, outriggers and wheels; indeterminate load sharing
+sharing                      indeterminate load sharing, speeds at lift-off and landing, factors of standards
 geometry                     plausibility of a block's size, mass and lugs
 checks                       the state of each check, from its value, error and limit
 run_tables                   tables of a run besides limits: reactions, lugs, slings, stages, the block

@@ -13,6 +13,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from math import isfinite
 
 from heavylift.kernel.description.findings import ASSUMED, NOT_CHECKED, STATES, UNKNOWN, WARNED, Check, State, clock
+from heavylift.kernel.description.forces import Radiation
 from heavylift.kernel.description.mechanics import System
 from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.plan import Plan
@@ -59,6 +60,15 @@ def checks_of(
     if any(_irregular(m.system) for m in plan.machines) and not any(x.quantity == SEA_STATE for x in others):
         message = "an irregular sea: one seed is no verdict; `heavylift run --replications 30` runs others"
         found.append(Check(quantity=SEA_STATE, subject="all", state="amber", why=NOT_CHECKED, sentence=message))
+    hulls = [m.name for m in plan.machines if any(isinstance(f, Radiation) for f in m.system.forces)]
+    if len(hulls) > 1:
+        message = f"waves between {' and '.join(hulls)}: not included; each floats as if it were alone"
+        found.append(Check(quantity="interaction", subject="all", state="amber", why=NOT_CHECKED, sentence=message))
+    for m in plan.machines:
+        waves = [x.waves for force in m.system.forces if (x := getattr(force, "signal", None)) and x.waves]
+        if waves and not any(x.by[0] for x in waves):
+            message = f"slow drift of {m.name}: not included; its data have no mean drift"
+            found.append(Check(quantity="slow drift", subject=m.name, state="amber", why=NOT_CHECKED, sentence=message))
     return sorted(found, key=lambda check: STATES.index(check.state))
 
 
@@ -146,7 +156,7 @@ def line_of(checks: Sequence[Check]) -> str:
         if (many := sum(c.why == why and c.state == "amber" for c in checks)) or why in (NOT_CHECKED, ASSUMED):
             counts.append(f"{many} {why}{'s' * (why == WARNED and many > 1)}")
     worst = next((c.sentence for c in checks if c.state in ("red", "undecided")), "")
-    message = "" if any(c.basis for c in checks) else "; the scene has no limits to check"
+    message = "" if any(c.basis for c in checks) else "; the scene has no limits to check: write 'limits'"
     message = f"; worst: {worst}" if worst else message
     return f"{state_of(checks).upper()}: {', '.join(counts)}{message}"
 

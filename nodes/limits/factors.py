@@ -202,13 +202,19 @@ def _value(
 def _wind(given: Factors, lift: LiftConditions) -> tuple[float | None, str]:
     """Return the wind factor of a load, which is the resultant of wind force and weight divided by the weight, and its
     source; None and the remedy if no wind is given."""
-    if given.wind is None:
+    if given.wind is None or (given.wind and not given.area):
         return None, "to be confirmed: write 'factors: {wind: 10 m/s, area: 100 m2}', in no wind 'wind: 0 m/s'"
-    if not given.wind * given.area:
+    if not given.wind:
         return 1.0, "no wind on the load"
-    push = 0.5 * AIR * given.drag * given.area * given.wind * given.wind
-    message = f"0.5 x {AIR:g} kg/m3 x {given.drag:g} x {given.area:g} m2 x ({given.wind:g} m/s)2 = {push / 1e3:.4g} kN"
-    return sqrt(1.0 + (push / lift.weight) * (push / lift.weight)), message
+    force, message = wind_force(given)
+    return sqrt(1.0 + (force / lift.weight) * (force / lift.weight)), message
+
+
+def wind_force(given: Factors) -> tuple[float, str]:
+    """Return the force [N] of the stated wind on the load, and its formula; 0 if no wind or no area is given."""
+    wind = given.wind or 0.0
+    force = 0.5 * AIR * given.drag * given.area * wind * wind
+    return force, f"0.5 x {AIR:g} kg/m3 x {given.drag:g} x {given.area:g} m2 x ({wind:g} m/s)2 = {force / 1e3:.4g} kN"
 
 
 def tilted(

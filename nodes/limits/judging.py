@@ -8,7 +8,7 @@ breaking force divided by the product of the partial factors. An equilibrium pat
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from heavylift.nodes.plan.limit import RatedLimit, Use
+from heavylift.nodes.plan.limit import IN_WIND, RatedLimit, Use
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.statics.state import StaticState
 
@@ -114,6 +114,9 @@ class _Worst:
     def use(self) -> Use:
         """Return the highest utilisation of all samples added so far."""
         exact, found = self._exact, self._first[0][1] if self._first else None
+        if (rest := self._limit.rest) and self._limit.quantity == IN_WIND:
+            use = self._limit.use(rest.value) if self._limit.known else None
+            return Use(self._limit, rest.value, None, rest.stage, use)
         if (rest := self._limit.rest) and self._dynamic:
             value = rest.value * product(self._limit, dynamic=False)
             use = value / rest.bound if rest.bound else None

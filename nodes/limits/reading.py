@@ -1,37 +1,42 @@
-"""Evaluation of the quantity of a limit over columns of samples.
+"""Evaluation of the signals of a limit over columns of samples, and their reduction.
 
 A signal is one row of the kernel's table of quantities; its formula is also used for conditions and interlocks. A
-reading holds the quantity at each instant and, if a run recorded the exact peak of a tension, the maximum with its
-time. Unloaded ropes are not evaluated: an angle counts only while its rope carries a load.
+reading holds the reduced quantity at each instant and, where it is known, the exact maximum between samples with its
+time: that of a tension that the run recorded, and that of a wind's history. Unloaded ropes are not evaluated: an angle
+counts only while its rope carries a load.
 
 The module also finds the hook radius and the utilisation of the radius chart in each stage: when the hook is first
 loaded, at the highest utilisation, and at the end.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import msgspec
 import numpy as np
+from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.kernel.description import forces
-from heavylift.kernel.description.mechanics import Point, System
+from heavylift.kernel.description.mechanics import Point, System, merge
 from heavylift.kernel.description.signals import ScalarSignal
-from heavylift.kernel.model.quantities import LINED, lines, names, numbers, points, scalar
-from heavylift.nodes.plan.limit import STANDING, TOUCHING, RatedLimit, Reach
-from heavylift.nodes.plan.mechanism import lug_places
+from heavylift.kernel.model.group_loads import ON_BASES, base_force, carried_group
+from heavylift.kernel.model.quantities import LINED, FormulaContext, lines, names, numbers, points, scalar
+from heavylift.nodes.plan.actions import LandedCondition, LiftedCondition
+from heavylift.nodes.plan.limit import STANDING, RatedLimit, Reach
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.statics.state import StaticState
 
 from .factors import BASES, product
-from .ground import drive_moment, stood, touch_speed
-from .heave import relative_heave
-from .named import KINDS, LOADS, OF_TENSIONS, hooks_of, origin, signal_of
+from .named import KINDS, LOADS, OF_TENSIONS, REDUCTIONS, MeasuredSignal, hooks_of, measured, origin, sling_signals
+from .sharing import touching
 from .signals import EMPTY, Column, SignalColumns, carries, place, signals_of, tie_of
 from .splash import slack_sling, splash_load
 
 RESTS = 1.05  # times the weight of a block: less on its supports is no impact
 TIGHT = 0.02  # of its rated tension: with less a sling holds nothing
+PARTS = 24  # of the way that a machine slews between two instants of a path at rest, which are looked at
+STANDS = 1e-9  # [m] between two samples of a rope whose winch stands
 
 
 @dataclass(frozen=True)
@@ -45,15 +50,43 @@ class Reading:
 
 def read(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
     """Evaluate the quantity of a limit; return None if the data are missing."""
-    return READERS.get(limit.quantity, _named)(plan, limit, signals)
+    if limit.quantity in BASES:
+        return _design(plan, limit, signals)
+    reduction, kind = REDUCTIONS.get(limit.quantity, "largest"), KINDS.get(limit.quantity)
+    if reduction == "ordered speed":
+        return Reading(_ordered_speed(plan, limit, signals))
+    if reduction == "splash zone":
+        return _splash(plan, limit, signals)
+    given = None
+    if kind in OF_TENSIONS:
+        on_record = tuple(name for name in limit.elements if name in signals.tensions)
+        if limit.quantity == "lug load":
+            on_record = tuple(x for x in on_record if _on_lug(plan, limit, signals, x))
+        if not on_record:
+            return Reading(np.zeros(len(signals.t))) if limit.quantity == "lug load" else None
+        limit = msgspec.structs.replace(limit, elements=on_record)
+        given = _hooked(plan, limit, signals) if limit.quantity == "lug load" else None
+    each = measured(limit, plan.machines, plan.gravity, plan.actions)
+    if reduction == "sum":
+        return _sum(plan, each, signals)
+    values = _largest(plan, each, signals, given)
+    if values is None:
+        return None
+    if reduction == "range at rest":
+        over = range_at_rest(values, signals, limit.elements)
+        return None if over is None else Reading(over)
+    if limit.quantity in STANDING:
+        return Reading(_while_slewing(plan, limit, each[0].signal, signals, values))
+    exact = _exact(plan, limit, signals, each[0].signal) if kind in OF_TENSIONS else None
+    return _counted(plan, limit, signals, values, _strongest(plan, each, signals) if kind == "wind" else exact)
 
 
 def axis_of(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column | None:
     """Return the argument of a limit's chart at each sample: trolley position or radius [m], or sling angle [rad]. None
     if it is missing."""
     if limit.over == "angle":
-        angles = [x.values for name in limit.elements if (x := _bridle(plan, limit, signals, name))]
-        return np.fmax.reduce(angles) if angles else None
+        slings = (x for name in limit.elements for x in sling_signals(name, "slope", plan.machines, plan.gravity))
+        return _largest(plan, list(slings), signals)
     hook = hooks_of(plan.machines).get(limit.elements[0])
     if limit.over == "radius" and hook and hook.axis:
         return evaluated(plan, ScalarSignal("radius", point=hook.eye, origin=hook.axis), signals)
@@ -73,46 +106,127 @@ def evaluated(
     return _evaluated(plan, x, signals, given)
 
 
-def _ropes(plan: Plan) -> System:
-    systems = [machine.system for machine in plan.machines]
-    rigid = tuple(rope for s in systems for rope in s.rigid_ropes)
-    return System(ropes=tuple(rope for s in systems for rope in s.ropes), rigid_ropes=rigid)
-
-
 def _evaluated(
-    plan: Plan, x: ScalarSignal, signals: SignalColumns, given: Mapping[str, Column] | None
+    plan: Plan, x: ScalarSignal, signals: SignalColumns, given: Mapping[str, Column] | None, turned: Sequence[Any] = ()
 ) -> Column | None:
-    system = signals.once("ropes", lambda: _ropes(plan))
+    system: System = signals.once("system", lambda: merge((m.system for m in plan.machines), plan.gravity))
     if x.quantity in LINED and not {*x.ropes} <= {rope.name for rope in system.straight_ropes}:
         return None
     columns = given or (signals.lengths if x.quantity == "length" else signals.tensions)
     if x.quantity == "wind":
-        columns = {x.of: _strongest(_winds(plan, x.of), signals.t)}
-    places = [place(signals, point) for point in points(x, system)]
-    values: list[Any] = [columns.get(name) for name in names(x)]
-    if any(x is None for x in (*places, *values)):
+        columns = {x.of: wind_speed(_wind(plan, x.of), signals.t)}
+    if x.quantity in ON_BASES:  # of one resultant force, which is the same for all corners of a base
+        force = signals.once(("force", x.point), lambda: _force_on_base(x, system, signals))
+        if force is None:
+            return None
+        V, along, across = force
+        each: list[Any] = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (along, across, 0.0)]
+        values, own, counts = list[Any](), list[Any]((*x.numbers, V)), tuple[int, ...]()
+    else:
+        places = [place(signals, point) for point in points(x, system)]
+        values = [columns.get(name) for name in names(x, system)]
+        if any(x is None for x in (*places, *values)):
+            return None
+        each, own, counts = [p.T for p in places if p is not None], list(numbers(x, system)), lines(x, system)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(scalar(x, each, [*turned, *own[len(turned) :]], values, counts))
+
+
+def _force_on_base(x: ScalarSignal, system: System, signals: SignalColumns) -> tuple[Column, Column, Column] | None:
+    """Return the resultant force (n,) [N] on a base and its place (n,) [m] along and across it; None if data are
+    missing."""
+    group = carried_group(x, system)
+    places = [place(signals, point) for point in group.points]
+    tensions = [signals.tensions.get(name) for name in group.ropes]
+    if any(x is None for x in (*places, *tensions)):
         return None
     each: list[Any] = [p.T for p in places if p is not None]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.asarray(scalar(x, each, numbers(x, system), values, lines(x, system)))
+    context = FormulaContext(each, (1.0, 0.0, *group.numbers), tensions, [*map(len, group.ropes.values())])  # type: ignore[arg-type]
+    return base_force(context, 2)
 
 
-def _named(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
-    """Evaluate the signal of a limit, with the exact peak of one rope or of the sum of several ropes."""
-    kind, given = KINDS.get(limit.quantity), None
-    if kind in OF_TENSIONS:
-        on_record = tuple(name for name in limit.elements if name in signals.tensions)
-        if limit.quantity == "lug load":
-            on_record = tuple(x for x in on_record if _on_lug(plan, limit, signals, x))
-        if not on_record:
-            return Reading(np.zeros(len(signals.t))) if limit.quantity == "lug load" else None
-        limit = msgspec.structs.replace(limit, elements=on_record)
-        given = _hooked(plan, limit, signals) if limit.quantity == "lug load" else None
-    x = signal_of(limit, plan.machines, plan.gravity)
-    values = evaluated(plan, x, signals, given) if x else None
-    if x is None or values is None:
+def _largest(
+    plan: Plan, each: Sequence[MeasuredSignal], signals: SignalColumns, given: Mapping[str, Column] | None = None
+) -> Column | None:
+    """Return the largest of several signals (n,), nan where none counts; None if there are none or data are missing."""
+    live = [x for x in each if x.sling is None or not x.lug or x.lug in dict(signals.lugs(x.sling.rope))] or each[:1]
+    values = [_measured(plan, x, signals, given) for x in live]
+    known = [x for x in values if x is not None]
+    return np.asarray(np.fmax.reduce(known)) if known and len(known) == len(values) else None
+
+
+def _measured(
+    plan: Plan, x: MeasuredSignal, signals: SignalColumns, given: Mapping[str, Column] | None = None
+) -> Column | None:
+    """Return a signal (n,) that a limit checks, nan where its sling is slack or hooked elsewhere."""
+    if x.sling is None:
+        return evaluated(plan, x.signal, signals, given)
+    if x.sling.rope not in signals.tensions:
         return None
-    return _counted(plan, limit, signals, values, _exact(plan, limit, signals, x) if kind in OF_TENSIONS else None)
+    held = signals.tensions[x.sling.rope] > TIGHT * x.sling.rated
+    held &= dict(signals.lugs(x.sling.rope)).get(x.lug, np.False_) if x.lug else np.True_
+    values = evaluated(plan, x.signal, signals, given) if held.any() else np.full(len(signals.t), np.nan)
+    return None if values is None else np.where(held, values, np.nan)
+
+
+def _sum(plan: Plan, each: Sequence[MeasuredSignal], signals: SignalColumns) -> Reading:
+    """Return the sum of the signals of several ropes; its exact maximum is found at the peaks of the single ropes, with
+    the values of the others at that time."""
+    known = {x: y for x in each if (y := _measured(plan, x, signals)) is not None}
+    total, most = np.zeros(len(signals.t)), list[tuple[float, float]]()
+    for values in known.values():
+        total = total + np.nan_to_num(values)
+    for x, values in known.items():
+        (rope,) = x.signal.ropes
+        peak, when = signals.peaks.get(rope, (0.0, -1.0))
+        if signals.t[0] <= when <= signals.t[-1]:
+            there = _measured(plan, x, signals, {rope: np.full(len(signals.t), peak)})
+            assert there is not None  # as before
+            more = np.nan_to_num(there) - np.nan_to_num(values)
+            most.append((float(np.interp(when, signals.t, total) + np.interp(when, signals.t, more)), when))
+    return Reading(total, max(most, default=None))
+
+
+def _while_slewing(plan: Plan, limit: RatedLimit, x: ScalarSignal, signals: SignalColumns, values: Column) -> Column:
+    """Return the largest value of a base's signal up to each instant of an equilibrium path, also at angles between two
+    instants while the machine slews."""
+    actuators = () if signals.dynamic else next(m.actuators for m in plan.machines if m.name == limit.elements[0])
+    for slewer in (a.name for a in actuators if a.verb == "slew" and a.name in signals.lengths):
+        angles = np.append(0.0, np.diff(signals.lengths[slewer])) * np.arange(1, PARTS)[:, None] / PARTS
+        if (angles != 0.0).any():
+            turned = [np.array([[float(f(a)) for a in row] for row in angles]) for f in (cos, sin)]
+            between = _evaluated(plan, x, signals, None, turned)
+            assert between is not None  # as the values themselves
+            values = np.maximum(values, between.max(axis=0))
+    return values
+
+
+def range_at_rest(values: Column, signals: SignalColumns, elements: tuple[str, ...]) -> Column | None:
+    """Return the difference (n,) between the highest and the lowest value of a signal since the winch of a rope
+    stopped; None without its lengths. A rest of the winch may have begun in a part of the run before this one."""
+    length = signals.lengths.get(elements[0])
+    if length is None or not signals.dynamic:
+        return None
+    found = np.zeros(len(values))
+    low, high = signals.carried.get(elements, (np.inf, -np.inf))
+    ends = [0, *(np.flatnonzero(np.abs(np.diff(length)) > STANDS) + 1).tolist(), len(values)]
+    for a, b in pairwise(ends):
+        lowest = np.minimum(np.minimum.accumulate(values[a:b]), low)
+        highest = np.maximum(np.maximum.accumulate(values[a:b]), high)
+        found[a:b] = highest - lowest
+        low, high = np.inf, -np.inf
+        if b == len(values) > a:
+            signals.carried[elements] = float(lowest[-1]), float(highest[-1])
+    return found
+
+
+def _ordered_speed(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column:
+    """Return the highest ordered hook speed (n,) [m/s] in the stages with lift-off or landing."""
+    values = np.full(len(signals.t), np.nan)
+    for action, speed in touching(plan, LiftedCondition if limit.quantity == "lift-off speed" else LandedCondition):
+        here = signals.within(action.stage)
+        values[here] = np.fmax(values[here], speed)
+    return values
 
 
 def _exact(plan: Plan, limit: RatedLimit, signals: SignalColumns, x: ScalarSignal) -> tuple[float, float] | None:
@@ -182,104 +296,42 @@ def _design(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | 
     return found and Reading(found.values * times, (found.exact[0] * times, found.exact[1]) if found.exact else None)
 
 
-def _assembly(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
-    """Return the vertical load [kg] of all legs of a bridle together; its exact maximum is found at the peaks of the
-    single legs, with the loads of the other legs at that time."""
-    plumb = {}
-    for name in limit.elements:
-        if (angle := _bridle(plan, limit, signals, name)) is not None:
-            plumb[name] = np.cos(np.nan_to_num(angle.values)) / plan.gravity
-    loads = {name: x * signals.tensions[name] for name, x in plumb.items()}
-    total, most = np.sum([np.zeros(len(signals.t)), *loads.values()], axis=0), list[tuple[float, float]]()
-    for name, x in plumb.items():
-        peak, when = signals.peaks.get(name, (0.0, -1.0))
-        if signals.t[0] <= when <= signals.t[-1]:
-            more = float(np.interp(when, signals.t, x * peak - loads[name]))
-            most.append((float(np.interp(when, signals.t, total)) + more, when))
-    return Reading(total, max(most, default=None))
-
-
-def _bridle(plan: Plan, limit: RatedLimit, signals: SignalColumns, name: str = "") -> Reading | None:
-    """Return the angle of a taut sling to the vertical [rad]."""
-    tie = tie_of(plan, name or next(iter(limit.elements), ""))
-    if tie is None or tie.rope not in signals.tensions:
-        return None
-    values = np.full(len(signals.t), np.nan)
-    tight, lugs = signals.tensions[tie.rope] > TIGHT * tie.rated, lug_places(plan.machines)
-    hung = [(lugs.get(lug), tight & inside) for lug, inside in signals.lugs(tie.rope)]
-    for lower, inside in [(tie.lower, tight)] if tie.lower else hung:
-        angle = evaluated(plan, ScalarSignal("off-lead", point=lower, origin=tie.upper), signals) if lower else None
-        if angle is None:
-            return None
-        values = np.where(inside, np.minimum(angle, np.pi - angle), values)
-    return Reading(values)
-
-
-def _column(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
-    """Return a quantity that another module computes: ground pressure, drive moment, or speed at lift-off and
-    landing."""
-    values = COLUMNS[limit.quantity](plan, limit, signals)
-    return None if values is None else Reading(values)
-
-
-def _wind(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
-    """Return the speed of the strongest wind of the scene [m/s], at each sample and at the breakpoints of its
-    histories; on an equilibrium path up to the end of the scene."""
-    winds = _winds(plan)
-    if not winds:
-        return None
-    ran = signals.dynamic and len(signals.t) > 0
-    end = float(signals.t[-1]) if ran else np.inf if plan.end is None else plan.end
-    times = sorted({0.0, *(t for s in winds for t in s.times if t <= end)} | ({end} if np.isfinite(end) else set()))
-    speeds = _strongest(winds, np.array(times))
-    first = int(np.argmax(speeds))
-    return Reading(_strongest(winds, signals.t), (speeds[first].item(), times[first]))
-
-
-def _winds(plan: Plan, name: str = "") -> list[forces.InputSignal]:
-    """Return the speed signals of all winds or, if `name` is given, of that wind."""
-    each = (f for m in plan.machines for f in m.system.forces if isinstance(f, forces.Wind))
-    return [f.signal for f in each if name in ("", f.name)]
-
-
-def _strongest(winds: list[forces.InputSignal], t: Column) -> Column:
-    """Return the highest speed (n,) [m/s] of any wind at the times t; at a jump the larger of both values."""
-    speeds = [np.zeros(len(t))]
-    for s in winds:
-        if not s.times:
-            speeds.append(np.full(len(t), abs(s.value)))
-            continue
-        values, last = np.abs(np.array(s.values)), len(s.times) - 1
-        before, behind = (np.searchsorted(s.times, t, side) for side in ("left", "right"))
-        jump = np.maximum(values[np.minimum(before, last)], values[behind - 1])
-        speeds += [np.abs(np.interp(t, s.times, s.values)), np.where(behind > before, jump, 0.0)]
-    return np.asarray(np.max(speeds, axis=0))
-
-
 def _splash(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
-    """Return the load of a hook in the splash zone, with the amplitude of the water's dynamic force."""
-    rope, _ = limit.elements
-    found = read(plan, msgspec.structs.replace(limit, quantity="hook load", elements=(rope,)), signals)
+    """Return the share of slack, or the load of a hook, in the splash zone, with the amplitude of the water's dynamic
+    force."""
+    if limit.quantity == "slack sling":
+        return Reading(slack_sling(plan, limit, signals))
+    found = read(plan, msgspec.structs.replace(limit, quantity="hook load", elements=limit.elements[:1]), signals)
     return found and Reading(splash_load(plan, limit, signals, found.values))
 
 
-COLUMNS: dict[str, Callable[[Plan, RatedLimit, SignalColumns], Column | None]] = {
-    **dict.fromkeys(STANDING, stood),
-    **dict.fromkeys(TOUCHING, touch_speed),
-    "drive moment": drive_moment,
-    "brake moment": drive_moment,
-    "relative heave": relative_heave,
-    "slack sling": slack_sling,
-}
+def _strongest(plan: Plan, each: Sequence[MeasuredSignal], signals: SignalColumns) -> tuple[float, float] | None:
+    """Return the highest speed [m/s] of the winds at the breakpoints of their histories, with its time [s]; on an
+    equilibrium path up to the end of the scene."""
+    ran = signals.dynamic and len(signals.t) > 0
+    end = float(signals.t[-1]) if ran else np.inf if plan.end is None else plan.end
+    breaks = (t for x in each for t in _wind(plan, x.signal.of).times if t <= end)
+    times = np.array(sorted({0.0, *breaks} | ({end} if np.isfinite(end) else set())))
+    speeds = _largest(plan, each, replace(signals, t=times, known={}))
+    assert speeds is not None  # which need no data
+    first = int(np.argmax(speeds))
+    return speeds[first].item(), times[first].item()
 
-READERS: dict[str, Callable[[Plan, RatedLimit, SignalColumns], Reading | None]] = {
-    "assembly load": _assembly,
-    "bridle angle": _bridle,
-    **dict.fromkeys(BASES, _design),
-    "wind": _wind,
-    "splash load": _splash,
-    **dict.fromkeys(COLUMNS, _column),
-}
+
+def _wind(plan: Plan, name: str) -> forces.InputSignal:
+    """Return the speed signal of a wind."""
+    each = (f for m in plan.machines for f in m.system.forces if isinstance(f, forces.Wind))
+    return next(f.signal for f in each if f.name == name)
+
+
+def wind_speed(s: forces.InputSignal, t: Column) -> Column:
+    """Return the speed (n,) [m/s] of a wind at the times t; at a jump the larger of both values."""
+    if not s.times:
+        return np.full(len(t), abs(s.value))
+    values, last = np.abs(np.array(s.values)), len(s.times) - 1
+    before, behind = (np.searchsorted(s.times, t, side) for side in ("left", "right"))
+    jump = np.maximum(values[np.minimum(before, last)], values[behind - 1])
+    return np.maximum(np.abs(np.interp(t, s.times, s.values)), np.where(behind > before, jump, 0.0))
 
 
 WHEN = ("begins", "most", "ends")

@@ -17,8 +17,8 @@ from heavylift.nodes.plan.plan import Plan
 from heavylift.recordings.format.viewer_messages import RopeLine
 from heavylift.recordings.sheets.sheet import Cell, Marked, Table, columns
 
-from .ground import dynamics_required
 from .named import rated
+from .sharing import dynamics_required
 from .signals import Column, SignalColumns, place
 
 EMPTY = 1.1  # times what always hangs on its hooks: with less a crane carries nothing

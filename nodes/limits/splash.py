@@ -64,7 +64,7 @@ class SplashZone:
         return values
 
 
-def slack_sling(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column | None:
+def slack_sling(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column:
     """Return the dynamic force upward over the static weight in water (n,)."""
     zone = _zone(plan, limit, signals)
 

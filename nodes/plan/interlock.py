@@ -38,8 +38,9 @@ class Interlock(Item, frozen=True, kw_only=True):
     """Ropes of hooks whose chart or load it watches: their limits are checked, and no reason to refuse a scene."""
 
     def message(self, bypassed: bool = False) -> tuple[State, str]:
-        """Return the state of the check (red, or amber if it stops nothing) and the sentence about a trip."""
+        """Return the state of the check (red, or a note if the interlock stops nothing and only reports what its author
+        foresaw) and the sentence about a trip."""
         did = "would have stopped, had it not been bypassed," if bypassed else "stopped"
         names = ", ".join(dict.fromkeys(driven(stopped.actuator) for stopped in self.stops))
         sentence = f"the interlock {self.name} {did} {names}: {self.text}" if self.stops else self.text
-        return ("red" if self.stops else "amber"), f"{self.tells}: {sentence}" if self.tells else sentence
+        return ("red" if self.stops else "none"), f"{self.tells}: {sentence}" if self.tells else sentence

@@ -39,6 +39,7 @@ Quantity: TypeAlias = Literal[
     "off-lead",
     "off-lead along",
     "off-lead across",
+    "off-lead in wind",
     "bridle angle",
     "side force",
     "drive moment",
@@ -69,6 +70,7 @@ Quantity: TypeAlias = Literal[
     "splash load",
 ]
 STANDING: tuple[Quantity, ...] = ("ground pressure", "wheel load", "uplift")  # of the footing of a machine
+IN_WIND: Quantity = "off-lead in wind"  # at rest, of the wind of the factor sheet
 TOUCHING: tuple[Quantity, ...] = ("lift-off speed", "landing speed")
 
 

@@ -24,6 +24,7 @@ Kind = Literal["rope", "sling", "hanging", "block", "mechanism", "machine", "sup
 Relation = Literal["apart", "through", "joined"]
 
 GROUND, SUPPORTS, HULL = "ground", "supports", "hull"
+OTHERS = "heavylift checks that of straight hook ropes and slings; look at it"
 SUPPORT = 1.0  # edge of a support [m]
 E_STEEL, FILL = 105e9, 0.586  # of a wire rope [Pa], and its metal over the circle around it: 44 mm 6x36, 890.6 mm2
 
@@ -113,7 +114,7 @@ class Shapes:
     @cached_property
     def solids(self) -> tuple[Solid, ...]:
         """The shapes of all bodies that have one."""
-        found = [solid for machine in self.machines if self.lifts for solid in self._boxes(machine)]
+        found = [solid for machine in self.machines for solid in self._boxes(machine)]
         shaped = {solid.body for solid in found}
         touching = (solid for machine in self.machines for solid in _contacts(machine))
         return (*found, *(solid for solid in touching if solid.body not in shaped))
@@ -254,13 +255,15 @@ class Shapes:
             if bare:
                 more = f" and {len(bare) - 3} more" if len(bare) > 3 else ""
                 message = f"clearance of {', '.join(bare[:3])}{more} of {machine.name}, which have no shapes"
-                found.append(message)
-            if any(isinstance(contact.b, Plane) for contact in machine.system.contacts):
-                found.append(f"clearance of planes of {machine.name}, except to the ground")
+                found.append(f"{message}: write 'shapes'")
+            meets = [(contact.b, contact.a.body) for contact in machine.system.contacts if isinstance(contact.b, Plane)]
+            movable = {body.name for each in self.machines for body in each.system.bodies}
+            if any((plane, body) not in meets for plane, _ in meets for body in movable):
+                found.append(f"clearance of planes of {machine.name}: write 'contacts' for all that may meet them")
             if any(rope.name not in self.strands for rope in machine.system.straight_ropes):
-                found.append(f"clearance of ropes of {machine.name}")
+                found.append(f"clearance of ropes of {machine.name}: {OTHERS}")
             if any(rope.name not in self.slings for rope in machine.system.reevings):
-                found.append(f"clearance of ropes over sheaves of {machine.name}")
+                found.append(f"clearance of ropes over sheaves of {machine.name}: {OTHERS}")
         return tuple(found)
 
 

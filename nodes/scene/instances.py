@@ -53,7 +53,7 @@ WORDS = {  # fields that hold other words
 }
 MACHINES = (
     *("cranes", "block", "blocks", "rig", "rigging", "edges", "mechanism", "machines", "models", "limits"),
-    *("wind", "waves", "vessels", "floor", "obstacles"),
+    *("wind", "waves", "current", "vessels", "floor", "obstacles"),
 )
 EVERY = "all"  # subject of limits of the whole scene, and its own action list
 

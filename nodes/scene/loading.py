@@ -126,7 +126,7 @@ def _kept(path: Path, name: str, text: str, overrides: Sequence[str]) -> LoadedS
 
     with files_read() as files:
         loaded = build(path, name, text, overrides)
-    if not functions(loaded.plan):
+    if not functions(loaded.plan) and not loaded.apart:  # paths of several lifts follow from the scenes of each
         kept = _CachedScene(loaded.plan, loaded.facts, loaded.merged, files)
         write_cached(file, msgspec.msgpack.encode(kept))
     return loaded

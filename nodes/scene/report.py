@@ -14,8 +14,8 @@ from heavylift.kernel.description.findings import Check, State, clock, findings
 from heavylift.kernel.description.forces import Reeving
 from heavylift.kernel.description.mechanics import Rope
 from heavylift.nodes.limits.checks import governing, likewise, line_of, open_checks, state_of, table_of
-from heavylift.nodes.limits.ground import dynamics_required, hoisting_factors, shared
 from heavylift.nodes.limits.reading import HookReach
+from heavylift.nodes.limits.sharing import dynamics_required, hoisting_factors, shared
 from heavylift.nodes.models.machine import turning
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move, Turn

@@ -147,7 +147,7 @@ def _text(name: str, crane: str, table: str) -> str:
         **gear._asdict(),
         mats=", mats: {crane: {area: 1.5 m2, mass: 600 kg}}" if "outriggers" in stands else "",
         box=", ".join(f"{0.02 * side:.2g} m" for side in (u, v)) + ", 0 m",
-        area=u * w,
+        area=max(u, v) * w,
         name=name,
         crane=crane,
         block=table.partition("#")[2],

@@ -8,11 +8,12 @@ from math import inf, isfinite
 from pathlib import Path
 from typing import Any, cast
 
+import msgspec
 import numpy as np
 from heavylift.kernel.errors import SceneError, error_text, extra
 
-from .data_files import Coefficients, capytaine, wamit
-from .hydrodynamics import VERSION, WORST, FitError, Hydrodynamics, RadiationStates, WaveLoads
+from .data_files import Coefficients, capytaine, drift_of, wamit
+from .hydrodynamics import VERSION, WORST, FitError, Hydrodynamics, MeanDrift, RadiationStates, WaveLoads
 from .hydrostatics import hydrostatics_of
 from .nemoh_data import nemoh, nemoh_files
 from .radiation_fit import fitted
@@ -26,11 +27,16 @@ DIRECTIONS = 13  # from following to head waves
 
 
 def hull_of(
-    path: Path, volume: float = 0.0, height: float = 0.0, length: float = 1.0, depth: float | None = None
+    path: Path,
+    volume: float = 0.0,
+    height: float = 0.0,
+    length: float = 1.0,
+    depth: float | None = None,
+    drift: Path | None = None,
 ) -> Hydrodynamics:
     """Return the hydrodynamics of a hull from a netCDF file (.nc) of Capytaine, from Nemoh.cal with the files of NEMOH
     beside it, or from the files NAME.1, .3 and .hst of WAMIT with the displaced volume [m3], the height of the centre
-    of mass above the waterline [m], ULEN [m] and the depth of the water [m].
+    of mass above the waterline [m], ULEN [m] and the depth of the water [m]; `drift`: a file of mean drift of WAMIT.
 
     Raises SceneError if a file cannot be read, or if the radiation fit is too inaccurate.
     """
@@ -39,17 +45,21 @@ def hull_of(
     elif path.suffix == ".cal":
         read, files = nemoh(path), nemoh_files(path)
     elif volume > 0.0:
-        read, files = (
-            wamit(path, volume, height, length, depth or inf),
-            [path.with_suffix(end) for end in (".1", ".3", ".hst")],
-        )
+        read = wamit(path, volume, height, length, depth or inf)
+        files = [path.with_suffix(end) for end in (".1", ".3", ".hst")]
     else:
         raise SceneError(f"{path}: files of WAMIT do not contain the displaced volume; give it with --volume")
+    given = drift and drift_of(drift, read.density * read.gravity, length)
+    files += [drift] if drift else []
     digest = sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
     found = _hull(read, path.stem, f"{path.name}, SHA-256 {digest}")
     if (worst := max(found.radiation.error.added_mass, found.radiation.error.damping)) > WORST:
         advice = f"more than {WORST:.0%}; compute finer panels with a lid, or no frequencies whose waves they miss"
         raise SceneError(f"{path}: the error of the radiation fit is {worst:.1%} of the largest coefficient, {advice}")
+    if given:
+        headings, values = _around(*given[1:])
+        table = tuple(_rows(x) for x in _short(values))
+        return msgspec.structs.replace(found, drift=MeanDrift(_rows(given[0]), _rows(headings), table))
     return found
 
 
@@ -74,7 +84,9 @@ def computed(mesh: Path, depth: float | None = None) -> Path:
     radiation = solver.fill_dataset(xr.Dataset(coords={"omega": [*w, np.inf], **common}), body)
     diffraction = solver.fill_dataset(xr.Dataset(coords={"omega": w, "wave_direction": waves, **common}), body)
     out = mesh.with_suffix(".nc")
-    whole = cpt.io.xarray.separate_complex_values(xr.merge([radiation, diffraction], compat="no_conflicts"))
+    whole = cpt.io.xarray.separate_complex_values(
+        xr.merge([radiation, diffraction], compat="no_conflicts", join="outer")
+    )
     for modes in ("radiating_dof", "influenced_dof"):
         whole[modes] = whole[modes].astype("str")
     # in place of those by the centres of panels

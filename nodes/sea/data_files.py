@@ -145,6 +145,26 @@ def wamit(path: Path, volume: float, height: float, length: float, depth: float 
     )
 
 
+def drift_of(path: Path, weight: float, length: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return frequencies [rad/s], headings [rad] and mean drift (headings, frequencies, 3) in surge, sway and yaw of a
+    file of WAMIT, NAME.8 or NAME.9, for water of this weight [N/m3]; `length`: ULEN [m].
+
+    Its columns are period [s], two headings [deg] of which equal ones count, mode, modulus, phase, real and imaginary
+    part relative to rho g L^m, m = 1 or 2. Raises SceneError if the file has other contents.
+    """
+    rows = _table(path, 7)
+    rows = rows[(rows[:, 1] == rows[:, 2]) & np.isin(rows[:, 3], (1.0, 2.0, 6.0))]
+    (mode,) = _modes(rows, path, 3)
+    w, at = np.unique(2.0 * np.pi / rows[:, 0], return_inverse=True)
+    headings, of = np.unique(np.radians(rows[:, 1]), return_inverse=True)
+    values = np.full((len(headings), len(w), 6), np.nan)
+    values[of, at, mode] = weight * length ** (1.0 + (mode > 2)) * rows[:, 6]
+    values = values[..., [0, 1, 5]]
+    if np.isnan(values).any() or min(len(w), len(headings)) < 2:
+        raise SceneError(f"{path}: it needs surge, sway and yaw at each of two or more headings and periods")
+    return w, headings, values
+
+
 def _by(periods: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the index of each row's period, the frequency of each row (0 where it has none), and the periods."""
     known, at = np.unique(periods, return_inverse=True)

@@ -51,6 +51,15 @@ class WaveLoads(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     imaginary: tuple[tuple[Row6, ...], ...]
 
 
+class MeanDrift(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Mean drift per square of the wave amplitude: surge and sway [N/m2] and yaw [N/m], by frequencies and headings as
+    of `WaveLoads`."""
+
+    frequencies: tuple[float, ...]
+    headings: tuple[float, ...]
+    values: tuple[tuple[tuple[float, float, float], ...], ...]
+
+
 class Hydrodynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """The hydrodynamics of a hull at one draught. `metacentres`: heights of the transverse and the longitudinal
     metacentre above the waterline [m]; `symmetric`: port and starboard are alike, so the headings cover only half a
@@ -70,6 +79,7 @@ class Hydrodynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     depth: float | None = None  # of the water [m]; None: deep
     moments: tuple[float, float, float] = (0.0, 0.0, 0.0)  # of the waterplane: of x, of y [m3], and of x y [m4]
     buoyancy: Vector | None = None  # its centre [m]; None: below the centre of mass
+    drift: MeanDrift | None = None
 
     def load(self, frequency: float, heading: float) -> list[complex]:
         """Return the wave loads X [N/m, N] at a frequency and heading; zero above the highest frequency in the file.
@@ -78,21 +88,32 @@ class Hydrodynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         used.
         """
         of = self.loads
-        turned = heading - 2.0 * pi * round(heading / (2.0 * pi))
-        mirrored = self.symmetric and turned < 0.0
-        i, a = _between(of.headings, abs(turned) if self.symmetric else turned)
+        mirrored, corners = self._corners(of, frequency, heading)
         if frequency > of.frequencies[-1]:
             return [0j] * 6
-        k, b = _between(of.frequencies, frequency)
-        corners = [
-            (i, k, (1.0 - a) * (1.0 - b)),
-            (i + 1, k, a * (1.0 - b)),
-            (i, k + 1, (1.0 - a) * b),
-            (i + 1, k + 1, a * b),
-        ]
         parts = [(of.real[m][n], of.imaginary[m][n], share) for m, n, share in corners]
         found = [complex(sum(s * x[j] for x, _, s in parts), sum(s * y[j] for _, y, s in parts)) for j in range(6)]
         return [side * x for side, x in zip(SIDES, found, strict=True)] if mirrored else found
+
+    def drifting(self, frequency: float, heading: float) -> list[float]:
+        """Return the mean drift in surge, sway and yaw at a frequency and heading, interpolated linearly; those of the
+        first and last frequency hold beyond."""
+        assert self.drift
+        mirrored, corners = self._corners(self.drift, frequency, heading)
+        found = [sum(share * self.drift.values[m][n][j] for m, n, share in corners) for j in range(3)]
+        return [found[0], -found[1], -found[2]] if mirrored else found
+
+    def _corners(
+        self, of: WaveLoads | MeanDrift, frequency: float, heading: float
+    ) -> tuple[bool, list[tuple[int, int, float]]]:
+        """Return whether a wave comes from the other side of a symmetric hull, and the indices of headings and
+        frequencies to be interpolated, with their shares."""
+        turned = heading - 2.0 * pi * round(heading / (2.0 * pi))
+        i, a = _between(of.headings, abs(turned) if self.symmetric else turned)
+        k, b = _between(of.frequencies, frequency)
+        along = (i, 1.0 - a), (i + 1, a)
+        pairs = [(m, n, x * y) for n, y in ((k, 1.0 - b), (k + 1, b)) for m, x in along]
+        return self.symmetric and turned < 0.0, pairs
 
 
 def read_hydrodynamics(text: bytes, file: str) -> Hydrodynamics:
@@ -104,15 +125,16 @@ def read_hydrodynamics(text: bytes, file: str) -> Hydrodynamics:
         raise SceneError(f"{file} is not a file of a hull's hydrodynamics: {error}") from None
     if found.version != VERSION:
         raise SceneError(f"{file} has version {found.version}; this heavylift reads version {VERSION}")
-    of = found.loads
-    shape = [len(of.frequencies)] * len(of.headings)
-    rising = all(b > a for row in (of.frequencies, of.headings) for a, b in pairwise(row))
-    if not (rising and min(len(of.frequencies), len(of.headings)) > 1):
-        raise SceneError(
-            f"{file}: frequencies and headings of the loads must be in ascending order, at least two of each"
-        )
-    if [len(row) for row in of.real] != shape or [len(row) for row in of.imaginary] != shape:
-        raise SceneError(f"{file}: the loads need one row for each heading and frequency")
+    tables: list[tuple[WaveLoads | MeanDrift, Sequence[Sequence[object]]]]
+    tables = [(found.loads, found.loads.real), (found.loads, found.loads.imaginary)]
+    for of, rows in [*tables, *([(found.drift, found.drift.values)] if found.drift else [])]:
+        rising = all(b > a for row in (of.frequencies, of.headings) for a, b in pairwise(row))
+        if not (rising and min(len(of.frequencies), len(of.headings)) > 1):
+            raise SceneError(
+                f"{file}: frequencies and headings of the loads must be in ascending order, at least two of each"
+            )
+        if [len(row) for row in rows] != [len(of.frequencies)] * len(of.headings):
+            raise SceneError(f"{file}: the loads need one row for each heading and frequency")
     worst = max(found.radiation.error.added_mass, found.radiation.error.damping)
     if worst > WORST:
         raise SceneError(
@@ -137,16 +159,25 @@ def loads_in_sea(
     ramp: float,
     depth: float | None = None,
 ) -> list[WaveSum]:
-    """Return the six loads of a sea on a hull whose bow points in the direction `bow` [rad]. `at`: position of the
-    hull's origin relative to the origin of the waves' phases [m]; `depth`: of the water [m], None for deep water."""
-    sums: list[tuple[list[float], list[float]]] = [([], []) for _ in range(6)]
+    """Return the six loads of a sea on a hull whose bow points in the direction `bow` [rad], then its drift in surge,
+    sway and yaw if there are data.
+
+    `at`: position of the hull's origin relative to the origin of the waves' phases [m]; `depth`: of the water [m], None
+    for deep water. Slow drift is Newman's approximation (Journal of Ship Research 18 (1974) 47-53): the mean of the
+    drifts D_i and D_j of two waves acts at the difference of their frequencies, together the real part of sum a_i D_i
+    exp(i phase_i) times the conjugate of sum a_j exp(i phase_j).
+    """
+    n = 9 if hull.drift else 6
+    sums: list[tuple[list[float], list[float]]] = [([], []) for _ in range(n + 1)]  # the last: the elevation
     for w, size, to, phase in sea:
         k = wave_number(w, gravity, depth)
         angle = phase - k * (at[0] * float(cos(to)) + at[1] * float(sin(to)))
         c, s = float(cos(angle)), float(sin(angle))
-        for X, (cosines, sines) in zip(hull.load(w, to - bow), sums, strict=True):
+        found = hull.load(w, to - bow) + ([complex(x) for x in hull.drifting(w, to - bow)] if hull.drift else [])
+        for X, (cosines, sines) in zip([*found, 1.0 + 0j], sums, strict=True):
             cosines.append(size * (X.real * c - X.imag * s))
             sines.append(-size * (X.real * s + X.imag * c))
     frequencies = tuple(x.frequency for x in sea)
     piece = FINE / max(frequencies)
-    return [WaveSum(frequencies, tuple(a), tuple(b), ramp, piece) for a, b in sums]
+    *pairs, elevation = [(tuple(a), tuple(b)) for a, b in sums]
+    return [WaveSum(frequencies, *x, ramp, piece, ((), ()) if i < 6 else elevation) for i, x in enumerate(pairs)]

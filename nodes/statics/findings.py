@@ -1,10 +1,12 @@
 """Findings about the equilibrium path other than loads: instability, falling loads, stages of zero duration, a path
 that ends early."""
 
+from collections.abc import Mapping
 from itertools import pairwise
-from math import sqrt
+from math import degrees, pi, radians, sqrt
 from typing import Any
 
+from heavylift.kernel.algebra.elementary import atan2
 from heavylift.kernel.analysis.equilibrium import RESTLESS
 from heavylift.kernel.description.findings import NOT_CHECKED, Check, State, finding
 from heavylift.nodes.models.commander.conditions import terms
@@ -16,6 +18,7 @@ from .aiming import world
 from .static_path import Followed
 
 PLUMB = 0.1  # [m] out of which a hook is named
+TURNED = radians(2.0)  # beside the ordered angle a block has not turned as ordered; stretch leaves 0.7 in `turnover`
 GROWTH = 1e-4  # [1/s2] of an eigenvalue of the tangent stiffness that is instability, not rounding
 
 
@@ -23,7 +26,7 @@ def path_findings(built: plan.Plan, path: Followed) -> list[Check]:
     """Return the findings about the path, in order of occurrence."""
     if built.lists:
         return [*path.found]
-    checks = (_unstable, _falls, _at_once, _lands, _tripped, _cut, _unfollowed)
+    checks = (_unstable, _falls, _at_once, _lands, _turns, _tripped, _cut, _unfollowed)
     return [x for check in checks for x in check(built, path)]
 
 
@@ -87,6 +90,30 @@ def _lands(built: plan.Plan, path: Followed) -> list[Check]:
     return [*found.values()]
 
 
+def _turns(built: plan.Plan, path: Followed) -> list[Check]:
+    """Return a finding for each turn that leaves its block at another angle on the path."""
+    last = {x.action: x for x in path.states if x.action}
+    done = [x for number, x in last.items() if number < len(path.acted) or path.known]
+    return [each for x in done for each in missed_turns(built, x.action, x.poses, x.t)]
+
+
+def missed_turns(built: plan.Plan, number: int, poses: Mapping[str, tuple[Any, Any]], t: float) -> list[Check]:
+    """Return a finding for each block that stands at another angle than ordered at the end t [s] of an action of this
+    number; `poses`: position and rotation (3, 3) of bodies then."""
+    found = []
+    for order in (x for x in built.actions[number - 1].orders if isinstance(x, Turn) and x.until is None):
+        if order.block not in poses:
+            continue
+        R = poses[order.block][1]
+        away = (float(atan2(float(R[1][2]), float(R[2][2]))) - order.to + pi) % (2.0 * pi) - pi
+        if abs(away) > TURNED:
+            stands = f"{order.block} stands at {degrees(order.to + away):.1f} degrees after its turn to"
+            sentence = f"{stands} {degrees(order.to):g} degrees: its hooks do not hold it about the axis of turning"
+            at = {"value": degrees(abs(away)), "limit": degrees(TURNED), "unit": "deg"}
+            found.append(_finding(built, number, "red", "turn", order.block, sentence, t, **at))
+    return found
+
+
 def _tripped(built: plan.Plan, path: Followed) -> list[Check]:
     """Return a finding for each interlock that trips on the path."""
     found, known = [], {x.name: x for x in built.interlocks}
@@ -111,7 +138,8 @@ def _unfollowed(built: plan.Plan, path: Followed) -> list[Check]:
     if not path.why or not any(machine.cargo for machine in built.machines):
         return []
     action, t = (path.states[-1].action, path.states[-1].t) if path.states else (0, 0.0)
-    sentence = f"the lift is not checked at rest from here on: {_out_of_plumb(built, path) or path.why}"
+    why = _out_of_plumb(built, path) or path.why
+    sentence = f"the lift is not checked at rest from here on: {why}; `heavylift run` checks it"
     return [_finding(built, action, "amber", "unfollowed", "scene", sentence, t, why=NOT_CHECKED)]
 
 

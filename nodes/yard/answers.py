@@ -130,7 +130,8 @@ def contract_states(yard: Yard, values: Values) -> dict[str, str]:
 
     The test is the exact one for a proportion (Clopper and Pearson 1934, Biometrika 26)."""
     runs, found = len(delivery(values)), dict[str, str]()
-    certain = not (yard.wind and yard.wind.drawn) and not any(variance(one.takes) for one in yard.activities)
+    drawn = any(x and x.drawn for x in (yard.weather.wind, yard.weather.sea))
+    certain = not drawn and not any(variance(one.takes) for one in yard.activities)
     for key, chance in chances(yard, values).items():
         kept = round(chance * runs)
         if certain or runs == 1:

@@ -5,13 +5,15 @@ activities that may start, in the order of the rule.
 """
 
 from bisect import insort
+from math import inf
 
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import NEVER, Atomic, Bag, In, Message, Out
 
 from .network import Activity
-from .weather import WindChange, YardDone
+from .weather import HOUR, NONE, WindChange, YardDone, YardWeather
 
+PATIENCE = 3650 * 24 * HOUR
 NOT_READY, NO_SHIFT, WEATHER = "block not ready", "no shift", "weather"
 
 
@@ -49,13 +51,13 @@ class Dispatcher(Atomic):
     """Starts activities in the order of their ranks as soon as predecessors, block, shift and resources allow it
     (parallel schedule generation)."""
 
-    done, wind, over = In(ActivityEnd), In(WindChange), Out(YardDone)
+    done, wind, sea, over = In(ActivityEnd), In(WindChange), In(WindChange), Out(YardDone)
 
     def __init__(self, name: str, activities: tuple[Activity, ...], capacities: dict[str, int], rank: list[int],
-                 after: list[list[tuple[int, int]]], limits: tuple[float, ...] = (),
-                 forecast: int = 0) -> None:  # fmt: skip
+                 after: list[list[tuple[int, int]]], limits: tuple[float, ...] = (), seas: tuple[float, ...] = (),
+                 weather: YardWeather = NONE) -> None:  # fmt: skip
         super().__init__(name)
-        self.forecast = forecast
+        self.weather, self.limits, self.seas = weather, limits, {limit: k for k, limit in enumerate(seas)}
         place = {limit: k for k, limit in enumerate(limits)}
         self.limited = [place.get(one.lift.wind, -1) if one.lift else -1 for one in activities]
         self.activities, self.capacities, self.rank, self.successors = activities, capacities, rank, after
@@ -81,7 +83,9 @@ class Dispatcher(Atomic):
         self.causes = [""] * count  # why each waits
         self.lacked = [""] * count  # the resource that each lacked last
         self.waits = dict.fromkeys((NOT_READY, NO_SHIFT, WEATHER, *self.capacities), 0)
-        self.calm, self.calms = list[int](), True  # until when the wind stays within each limit; will it change?
+        self.calm, self.swell = list[int](), list[int]()  # until when wind and sea stay within each limit
+        self.calms = [bool(self.limits), bool(self.seas)]  # will they change?
+        self.waited = dict[int, int]()  # since when each waits for weather
         self.left, self.telling = count, False
         self.decide()
 
@@ -115,7 +119,9 @@ class Dispatcher(Atomic):
         """Free the resources of the activities that ended, and queue successors that have become ready."""
         now = self._present.now[0]
         for change in x[self.wind]:
-            self.calm, self.calms = list(change.calm), not change.last
+            self.calm, self.calms[0] = list(change.calm), not change.last
+        for change in x[self.sea]:
+            self.swell, self.calms[1] = list(change.calm), not change.last
         for message in x[self.done]:
             n = message.activity
             self.end[n], self.running, self.left = now, self.running - 1, self.left - 1
@@ -151,9 +157,11 @@ class Dispatcher(Atomic):
                         cause = self.lacked[n] = need.resource
                         break
                 else:
-                    if self.limited[n] >= 0 and not self.calm_for(n, now):
+                    if (self.limited[n] >= 0 and not self.calm_for(n, now)) or not self.window_for(n, now):
                         cause = WEATHER
             self.causes[n] = cause
+            if cause == WEATHER and now - self.waited.setdefault(n, now) > PATIENCE:
+                raise ModelError(f"{one.name} waits for ever for weather: in ten years it was never long enough good")
             if cause:
                 kept.append((rank, n))
                 continue
@@ -164,7 +172,7 @@ class Dispatcher(Atomic):
                 freed[need.resource] = None
         self.pending, self.decided = kept, now
         self.begun, self.changed = tuple(started), tuple(sorted({**freed, **dict.fromkeys(changed)}))
-        if kept and wake == NEVER and not self.running and not (self.calms and WEATHER in self.causes):
+        if kept and wake == NEVER and not self.running and not (any(self.calms) and WEATHER in self.causes):
             waits = self.activities[kept[0][1]]
             raise ModelError(
                 f"{waits.name} waits for ever for {self.causes[kept[0][1]]}, as blocks that keep it wait for others; "
@@ -177,7 +185,20 @@ class Dispatcher(Atomic):
         forecast."""
         end = self.calm[self.limited[n]] if self.calm else -1
         one = self.activities[n]
-        return end > now and end >= min(now + self.forecast, one.works.add(now, one.expected))
+        return end > now and end >= min(now + self.weather.forecast, one.works.add(now, one.expected))
+
+    def window_for(self, n: int, now: int) -> bool:
+        """Return whether the sea stays within the operational limit of an activity from now to its expected end:
+        its own limit times the alpha factor of so long a window."""
+        one = self.activities[n]
+        if not self.seas or one.sea == inf:
+            return True
+        end = one.works.add(now, one.expected)
+        limit = one.sea * self.weather.factor(end - now)
+        if not limit:
+            message = f"{one.name} needs a window of {(end - now) / HOUR:.3g} h, longer than all with an alpha factor"
+            raise ModelError(f"{message} in the yard")
+        return bool(self.swell) and self.swell[self.seas[limit]] >= max(end, now + 1)
 
     def result(self) -> YardSchedule:
         """Return the schedule, and the waiting times by cause."""

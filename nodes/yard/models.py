@@ -144,13 +144,18 @@ class YardResource(Atomic):
 def coupled(yard: Yard, seed: int = 0, rule: str = "", carry_out: CarryOut | None = None) -> Coupled:
     """Return the DEVS model of a yard with its own priority rule or another one; seed 0 means expected durations, in
     random weather."""
-    root, limits = Coupled("yard"), thresholds(yard) if yard.wind else ()
+    of = yard.weather
+    root, limits, seas = Coupled("yard"), thresholds(yard) if of.wind else (), operational(yard) if of.sea else ()
     dispatcher = root.add(
         Dispatcher(
-            "dispatcher", yard.activities, yard.capacities, ranks(yard, rule), successors(yard), limits, yard.forecast
+            "dispatcher", yard.activities, yard.capacities, ranks(yard, rule), successors(yard), limits, seas, of
         )
     )
-    weather = root.add(Weather("weather", yard.wind, limits, seed)) if yard.wind and limits else None
+    if of.sea and seas:
+        sea = root.add(Weather("sea", of.sea, seas, seed))
+        root.connect(sea.wind, dispatcher.sea)
+        root.connect(dispatcher.over, sea.over)
+    weather = root.add(Weather("weather", of.wind, limits, seed)) if of.wind and limits else None
     if weather:
         root.connect(weather.wind, dispatcher.wind)
         root.connect(dispatcher.over, weather.over)
@@ -190,3 +195,9 @@ def thresholds(yard: Yard) -> tuple[float, ...]:
     if any(one.order and one.order.way == "run" for one in yard.activities):
         found |= {float(n) for n in range(1, 41)}
     return tuple(sorted(found))
+
+
+def operational(yard: Yard) -> tuple[float, ...]:
+    """Return the wave heights [m] within which activities are planned: their limits times the alpha factors."""
+    factors = [x for _, x in yard.weather.alpha] or [1.0]
+    return tuple(sorted({one.sea * x for one in yard.activities if one.sea < inf for x in factors}))

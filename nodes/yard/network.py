@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import date
 from graphlib import TopologicalSorter
+from math import inf
 
 from heavylift.kernel.errors import closest
 from heavylift.nodes.devs import seconds
@@ -19,7 +20,7 @@ from heavylift.nodes.queueing.distributions import Distribution
 from .calendars import Calendar
 from .fields import variance
 from .lifts import Lift, LiftOrder
-from .weather import HourlyWind
+from .weather import NONE, YardWeather
 
 RULES = {
     "earliest start": "EST", "latest start": "LST", "latest finish": "LFT", "minimum slack": "MSLK",
@@ -42,7 +43,7 @@ class Need:
 @dataclass(frozen=True)
 class Activity:
     """A step of a block: its duration [s] apart from its lift, needed resources, predecessors with lags [ns], time at
-    which the block is ready [ns], calendar of working time, and its lift."""
+    which the block is ready [ns], calendar of working time, its lift, and the sea that it allows, Hs [m]."""
 
     block: str
     step: str
@@ -53,6 +54,7 @@ class Activity:
     works: Calendar
     lift: Lift | None = None
     order: LiftOrder | None = None
+    sea: float = inf
 
     @property
     def name(self) -> str:
@@ -79,8 +81,7 @@ class Yard:
     contract: dict[str, date]
     quantile: float
     sources: dict[str, str]  # of the durations of each step
-    wind: HourlyWind | None = None
-    forecast: int = 0  # [ns]
+    weather: YardWeather = NONE
     plan: tuple[int, ...] = ()  # [ns] starts of an existing schedule, -1 where it has none; before them nothing begins
 
     @property

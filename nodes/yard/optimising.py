@@ -18,6 +18,7 @@ from heavylift.kernel.errors import SceneError, extra
 from .calendars import MINUTE, merged, windows
 from .models import expected
 from .network import RULES, Span, Yard, sequence, serial
+from .weather import NONE
 
 SEED = 1
 
@@ -70,7 +71,7 @@ def optimised(yard: Yard, effort: float = 60.0) -> Optimised:
     """Return the earliest schedule found within an effort in the solver's deterministic time, the same on every
     machine; raises SceneError if OR-Tools is not installed."""
     cp = extra("ortools.sat.python.cp_model", SceneError("plan needs OR-Tools: pip install 'heavylift[schedule]'"))
-    bare = replace(yard, wind=None)
+    bare = replace(yard, weather=NONE)
     schedules = {rule: _spans(bare, rule) for rule in RULES}
     if yard.plan:
         schedules["the given plan"] = _spans(bare, "")

@@ -9,6 +9,7 @@ from dataclasses import replace
 from datetime import date
 from functools import partial
 from graphlib import CycleError, TopologicalSorter
+from math import inf
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -19,7 +20,7 @@ from heavylift.nodes.scene.text.files import scene_text
 from heavylift.nodes.scene.text.overlay import override
 from heavylift.nodes.scene.text.source import Mark, Path, SourceText, read
 from heavylift.nodes.scene.text.table_files import TableCell, with_unit
-from heavylift.nodes.scene.text.units import RATIO
+from heavylift.nodes.scene.text.units import LENGTH, RATIO
 
 from . import fields
 from .beginning import HEAD, yard_path
@@ -29,14 +30,14 @@ from .network import RULES, Activity, Need, Yard, rule_named
 from .orders import lift_steps, order_of, taken
 from .plans import planned
 from .taking import Taking
-from .weather import wind_of
+from .weather import weather_of
 
 KEYS = {
     *(HEAD, "name", "start", "calendar", "resources", "blocks", "steps", "erection", "rule", "order", "contract"),
     *("quantile", "weather", "plan"),
 }
 OF_CALENDAR = {"days", "country", "holidays", "shifts"}
-OF_STEP = {"takes", "needs", "until", "after", "works", "source", "lift", "by", "set", "over", "wind"}
+OF_STEP = {"takes", "needs", "until", "after", "works", "source", "lift", "by", "set", "over", "wind", "limits"}
 REMARKS = {"mass", "size", "com", "lugs", "stage", "remark", "scene"}
 DELIVERY = "delivery"
 
@@ -91,7 +92,7 @@ class _Reading(Taking):
             self.source.fault(("quantile",), "a quantile is between 0 % and 100 %, such as '90 %'")
         if self.source.faults:
             return None
-        wind, forecast = wind_of(self, self.start)
+        weather = weather_of(self, self.start)
         activities, blocks = self.activities(steps, capacities, calendars)
         plan = planned(self, self.start, activities)
         if self.source.faults:
@@ -101,8 +102,7 @@ class _Reading(Taking):
         return Yard(
             str(given.get("name") or FilePath(self.source.name).stem), self.start, activities, capacities, rule,
             self.order(blocks), self.contract(blocks), quantile,
-            {step: str(self.source.at(("steps", step, "source")) or "") for step in steps}, wind, forecast,
-            plan,
+            {step: str(self.source.at(("steps", step, "source")) or "") for step in steps}, weather, plan,
         )  # fmt: skip
 
     def calendars(self) -> dict[str, tuple[Shift, ...]]:
@@ -134,6 +134,7 @@ class _Reading(Taking):
         for step in given:
             at = ("steps", step)
             self.mapping(at, OF_STEP)
+            self.mapping((*at, "limits"), {"Hs"})
             for resource in self.mapping((*at, "needs")):
                 self.known((*at, "needs", resource), resource, capacities, "resource")
                 self.needed((*at, "needs", resource), resource, capacities)
@@ -233,7 +234,8 @@ class _Reading(Taking):
                         machines[order.scene] = taken(self, order, step, self.types, capacities)
                     more = machines[order.scene]
                 needs = self.needs(step, block, cells, capacities, number, more)
-                made.append(Activity(block, step, takes, needs, tuple(after), max(0, ready), calendars[step]))
+                sea = self.take(("steps", step, "limits", "Hs"), lambda x: LENGTH.read(str(x)), inf)
+                made.append(Activity(block, step, takes, needs, tuple(after), max(0, ready), calendars[step], sea=sea))
         try:
             TopologicalSorter(waits_for).prepare()
             TopologicalSorter({n: [m for m, _ in one.after] for n, one in enumerate(made)}).prepare()

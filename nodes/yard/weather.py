@@ -1,6 +1,6 @@
-"""Wind in a yard: a measured series, or a random one with Weibull distributions by month.
+"""Wind and sea in a yard: measured series, or random ones with Weibull distributions by month.
 
-The random wind is a first-order Gaussian process (a Markov chain, ARMA(1, 0)) whose values are mapped to the Weibull
+A random series is a first-order Gaussian process (a Markov chain, ARMA(1, 0)) whose values are mapped to the Weibull
 distribution of the month (translation process; Brown, Katz and Murphy 1984, J. Climate Appl. Meteor. 23).
 """
 
@@ -13,20 +13,21 @@ from random import Random
 
 from heavylift.nodes.devs import Atomic, Bag, In, Message, Out, stream
 from heavylift.nodes.scene.text.table_files import TableCell, with_unit
-from heavylift.nodes.scene.text.units import RATIO, SPEED, TIME
+from heavylift.nodes.scene.text.units import LENGTH, RATIO, SPEED, TIME
 
 from .calendars import DAY, YEARS
 from .taking import Taking
 
 HOUR = DAY // 24
-SERIES, MONTHLY = ("time", "wind"), ("month", "scale", "shape")
+COLUMNS, MONTHLY = {"wind": ("wind", SPEED), "sea": ("Hs", LENGTH)}, ("month", "scale", "shape")  # of a series
 YEAR = 8760  # hours; also how far ahead a calm is looked for
 
 
 @dataclass(frozen=True)
 class HourlyWind:
-    """Hourly wind [m/s]: a measured `series`, which starts at hour `first` and is repeated, or a random one from
-    Weibull distributions (scale [m/s] and shape for each month) with a correlation from hour to hour."""
+    """Hourly wind [m/s] or significant wave height [m]: a measured `series`, which starts at hour `first` and is
+    repeated, or a random one from Weibull distributions (scale and shape for each month) with a correlation from hour
+    to hour."""
 
     start: date
     series: tuple[float, ...] = ()
@@ -63,8 +64,8 @@ class HourlyWind:
 
 
 class WindChange(Message):
-    """Message that the wind [m/s] has crossed a limit, with the times [ns] until which it stays within each limit (-1
-    if it is above it now), and whether it is the last change."""
+    """Message that the wind [m/s], or the height of the waves [m], has crossed a limit, with the times [ns] until which
+    it stays within each limit (-1 if it is above it now), and whether it is the last change."""
 
     speed: float
     calm: tuple[int, ...]
@@ -76,7 +77,7 @@ class YardDone(Message):
 
 
 class Weather(Atomic):
-    """Reports the wind whenever it crosses one of the `limits` [m/s, in ascending order], until all work is done."""
+    """Reports a series whenever it crosses one of the `limits`, in ascending order, until all work is done."""
 
     over, wind = In(YardDone), Out(WindChange)
 
@@ -87,7 +88,8 @@ class Weather(Atomic):
     def start(self) -> None:
         """Report the wind of the first hour."""
         self.random, self.known = stream(self.seed, self.path), list[float]()
-        self.state = self.given.begin(self.random, self.seed > 0)
+        year = stream(self.seed, "year")  # one for all series, which belong together
+        self.state = self.given.begin(year if self.given.series else self.random, self.seed > 0)
         self.hour, self.above = 0, [0] * len(self.limits)  # the hour of which it tells next; next one above each limit
         self.look()
         self.hold_in(0)
@@ -137,55 +139,88 @@ class Weather(Atomic):
         return self.known[hour]
 
 
-def wind_of(given: Taking, start: date) -> tuple[HourlyWind | None, int]:
-    """Return the wind of a yard, and how long ahead it is forecast [ns]."""
-    given.mapping(("weather",), {"wind", "forecast"})
-    found = given.mapping(("weather", "wind"), {"series", "monthly", "persistence"})
+@dataclass(frozen=True)
+class YardWeather:
+    """Wind and sea of a yard, how long ahead the wind is forecast [ns], and the alpha factors of the sea: lengths of
+    windows [ns], ascending, with the share of its limit up to which the sea is forecast to stay."""
+
+    wind: HourlyWind | None = None
+    sea: HourlyWind | None = None
+    forecast: int = 0
+    alpha: tuple[tuple[int, float], ...] = ()
+
+    def factor(self, window: int) -> float:
+        """Return the alpha factor of a window [ns]; 0 for a window that is longer than all that are given."""
+        return next((x for length, x in self.alpha if window <= length), 0.0) if self.alpha else 1.0
+
+
+NONE = YardWeather()
+
+
+def weather_of(given: Taking, start: date) -> YardWeather:
+    """Return the weather of a yard file."""
+    given.mapping(("weather",), {"wind", "sea", "forecast", "alpha"})
     forecast = given.take(("weather", "forecast"), lambda x: round(TIME.read(str(x)) * 1e9), 0)
+    alpha = list[tuple[int, float]]()
+    listed = given.source.at(("weather", "alpha"))
+    for length in listed if isinstance(listed, dict) else ():
+        at = ("weather", "alpha", length)
+        factor = given.take(at, RATIO.read, 1.0)
+        if not 0.0 < factor <= 1.0:
+            given.source.fault(at, "an alpha factor is above 0 and at most 1, as in DNV-ST-N001")
+        alpha.append((given.take(at, lambda x: round(TIME.read(x) * 1e9), 0, value=length), factor))
+    wind, sea = (_hourly(given, start, what) for what in COLUMNS)
+    return YardWeather(wind, sea, forecast, tuple(sorted(alpha)))
+
+
+def _hourly(given: Taking, start: date, what: str) -> HourlyWind | None:
+    """Return the wind or the sea of a yard."""
+    found = given.mapping(("weather", what), {"series", "monthly", "persistence"})
     if not found:
-        return None, forecast
-    kind = "series" if "series" in found else "monthly"
-    path, names = ("weather", "wind", kind), SERIES if kind == "series" else MONTHLY
+        return None
+    kind, (column, dimension) = "series" if "series" in found else "monthly", COLUMNS[what]
+    path, names = ("weather", what, kind), ("time", column) if kind == "series" else MONTHLY
     head, rows = given.table(path)
-    keys = [column.key for column in head]
-    if head and sorted(keys) != sorted(names):
+    keys = [x.key for x in head]
+    others = {x for x, _ in COLUMNS.values()} if kind == "series" else set[str]()  # of another series in the table
+    if head and sorted({*keys} - others | {*names} & {*keys}) != sorted(names):
         given.source.fault(path, f"the columns are {', '.join(names)}, not {', '.join(keys)}", mark=head[0].mark)
     if not head or given.source.faults:
-        return None, forecast
+        return None
     units = dict(zip(keys, (column.unit for column in head), strict=True))
 
     def number(cells: dict[str, TableCell], name: str) -> float:
         def read(text: str) -> float:
-            x = float(text) if name in ("shape", "month") else SPEED.read(with_unit(text, units[name]))
-            if not (isfinite(x) and (x > 0 or (name == "wind" and x == 0))):
-                raise ValueError(f"'{text}' is not a valid {name} of the wind: write a positive number")
+            x = float(text) if name in ("shape", "month") else dimension.read(with_unit(text, units[name]))
+            if not (isfinite(x) and (x > 0 or (name == column and x == 0))):
+                raise ValueError(f"'{text}' is not a valid {name} of the {what}: write a positive number")
             return x
 
         return given.take(path, read, 1.0, cells[name].mark, cells[name].text)
 
     table = [dict(zip(keys, row, strict=True)) for row in rows]
     if kind == "series":
-        speeds = tuple(number(cells, "wind") for cells in table)
+        speeds = tuple(number(cells, column) for cells in table)
         times = [given.take(path, _time, datetime(2000, 1, 1), c["time"].mark, c["time"].text) for c in table]
         for cells, a, b in zip(table[1:], times, times[1:], strict=False):
             if (b - a).total_seconds() != 3600 and not given.source.faults:
                 text = "this row does not follow an hour after the one before"
                 given.source.fault(path, text, mark=cells["time"].mark)
         if len(table) < 24:
-            given.source.fault(path, "a series has the wind of a day at least, hour by hour")
-            return None, forecast
+            given.source.fault(path, f"a series has the {what} of a day at least, hour by hour")
+            return None
         hours = round((datetime(start.year, start.month, start.day) - times[0]).total_seconds()) // 3600
         first = hours % (YEAR if len(speeds) >= YEAR else len(speeds))
-        return HourlyWind(start, speeds, first), forecast
+        return HourlyWind(start, speeds, first)
     months = {int(number(cells, "month")): cells for cells in table}
     if sorted(months) != [*range(1, 13)]:
         given.source.fault(path, "give each month once, from 1 to 12", mark=head[0].mark)
-        return None, forecast
-    keep = given.take(("weather", "wind", "persistence"), RATIO.read, 0.9)
+        return None
+    keep = given.take(("weather", what, "persistence"), RATIO.read, 0.9)
     if not 0 <= keep < 1:
-        given.source.fault(("weather", "wind", "persistence"), "the correlation of two hours is from 0 to below 1")
+        given.source.fault(("weather", what, "persistence"), "the correlation of two hours is from 0 to below 1")
     scales, shapes = (tuple(number(months[n], key) for n in range(1, 13)) for key in ("scale", "shape"))
-    return HourlyWind(start, scales=scales, shapes=shapes, persistence=min(keep, 0.999)), forecast
+    return HourlyWind(start, scales=scales, shapes=shapes, persistence=min(keep, 0.999))
 
 
 def _time(text: str) -> datetime:

@@ -205,7 +205,7 @@ def reader(program: Program, signal: ScalarSignal) -> Reader:
     system = program.system
     check_signal(signal, system, f"signal '{signal.quantity}'")
     places = [_placed(program, point) for point in points(signal, system)]
-    columns = [_column(program, signal, name) for name in names(signal)]
+    columns = [_column(program, signal, name) for name in names(signal, system)]
     given, each = numbers(signal, system), lines(signal, system)
     return lambda row: float(scalar(signal, [place(row) for place in places], given, [row[i] for i in columns], each))
 

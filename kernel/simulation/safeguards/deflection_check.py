@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from heavylift.kernel.description.findings import Note
 from heavylift.kernel.description.flexible import REFUSED, WARNED
-from heavylift.kernel.description.forces import Load, Wind
+from heavylift.kernel.description.forces import Load, Stream, Wind
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.switching import StateChange
 from heavylift.kernel.multibody.flexible.small_deflections import NEVER, sentence
@@ -136,7 +136,7 @@ def _held(program: Program, i: int) -> bool:
     s, number = program.system, program.graph.number
     ends = {number(p.body) for r in s.straight_ropes for line in r.lines for p in (line.a, line.b)}
     ends |= {number(p.body) for u in s.supports for p in u.points} | set(program.constraints.bodies)
-    ends |= {end for x in program.laws if not isinstance(x.force, Load | Wind) for end in x.ends}
+    ends |= {end for x in program.laws if not isinstance(x.force, Load | Wind | Stream) for end in x.ends}
     return bool(carried & ends)
 
 

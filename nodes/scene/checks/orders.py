@@ -6,7 +6,7 @@ scene, sentence); if several subjects have the same error, the first is reported
 
 from collections.abc import Callable, Container, Iterable, Iterator
 from functools import cached_property
-from math import degrees, radians, sqrt
+from math import degrees, inf, pi, radians, sqrt
 
 from heavylift.kernel.algebra.elementary import atan2
 from heavylift.kernel.description.mechanics import Joint, Point
@@ -243,16 +243,42 @@ def _follows(x: CheckedOrder) -> Violations:
 
 
 def _tips(x: CheckedOrder) -> Violations:
-    """Yield an error for a lifted load that tips over because its centre of mass is outside the lugs that carry it."""
+    """Yield an error for a lifted load that tips over: its centre of mass is outside the lugs that should carry it, or
+    some of them carry nothing."""
     if any(isinstance(o, actions.Turn) for o in x.action.orders):
         return
     for body in (body for body in x.cargo if x.grounded(body, x.before)):
-        first = next((s for s in x.states if not x.grounded(body, s) and _lean(s, body) > TIPS), None)
-        if first is not None:
-            message = f"the {named(body)} tips by {degrees(_lean(first, body)):.0f} degrees as it is lifted"
-            slack = sorted(name for name in first.hooked if first.tensions[name] <= 0.0)
-            hint = f", and {slack[0]} goes slack" if slack else ""
-            yield body, x.action.where, f"{message}{hint}: its centre of mass is not between the lugs that carry it"
+        hung = [s for s in x.states if not x.grounded(body, s)]
+        first = next((s for s in hung if _lean(s, body) > TIPS), None)
+        if first is None:
+            continue
+        tips, held = f"tips by {degrees(_lean(first, body)):.0f} degrees", _held(x.machines, first, body)
+        slack = [next((name for name in sorted(held) if s.tensions[name] <= 0.0), "") for s in (hung[0], first)]
+        if slack[0] and _between(x, body, held):
+            message = f"the {named(body)} is lifted while {slack[0]} is slack, and {tips} in the end"
+            yield body, x.action.where, f"{message}: hoist the hook of this sling first, or shorten it"
+            continue
+        hint = f", and {slack[1]} goes slack" if slack[1] else ""
+        message = f"the {named(body)} {tips} as it is lifted{hint}"
+        yield body, x.action.where, f"{message}: its centre of mass is not between the lugs that carry it"
+
+
+def _held(machines: Machines, x: StaticState, body: str) -> set[str]:
+    """Return the slings that are hooked to a body in a state."""
+    ends = ((name, machines.lugs.get(lug)) for name, lug in x.hooked.items())
+    return {name for name, end in ends if end is not None and end.body == body}
+
+
+def _between(x: CheckedOrder, body: str, slings: Container[str]) -> bool:
+    """Return whether the centre of mass of a load is, in plan, between the hooks that carry these slings: no vertical
+    plane through it has all of them on one side."""
+    com = next(b.com for b in x.cargo[body].system.bodies if b.name == body)
+    hooks = (hook for machine in x.machines.parts for hook in machine.hooks)
+    eyes = (hook.eye for hook in hooks if any(tie.rope in slings for tie in ties_on(x.machines.parts, hook)))
+    places, (cx, cy, _) = [world(x.before, eye.body, eye.p) for eye in eyes], world(x.before, body, com)
+    around = sorted(atan2(float(p[1] - cy), float(p[0] - cx)) for p in places)
+    gaps = (b - a for a, b in zip(around, [*around[1:], *(a + 2.0 * pi for a in around[:1])], strict=True))
+    return max(gaps, default=inf) <= pi * SAME
 
 
 def _lean(x: StaticState, body: str) -> float:

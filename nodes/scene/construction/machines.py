@@ -267,6 +267,8 @@ def _wind(source: SourceText, scene: Scene, around: System) -> MechanismKeys | N
     forces = scene.wind.forces(scene.block.size if scene.block else None, scene.seed, scene.end)
     if scene.mechanism is not None and scene.mechanism.name == WIND:
         source.fault(("mechanism", "name"), f"'{WIND}' is reserved for the wind; give the mechanism another name")
+    if not forces and any(x.floating and x.floating.wind for x in scene.vessels.values()):
+        return None
     if not forces:
         source.fault((WIND,), "there is no block in the wind; name bodies and their sides under 'on'", on_key=True)
     return None if source.faults else MechanismKeys.model_construct(name=WIND, forces=forces)

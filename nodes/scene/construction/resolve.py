@@ -143,7 +143,8 @@ class _Resolver:
         obeying = tuple(actor for actor in found if actor.obeys(VERBS[phrase.verb]))
         if found and not obeying:
             fitting = [fit.name for fit in VERBS.values() if any(actor.obeys(fit) for actor in found)]
-            self.source.fault(path, f"'{target}' cannot {phrase.verb}", f"it can: {', '.join(fitting)}")
+            why = ": no drive moves a hook along y" if VERBS[phrase.verb].becomes == "turn" else ""
+            self.source.fault(path, f"'{target}' cannot {phrase.verb}{why}", f"it can: {', '.join(fitting)}")
         return obeying
 
     def of_machine(self, machine: str) -> tuple[OrderTarget, ...]:

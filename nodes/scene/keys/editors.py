@@ -10,7 +10,7 @@ from typing import Any
 from heavylift.nodes.scene.text import units as u
 from heavylift.nodes.scene.text.expressions import dimension_of
 from heavylift.nodes.scene.text.extending import SECTIONS
-from heavylift.nodes.scene.text.machine_types import library, machine_type
+from heavylift.nodes.scene.text.machine_types import library, machine_type, vessel_types
 from heavylift.nodes.scene.text.type_expansion import MachineType
 from heavylift.recordings.format.spellings import BEAM_TYPE, BEAMS
 
@@ -90,6 +90,9 @@ def json_schema() -> Schema:
     for key, meaning in TABLES.items():
         block["properties"][key] = {"type": "string", "description": meaning}
     block["anyOf"] = [{"required": block.pop("required")}, *({"required": [key]} for key in TABLES)]
+    vessel = definitions["Vessel"]
+    vessel["properties"]["type"] = {"type": "string", "description": f"a bundled one: {', '.join(vessel_types())}"}
+    vessel["anyOf"] = [{"required": vessel.pop("required")}, {"required": ["type", "mass"]}]
     schema["properties"]["extends"] = {"type": "string", "description": "scene that this one is laid over"}
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
 

@@ -29,7 +29,7 @@ from pydantic import Field, model_validator
 from .base import Base, Direction, Place, turned
 from .parts.forces import Matrix6, WindForceKeys
 from .parts.mechanics import Moments
-from .seas import Sea
+from .seas import Sea, StreamKeys
 
 Response = tuple[Annotated[float, u.Quantity(u.RESPONSE, "zero")], u.Angle]
 TurnResponse = tuple[Annotated[float, u.Quantity(u.TURN_RESPONSE, "zero")], u.Angle]
@@ -113,6 +113,8 @@ class Floating(Base):
     GML: u.Extent | None = None  # of pitch
     added_mass: Matrix6 | None = None  # at the wave's frequency, as `damping`
     damping: Matrix6 | None = None
+    current: StreamKeys | None = None  # its coefficients of that of the scene
+    wind: StreamKeys | None = None
     mooring: Mooring = Mooring()
     loads: LoadResponses = LoadResponses()  # of the wave
 
@@ -214,6 +216,10 @@ class WindKeys(Base):
             raise ValueError("the direction of the wind has no length")
         return self
 
+    def history(self, seed: int, end: float | None) -> list[tuple[float, float]]:
+        """Return its speeds [m/s] over time [s]; none if it is steady."""
+        return turbulent(self.speed, self.turbulence, self.scale, seed, end) if self.turbulence else self.gusts
+
     def forces(
         self, block: tuple[float, float, float] | None, seed: int, end: float | None
     ) -> dict[str, WindForceKeys]:
@@ -223,7 +229,7 @@ class WindKeys(Base):
         if block is not None:
             x, y, z = block
             areas.setdefault(BLOCK, Area.model_construct(sides=(y * z, z * x, x * y)))
-        gusts = turbulent(self.speed, self.turbulence, self.scale, seed, end) if self.turbulence else self.gusts
+        gusts = self.history(seed, end)
         return {
             f"wind.{body}": WindForceKeys.model_construct(
                 type="wind",

@@ -22,7 +22,7 @@ from .parts.machines import FrameParts, MachineKeys, PartName
 from .parts.mechanics import MechanismKeys, Moments
 from .parts.rigging import Edge, GearKeys, Rigging, SlingType
 from .parts.standing import GroundKeys
-from .seas import Splash
+from .seas import CurrentKeys, Splash
 
 ORDERED: Literal["ordered"] = "ordered"  # a lift that an action of the whole scene begins
 RESERVED = (  # no machine and no group has such a name
@@ -198,6 +198,7 @@ class Scene(Base):
     mechanism: MechanismKeys | None = None
     wind: WindKeys | None = None
     waves: Waves | None = None
+    current: CurrentKeys | None = None
     floor: Floor | None = None
     ground: GroundKeys = GroundKeys()
     obstacles: dict[Name, Obstacle] = Field(default_factory=dict)

@@ -5,11 +5,15 @@ from itertools import pairwise
 from math import pi
 from typing import Annotated, Literal
 
+from heavylift.kernel.description.forces import InputSignal, Stream
+from heavylift.kernel.description.mechanics import Point
 from heavylift.nodes.scene.text import units as u
 from heavylift.nodes.sea.spectra import HIGHEST, LOWEST, Component, Density, between, components, jonswap, torsethaugen
 from pydantic import Field, model_validator
 
-from .base import Base
+from .base import Base, Direction, unit
+
+EVEN = 1e-6  # [rad] of directions in equal steps
 
 Push = Annotated[float, u.Quantity(u.FORCE, "zero")]
 
@@ -55,6 +59,38 @@ class Sea(Base):
         if self.table and not any(x for _, x in self.table):
             raise ValueError("the densities of the 'table' are all zero")
         return self
+
+
+class CurrentKeys(Base):
+    """A uniform current past vessels, which have coefficients for it."""
+
+    speed: u.Speed
+    heading: u.Angle = 0.0  # to which it flows, from x towards y
+    density: u.Density = 1025.0
+
+
+class StreamKeys(Base):
+    """Coefficients of a wind or current on a vessel that is alike on port and starboard: forces over 1/2 density
+    speed^2 area, moments also over the length."""
+
+    area: u.Area
+    length: u.Extent
+    coefficients: list[tuple[u.Angle, u.Number, u.Number, u.Number]]  # direction to the bow; surge, sway, yaw
+
+    @model_validator(mode="after")
+    def _even(self) -> "StreamKeys":
+        n = len(self.coefficients) - 1
+        if n < 1 or any(abs(row[0] - pi * i / n) > EVEN for i, row in enumerate(self.coefficients)):
+            raise ValueError("coefficients are those of directions from 0 deg to 180 deg in equal steps")
+        if any(self.coefficients[0][2:] + self.coefficients[-1][2:]):
+            raise ValueError("coefficients of sway and yaw are zero at 0 deg and 180 deg")
+        return self
+
+    def stream(self, vessel: str, of: str, direction: Direction, signal: InputSignal, density: float) -> Stream:
+        """Return the force on a vessel."""
+        rows = tuple((x, y, z) for _, x, y, z in self.coefficients)
+        size = self.area, self.length
+        return Stream(f"{vessel}.{of}", Point(vessel), *size, unit(direction), signal, density, rows)
 
 
 def _ends(Tp: float) -> tuple[float, float]:

@@ -84,16 +84,16 @@ def _like(source: SourceText, section: Path, entries: dict[str, Data], name: str
         )
     else:
         _like(source, section, entries, other, (*above, name))
-        _copy(source, entries[other], (*section, other), own, path)
+        fill_in(source, entries[other], (*section, other), own, path)
     del own[LIKE]
 
 
-def _copy(source: SourceText, theirs: Data, there: Path, own: dict[str, Data], here: Path) -> None:
+def fill_in(source: SourceText, theirs: Data, there: Path, own: dict[str, Data], here: Path) -> None:
     """Copy the keys that an entry omits, with their places in the text."""
     for key, value in theirs.items() if isinstance(theirs, dict) else ():
         mine = own.get(key)
         if isinstance(mine, dict) and isinstance(value, dict):
-            _copy(source, value, (*there, key), mine, (*here, key))
+            fill_in(source, value, (*there, key), mine, (*here, key))
         elif key not in own and key != LIKE:
             own[key] = deepcopy(value)
             n = len(there) + 1

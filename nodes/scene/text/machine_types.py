@@ -3,7 +3,7 @@
     gather(source)     reads type files in the scene's own folder into its data, under `types`
     expand(source)     expands each crane of a scene by its type and parameters, under `machines`, and
                        gives each frame on a hook its parts
-    library(), frames()  the type files that come with heavylift, by name
+    library(), frames(), vessel_types()    the types that come with heavylift, by name
 
 A value that begins with `=` is arithmetic over parameters (`expressions`); it becomes a quantity in SI units. Names of
 parts get the name of the crane as prefix: `boom` of `west` is `west.boom`. The places of
@@ -16,10 +16,10 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from heavylift.kernel.errors import SceneError
-from heavylift.nodes.scenes import frames_folder, types_folder
+from heavylift.nodes.scenes import frames_folder, types_folder, vessels_folder
 from heavylift.recordings.format.spellings import BEAM_TYPE, BEAMS, GIRDERS, old_parts, old_type
 
-from .extending import merged
+from .extending import fill_in, merged
 from .faults import closest, raise_faults
 from .files import content, within
 from .source import Data, Path, SourceText, read
@@ -37,6 +37,13 @@ def library() -> dict[str, FilePath]:
 def frames() -> dict[str, FilePath]:
     """Return the bundled frame types by name."""
     return {path.stem: path for path in sorted(frames_folder().glob("*.yaml"))}
+
+
+@lru_cache(maxsize=1)
+def vessel_types() -> dict[str, dict[str, Any]]:
+    """Return the bundled vessel types by name, with what they are and the keys that a vessel of the type may omit."""
+    found = sorted(vessels_folder().glob("*.yaml"))
+    return {path.stem: dict(read(content(path).decode(), path.name).data) for path in found}
 
 
 @lru_cache(maxsize=64)
@@ -123,11 +130,25 @@ def expand(source: SourceText) -> bool:
         else:
             expansion.run(entry)
         computed &= expansion.computed
+    vessels = source.data.get("vessels")
+    for name, given in vessels.items() if isinstance(vessels, dict) else ():
+        if isinstance(given, dict) and "type" in given:
+            _equip(source, ("vessels", name), given)
     machines = source.data.get("machines")
     for name in machines if isinstance(machines, dict) else ():
         _modern(source, ("machines", name))
     _modern(source, ("mechanism",))
     return computed
+
+
+def _equip(source: SourceText, at: Path, entry: dict[str, Data]) -> None:
+    """Give a vessel the keys of its type that it omits; a vessel whose motion is given does not float freely."""
+    word, known = str(entry.pop("type")), vessel_types()
+    if word not in known:
+        source.fault((*at, "type"), f"'{word}' is no type of a vessel", closest(word, known))
+        return
+    omitted = ("motion", "floating") if entry.get("motion") == "given" else ()
+    fill_in(source, {k: x for k, x in known[word]["vessel"].items() if k not in omitted}, ("types", word), entry, at)
 
 
 def _modern(source: SourceText, base: Path) -> None:

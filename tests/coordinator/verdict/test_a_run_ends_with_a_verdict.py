@@ -175,7 +175,7 @@ def test_a_run_that_ends_with_an_error_has_a_red_verdict_with_all_that_is_known(
 def test_a_scene_without_a_lift_also_has_a_verdict(tmp_path: Path) -> None:
     found = verdict(tmp_path, bundled()["pendulum"].read_text(), "end=2 s")
     assert found.state == "amber"
-    assert found.line.endswith("; the scene has no limits to check")
+    assert found.line.endswith("; the scene has no limits to check: write 'limits'")
     assert "which have no shapes" in " ".join(found.not_looked_at)
 
 

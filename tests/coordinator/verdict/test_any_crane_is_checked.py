@@ -153,6 +153,7 @@ NONE: dict[str, tuple[str, Callable[[Plan], bool]]] = {  # why a check has no ro
     "signal": (OF_THE_SCENE, lambda plan: True),
     **dict.fromkeys(("relative heave", "slack sling", "splash load"), (OF_THE_SCENE, lambda plan: True)),
     "off-lead": ("along and across have limits of their own", lambda plan: True),
+    "off-lead in wind": (OF_THE_SCENE, lambda plan: True),
     **{f"off-lead {way}": ("one limit holds in any direction", lambda plan: True) for way in ("along", "across")},
     "side force": ("nothing slides", lambda plan: not _drives(plan, "prismatic")),
     "drive moment": ("nothing turns", lambda plan: not _drives(plan, "revolute")),

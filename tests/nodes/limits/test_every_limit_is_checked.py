@@ -9,7 +9,7 @@ import pytest
 from heavylift.coordinator.run import run
 from heavylift.coordinator.verdict import Conduct, History, verdict_of_run
 from heavylift.kernel import SceneError
-from heavylift.nodes.limits import KINDS, READERS, RatedLimit, Use, signals_of, uses_of, uses_on_path
+from heavylift.nodes.limits import BASES, KINDS, REDUCTIONS, RatedLimit, Use, signals_of, uses_of, uses_on_path
 from heavylift.nodes.plan import Quantity
 from heavylift.nodes.scene import LoadedScene, check, load
 from lifting import cranes, findings_of as judged
@@ -22,7 +22,7 @@ LIFT = (
     *(SIDE.format(key) for key in ("gantry drive", "gantry brake", "trolley drive", "trolley brake")),
 )
 SCENES = {"lift": LIFT, "tandem": (), "tackle": ("limits={ropes: {fall: {breaking: 1 MN, factor: 2}}}",)}
-GIVEN = "factors={weight: 1.05, dynamics: not included}"
+GIVEN = "factors={weight: 1.05, dynamics: not included, wind: 10 m/s, area: 20 m2}"
 WIND = "limits={wind: 10 m/s}"
 GROUND = ["ground={bearing: 200 kPa}", "block.mass=20 t"]
 ELSEWHERE = ("clearance", "inputs", "factor", "sharing", "heavy sling")  # rows without a value, or checked by others
@@ -66,7 +66,7 @@ def test_each_quantity_turns_red_along_the_path_and_in_a_run(scenes: dict[str, L
                 found |= {quantity for f in findings if f.state == "red"}
     assert in_run == set(get_args(Quantity)) - set(ELSEWHERE) - AT_SEA
     assert on_path == in_run - PEAKS
-    assert {*KINDS, *READERS, "signal", "interlock"} - AT_SEA == in_run
+    assert {*KINDS, *REDUCTIONS, *BASES, "signal", "interlock", "off-lead in wind"} - AT_SEA == in_run
 
 
 def test_a_narrow_clearance_turns_the_verdict_red() -> None:

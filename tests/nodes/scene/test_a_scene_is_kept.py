@@ -43,12 +43,14 @@ def test_reading_a_scene_again_gives_the_cached_plan(tmp_path: Path) -> None:
     assert loaded(tmp_path / "cache", "lift", *settings[1:])[1]  # other settings are another lift
 
 
-def test_cached_keys_of_a_scene_are_read_on_demand(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("name", ["lift", "in-turn"])  # of one lift, of several
+def test_a_scene_that_is_loaded_again_says_the_same(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("HEAVYLIFT_CACHE", str(tmp_path / "cache"))
-    first, again = load("lift"), load("lift")
+    first, again = load(name), load(name)
     assert (again.plan, again.facts, again.settings) == (first.plan, first.facts, first.settings)
     assert again.scene == first.scene
     assert again.findings == first.findings
+    assert len(again.states) == len(first.states) > 0
 
 
 def test_a_scene_of_several_files_is_read_again_when_one_changes(
@@ -66,7 +68,9 @@ def test_a_scene_of_several_files_is_read_again_when_one_changes(
     assert loaded(tmp_path / "other", str(scene))[1]
 
 
-def test_equal_scenes_in_two_folders_use_their_own_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_equal_scenes_in_two_folders_extend_the_file_of_their_own_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("HEAVYLIFT_CACHE", str(tmp_path / "cache"))
     for rate in (5.0, 4.0):
         folder = tmp_path / f"{rate:g}"

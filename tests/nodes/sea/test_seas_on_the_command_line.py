@@ -45,7 +45,7 @@ def test_a_run_for_many_seeds_prints_and_writes_its_quantiles(here: Path) -> Non
     assert sheet == json.loads((here / "seeds.json").read_text())
     assert sheet["title"] == "sea: P90 over 10 seeds"
     checks, quantiles = sheet["tables"]
-    assert [row[1:4] for row in checks["rows"]][1] == ["sea state", "all", "P90"]
+    assert ["sea state", "all", "P90"] in [row[1:4] for row in checks["rows"]]
     (row,) = quantiles["rows"]
     assert row[:2] == ["signal", "height of barge"]
     value, bound, mean, largest = (float(x.split()[0]) for x in row[2:6])
@@ -71,7 +71,7 @@ def test_a_scatter_table_gives_the_share_of_time_in_which_a_lift_passes(here: Pa
     assert [row[:3] for row in sheet["tables"][0]["rows"]] == [[6.0, 0.5, 11.0], [9.0, 0.5, 24.0]]
 
 
-def test_a_lift_that_no_sea_lets_pass_fails(here: Path) -> None:
+def test_a_lift_that_passes_in_no_sea_of_the_table_gives_exit_code_1(here: Path) -> None:
     (here / "scatter.csv").write_text("Hs \\ Tp, 9\n40, 4\n")
     done = CliRunner().invoke(app, ["limits", *COMMON, "--scatter", "scatter.csv"])
     assert (done.exit_code, json.loads(done.stdout)["state"]) == (1, "red")

@@ -4,7 +4,7 @@ from collections.abc import Collection, Iterator, Sequence
 from typing import Any
 
 import msgspec
-from heavylift.nodes.limits.ground import CORNERS, SIDES
+from heavylift.nodes.limits.named import CORNERS, TRACKS
 from heavylift.nodes.plan.limit import RatedLimit
 from heavylift.nodes.plan.mechanism import Footing, Mechanism
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
@@ -103,7 +103,7 @@ def standing_limits(builder: SceneBuilder, machine: Mechanism) -> Iterator[Rated
         most, path = builder.scene.ground.bearing, ("ground", "bearing")
         by, note = ("the scene", LEFT_OUT) if most else ("", "write 'ground: {bearing: 200 kPa}', what it may bear")
         at |= {"where": builder.source.where(path)} if most else {}
-        for each in SIDES if footing.kind == "tracks" else CORNERS:
+        for each in TRACKS if footing.kind == "tracks" else CORNERS:
             yield RatedLimit(
                 subject=f"{name} {each}", quantity="ground pressure", unit="Pa", value=most, over=each, source=by,
                 note=note, **at,  # type: ignore[arg-type]

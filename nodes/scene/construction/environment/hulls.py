@@ -1,7 +1,7 @@
 """Free vessels with hydrodynamics from a file: hydrostatics, radiation forces with memory, and wave loads."""
 
 from collections.abc import Sequence
-from math import pi, sqrt
+from math import sqrt
 
 from heavylift.kernel.algebra.dense import product
 from heavylift.kernel.algebra.elementary import atan2
@@ -17,7 +17,8 @@ from heavylift.nodes.sea.spectra import Component, wave_number
 
 LARGEST = 1 << 24  # of a file [bytes]
 SHALLOW = 0.02  # of the length of waves, by which the depth may change it on the average
-LEVEL = 0.0175  # [rad]: by which it may heel or trim
+DRIFTS = (0, 1, 5)  # modes
+LEVEL = 0.02  # [rad]: by which it may heel or trim
 AFLOAT = 0.02  # of the displacement, by which the weight may differ from that of the file
 
 
@@ -49,18 +50,13 @@ def check_draught(builder: SceneBuilder, name: str, hull: Hydrodynamics, mass: f
         )
         builder.source.fault(("vessels", name, "mass"), message, "change its ballast, or take data of another draught")
     if hull.buoyancy:
-        across, along = (centre[i] - hull.buoyancy[i] for i in (1, 0))
-        heights = [z - centre[2] for z in hull.metacentres]
-        heel, trim = (
-            abs(off) / height if height > 0.0 else 0.0 for off, height in zip((across, along), heights, strict=True)
-        )
-        if max(heel, trim) > LEVEL:
+        ahead, port = (centre[i] - hull.buoyancy[i] for i in (0, 1))
+        across, along = (z - centre[2] for z in hull.metacentres)
+        if abs(port) > LEVEL * across or abs(ahead) > LEVEL * along:
             message = (
-                f"its centre of mass, with all that stands on it, is {along:.3g} m ahead and {across:.3g} m to port of "
+                f"with all that stands on it, it is {ahead:.3g} m ahead and {port:.3g} m to port of its centre of "
             )
-            message += (
-                f"its centre of buoyancy: it would not float level, but at {max(heel, trim) * 180.0 / pi:.2g} degrees"
-            )
+            message += f"buoyancy: more than {LEVEL:.0%} of its metacentric height, so it would not float level"
             builder.source.fault(("vessels", name, "com"), message, "move its ballast")
 
 
@@ -70,14 +66,14 @@ def check_depth(
     """Add an error if waves on water of this depth [m] are shorter or longer than on the water of a hull's file."""
     if depth == hull.depth:
         return
-    numbers = (
+    theirs, own = (
         sum(x.amplitude * x.amplitude * wave_number(x.frequency, builder.scene.gravity, h) for x in sea)
         for h in (hull.depth, depth)
     )
-    ratio = next(numbers) / next(numbers)
+    ratio = theirs / own
     if abs(ratio - 1.0) > SHALLOW:
-        theirs, own = (f"water {x:g} m deep" if x else "deep water" for x in (hull.depth, depth))
-        message = f"it holds on {theirs}; on {own} the waves are {ratio:.3g} times as long"
+        there, here = (f"water {x:g} m deep" if x else "deep water" for x in (hull.depth, depth))
+        message = f"it holds on {there}; on {here} the waves are {ratio:.3g} times as long"
         at = ("vessels", name, "floating", "hydrodynamics")
         builder.source.fault(at, message, "compute it for this depth: `heavylift hull --depth`")
 
@@ -97,7 +93,7 @@ def radiation(name: str, hull: Hydrodynamics, vessel: Vessel) -> Radiation:
 
 
 def wave_loads(builder: SceneBuilder, name: str, hull: Hydrodynamics, vessel: Vessel, waves: Waves) -> list[Load]:
-    """Return the six wave loads on a vessel, along and about the axes of the vessel at rest."""
+    """Return the wave loads and drifts on a vessel, along and about the axes of the vessel at rest."""
     away = (vessel.at[0] - waves.origin[0], vessel.at[1] - waves.origin[1])
     amplitude, frequency = waves.regular
     regular = [Component(frequency, amplitude, waves.heading, 0.0)] if amplitude else []
@@ -106,15 +102,16 @@ def wave_loads(builder: SceneBuilder, name: str, hull: Hydrodynamics, vessel: Ve
     sums = loads_in_sea(hull, sea, away, vessel.heading, builder.scene.gravity, waves.ramp, waves.depth)
     signals = [_alone(x) if regular else InputSignal(0.0, waves=x) for x in sums]
     modes = ("surge", "sway", "heave", "roll", "pitch", "yaw")
-    return [
-        _load(f"{name}.{mode} wave", name, i, vessel, signal)
-        for i, (mode, signal) in enumerate(zip(modes, signals, strict=True))
-    ]
+    named = [(f"{name}.{mode} wave", i) for i, mode in enumerate(modes)]
+    named += [(f"{name}.{modes[i]} drift", i) for i in DRIFTS[: len(signals) - 6]]
+    return [_load(label, name, i, vessel, signal) for (label, i), signal in zip(named, signals, strict=True)]
 
 
 def _alone(x: WaveSum) -> InputSignal:
-    """Return the signal of a sum that has only one harmonic."""
+    """Return the signal of a sum that has only one harmonic, or of the product of two."""
     c, s = x.cosines[0], x.sines[0]
+    if x.by[0]:
+        return InputSignal(0.0, wave=Wave(c * x.by[0][0] + s * x.by[1][0], 0.0, x.ramp))
     size = sqrt(c * c + s * s)
     return InputSignal(0.0, wave=Wave(size, x.frequencies[0], x.ramp, float(atan2(-s, c))))
 

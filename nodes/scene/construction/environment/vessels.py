@@ -11,7 +11,7 @@ from math import pi
 import msgspec
 from heavylift.kernel.algebra.dense import product
 from heavylift.kernel.algebra.elementary import cos, sin
-from heavylift.kernel.description.forces import Bushing, InputSignal, Load, Matrix6, Radiation, Wave
+from heavylift.kernel.description.forces import Bushing, InputSignal, Load, Matrix6, Radiation, Stream, Wave
 from heavylift.kernel.description.mechanics import IDENTITY, WORLD, Body, Drive, Joint, Point, System, Vector
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.checks import check_description
@@ -179,7 +179,7 @@ def _check_load(builder: SceneBuilder, name: str, displacement: float, built: li
 
 def _water(
     builder: SceneBuilder, name: str, given: Vessel, floating: Floating, standing: Masses
-) -> tuple[Bushing | Load | Radiation, ...]:
+) -> tuple[Bushing | Load | Radiation | Stream, ...]:
     """Return the water forces on a free vessel: buoyancy, hydrostatics with mooring and damping, radiation, and wave
     loads."""
     scene, waves = builder.scene, builder.scene.waves
@@ -204,13 +204,32 @@ def _water(
     up = Load(f"{name}.buoyancy", Point(name, (middle[0], middle[1], middle[2])), (0.0, 0.0, weight))
     keel = Point(WORLD, given.at), Point(name)
     water = Bushing(f"{name}.water", *keel, stiffness, damping, given.attitude)  # type: ignore[arg-type]
+    streams = _streams(builder, name, floating)
     if hull:
         loads = wave_loads(builder, name, hull, given, waves) if waves else []
-        return (up, water, radiation(name, hull, given), *loads)
+        return (up, water, radiation(name, hull, given), *loads, *streams)
     if waves and waves.seas:
         message = "loads of one regular wave are given, and the scene has irregular seas"
         builder.source.fault(("vessels", name, "floating"), message, "name a file with its 'hydrodynamics'")
-    return (up, water, *(_wave_loads(builder, name, given, floating, waves) if waves else ()))
+    return (up, water, *(_wave_loads(builder, name, given, floating, waves) if waves else ()), *streams)
+
+
+def _streams(builder: SceneBuilder, name: str, floating: Floating) -> list[Stream]:
+    """Return the forces of current and wind on a free vessel by its coefficients."""
+    found, scene, (current, wind) = [], builder.scene, (builder.scene.current, builder.scene.wind)
+    if current and floating.current:
+        direction = (float(cos(current.heading)), float(sin(current.heading)), 0.0)
+        steady = InputSignal(current.speed)
+        found.append(floating.current.stream(name, "current", direction, steady, current.density))
+    elif current:
+        message = "the scene has a current, and the vessel has no coefficients for it"
+        builder.source.fault(("vessels", name, "floating"), message, "write 'current: {area, length, coefficients}'")
+    if wind and floating.wind:
+        times, speeds = zip(*h, strict=True) if (h := wind.history(scene.seed, scene.end)) else ((), ())
+        found.append(
+            floating.wind.stream(name, "wind", wind.direction, InputSignal(wind.speed, times, speeds), wind.density)
+        )
+    return found
 
 
 def _wave_loads(builder: SceneBuilder, name: str, given: Vessel, floating: Floating, waves: Waves) -> tuple[Load, Load]:

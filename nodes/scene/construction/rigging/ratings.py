@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from heavylift.nodes.limits.ground import DETERMINATE
+from heavylift.nodes.limits.sharing import DETERMINATE
 from heavylift.nodes.limits.standards import (
     CABLE_LAID,
     TANDEM,

@@ -74,7 +74,7 @@ class LawKeys(keys_of(f.UserLaw, word="law")):  # type: ignore[misc]
 
 
 WRITTEN = {f.Wind: WindForceKeys, f.Bushing: BushingKeys, f.Characteristic: CharacteristicKeys, f.UserLaw: LawKeys}
-OTHERS = (f.Reeving, f.Radiation, f.Immersion)  # of a rope, a hull and a block in scenes
+OTHERS = (f.Reeving, f.Radiation, f.Stream, f.Immersion)  # of a rope, hulls and a block in scenes
 KINDS = [kind for kind in get_args(f.Force) if kind not in OTHERS]
 WORDS = {kind: re.sub(r"(?<=[a-z])(?=[A-Z])", " ", kind.__name__).lower() for kind in KINDS}
 MODELS = [WRITTEN.get(kind) or keys_of(kind, word=word, module=__name__) for kind, word in WORDS.items()]

@@ -1,0 +1,60 @@
+"""Sharing of a load that is statically indeterminate, speeds at lift-off and landing, and the factors of standards.
+
+A block on more than three hooks or slings distributes its weight according to their stiffness: a millimetre of length
+matters. The printed shares hold for the given lengths.
+"""
+
+from heavylift.nodes.models.commander.conditions import terms
+from heavylift.nodes.plan.actions import Action, LandedCondition, LiftedCondition, Move
+from heavylift.nodes.plan.mechanism import ties_on
+from heavylift.nodes.plan.plan import Plan
+
+from .standards import HOISTING, SHARING, daf, hoisting_factor
+
+DETERMINATE = 3  # hangers of a rigid body whose shares follow from equilibrium alone
+
+
+def indeterminate(plan: Plan) -> int:
+    """Return the number of hooks on a block if their shares of the load are statically indeterminate, else 0."""
+    most = 0
+    for cargo in (cargo for machine in plan.machines for cargo in machine.cargo):
+        hooks = (hook for machine in plan.machines for hook in machine.hooks)
+        holds = (any(tie.lug in cargo.lugs for tie in ties_on(plan.machines, hook)) for hook in hooks)
+        most = max(most, sum(holds))
+    return most if most > DETERMINATE else 0
+
+
+def shared(plan: Plan) -> list[str]:
+    """Return sentences about indeterminate load sharing and the factors that standards give for it."""
+    many = indeterminate(plan)
+    if not many:
+        return []
+    message = f"{many} hooks carry the block: their shares are statically indeterminate"
+    message += ", computed from the given lengths and stiffness"
+    required = "; ".join(f"{s.when}: {s.message} ({s.source})" for s in SHARING.values())
+    return [message, f"factors of standards for parts that should carry equal loads: {required}"]
+
+
+def dynamics_required(plan: Plan) -> tuple[float, str] | None:
+    """Return the dynamic amplification factor that a standard requires for the block, and its source; None if no block
+    is lifted or its place is not given."""
+    masses = [cargo.mass for machine in plan.machines for cargo in machine.cargo]
+    return daf(plan.place, max(masses)) if masses else None
+
+
+def touching(plan: Plan, kind: type[LiftedCondition] | type[LandedCondition]) -> list[tuple[Action, float]]:
+    """Return the actions that hoist until a block is lifted, or that lower it until it has landed (as `kind` says),
+    each with its speed [m/s]."""
+    moves = ((action, x) for action in plan.actions for x in action.orders if isinstance(x, Move))
+    winding = ((action, x) for action, x in moves if x.verb in ("hoist", "lower"))
+    return [(action, abs(x.speed)) for action, x in winding if any(isinstance(y, kind) for y in terms(x.until))]
+
+
+def hoisting_factors(plan: Plan) -> list[str]:
+    """Return, as text for each hoisting class, the factor that EN 13001-2 requires at the highest lift-off speed of the
+    plan."""
+    speeds = [speed for _, speed in touching(plan, LiftedCondition)]
+    if not speeds:
+        return []
+    each = ", ".join(f"{name} {hoisting_factor(max(speeds), name):.3f}" for name in HOISTING)
+    return [f"EN 13001-2, 4.2.2.2, lifts off at {max(speeds) * 60:g} m/min: phi_2 = {each}"]

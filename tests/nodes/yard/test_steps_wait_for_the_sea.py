@@ -1,0 +1,131 @@
+"""Steps that wait for a weather window of the sea, with alpha factors, against windows found by hand."""
+
+import random
+from datetime import date, datetime, timedelta
+
+import pytest
+from heavylift.kernel import HeavyliftError, SceneError
+from heavylift.nodes.devs import NEVER, Simulator
+from heavylift.nodes.yard import HourlyWind, Weather, coupled, load
+
+YARD = """
+heavylift yard: 1
+start: 2027-01-04
+weather: {sea: {series: sea.csv}%s}
+resources: {vessel: 1}
+blocks: {from: blocks.csv}
+steps:
+  lift: {takes: %s, needs: {vessel: 1}, limits: {Hs: 1 m}%s}
+"""
+ALPHA = ", alpha: {12 h: 0.93, 24 h: 89 %}"  # DNV-ST-N001, Hs 1 m
+
+
+def yard(folder, heights, more=ALPHA, takes="12 h", step="", blocks="block,after\nA,\n", text=YARD, column="Hs [m]"):
+    begin = datetime(2027, 1, 4)
+    rows = [f"{begin + timedelta(hours=n):%Y-%m-%d %H:%M},{x}" for n, x in enumerate(heights)]
+    (folder / "sea.csv").write_text("\n".join([f"time,{column}", *rows]) + "\n")
+    (folder / "blocks.csv").write_text(blocks)
+    (folder / "yard.yaml").write_text(text % (more, takes, step))
+    return load(folder / "yard.yaml")
+
+
+def starts(of, seed=0):
+    model = coupled(of, seed)
+    simulator = Simulator(model)
+    simulator.start()
+    simulator.run(NEVER - 1)
+    found = model.children["dispatcher"].result()
+    return [t / 3600 for t in found.starts], found.waits[2] / 3600
+
+
+#         0                       10                                     20                     24
+HEIGHTS = [0.9] * 10 + [0.95] * 2 + [0.92] * 6 + [0.95] + [0.90] * 12 + [0.5] * 12 + [1.2] + [0.5] * 50
+
+
+@pytest.mark.parametrize(
+    ("more", "takes", "start"),
+    [
+        ("", "12 h", 0),  # up to 1 m: all of the first 43 hours
+        (ALPHA, "12 h", 19),  # up to 0.93 m: 10 h from 0, 6 h from 12, 24 h from 19
+        (ALPHA, "13 h", 31 + 13),  # up to 0.89 m: 12 h from 31, then from 44 on
+        (ALPHA, "6 h", 0),
+        (", alpha: {24 h: 0.93}", "24 h", 19),
+        (", alpha: {24 h: 0.93}", "25 h", None),
+    ],
+)
+def test_a_step_begins_in_the_first_window_that_is_long_enough_within_its_alpha_factor(tmp_path, more, takes, start):
+    of = yard(tmp_path, HEIGHTS, more, takes)
+    if start is None:
+        with pytest.raises(HeavyliftError, match="A lift needs a window of 25 h, longer than all with an alpha factor"):
+            starts(of)
+    else:
+        assert starts(of) == ([start], start)
+
+
+def test_the_window_of_a_step_that_pauses_at_night_lasts_until_its_end(tmp_path):
+    """Eight working hours a day: twelve hours of work from Monday 8:00 end on Tuesday at 12:00, after 28 hours."""
+    text = YARD.replace("resources:", "calendar: {days: mon-sun, shifts: {day: '08:00-16:00'}}\nresources:")
+    heights = [1.5] * 8 + [0.8] * 27 + [1.5] * 21 + [0.8] * 60
+    of = yard(tmp_path, heights, ", alpha: {28 h: 0.9}", step=", works: day", text=text)
+    assert starts(of)[0] == [56], "from hour 8 only 27 hours are calm; the next shift in a calm sea begins at 56"
+    of = yard(tmp_path, [1.5] * 8 + [0.8] * 28 + [1.5] * 80, ", alpha: {28 h: 0.9}", step=", works: day", text=text)
+    assert starts(of)[0] == [8]
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_random_seas_give_the_windows_of_a_count_hour_by_hour(tmp_path, seed):
+    draw = random.Random(seed)
+    heights, now = [], 1.0
+    for _ in range(24 * 60):
+        now = max(0.1, now + draw.gauss(0.0, 0.15) - 0.05 * (now - 0.9))
+        heights.append(round(now, 3))
+    takes = [draw.randint(3, 20) for _ in range(4)]
+    rows = "".join(f"{b},{a},{t} h\n" for b, a, t in zip("ABCD", ["", *"ABC"], takes, strict=True))
+    found, _ = starts(yard(tmp_path, heights, blocks=f"block,after,lift\n{rows}"))
+    hour, want = 0, []
+    for t in takes:
+        limit = 0.93 if t <= 12 else 0.89
+        hour = next(n for n in range(hour, 9999) if all(x <= limit for x in heights[n : n + t]))
+        want.append(hour)
+        hour += t
+    assert found == want
+
+
+def test_wind_and_sea_of_series_of_several_years_are_drawn_from_the_same_year():
+    years, found = tuple(float(n // 8760) for n in range(3 * 8760)), []
+    for seed in range(1, 12):
+        first = []
+        for name in ("weather", "sea"):
+            model = Weather(name, HourlyWind(date(2027, 1, 4), years), (0.5, 1.5, 2.5), seed)
+            Simulator(model).start()
+            first.append(model.at(0))
+        assert first[0] == first[1]
+        found.append(first[0])
+    assert {*found} == {0.0, 1.0, 2.0}
+
+
+def test_a_table_with_wind_and_sea_serves_both(tmp_path):
+    text = YARD.replace("sea: {", "wind: {series: sea.csv}, sea: {")
+    of = yard(tmp_path, [f"{n},0.5" for n in range(24)], column="wind [m/s],Hs [m]", text=text).weather
+    assert (of.wind.series, of.sea.series) == (tuple(map(float, range(24))), (0.5,) * 24)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"more": ", alpha: {12 h: 1.2}"}, "an alpha factor is above 0 and at most 1"),
+        ({"more": ", alpha: {noon: 0.9}"}, "noon"),
+        ({"column": "height [m]"}, "the columns are time, Hs"),
+        ({"column": "Hs [s]"}, "sea.csv:2:"),
+        ({"heights": [0.5] * 10}, "a series has the sea of a day at least"),
+        ({"text": YARD.replace("Hs: 1 m", "Hz: 1 m")}, "this key is not known here"),
+    ],
+)
+def test_invalid_seas_are_reported_in_one_sentence(tmp_path, change, words):
+    with pytest.raises(SceneError, match=words):
+        yard(tmp_path, **{"heights": HEIGHTS, **change})
+
+
+def test_a_step_that_no_window_is_long_enough_for_is_named(tmp_path):
+    with pytest.raises(HeavyliftError, match="A lift waits for ever for weather: in ten years"):
+        starts(yard(tmp_path, [0.5] * 11 + [2.0] * 13))
