@@ -74,8 +74,7 @@ class FromMujoco(NamedTuple):
 
 
 class ImportedModel(NamedTuple):
-    """Result of an import with the boxes (centre and edges in the frame of the body [m]) that enclose the geoms of each
-    body."""
+    """Result of an import with boxes (centre and edges in the body's frame [m]) that enclose the geoms of each body."""
 
     found: FromMujoco
     boxes: dict[str, list[Box]]
@@ -258,8 +257,7 @@ class _Importer:
         return out, springs
 
     def _tendons(self) -> tuple[list[Rope], list[forces.Force]]:
-        """Return the spatial tendons through sites and pulleys: as ropes, which only pull, or as struts, which also
-        push."""
+        """Return the spatial tendons through sites and pulleys: as ropes that only pull, or struts that also push."""
         m, ropes, struts = self.m, list[Rope](), list[forces.Force]()
         wrapped = WrappedTendons(self.library, m, self.body) if m.ntendon else None
         for i in range(m.ntendon):

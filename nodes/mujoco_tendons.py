@@ -1,9 +1,9 @@
 """Tendons of MuJoCo that wrap around geoms as ropes over sheaves.
 
-A cylinder or sphere becomes a sheave if all bodies that the tendon touches there move in one plane across its axis, as
-far as their joints tell. Another cylinder, around which alone a tendon wraps, becomes an edge along which the tendon
-slides. A conversion counts only if the rope has the length of the tendon in the pose of the file and in others within
-the limits of the joints.
+A cylinder or sphere becomes a sheave if all bodies that the tendon touches there can move only in one plane
+perpendicular to its axis, judging by their joints. Another cylinder, around which alone a tendon wraps, becomes an edge
+along which the tendon slides. A conversion counts only if the rope has the length of the tendon in the pose of the file
+and in others within the limits of the joints.
 """
 
 from collections.abc import Iterator
@@ -33,7 +33,7 @@ class WrappedTendons:
         self.all_data = [self.data, *self._others(library)]
 
     def _others(self, library: Any) -> Iterator[Any]:
-        """Yield the kinematics of other poses: joints with limits are anywhere between them."""
+        """Yield the kinematics of other poses, in which the joints with limits have random coordinates between them."""
         m, random = self.m, np.random.default_rng(0)
         limited = [j for j in range(m.njnt) if m.jnt_limited[j] and m.jnt_type[j] in (SLIDE, HINGE)]
         for _ in range(POSES if limited else 0):
@@ -43,8 +43,7 @@ class WrappedTendons:
             yield data
 
     def rope(self, i: int, name: str, k: float, length: float, damping: float) -> Reeving | None:
-        """Return tendon i as a rope of stiffness k [N/m], unstretched length [m] and damping; None if it has no
-        equal."""
+        """Return tendon i as a rope of stiffness k [N/m], unstretched length [m] and damping; None if there is none."""
         m, nodes = self.m, range(self.m.tendon_adr[i], self.m.tendon_adr[i] + self.m.tendon_num[i])
         kinds = [int(m.wrap_type[w]) for w in nodes]
         if not {*kinds} <= {SITE, SPHERE, CYLINDER}:  # each geom is between two sites
@@ -66,7 +65,7 @@ class WrappedTendons:
         return None
 
     def _equal(self, rope: Reeving, i: int, data: Any) -> bool:
-        """Return whether a rope has the length of tendon i in a pose."""
+        """Return whether a rope is as long as tendon i in the pose of `data`."""
 
         def pose(body: str) -> tuple[np.ndarray, np.ndarray]:
             k = self.bodies.index(body)
@@ -81,7 +80,7 @@ class WrappedTendons:
 
     def _sheave(self, w: int, kind: int, sense: float, alone: bool) -> Sheave | None:
         """Return the geom at place w of a tendon's path as a sheave or edge, around which the rope turns as it does in
-        the pose of the file (`sense` 1) or the other way (-1); None if it has no equal."""
+        the pose of the file (`sense` 1) or the other way (-1); None if no sheave or edge is equivalent."""
         m, d, g = self.m, self.data, int(self.m.wrap_objid[w])
         first, last = (int(m.wrap_objid[w + step]) for step in (-1, 1))
         a, b, c = d.site_xpos[first], d.site_xpos[last], d.geom_xpos[g]
@@ -107,7 +106,7 @@ class WrappedTendons:
         return None
 
     def _planar(self, bodies: list[int], n: np.ndarray) -> bool:
-        """Return whether the joints between bodies move them only in planes across a direction."""
+        """Return whether the joints between bodies move them only in planes perpendicular to the direction n."""
         own = [self._joints(body) for body in bodies]
         between = set[int]().union(*own) - own[0].intersection(*own)
         kinds = {j: int(self.m.jnt_type[j]) for j in between}
@@ -128,7 +127,7 @@ class WrappedTendons:
 
 
 def _flat(x: np.ndarray, n: np.ndarray) -> np.ndarray:
-    """Return the part of a vector across a direction."""
+    """Return the component of a vector perpendicular to the direction n."""
     return np.asarray(x - (x @ n) * n)
 
 

@@ -64,8 +64,8 @@ class SteppableRun:
                 self._core.inject(Event(t, 0, OPERATOR, port, i, type(value).__name__, encode(value)))
 
     def set_speed(self, actuator: str, speed: float) -> None:
-        """Set the speed [m/s or rad/s] of a drive or winch from now on, at most its limit; it is reached by its
-        ramp."""
+        """Set the speed [m/s or rad/s] of a drive or winch from now on, at most its limit; the speed is reached along
+        the ramp of the drive."""
         port, most = self._aims[actuator]
         speed = min(max(speed, -most), most) if most else speed
         if speed != self.speeds[actuator]:
