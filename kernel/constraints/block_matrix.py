@@ -214,7 +214,7 @@ def open_tree(k: int, tree: Tree, inputs: dict[str, int], ends: tuple[int, ...])
         def body(F: Array, S: Array, w: Array) -> Outputs:
             L, _ = unpack(F)
             columns = dict(zip(on_path[b], np.reshape(S, (len(on_path[b]), 6)), strict=True))
-            y = {i: columns[i] @ w for i in paths[b]}
+            y = {i: columns[i] @ w if i in columns else 0.0 for i in paths[b]}
             for i in reversed(paths[b]):
                 for j in paths[b]:
                     if (i, j) in L:
@@ -234,7 +234,9 @@ def open_tree(k: int, tree: Tree, inputs: dict[str, int], ends: tuple[int, ...])
         return {"dv": [x[i] for i in range(n)], "reaction": [pull[i] for i in fixed]}
 
     on_path = {b: _path(tree, b) for b in ends}
-    paths = {b: [i for i in p if i in free] for b, p in on_path.items()}
+    # those of a body that shares water with the root come first
+    shared = {b: [] if (c := tree.bodies[tree.roots[b]].beside) is None else _path(tree, c) for b in ends}
+    paths = {b: [i for i in [*shared[b], *p] if i in free] for b, p in on_path.items()}
     given = {b: [i for i in p if i in fixed] for b, p in on_path.items()}
     one = max(1, len(fixed))
     sizes = {"F": size, "half": len(free), "a": one, "given": one, "cross_": max(1, len(cross))}

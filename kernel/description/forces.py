@@ -195,7 +195,8 @@ class Radiation(Element, frozen=True, tag=True):
 
     v: twist of a point of the body (linear, angular) in the axes R of the world. The kernel K(t) = G^T exp(F t) G is
     represented by states x of the water: x' = F x + G v and f = -G^T x; it is passive, since F + F^T is negative
-    semidefinite. The body itself has the added mass at infinite frequency (`Body.added`).
+    semidefinite. The body itself has the added mass at infinite frequency (`Body.added`). A second body, `beside`, may
+    share the states: x' = F x + G v + G_beside v_beside.
     """
 
     name: str
@@ -203,6 +204,9 @@ class Radiation(Element, frozen=True, tag=True):
     F: tuple[tuple[float, ...], ...]  # (n, n) [1/s]
     G: tuple[Row6, ...]  # (n, 6) [kg^1/2/s, m kg^1/2/s]
     R: Matrix = IDENTITY
+    beside: Point | None = None
+    G_beside: tuple[Row6, ...] = ()
+    R_beside: Matrix = IDENTITY
 
 
 class Characteristic(Element, frozen=True, tag=True):

@@ -53,6 +53,15 @@ AnyRope = Rope | RigidRope | Reeving | MooringLine
 
 
 @dataclass(frozen=True)
+class SharedWater:
+    """Added mass of water between a body and the body `beside` it: maps the twist of that one in its axes to the
+    momentum of the water about this body's origin in this body's axes, linear before angular."""
+
+    beside: str
+    added: Matrix6  # [kg, kg m, kg m2]
+
+
+@dataclass(frozen=True)
 class Body:
     """A body; its frame is that of the joint that carries it, unless the joint states otherwise.
 
@@ -68,6 +77,7 @@ class Body:
     inertia: Matrix = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))  # about the centre of mass, body axes [kg m2]
     flexible: Flexible | None = None
     added: Matrix6 | None = None  # [kg, kg m, kg m2]
+    shared: SharedWater | None = None
 
 
 @dataclass(frozen=True)
@@ -160,6 +170,7 @@ class System:
         points = [p.body for law in (*self.laws, *self.rigid_ropes) for p in law.points]
         shapes = [shape.body for contact in self.contacts for shape in (contact.a, contact.b)]
         bodies = [body for j in self.joints for body in (j.parent, j.child)] + points + shapes
+        bodies += [b.shared.beside for b in self.bodies if b.shared]
         along = [law.along[0] for law in self.laws if law.along]
         along += [drive.joint for drive in self.drives] + [lock.joint for lock in self.locks]
         own, joints = {WORLD, *(b.name for b in self.bodies)}, {j.name for j in self.joints}

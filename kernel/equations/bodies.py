@@ -64,6 +64,7 @@ def balances(system: System, graph: Graph) -> DocumentSection:
             "F, M applied force and moment about r; Fci, Mci force and moment (about pi) of joint i on body i;",
             "which joint forces are subtracted is row i of T^-T",
             *_water(graph, "besides, the water takes A a + v x* (A v) of its added mass A: of"),
+            *_shared(graph),
         ),
         equations=groups,
     )
@@ -73,6 +74,14 @@ def _water(graph: Graph, message: str) -> tuple[str, ...]:
     """Return a sentence that names the bodies with added mass, if there are any."""
     names = [link.body.name for link in graph.links if link.body.added is not None]
     return (f"{message} {', '.join(names)}",) if names else ()
+
+
+def _shared(graph: Graph) -> tuple[str, ...]:
+    """Return a sentence for each pair of bodies that share water."""
+    pairs = [(link.body.name, x.beside) for link in graph.links if (x := link.body.shared)]
+    return tuple(
+        f"{a} and {b} share water: on each also acts C a + v x* (C v) with a, v of the other" for a, b in pairs
+    )
 
 
 def _elastic(n: int) -> Formula:

@@ -92,7 +92,7 @@ def _bodies(group: str, x: Any, system: System, child: dict[str, str], ropes: di
     """Return the bodies coupled by an item of a system, without the ground; `child`: by joint; `ropes`: by rope."""
     match group:
         case "bodies":
-            found = [x.name]
+            found = [x.name, *([x.shared.beside] if x.shared else [])]
         case "joints":
             found = [x.parent, x.child]
         case "ropes" | "rigid_ropes":

@@ -77,6 +77,7 @@ def check_description(system: System) -> System:
     check_names(system)
     for x in new:
         _check_kind(x)
+    _check_shared_water(system)
     for x in new if len(items) < MOST_KEPT else ():
         if encoded := _encoded(x):
             _items[type(x), encoded] = x
@@ -85,6 +86,21 @@ def check_description(system: System) -> System:
     _checked[id(system)] = system
     _last[:] = [(code, given, system)] if code else []
     return system
+
+
+def _check_shared_water(system: System) -> None:
+    """Raise KernelError unless the added mass of each pair of bodies resists every motion."""
+    given = {b.name: b for b in system.bodies}
+    for b in system.bodies:
+        if b.shared and (other := given.get(b.shared.beside)):
+            if not b.added or not other.added:
+                raise KernelError(f"body '{b.name}': it shares water with '{other.name}', and one has no added mass")
+            C, own = np.array(b.shared.added), [np.array(x.added) for x in (other, b)]
+            A = np.block([[own[0], C.T], [C, own[1]]])
+            size = np.sqrt(np.maximum(A.diagonal(), np.finfo(float).tiny))
+            if (least := float(np.linalg.eigvalsh(A / np.outer(size, size)).min())) < -UNIT:
+                message = f"its added mass with '{other.name}' beside it would drive some motion"
+                raise KernelError(f"body '{b.name}': {message}: it has the scaled eigenvalue {least:g}")
 
 
 def _known(x: object) -> object | None:

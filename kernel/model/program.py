@@ -101,6 +101,9 @@ class Program:
         self.system = with_rope_masses(system)
         self.graph = build_graph(self.system, modes)
         self._check_loops()
+        if self.formulation != "recursive" and (pair := next((b for b in system.bodies if b.shared), None)):
+            message = f"body '{pair.name}' shares water, but formulation '{self.formulation}' keeps bodies apart"
+            raise KernelError(f"{message}; choose recursive")
         self._check_contacts()
         self._check()
         self.locked = frozenset(x.name for x in system.locks if x.engaged) if locked is None else locked

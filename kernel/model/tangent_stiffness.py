@@ -20,7 +20,7 @@ from heavylift.kernel.compiler.simd_batches import WIDEST
 from heavylift.kernel.compiler.symbol import Array, Scalar
 from heavylift.kernel.multibody.formulations.augmented import velocity_transformation
 from heavylift.kernel.multibody.graph import coordinate_names
-from heavylift.kernel.multibody.kinematics import body_inertia, elastic, kinematics
+from heavylift.kernel.multibody.kinematics import body_inertia, elastic, kinematics, shared_inertia
 from heavylift.kernel.multibody.trees import with_numbers
 
 from .program import Program
@@ -233,7 +233,8 @@ class KineticShares:
             numbered = with_numbers(tree, P[program.parameters.at["tree", str(i)]])
             still = np.zeros(tree.v.stop - tree.v.start)
             K = kinematics(numbered, q[tree.q], still, 0.0, [0.0] * len(tree.prescribed_dofs))
-            for n, V in enumerate(velocity_transformation(tree, K)):
+            columns = list(velocity_transformation(tree, K))
+            for n, V in enumerate(columns):
                 b, J = numbered.bodies[n], body_inertia(numbered, K, n)
                 H = np.array(V.T @ J @ V, dtype=float)
                 if b.elastic is not None:
@@ -245,6 +246,9 @@ class KineticShares:
                     H[b.v_modes, b.v_modes] += np.diag(np.array(own.mass, dtype=float))
                 self._parts.append((b.name, tree.v, H))
                 self._momenta.append((b.name, tree.v, np.array((J @ V)[3:], dtype=float)))
+            for n, m, C in shared_inertia(numbered, K):
+                H = np.array(columns[n].T @ C @ columns[m], dtype=float)
+                self._parts.append((numbered.bodies[n].name, tree.v, H + H.T))
         self._velocities = coordinate_names(program.graph)[1]
 
     def energy(self, shape: np.ndarray) -> float:

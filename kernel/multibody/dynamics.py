@@ -17,7 +17,7 @@ from heavylift.kernel.algebra.spatial import cross, join, skew
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, is_sym, named
 from heavylift.kernel.errors import KernelError
 
-from .kinematics import Kinematics, added_inertia, elastic, kinematics, newton_euler, seen_from
+from .kinematics import Kinematics, added_inertia, elastic, kinematics, newton_euler, seen_from, shared_inertia
 from .trees import Tree
 
 
@@ -162,7 +162,8 @@ def joint_forces(tree: Tree, K: Kinematics, F: list[Array]) -> Iterator[Any]:
 def joint_space_inertia(tree: Tree, K: Kinematics, I: list[Array]) -> dict[tuple[int, int], Scalar]:
     """Return H[k, l] = S_l^T I^c S_k for l on the path of k (CRBA); raises KernelError for a motion without inertia."""
     H: dict[tuple[int, int], Scalar] = {}
-    for k, (i, path) in enumerate(zip(tree.body_of_dof, tree.dof_paths, strict=True)):
+    of = tree.body_of_dof
+    for k, (i, path) in enumerate(zip(of, tree.dof_paths, strict=True)):
         mode = k - tree.bodies[i].v_modes.start
         if mode >= 0:
             _mode_inertia(tree, K, I, H, k, mode)
@@ -170,7 +171,12 @@ def joint_space_inertia(tree: Tree, K: Kinematics, I: list[Array]) -> dict[tuple
             continue
         f = I[i] @ seen_from(tree, K, k, i)
         for l in (k, *path):
-            H[k, l] = named(f"H({k},{l})", seen_from(tree, K, l, i) @ f)
+            apart = tree.roots[of[l]] != tree.roots[i]
+            H[k, l] = 0.0 if apart else named(f"H({k},{l})", seen_from(tree, K, l, i) @ f)
+    for i, j, C in shared_inertia(tree, K):
+        for k, S in enumerate(K.S[i], tree.bodies[i].v.start):
+            for l, other in enumerate(K.S[j], tree.bodies[j].v.start):
+                H[k, l] = named(f"H({k},{l})", S @ C @ other)
     for k in tree.free_dofs:
         # only a number can be tested while tracing; a parameter may still become zero, which a run reports
         if not is_sym(H[k, k]) and H[k, k] == 0.0:
@@ -195,7 +201,8 @@ def _mode_inertia(
     f = sum(moved.values(), own.C[mode])
     for l in tree.dof_paths[k]:
         if l < b.v_modes.start:
-            H[k, l] = named(f"H({k},{l})", seen_from(tree, K, l, i) @ f)
+            apart = tree.roots[tree.body_of_dof[l]] != tree.roots[i]
+            H[k, l] = 0.0 if apart else named(f"H({k},{l})", seen_from(tree, K, l, i) @ f)
 
 
 def energies(tree: Tree, K: Kinematics, g: Scalar) -> tuple[Scalar, Scalar]:
@@ -216,6 +223,8 @@ def energies(tree: Tree, K: Kinematics, g: Scalar) -> tuple[Scalar, Scalar]:
             kinetic = kinetic + own.kinetic
             # J0[3, 3] is the mass: potential of the frame's origin plus the first moment of mass
             potential = potential + g * (tree.bodies[i].elastic.J0[3, 3] * K.o[2] + own.moment[2])
+    for i, j, C in shared_inertia(tree, K):
+        kinetic = kinetic + K.V[i] @ (C @ K.V[j])
     return kinetic, potential
 
 

@@ -131,8 +131,8 @@ class Graph:
         return link.q.start + i, link.v.start + i
 
     def trees(self) -> list[range]:
-        """Return the ranges of link numbers, one per body on the ground."""
-        roots = [i for i, k in enumerate(self.links) if k.parent < 0] + [len(self.links)]
+        """Return the ranges of link numbers, one per body on the ground; bodies that share water are in one."""
+        roots = [i for i, k in enumerate(self.links) if k.parent < 0 and not k.body.shared] + [len(self.links)]
         return [range(a, b) for a, b in pairwise(roots)]
 
 
@@ -169,12 +169,23 @@ def _depth_first(bodies: Mapping[str, Body], carrier: Mapping[str, Joint]) -> li
         if body in carrier:
             children.setdefault(carrier[body].parent, []).append(body)
     order: list[tuple[str, int]] = []
-    waiting = [(body, -1) for body in reversed(children.get(WORLD, []))]
+    waiting = [(body, -1) for body in reversed(_beside(children.get(WORLD, []), bodies))]
     while waiting:
         body, parent = waiting.pop()
         waiting += [(child, len(order)) for child in reversed(children.get(body, []))]
         order.append((body, parent))
     return order
+
+
+def _beside(roots: list[str], bodies: Mapping[str, Body]) -> list[str]:
+    """Return the bodies on the ground, each followed by the one that shares water with it; raises KernelError for
+    bodies that other bodies carry."""
+    follower = {x.beside: name for name, b in bodies.items() if (x := b.shared)}
+    for pair in follower.items():
+        if lost := next((b for b in pair if b not in roots or (b == pair[1] and b in follower)), None):
+            raise KernelError(f"body '{lost}': bodies that share water must be a pair of bodies on the ground")
+    alone = [b for b in roots if b not in follower.values()]
+    return [x for b in alone for x in ([b, follower[b]] if b in follower else [b])]
 
 
 def _lost(bodies: Mapping[str, Body], carrier: Mapping[str, Joint], found: set[str]) -> str:

@@ -10,6 +10,7 @@ A body in water moves some of it along: its added mass, a symmetric 6x6 matrix i
 (Kirchhoff's equations; Newman, Marine Hydrodynamics, 1977, section 4.13), but has no weight.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -58,6 +59,8 @@ def kinematics(tree: Tree, q: Array, v: Array, g: Scalar, a_ref: Scalars = (), b
         x, u = q[b.q], v[b.v]
         root, p = b.parent < 0, b.parent
         R_WP, r_P, V_P, A_P = (base or ground) if root else (K.R[p], K.r[p], K.V[p], K.A[p])
+        if b.beside is not None:
+            r_P = -K.o
         if b.place is not None:
             # a child of a flexible body stands on the deformed station, which moves with the modes
             flexible = (*K.modes[b.parent][:2], R_WP, r_P, V_P, A_P)
@@ -68,7 +71,7 @@ def kinematics(tree: Tree, q: Array, v: Array, g: Scalar, a_ref: Scalars = (), b
         R_WJ = R_WP @ b.R_PJ
         p_PB = R_WP @ b.p_PJ + R_WJ @ p_JB
         R = named(f"R({b.name})", R_WJ @ R_JB)
-        if root and base is None:
+        if root and base is None and b.beside is None:
             # the tree's point follows the root body: positions stay small and digits are kept far from the origin
             K.o, r = p_PB, np.zeros(3)
         else:
@@ -122,9 +125,21 @@ def elastic(tree: Tree, K: Kinematics, i: int) -> FlexibleInertia:
 
 def added_inertia(A: Array, r: Array, R: Array) -> Any:
     """Return the added mass (6, 6) in world axes about the tree's point; r: from this point to the body's origin."""
-    # motion transform from the tree's point in world axes to the body's origin in body axes
-    T = np.block([[R.T, np.zeros((3, 3))], [-(R.T @ skew(r)), R.T]])
+    T = _to_body(r, R)
     return mirror(T.T @ A @ T)
+
+
+def _to_body(r: Array, R: Array) -> Any:
+    """Return the motion transform (6, 6) from the tree's point in world axes to a body's origin in body axes."""
+    return np.block([[R.T, np.zeros((3, 3))], [-(R.T @ skew(r)), R.T]])
+
+
+def shared_inertia(tree: Tree, K: Kinematics) -> Iterator[tuple[int, int, Any]]:
+    """Yield the numbers of two bodies that share water and the matrix (6, 6) from the twist of the second to the
+    momentum of the water at the first, in world axes about the tree's point."""
+    for i, b in enumerate(tree.bodies):
+        if b.shared is not None and b.beside is not None:
+            yield i, b.beside, _to_body(K.r[i], K.R[i]).T @ b.shared.A @ _to_body(K.r[b.beside], K.R[b.beside])
 
 
 def body_inertia(tree: Tree, K: Kinematics, i: int) -> Any:
@@ -146,4 +161,8 @@ def newton_euler(tree: Tree, K: Kinematics, W: list[Array]) -> tuple[list[Array]
             f = f - K.g * added_inertia(b.added.A, K.r[i], K.R[i])[:, 5]  # K.A has gravity, which does not act on water
         M.append(J)
         p.append(named(f"f({b.name})", f))
+    for i, j, C in shared_inertia(tree, K):
+        weight = join(np.zeros(5), [K.g])  # does not act on water
+        p[i] = p[i] + C @ (K.A[j] - weight) + force_cross(K.V[i]) @ (C @ K.V[j])
+        p[j] = p[j] + C.T @ (K.A[i] - weight) + force_cross(K.V[j]) @ (C.T @ K.V[i])
     return M, p

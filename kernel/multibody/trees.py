@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 from heavylift.kernel.compiler.symbol import Array, Scalar, is_sym
-from heavylift.kernel.description.mechanics import Body, JointKind
+from heavylift.kernel.description.forces import Matrix6
+from heavylift.kernel.description.mechanics import JointKind
 from heavylift.kernel.errors import KernelError
 
 from .graph import Freedoms, Graph, Link
@@ -22,6 +23,7 @@ _PARTS = (
     "elastic",
     "place",
     "added",
+    "shared",
 )  # of numbers of their own, where a body is or stands on a flexible one, or floats
 
 
@@ -61,6 +63,8 @@ class TreeBody(Freedoms):
     elastic: Any = None
     place: Any = None
     added: AddedMass | None = None
+    beside: int | None = None  # number of the body with which it shares water
+    shared: AddedMass | None = None  # from the twist of that body
 
     @property
     def n_modes(self) -> int:
@@ -86,7 +90,7 @@ class Tree:
     def kind(self) -> str:
         """Key that is equal for trees which share code: joints, numbering and the positions of 0, 1 and -1."""
         bodies = self.bodies
-        return repr([(b.kind, b.parent, b.prescribed, b.locked, b.n_modes, _pattern(b)) for b in bodies])
+        return repr([(b.kind, b.parent, b.prescribed, b.locked, b.n_modes, b.beside, _pattern(b)) for b in bodies])
 
     @cached_property
     def numbers(self) -> list[Any]:
@@ -115,16 +119,25 @@ class Tree:
 
     @property
     def dof_paths(self) -> list[list[int]]:
-        """For each degree of freedom, the degrees of freedom between it and the ground, nearest first."""
+        """For each degree of freedom, the degrees of freedom between it and the ground, nearest first, then those of a
+        body with which the root shares water: the pattern of H."""
         paths: list[list[int]] = []
         last: list[int | None] = []
         for b in self.bodies:
-            up = last[b.parent] if b.parent >= 0 else None
+            up = last[on] if (on := b.parent if b.beside is None else b.beside) >= 0 else None
             for k in range(b.v.start, b.v_modes.stop):
                 paths.append([] if up is None else [up, *paths[up]])
                 up = k
             last.append(up)
         return paths
+
+    @cached_property
+    def roots(self) -> list[int]:
+        """For each body, the body on the ground that carries it."""
+        found: list[int] = []
+        for i, b in enumerate(self.bodies):
+            found.append(i if b.parent < 0 else found[b.parent])
+        return found
 
     @property
     def prescribed_dofs(self) -> list[int]:
@@ -174,7 +187,9 @@ def cut(graph: Graph, prescribed: set[int], locked: frozenset[str] = frozenset()
                 locked=k.joint.name in locked,
                 elastic=_elastic(k),
                 place=place,
-                added=_added(k.body),
+                added=_added(k.body.added),
+                beside=graph.number(k.body.shared.beside) - numbers_.start if k.body.shared else None,
+                shared=_added(k.body.shared.added) if k.body.shared else None,
             )
             for k in links
             for place in [_place(graph, k)]
@@ -184,11 +199,11 @@ def cut(graph: Graph, prescribed: set[int], locked: frozenset[str] = frozenset()
     return out
 
 
-def _added(body: Body) -> AddedMass | None:
-    """Return a body's added mass with angular before linear components."""
-    if body.added is None:
+def _added(given: Matrix6 | None) -> AddedMass | None:
+    """Return added mass with angular before linear components."""
+    if given is None:
         return None
-    A = np.array(body.added, float)
+    A = np.array(given, float)
     return AddedMass(np.block([[A[3:, 3:], A[3:, :3]], [A[:3, 3:], A[:3, :3]]]))
 
 

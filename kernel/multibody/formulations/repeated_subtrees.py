@@ -164,7 +164,7 @@ def _part(tree: Tree, bodies: Sequence[int]) -> Tree:
 def limbs_of(name: str, tree: Tree, ends: Sequence[int]) -> Limbs | None:
     """Return trunk and limbs of a rigid tree that has equal branches, otherwise None; `name`: prefix of the names of
     their functions."""
-    if any(b.elastic is not None or b.place is not None for b in tree.bodies):
+    if any(x is not None for b in tree.bodies for x in (b.elastic, b.place, b.shared)):
         return None
     below = [[i] for i in range(len(tree.bodies))]
     for i in reversed(range(1, len(tree.bodies))):
