@@ -207,7 +207,7 @@ def _while_slewing(plan: Plan, limit: RatedLimit, x: ScalarSignal, signals: Sign
 
 def range_at_rest(values: Column, signals: SignalColumns, elements: tuple[str, ...]) -> Column | None:
     """Return the difference (n,) between the highest and the lowest value of a signal since the winch of a rope
-    stopped; None without its lengths. A rest of the winch may have begun in a part of the run before this one."""
+    stopped; None without its lengths. The winch may have stopped in an earlier part of the run."""
     length = signals.lengths.get(elements[0])
     if length is None or not signals.dynamic:
         return None
@@ -291,8 +291,7 @@ def _hooked(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> dict[str, 
 
 
 def _design(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
-    """Return the static load times its factors; in a run, the simulated load times the factors without the dynamic
-    one."""
+    """Return the static load times its factors; in a run, the simulated load times all but the dynamic one."""
     if limit.rest is None or (signals.dynamic and limit.rest.alone):
         return None
     found = read(plan, msgspec.structs.replace(limit, quantity=BASES[limit.quantity]), signals)
