@@ -2,13 +2,13 @@
 
 Lowest layer first
     protocol, transport     the decisions, without input or output; framed messages over Zenoh
-    participants, hosts     what nodes are made of; processes on other hosts
+    participants, hosts     nodes of models or of the kernel; processes on other hosts
     supervision             start, watch, replace, end processes
-    live                    a run while it runs: observers, an operator's orders
-    verdict, record         what was found in a run; what it puts on record
-    replay, ladder          a recording runs again; what a run is wrong by, measured, and what is modelled for it
+    live                    runs in progress: observers, an operator's orders
+    verdict, record         the checks of a run; its recording
+    replay, ladder          replay of a recording; measured errors of a run, and the choice of its model level
     run                     one run
-    trace, measured         where the time of a run went; a run beside the log of a real crane
+    trace, measured         wall time of a run by cause; comparison of a run with the log of a real crane
     sweeps                  many runs of one scene on any engine
     workbench               a scene in a browser beside any editor
     commands, cli           the command `heavylift`; stopping: by signals

@@ -99,7 +99,7 @@ def _ignored(numbers: Iterable[int]) -> None:
 
 
 class whole:
-    """Context that defers signals during work that must not be interrupted; they are raised at its end."""
+    """Context for work that must not be interrupted: signals are deferred and raised when the work ends."""
 
     depth = 0
     asked: Stopping | None = None

@@ -1,4 +1,5 @@
-"""`heavylift replay`, `heavylift measured`, `heavylift sensitivities`: a run again, beside a real lift, its inputs."""
+"""`heavylift replay`, `heavylift measured`, `heavylift sensitivities`: rerun a recording, compare it with a real lift,
+vary uncertain inputs."""
 
 from __future__ import annotations
 
@@ -172,7 +173,7 @@ Inputs = Annotated[
 def sensitivities(
     context: typer.Context, scene: o.Scene, inputs: Inputs = None, sets: o.Sets = None, as_json: o.Json = False
 ) -> None:
-    """Find which uncertain input moves which peak most.    heavylift sensitivities lift --input 'block.mass +- 3 %'
+    """Find the effect of each uncertain input on each peak.    heavylift sensitivities lift --input 'block.mass +- 3 %'
 
     Uncertainties are those of the scene (mass: 480 t +- 3 %, 480 t sd 5 t, 460..500 t) and of --input. Each input takes
     two runs, four if its effect is not proportional. Uncertainties are given at a level of 95 %; the share of an input

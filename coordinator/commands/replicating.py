@@ -1,4 +1,4 @@
-"""Runs of `heavylift run` whose result is a sheet: a yard file, and a scene for many seeds."""
+"""The parts of `heavylift run` that print a sheet: runs of a yard file, and of a scene for many seeds."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def run_yard_file(
     file: str, output: Path | None, force: bool, sets: list[str] | None, in_process: bool, processes: int,
     replications: int, seed: int, report: list[Path] | None, strict: bool, fail_on: str, as_json: bool,
 ) -> None:  # fmt: skip
-    """Run a yard file, print and write what is known then."""
+    """Run a yard file; print its results, and write those that the options request."""
     from heavylift.coordinator.yards.running import run_yard
     from heavylift.nodes.yard.exchange import FORMATS
     from heavylift.recordings.sheets.workbook import write

@@ -84,7 +84,7 @@ def run(
     """Simulate a scene, or a yard file, and record it.    heavylift run turnover -o monday.mcap
 
     With --replications, a scene in an irregular sea is run with so many seeds and not recorded; its limits are checked
-    against the quantile that its waves state.
+    against the quantile stated for the waves.
     """
     runs, own = {"replications", "seed", "report"}, {"output", "force", "in_process", "processes"}
     if o.yard_file(context, scene, own | runs, () if replications else runs):
@@ -164,7 +164,7 @@ def run(
 
 
 def _asked(scene: str, settings: list[str], accuracy: str) -> LoadedScene:
-    """Load a scene; with an accuracy, it asks for the usual quantities unless it names its own."""
+    """Load a scene; if an accuracy is given and the scene requests no quantities, request the usual ones."""
     from heavylift.nodes.plan.fidelity import MEANT
 
     loaded = o.scene_of(scene, settings := [*settings, *([f"accuracy={accuracy}"] if accuracy else [])])

@@ -21,9 +21,9 @@ def check(
     as_json: o.Json = False,
     sets: o.Sets = None,
 ) -> None:
-    """Check a scene, show its static loads and what of it is modelled; starts nothing.    heavylift check lift
+    """Check a scene, show its static loads and modelled effects; starts nothing.    heavylift check lift
 
-    Exit code 1 where no run is possible, or something is red at rest, such as a contact that nothing orders. Of a yard
+    Exit code 1 if the scene cannot run, or if a check is red at rest, such as a contact that no order allows. Of a yard
     file: its schedules with expected durations.
     """
     if o.yard_file(context, scene, ()):

@@ -59,7 +59,7 @@ class CertificateLibrary:
         try:
             return self.x509.load_pem_x509_certificate(path.read_bytes())
         except (OSError, ValueError):
-            raise ProtocolError(f"{path} is not a readable certificate") from None
+            raise ProtocolError(f"{path} is not a valid certificate; delete it and create a new one") from None
 
     def key_of(self, path: Path) -> EllipticCurvePrivateKey:
         """Read the private key in a PEM file; raises ProtocolError if it is no EC key."""
@@ -68,7 +68,7 @@ class CertificateLibrary:
         except (OSError, ValueError, TypeError):
             key = None
         if not isinstance(key, self.ec.EllipticCurvePrivateKey):
-            raise ProtocolError(f"{path} is not a valid private key for runs over several hosts")
+            raise ProtocolError(f"{path} is not a valid EC private key; delete it and create a new one")
         return key
 
     def common_name(self, certificate: x509.Certificate) -> str:
@@ -183,7 +183,7 @@ def _check(found: Credentials, name: str) -> None:
             since, until = certificate.not_valid_before_utc, certificate.not_valid_after_utc
             raise ProtocolError(f"{path} is valid from {since:%Y-%m-%d} to {until:%Y-%m-%d} only; create a new one")
     if (whose := use.common_name(own)) != name:
-        raise ProtocolError(f"{found.certificate} was issued to '{whose}' and not to '{name}'")
+        raise ProtocolError(f"{found.certificate} was issued to '{whose}', not to '{name}'; copy the right one")
     if not use.signed(own, authority):
         raise ProtocolError(f"{found.certificate} was not signed by {found.authority}; take both from one directory")
 

@@ -83,7 +83,7 @@ class JoinHandshake:
         self._queryables = [session.declare_queryable(at, Callback(reply)) for at, reply in doors]
 
     def _ask(self, query: zenoh.Query) -> None:
-        """Answer a client with a certificate of this yard that asks to join; nothing changes by it."""
+        """Answer a client with a certificate of this yard that asks whether it may join; this changes no state."""
         asked = self._read(query)
         if asked is not None:
             why = self.refusal(asked) or self._impostor(asked.process)
@@ -201,8 +201,8 @@ class RemoteListener:
 
     @property
     def seen_from_afar(self) -> str:
-        """The endpoint to which other hosts connect; it contains this host's name if the coordinator listens on all
-        interfaces."""
+        """The endpoint to which other hosts connect; if the coordinator listens on all interfaces, the endpoint
+        contains this host's name."""
         host, _, port = self.endpoint.removeprefix("tls/").rpartition(":")
         return f"tls/{socket.gethostname() if host in ALL else host}:{port}"
 

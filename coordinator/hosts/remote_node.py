@@ -93,7 +93,9 @@ def _answer(session: zenoh.Session, at: str, asked: JoinRequest, listener: Remot
                     raise ProtocolError(f"process {asked.process} may not join: {why}")
                 return answer
         time.sleep(0.05)  # it listens, but does not answer yet
-    raise ProtocolError(f"process {asked.process} cannot join: nobody at {listener.endpoint}answers for a run")
+    raise ProtocolError(
+        f"process {asked.process} cannot join: no run answers at {listener.endpoint}; start the run first"
+    )
 
 
 def _decoded(data: bytes, listener: RemoteListener) -> JoinReply:

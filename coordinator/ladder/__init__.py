@@ -1,16 +1,16 @@
-"""The measured ladder: what a run is wrong by is measured on the scene itself, for any machine.
+"""The measured ladder of model levels: the errors of a run, measured by further runs of the same scene.
 
-in_memory       one run of a plan in this process; all below it look at runs of this kind; keeping: its kernel
-figures         what a run shows, as figures: peaks, swings, places, times, loads, limits
-model_levels    levels of a plan, and the methods and tolerances by which each is run
-measuring       runs of model_levels, and how far they are apart in the figures that are asked; looking: their errors
-choosing        from the cheapest candidate upwards until what is asked is kept; remembered by plan and question
-run_pool        runs side by side on the cores
-within          the best of what fits into a time
-certificate     bars of a run: numerical, model, inputs; sensitivities: which input moves which figure
-tradeoff        the whole ladder as a table; page: with the work-precision figure on a page
+in_memory       one run of a plan in this process, as all modules below use it; keeping: the kernel of such a run
+figures         results of a run as single numbers: peaks, swings, positions, times, loads, utilisations
+model_levels    model levels of a plan, and the methods and tolerances with which each is run
+measuring       runs of these candidates, and the differences of their figures; looking: their errors
+choosing        the cheapest candidate within the requested accuracy; cached by plan and question
+run_pool        parallel runs on all cores
+within          the best accuracy that fits into a time limit
+certificate     error estimates of a run: numerical, model, inputs; sensitivities: effect of each input on each figure
+tradeoff        all candidates as a table; page: the table and the work-precision figure on a page
 
-How errors are measured stands in LADDER.md.
+LADDER.md explains how errors are measured.
 """
 
 from heavylift.kernel.on_demand import face

@@ -1,8 +1,8 @@
 """Error estimates of a run's figures: `2651 +- 4 (numerical) +- 9 (model) +- 80 kN (inputs: ...)`, at a level of 95 %.
 
-After ASME V&V 20-2009, whose u_num and u_input these are; effects that the level leaves out are listed, too. Numerical
-and model errors are those of `looking.as_it_is`; the error of inputs is the root of the sum of squares of each input's
-effect, from two runs each (`sensitivities`).
+After ASME V&V 20-2009 (u_num, u_input); effects that the model level omits are listed, too. Numerical and model errors
+are those of `looking.as_it_is`; the error of inputs is the root of the sum of squares of each input's effect, from two
+runs each (`sensitivities`).
 """
 
 from collections.abc import Iterator, Sequence
@@ -174,5 +174,5 @@ def _half(errors: Errors, figure: AskedFigure) -> float | None:
 
 
 def _input_error(found: Sensitivities | None, figure: AskedFigure) -> float | None:
-    """Return the error of a figure from all inputs; None if no input's runs succeeded."""
+    """Return the error of a figure due to all inputs together; None if the runs of every input failed."""
     return found.bar(figure.name) if found and len(found.failed) < len(found.inputs) else None

@@ -1,10 +1,10 @@
 """Choose model level and steps of a scene: the cheapest candidate whose measured errors are within the accuracy.
 
-Starts at the coarsest level with the loosest steps. The error of a level is its difference to a witness, a level that
-puts back all that it leaves out; the error of the steps is the difference to steps with about a tenth of the tolerance.
-Both differences are doubled and added, and the larger one decides which is refined. The finest level has no witness;
-its error is the difference to the next coarser one. The choice depends on plan and question alone, never on clock or
-machine; the cache only saves time.
+Starts at the coarsest level with the loosest steps. The error of a level is its difference to a witness: a level that
+models all effects which the first one omits; the error of the steps is the difference to steps with about a tenth of
+the tolerance. Both differences are doubled and added, and the larger one decides which is refined. The finest level has
+no witness; its error is the difference to the next coarser one. The choice depends on plan and question alone, never on
+clock or machine; the cache only saves time.
 """
 
 import hashlib
@@ -84,7 +84,7 @@ def known(scene: LoadedScene) -> Answer | None:
 
 
 def answered(scene: LoadedScene, answer: Answer) -> LoadedScene:
-    """Return the scene with the model level and steps that an `Answer` holds."""
+    """Return the scene with the model level, integration method and tolerance of an answer."""
     plan = at_level(scene.plan, answer.fidelity)
     hz = plan.samples_hz if "samples" in scene.facts.named else answer.samples_hz or plan.samples_hz
     plan = msgspec.structs.replace(plan, method=answer.method, tolerance=answer.tolerance, samples_hz=hz)
@@ -113,8 +113,8 @@ def level_of(scene: LoadedScene, say: Report = lambda message: None) -> LoadedSc
 
 
 def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
-    """Choose the model level and steps that answer a question; raises HeavyliftError only if a run exceeds its time
-    limit."""
+    """Choose the cheapest model level and steps for the quantities and accuracy of a question; raises HeavyliftError
+    only if a run exceeds its time limit."""
     last: Look | None = None
     wrong = inf
     tolerance = LOOSEST * question.accuracy  # looser steps cannot be within the accuracy
@@ -139,9 +139,10 @@ def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
 def _climbed(
     ladder: Ladder, level: Fidelity, tolerance: float, accuracy: float, measuring: Measuring, richer: bool
 ) -> Look:
-    """Return, for a level, the candidate with the loosest steps whose errors are within the accuracy: first the steps
-    are refined until theirs are, then the level is compared once in these steps. If there is none, return the candidate
-    whose level is wrong by more than its steps explain, or the tightest that was run."""
+    """Return the candidate of a level with the loosest steps whose total error is within the accuracy. First the steps
+    are refined until their own error is small enough; then the level is compared once with its witnesses at these
+    steps. If no candidate suffices, return one whose level error exceeds what its steps explain, or the one with the
+    tightest steps that was run."""
     candidates = ladder.candidates(level)
     tolerances = [candidate.plan.tolerance for candidate in candidates]
     at = next((i for i, x in enumerate(tolerances) if x <= tolerance * (1.0 + 1e-9)), len(candidates) - 1)
@@ -194,7 +195,8 @@ def _climbed(
 
 
 def _next(tolerances: Sequence[float], at: int, part: float) -> int:
-    """Return the index of the loosest steps whose tolerance is smaller by the factor `part` (at least 0.1)."""
+    """Return the index of the loosest steps whose tolerance is at most `part` (no less than 0.1) of the tolerance
+    `at`."""
     wanted = max(part, 0.1) * tolerances[at] * (1.0 + 1e-9)
     return next((i for i, x in enumerate(tolerances) if i > at and x <= wanted), len(tolerances) - 1)
 

@@ -2,7 +2,8 @@
 
 Peaks are taken from the integrator's continuous output, and stages begin at events. Figures from samples (swings,
 positions, support forces, clearances, utilisations of limits) are also computed from every second sample; the
-difference is the reading error. A swing too fast for the samples looks slow in all of them; their speeds show it.
+difference is the reading error. A swing faster than the sampling rate appears slow in the positions; the sampled speeds
+reveal it.
 """
 
 from collections import Counter
@@ -135,8 +136,8 @@ def figures(run: Played, ask: Sequence[Asked] = ASKABLE) -> list[AskedFigure]:
 
 
 def judged(judge: Judge, ask: Sequence[Asked] = ("limits", "clearance"), values: bool = False) -> list[AskedFigure]:
-    """Return the figures that come from the verdict of a run: utilisations of limits and smallest clearances.
-    `values`: without their reading errors."""
+    """Return the figures that come from the verdict of a run: utilisations of limits and smallest clearances. If
+    `values`, reading errors are omitted."""
     if values:
         return [f for quantity in ask for f in _numbered(_judged(quantity, *judge.fine))]
     return [f for quantity in ask for f in _misread(_judged(quantity, *judge.fine), _judged(quantity, *judge.coarse))]

@@ -118,7 +118,8 @@ class Played:
 
     @cached_property
     def judge(self) -> "Judge":
-        """The data from which the verdict of the run is computed; with them the rows of samples can be dropped."""
+        """The data from which the verdict of the run is computed; once they exist, the rows of samples can be
+        dropped."""
         return Judge(self.plan, self.mechanics, self.past, self.conduct, self.errors)
 
     @cached_property
@@ -143,8 +144,8 @@ class Judge:
     errors: Errors
 
     def _judged(self, whole: bool, every: int = 1) -> Judged:
-        """Compute the verdict from every `every`-th sample; unless `whole`, without tables and with only the smallest
-        clearance."""
+        """Compute the verdict from every `every`-th sample. Unless `whole`, tables and all but the smallest clearance
+        are omitted."""
         from heavylift.coordinator.verdict.clearances import SMALLEST
         from heavylift.coordinator.verdict.judging import verdict_with_uses
 

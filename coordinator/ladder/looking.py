@@ -1,4 +1,5 @@
-"""Errors of a candidate: of its steps by tighter ones, of its level by witnesses, which put back what it leaves out."""
+"""Errors of a candidate: the error of its steps by comparison with tighter steps, that of its level by comparison with
+witnesses, which are levels that model what the candidate's level omits."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -30,12 +31,13 @@ class Look:
 
 
 def looks(runs: Sequence[ModelLevel], measuring: Measuring) -> list[Look]:
-    """Return the candidates of one level, loosest steps first, with the errors of their steps and of reading, measured
-    against the tightest of them.
+    """Return the candidates of one level, loosest steps first, with their step and reading errors, measured against the
+    candidate with the tightest steps.
 
-    Errors of steps are assumed to fall as a power of the tolerance, observed on three candidates (Roache 1994, and ASME
-    V&V 20-2009, section 2), or as its root if there are only two. The error of the tightest one is extrapolated from
-    the last difference; for a figure that hardly changed in it, from the difference before.
+    Errors of steps are assumed to fall as a power of the tolerance, whose exponent is observed on three candidates
+    (Roache 1994; ASME V&V 20-2009, section 2) or, with only two, taken as 1/2. The error of the tightest candidate is
+    extrapolated from its difference to the one before, or from the previous difference for a figure that hardly changed
+    in the last.
     """
     found, (*others, last) = list[Look](), runs
     if not others:
@@ -67,7 +69,8 @@ def _look(
 
 
 def with_level(look: Look, ladder: Ladder, measuring: Measuring) -> Look:
-    """Return a candidate with the error of its level added, measured in its own steps."""
+    """Return a candidate with the error of its model level added to its error; the level error is measured at the
+    candidate's own steps."""
     model = error_of_level(ladder, look.candidate, measuring)
     pairs = (*witnesses(ladder, look.candidate, measuring)[:1], *look.pairs)
     return replace(look, error=added(look.error, model), model=model, pairs=pairs)
@@ -108,8 +111,8 @@ def error_of_level(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) 
 
 
 def tighter(candidate: ModelLevel) -> list[ModelLevel]:
-    """Return the candidate with tighter steps; with rigid ropes, whose impacts can bifurcate, two increasingly tight
-    ones."""
+    """Return the candidate with tighter steps; for a system with rigid ropes, whose impacts can bifurcate, also with
+    even tighter ones."""
     # impacts of rigid ropes can bifurcate: one tighter run may agree by chance
     once = candidate.tighter
     return [once, once.tighter] if system(candidate.plan).rigid_ropes else [once]

@@ -88,8 +88,8 @@ class Measuring:
         return self._read[candidate.key]
 
     def limits(self, candidate: ModelLevel, values: bool = False) -> dict[str, AskedFigure]:
-        """Return the utilisations and the smallest clearance of a candidate's run; empty if the candidate was not
-        run. `values`: without reading errors."""
+        """Return the utilisations and the smallest clearance of a candidate's run; empty if the candidate was not run.
+        If `values`, reading errors are omitted."""
         judge = self._judges.get(candidate.key)
         return {f.name: f for f in judged(judge, values=values)} if judge else {}
 
@@ -99,7 +99,7 @@ class Measuring:
         return [self._made[key] for key in self._read]
 
     def slack(self, candidate: ModelLevel, hooks: bool = False) -> bool:
-        """Return whether a rope goes slack in a candidate's run; with `hooks`, whether a hook rope does."""
+        """Return whether any rope (if `hooks`: any hook rope) goes slack in a candidate's run."""
         self.figures(candidate)
         found = self._slack[candidate.key]
         return any(hook.rope in found for m in candidate.plan.machines for hook in m.hooks) if hooks else bool(found)

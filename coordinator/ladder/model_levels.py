@@ -28,7 +28,7 @@ FINEST = 1e-12  # tolerance of a step
 
 
 def levels(plan: Plan) -> list[Fidelity]:
-    """Return the model levels of a plan, coarsest first; each of them gives a different system."""
+    """Return the model levels of a plan, coarsest first, without levels that give the same system of equations."""
     found: dict[str, Fidelity] = {}
     for each in LADDER:
         fidelity = msgspec.structs.replace(planar(each, plan.machines), islands=plan.fidelity.islands)
@@ -144,8 +144,8 @@ class Ladder:
 
     @property
     def plausible(self) -> list[Fidelity]:
-        """The model levels from which one is chosen, coarsest first: implicit steps do not follow the fast motion of a
-        girder, and so cost as much with a rigid one without the mass of ropes, which is not tried."""
+        """The model levels from which one is chosen, coarsest first. With the implicit method the coarsest level is
+        left out: it costs as much as the next one, since implicit steps do not resolve the fast motion of a girder."""
         return self.levels[1:] if self.method == self.own == "radau5" and len(self.levels) > 1 else self.levels
 
     @cached_property
@@ -178,8 +178,8 @@ class Ladder:
         return self.plan.method if {"method", "step"} & {*self.named} else self.own
 
     def in_own_steps(self, candidate: ModelLevel) -> ModelLevel:
-        """Return the candidate, or its level with the ladder's own method: the error of a level does not depend on the
-        steps, but other methods may be slow on a finer level."""
+        """Return the candidate, or its level with the ladder's own integration method and a tight tolerance: the level
+        error does not depend on the steps, and other methods may be slow at a finer level."""
         if (candidate.plan.method, candidate.plan.step) == (self.own, None):
             return candidate
         tolerance = 0.1 ** (TOLERANCES[self.own][0] + 1)

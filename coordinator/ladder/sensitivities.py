@@ -103,8 +103,8 @@ class Sensitivities:
 
 @dataclass(frozen=True)
 class Moved:
-    """The runs started with one input changed by some multiples of its standard uncertainty; a run that could not start
-    is replaced by the reason."""
+    """The runs started with one input changed by multiples of its standard uncertainty; the reason takes the place of a
+    run that could not start."""
 
     input: UncertainInput
     runs: dict[float, Future[Ran] | str]

@@ -80,8 +80,8 @@ def _period(t: Floats, y: Floats) -> float:
 
 
 def _fitted(t: Floats, y: Floats, f: float) -> tuple[float, float]:
-    """Return the sum of squares that a sinusoid of frequency `f` [Hz] on a straight line leaves of a signal, and the
-    change of the frequency [Hz] that would reduce it most."""
+    """Fit a sinusoid of frequency `f` [Hz] on a straight line to a signal; return the residual sum of squares, and the
+    change of the frequency [Hz] that would reduce the sum most."""
     cosine, sine = np.cos(2 * pi * f * t), np.sin(2 * pi * f * t)
     A = np.column_stack([np.ones_like(t), t, cosine, sine])
     x = np.linalg.lstsq(A, y, rcond=None)[0]
@@ -91,8 +91,8 @@ def _fitted(t: Floats, y: Floats, f: float) -> tuple[float, float]:
 
 
 def unseen(t: Floats, x: Floats, speed: Floats | None, span: Span) -> float:
-    """Return the amplitude of a swing that may hide between samples (n, columns) in a stage: with the part of the speed
-    that they do not show, at the lowest frequency that they cannot show."""
+    """Return an upper estimate of the amplitude of a swing that samples (n, columns) of a stage do not show: the part
+    of the RMS speed that the sampled positions do not explain, at the Nyquist frequency of the samples."""
     inside = (t >= span.start) & (t <= span.end)
     if speed is None or inside.sum() < FEWEST:
         return 0.0

@@ -46,8 +46,8 @@ class Row:
 
 @dataclass(frozen=True)
 class Held:
-    """Stability of two systems that exchange forces which are held constant for `h` [s]: measured and theoretical
-    damping ratio, and the `h` [s] that would cause 1 % growth over the run."""
+    """Stability of two systems that exchange forces held constant for `h` [s]: measured and theoretical damping ratio,
+    and the `h` [s] that causes 1 % growth over the run."""
 
     pair: str
     omega: float

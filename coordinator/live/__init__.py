@@ -3,14 +3,14 @@
     find("turnover.mcap")          the run that writes this recording; also by run id, by scene, or the only one
     observe(find())                all its events so far and then live, as (number, event)
     order(find(), RunOrder("pause"))  what the commands pause, step, continue, command and stop send
-    operator_commands(recording)   what an operator said in a run, for run(..., commands=...)
+    operator_commands(recording)   an operator's commands in a run, for run(..., commands=...)
 
-On the coordinator's side `shown` makes a run findable and shows its events.  What holds for observers, for real time
-and for an operator's orders stands in LIVE.md.
+On the coordinator's side `shown` makes a run findable and shows its events.  LIVE.md states the guarantees for
+observers, for real time and for an operator's orders.
 
-announce, observers                  how a run is found and given orders; what observers are shown, as a line for people
-command_queue                        an operator's orders, and where a run takes them
-keys, pace                           keys of the terminal; how fast a run goes, and when it may go on
+announce, observers                  finding a run and giving orders; data for observers, and as lines of text
+command_queue                        queue of an operator's orders
+keys, pace                           keys of the terminal; rate and pauses of a run
 """
 
 from heavylift.kernel.on_demand import face

@@ -171,7 +171,7 @@ def ask(
     hear: Callable[[str], None] | None = None,
 ) -> Reply:
     """Send an order to a run in progress and return its last reply; `hear` receives earlier replies. Raises
-    ProtocolError if the last reply takes longer than `patience` [s]; a step has no such limit."""
+    ProtocolError if the last reply takes longer than `patience` [s], or STEP_s for the order `step`."""
     found = run if isinstance(run, AnnouncedRun) else find(str(run))
     timeout, text = STEP_s if what.do == "step" else patience, ""
     with guest_session(found.directory, OPERATOR) as session:

@@ -26,7 +26,7 @@ class Keyboard:
 
     def __init__(self) -> None:
         self.there = False
-        """Whether keys can come."""
+        """Whether standard input is a terminal, so that keys can be read."""
 
     def __enter__(self) -> Self:
         if sys.stdin is not None and sys.stdin.isatty():

@@ -165,7 +165,7 @@ def observe(run: str | Path | AnnouncedRun = "") -> Observer:
 
 
 class Lines:
-    """Formats the events of one run as lines of text; it must receive every event in order to know the current
+    """Formats the events of one run as lines of text; the object must receive every event in order to know the current
     stage."""
 
     def __init__(self, notice: Notice) -> None:

@@ -150,10 +150,10 @@ class Tempo:
     def __init__(self, pace: Pace | None = None) -> None:
         self.pace = pace or Pace()
         self.alarm = Alarm()
-        """Ends a rest; set by whoever has something to say."""
+        """Event that ends `rest`; other threads set it when they have queued an order or a message."""
         self.limit: Tag | None = None
         self.held = False
-        """Whether all below the limit is done."""
+        """Whether a pause has been reached: everything before `limit` has been done."""
         self._to_event = False
         self._horizon = self._first = Tag(0)
 

@@ -1,6 +1,6 @@
 """Output on a terminal: colours and changing lines; control characters in texts are made visible.
 
-Rich is imported with this module, so only where a terminal is drawn on.
+This module imports Rich, so it must be imported only for output to a terminal.
 """
 
 import sys

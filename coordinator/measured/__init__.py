@@ -1,9 +1,9 @@
-"""A real crane beside its model: what its log says of a recorded run.
+"""Comparison of a recorded run with the measured log of a real crane.
 
-mapping          which column of a log is which channel of a recording, with units and uncertainty
-validation       where in the run the log begins; comparison errors and their uncertainty, after ASME V&V 20
-estimation       inputs of the scene that the log tells, and those that it does not
-measuring        all of it for one recording and one log
+mapping          assignment of log columns to channels of a recording, with units and uncertainty
+validation       clock offset of the log; comparison errors and their uncertainty, after ASME V&V 20
+estimation       inputs of the scene, fitted to the log as far as it determines them
+measuring        the whole comparison of one recording with one log
 """
 
 from heavylift.kernel.on_demand import face

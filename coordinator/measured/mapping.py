@@ -46,7 +46,7 @@ Floats = NDArray[np.float64]
 @dataclass(frozen=True)
 class LogChannel:
     """A measured channel: signal and column of the recording, values (n,) in its unit, standard uncertainties (n,) of
-    the sensor; `model`: the run also has this channel; `stated`: the map states its uncertainty."""
+    the sensor; `model`: whether the run also has this channel; `stated`: whether the map states the uncertainty."""
 
     signal: str
     column: str

@@ -1,5 +1,5 @@
-"""Comparison of a recording with a log of the real lift: a recording with both, on request a scene with estimated
-inputs."""
+"""Comparison of a recording with a log of the real lift: writes a recording that contains both and, on request, a scene
+with estimated inputs."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace

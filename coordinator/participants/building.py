@@ -26,8 +26,8 @@ _returned: WeakSet[Model] = WeakSet()
 
 
 def built(reference: str, by: str = "") -> Coupled:
-    """Build the model that a reference names; raises ModelError if that fails, or if the data of `by` name untrusted
-    code."""
+    """Build the model that a reference names; raises ModelError if that fails, or if the reference comes from the data
+    `by` and names code that the user has not trusted."""
     where, name, arguments, named = read(reference)
     if by and (why := refusal(where, reference)):
         raise ModelError(f"{by}: {why}")
@@ -46,7 +46,7 @@ def built(reference: str, by: str = "") -> Coupled:
     except Exception as error:
         raise ModelError(f"{reference}: {name}() raised {raised(error)}") from error
     if not isinstance(model, Coupled):
-        raise ModelError(f"{reference}: {name}() returned {type(model).__name__}, it must return a Coupled")
+        raise ModelError(f"{reference}: {name}() returned {type(model).__name__}; the function must return a Coupled")
     if model in _returned:
         raise ModelError(
             f"{reference}: {name}() returned the model of an earlier call; it must create a new one each time"

@@ -30,7 +30,7 @@ class Wiring(NamedTuple):
     outside: list[Coupling]
     finish: tuple[str, str] | None
     message: tuple[tuple[str, str], ...] = ()
-    """Ports (model, port) on which nobody hears what is said but who watches the run, and at once."""
+    """Ports (model, port) without a receiving model, whose messages the observers of the run receive at once."""
 
     @property
     def all(self) -> list[Coupling]:

@@ -33,7 +33,7 @@ class External:
         self._paths = tuple(model.path for model in models)
         incoming = [wire for wire in couplings if wire[2] in self._types]
         self.config = part(ExternalPart({model.name: _message(model) for model in models}, incoming, microsteps))
-        """What its WELCOME carries."""
+        """Configuration that the WELCOME of the node carries."""
 
     def checked(self, message: m.AnyMessage) -> m.AnyMessage:
         """Return a message of an external program after checking it; raises ProtocolError that names the violated

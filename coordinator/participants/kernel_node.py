@@ -50,7 +50,7 @@ class KernelNode:
         self._sent = self._noted = 0
         self._before = FOREVER_NS  # samples from here on wait: a step may end where the run does [ns]
         self.pauses = 0
-        """Native calls so far: in a long one of the node's steps, a measure of its progress."""
+        """Number of native calls so far; it grows during a long step and so shows the progress of the node."""
         self._last = self._spoke = Tag(-1)  # of all transitions; of those with an output or an input
         self._offer: list[Switched] | None = None
         self._most = np.zeros(0)  # the largest that each column of the samples sent has been

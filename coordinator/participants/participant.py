@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 
 
 class Participant:
-    """The messages of one node: `send` answers the coordinator, `sample` publishes data; `over` is set after BYE or
-    FAIL."""
+    """The messages of one node: `send` answers the coordinator, `sample` publishes data; `over` becomes true after BYE
+    or FAIL."""
 
     def __init__(
         self,
@@ -186,7 +186,7 @@ def read(batch: bytes) -> list[Transition]:
     try:
         message = _DECODER.decode(batch)
     except UNREADABLE as error:
-        raise ProtocolError(f"a log of transitions cannot be read ({error})") from None
+        raise ProtocolError(f"a node sent a log of transitions that cannot be decoded ({error})") from None
     return [
         Transition(Tag(t, k), path, kind, _messages(bag), _messages(sent)) for t, k, path, kind, bag, sent in message
     ]

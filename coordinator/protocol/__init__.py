@@ -2,11 +2,11 @@
 
 core                the coordinator's decisions
 node                the node's side: runs a `Steppable` under grants
-messages, distance  what both say, with what holds for each; path lookahead, what is known of a node
-invariants          what holds for every HELLO and DONE, row by row
-outside             events of an operator, who is no node; both sides in one loop, for tests and trials
+messages, distance  messages of both sides with their invariants; path lookahead, state of a node at the coordinator
+invariants          checks of every HELLO and DONE
+outside             events from outside the nodes, such as those of an operator
 
-The numbered steps with their proof, and the invariants of the messages, stand in PROTOCOL.md.
+PROTOCOL.md has the numbered steps with their proof, and the invariants of the messages.
 """
 
 from heavylift.kernel.on_demand import face

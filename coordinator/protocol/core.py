@@ -210,8 +210,8 @@ class Coordinator:
         return min(self._home[name].first for name in names)
 
     def held(self, name: str) -> list[tuple[int, str]]:
-        """Return the nodes that have blocked this one since the last call, each with the number of its DONE since
-        then."""
+        """Return (count, name) of the nodes that began to block this one since the last call; `count`: number of DONEs
+        of all nodes before."""
         return self._node(name).blocked_by()
 
     def _node(self, name: str) -> NodeState:

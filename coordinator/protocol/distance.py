@@ -96,8 +96,8 @@ def distances(
 
 
 def paths_to(i: int, D: Matrix, R: Matrix, least: Sequence[int]) -> list[tuple[int, int, int]]:
-    """Return all delay paths that lead to node i, as (index of a logical time, ns, microsteps). The indexed times are
-    says_j at index j, hears_j at n + j, and o_j at 2n + j.
+    """Return all delay paths that lead to node i, as (index of a logical time, ns, microsteps). The index is j for
+    says_j, n + j for hears_j, and 2n + j for o_j.
 
     o_j = min(says_j, hears_j + least lookahead of j) replaces the other two if the port of j with its least lookahead
     leads to i.
@@ -115,8 +115,8 @@ def paths_to(i: int, D: Matrix, R: Matrix, least: Sequence[int]) -> list[tuple[i
 
 
 def _reached(edges: Matrix, home: Sequence[int]) -> dict[int, dict[int, Delay]]:
-    """Return the shortest delays from each place to each reachable node, starting with the place that has most edges;
-    results are reused for its neighbours."""
+    """Return the shortest delays from each place to each reachable node. Places with many edges are searched first, and
+    their results are combined for other places."""
     found: dict[int, dict[int, Delay]] = {}
     for a in sorted(range(len(edges)), key=lambda a: -len(edges[a])):
         # neighbours all known: combine their reach in place of another search
@@ -128,7 +128,8 @@ def _reached(edges: Matrix, home: Sequence[int]) -> dict[int, dict[int, Delay]]:
 
 
 def _nearest(begin: Mapping[int, Delay], reached: Mapping[int, Mapping[int, Delay]]) -> dict[int, Delay]:
-    """Return the shortest delays that go through places whose reach is known, each after a given delay."""
+    """Return the shortest delays to all nodes by way of the places in `begin`, given the delay to each of these places
+    and the delays from each place onwards in `reached`."""
     found: dict[int, Delay] = {}
     for b, (wait, steps) in begin.items():
         for i, (more, k) in reached[b].items():
@@ -231,14 +232,14 @@ class NodeState:
         return done
 
     def hold_back(self, other: "NodeState", dones: int) -> None:
-        """Record that node `other` has been waiting for this node since its DONE number `dones`."""
+        """Record that this node began to block node `other` after `dones` DONEs of all nodes."""
         self.holds[other.rank] = other
         if not other._held or other._held[-1][1] != self.name:
             other._held.append((dones, self.name))
 
     def blocked_by(self) -> list[tuple[int, str]]:
-        """Return the nodes that have blocked this one since the last call, each with the number of its DONE since
-        then."""
+        """Return (count, name) of the nodes that began to block this one since the last call; `count`: number of DONEs
+        of all nodes before."""
         held, self._held = self._held, []
         return held
 

@@ -152,7 +152,7 @@ EVENTS: dict[str, Callable[[Before, Sequence[Event]], str]] = {
     "comes in total order, numbered from 0 in each bag": _order,
     "comes no earlier than quiet and lookahead have declared": _promise,
 }
-"""Each event that is spoken or offered."""
+"""The checked part of a message: each event that the node sent or offered."""
 
 WHOLE: dict[str, Callable[[Before, Hello | GrantDone], str]] = {
     "a lookahead is a time": _ahead,
@@ -164,7 +164,7 @@ WHOLE: dict[str, Callable[[Before, Hello | GrantDone], str]] = {
     "an offer is for the next tag": _offer,
     "quiet is the tag of an offer, and never earlier than the next tag": _quiet,
 }
-"""A HELLO or DONE as a whole."""
+"""The checked part of a message: the HELLO or DONE as a whole."""
 
 
 class CycleWatch:

@@ -42,8 +42,8 @@ class Node:
         self, name: str, model: Steppable, finish: Callable[[Tag], str] = lambda end: "", samples: bool = False,
         hashed: bool = True,
     ) -> None:  # fmt: skip
-        """`samples`: the model publishes its progress while it works, so the node waits for a DONE before it
-        continues; `hashed`: each DONE tells by a hash what was done."""
+        """`samples`: the model publishes its progress while it works, so the node waits for a DONE before it continues;
+        `hashed`: each DONE carries a hash of what was done."""
         self._samples, self._hashed = samples, hashed
         self.name, self.model, self.epoch, self._finish = name, model, 0, finish
         self._last, self._hash = Tag(-1), b""
@@ -54,7 +54,7 @@ class Node:
         self._offer: list[Event] = []  # what it says at its next tag unless an input comes before
         self.cause: BaseException | None = None
         self.steps = 0
-        """Tags that it has done in its life, replayed ones as well: a measure of its progress."""
+        """Number of logical times processed, including replayed ones; shows the progress of the node."""
 
     def hello(self, declaration: bytes = b"", version: str = "", scene: str = "") -> Hello | Fail:
         """Start the model, and return a HELLO with this declaration, or a FAIL."""

@@ -1,4 +1,5 @@
-"""A coordinator that also takes events, and a later end, from outside: an operator's, who takes part in no round.
+"""A coordinator that also accepts events, and a later end of the run, from outside the nodes, such as an operator's
+commands.
 
 An event from outside may come at any tag from `safe` on, the latest of
   until_i   of every node: its window while it runs, else what it has reached

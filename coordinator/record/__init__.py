@@ -1,9 +1,9 @@
-"""What a run puts on record, in the words of `heavylift.recordings`.
+"""Recording of a run by means of `heavylift.recordings`.
 
-run_record                any run: events, protocol traffic, where the wall time went, the reason of its end
-facts               what a recording says of its scene at the start; the balance of energy
-scene               the run of a scene: samples, pictures; what ropes would carry at rest
-drawing             what viewers draw
+run_record                record of any run: events, protocol messages, wall time by cause, reason of the end
+facts               facts about the scene at the start; the energy balance
+scene               record of the run of a scene: samples, shapes; static tensions of ropes
+drawing             shapes and rope lines for viewers
 """
 
 from heavylift.kernel.on_demand import face

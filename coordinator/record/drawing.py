@@ -257,7 +257,8 @@ class RopeLines:
         return True
 
     def _station(self, point: Point) -> Point:
-        """Return a point on a bending beam relative to the station that the kernel computes; other points unchanged."""
+        """Return a point on a bending beam relative to the station for which the kernel computes the deflection; return
+        a point on any other body unchanged."""
         x, y, z = point.p
         return Point(f"{point.body}@{x:.9g}", (0.0, y, z)) if point.body in self._beams else point
 
@@ -275,8 +276,8 @@ class RopeLines:
         self._lines[name] = tuple(Line(p, q) for p, q in pairwise([a, *at, b]))
 
     def resting(self, ties: Mapping[str, Point | None]) -> list[RopeLine]:
-        """Return the lines of all ropes before any event, with those of `ties` drawn down to their lugs; None in `ties`
-        stands for a rope that is not hooked."""
+        """Return the lines of all ropes before any event. `ties`: for each sling, the lug to which its line is drawn,
+        or None if the sling is not hooked."""
         for rope, lug in ties.items():
             self._hooked[rope] = lug is not None
             if lug is not None:

@@ -95,7 +95,7 @@ class RunRecorder(ClockedWork):
         self.last_ns = 0
         """Simulation time of the last event or sample [ns]."""
         self.slack: list[Slack] = []
-        """What was observed of the lookaheads of the nodes' ports, known when they have left."""
+        """Observed lookaheads of the ports of all nodes; known after the nodes have left."""
 
     def event(self, e: Event) -> None:
         """Record a committed event; events must arrive in total order."""
@@ -152,9 +152,9 @@ class FileRecorder(RunRecorder):
         self.recorder = Recorder(output, {**facts, **machine}, attachments, force=force)
         self.digest = self.recorder.digest
         self.facts: dict[str, object] = {}
-        """What is put on record of a run that an error ends."""
+        """Facts to record if an error ends the run."""
         self.worthless: Callable[[], bool] = lambda: False
-        """Whether nothing is to be left of a run that an error ends now."""
+        """Return whether no recording is to be left if an error ends the run now."""
         self._began_ns = time.perf_counter_ns()
 
     def port(self, model: str, port: str, type_: type[Message]) -> None:

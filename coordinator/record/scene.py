@@ -1,4 +1,5 @@
-"""What the run of a scene puts on record beside any run's: facts, samples, what is drawn, the energy balance.
+"""Recording of the run of a scene: facts, samples, drawn shapes and the energy balance, in addition to the record of
+any run.
 
 What each rope of a recorded lift would carry at rest: tensions of the equilibrium path at the times of the run.
 """

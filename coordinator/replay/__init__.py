@@ -1,8 +1,8 @@
-"""A recording played again: for observers, for one model; the whole of it for proof is `coordinator.run.verify`.
+"""Replay of a recording for observers or for one model; `coordinator.run.verify` repeats the whole run.
 
-recorded    what a recording holds, as the models and the events that the run was made of
-publish     the committed events and samples over Zenoh, at any rate, with keys; the same for the page that shows runs
-deviation   where a new run parts from a recorded one; one model for real against the recorded rest
+recorded    the models and events of a recorded run
+publish     committed events and samples over Zenoh or to the live page, at any rate, with keys
+deviation   first deviation of a new run from a recorded one; one real model with recorded inputs
 """
 
 from heavylift.kernel.on_demand import face

@@ -1,8 +1,8 @@
 """First deviation of a new run from a recorded one: the first differing event or sample, with both values.
 
-`single` runs one real model with the recorded rest: it gets its recorded inputs at their tags, and must produce its
-recorded outputs, for the kernel also its samples. The comparison ends at the first deviation, after which the recorded
-inputs do not fit any more.
+`single` runs one model alone: the model receives its recorded inputs at their tags and must produce its recorded
+outputs; the kernel must also produce its recorded samples. The comparison ends at the first deviation, after which the
+recorded inputs do not fit any more.
 """
 
 from collections.abc import Sequence
@@ -59,7 +59,7 @@ class EventComparison:
     def __init__(self, recorded: list[Event]) -> None:
         self._recorded = recorded
         self.count = 0
-        """Recorded events that have come again."""
+        """Number of recorded events that the new run has repeated."""
 
     def hear(self, event: Event) -> Deviation | None:
         """Compare the next event with the recorded one; return the deviation, or None."""

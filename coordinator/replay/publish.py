@@ -1,10 +1,10 @@
-"""A recording over Zenoh again: its committed events, and its samples, at their times or any multiple of them.
+"""Publish a recording over Zenoh: its committed events and its samples, in real time or any multiple of it.
 
-A replay is a run to whoever observes it: a run id and a private socket of its own, and the keys of a run,
+To observers a replay is a run: it has a run id, a private socket, and the keys of a run,
     heavylift/<run>/event/<model path>/<port>      canonical bytes of the message, as in the run
     heavylift/<run>/sample/<topic>                 the recorded protobuf message: samples, poses, rope lines
-What has one time is published together, events in their total order before the samples. The live page gets what a run
-would give it.
+Items of one time are published together: events in their total order, then samples. The live page receives the same
+data as from a run.
 """
 
 import time

@@ -1,7 +1,7 @@
 """A control of a system: a function of the time and of what is sampled, called at a fixed period.
 
-Signals take their new value at once.  Drives and winches get the speed that they have a period later, which they
-approach evenly, so that nothing jumps that is moved as one wants.
+Signals take their new value at once. Drives and winches reach their new speed one period later, at constant
+acceleration, so that prescribed motions have no jumps of speed.
 """
 
 from collections.abc import Callable, Mapping

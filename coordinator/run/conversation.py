@@ -108,7 +108,7 @@ class Conversation:
         self._sampler, self._marks = sampler, set(marks)
         self._due, self._kept_at = list[Tag](), time.monotonic()  # marks that the sampler has not passed
         self.externals = {external.node: external for external in externals}
-        """Nodes that programs of another kind play."""
+        """External nodes by name: nodes that programs other than heavylift run."""
         self._agreed = dict[str, str]()  # by node, the fingerprint of what it is
         if isinstance(hub, Hub):
             hub.when = lambda: f"t = {self.now.t * 1e-9:.3f} s"

@@ -107,7 +107,7 @@ def _bar() -> "Live":
 
 
 class Certified(Protocol):
-    """Interface of the error estimates of a run's figures."""
+    """Interface of a certificate, which holds error estimates of a run's figures."""
 
     @property
     def message(self) -> list[str]:

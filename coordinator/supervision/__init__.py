@@ -2,8 +2,8 @@
 loss.
 
 processes, process_manager       start and end them; the small process that forks them
-os_limits           states of processes and limits of the system; whether an overdue process makes progress
-failover                replaces a lost process; incarnation: log of a node for its replacement, and replay of it
+os_limits           states of processes, limits of the system, progress of overdue processes
+failover                replacement of a lost process; incarnation: log of a node, replayed to its replacement
 journal                 a file that a killed process leaves readable; ticket files of external processes
 hash_seed               one hash seed for all processes
 pool                    processes that run calls in parallel

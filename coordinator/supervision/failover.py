@@ -117,7 +117,7 @@ class Succession(Hub):
         super().send(node, payload)
 
     def _take(self, node: str, payload: bytes) -> bool:
-        """Handle a message of supervision or replay; returns whether it is one for the conversation instead."""
+        """Handle a message of supervision or replay; return True if the conversation must handle the message."""
         life, kind = self._lives[node], m.kind(payload)
         if life.over:
             return False  # the BYE of a successor that had nothing to do
@@ -168,7 +168,7 @@ class Succession(Hub):
             super().keep(node, request)
 
     def _keep(self, node: str, life: Life, payload: bytes) -> bool:
-        """Store a checkpoint; returns whether it is passed on to the conversation."""
+        """Store a checkpoint; return whether the conversation also receives the checkpoint."""
         checkpoint = m.decode(payload)
         assert isinstance(checkpoint, m.Checkpoint), "its kind says so"
         if not checkpoint.state:

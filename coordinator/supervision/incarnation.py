@@ -120,8 +120,8 @@ class Life:
 
 
 def nondeterminism(models: Sequence[str], before: bytes, now: bytes, last: Tag) -> ModelError:
-    """Return the error for models that answered a message differently when their node was replayed; `before`, `now`:
-    both answers; `last`: the last logical time."""
+    """Return the error for models whose node answered a message differently in its replay; `before`, `now`: both
+    answers; `last`: the last logical time."""
     old, new = m.decode(before), m.decode(now)
     if isinstance(new, m.Fail):
         what = f"it failed where the lost process had continued ({new.sentence})"

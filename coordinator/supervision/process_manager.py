@@ -123,7 +123,8 @@ class _Keeper:
             os.waitpid(pid, 0)
 
     def report(self, what: dict[str, object]) -> None:
-        """Report to the coordinator; that it is gone is noticed where its orders end."""
+        """Send a report to the coordinator; the loss of the coordinator is ignored here, since it also ends the
+        orders."""
         with contextlib.suppress(BrokenPipeError):
             os.write(self.reports, json.dumps(what).encode() + b"\n")
 

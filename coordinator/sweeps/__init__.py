@@ -6,7 +6,7 @@ study, sweeping     the folder of rows; `sweep` on any concurrent.futures.Execut
 function_studies    tables of mechanics or DEVS models that Python functions build from parameters
 seeds               the verdict on a random sea or wind: quantiles over many seeds
 operability         the share of a scatter table of seas in which a lift passes
-limiting, motions   how far a number may go before the verdict turns red; speeds of all moves of a kind
+limiting, motions   the value of a number at which the verdict turns red; speeds of all moves of a kind
 planning            the shortest timing of an action list within its limits
 timing              possible accelerations, written into the scene; comparison of two timings
 summary, page       sampling designs and statistics of rows: histograms, Sobol indices, Clopper-Pearson intervals; pages

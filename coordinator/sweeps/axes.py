@@ -38,7 +38,7 @@ MOST = 1_000_000  # variants of a study
 @dataclass(frozen=True)
 class Axis:
     """A varied quantity: its path as written; its texts, or the ends of its range in `unit`, or an uncertain input of
-    the scene, or a group of moves; `first`: a setting that must be applied before it."""
+    the scene, or a group of moves; `first`: a setting to apply before that of the axis."""
 
     path: str
     texts: tuple[str, ...] = ()

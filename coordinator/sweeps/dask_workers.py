@@ -67,7 +67,7 @@ class _Answer:
     def exception(self) -> BaseException | None:
         """Return the error of the call, or None."""
         if not self._future.done():
-            return ProtocolError(f"no worker has answered for {SILENCE_s:g} s")
+            return ProtocolError(f"no worker of the scheduler has answered for {SILENCE_s:g} s; start one")
         if self._answer is not None:
             return None
         try:

@@ -108,4 +108,4 @@ def called(reference: str, *first: object, **more: object) -> Any:
     except HeavyliftError:
         raise
     except Exception as error:
-        raise ModelError(f"{reference}: it raised {raised(error)}") from error
+        raise ModelError(f"{reference}: the function raised {raised(error)}") from error

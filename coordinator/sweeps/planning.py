@@ -93,7 +93,8 @@ class _Search:
         return ""
 
     def _take(self, alternatives: Sequence[TimingStep], best: bool = False) -> None:
-        """Take the first of an action's alternative steps that saves time, also in part; with `best` the quickest."""
+        """Of an action's alternative steps, take the first that saves time, or if `best` the one that saves most; a
+        step that the checks do not allow in full is taken in part."""
         others = {x: part for x, part in self.parts.items() if x not in alternatives}
         for step in alternatives:
             if self.spent:

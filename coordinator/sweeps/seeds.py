@@ -81,8 +81,8 @@ class SeedsVerdict:
 def replicated(
     scene: LoadedScene, count: int, seed: int = 1, limit_s: float = 60.0, executor: Executor | None = None
 ) -> SeedsVerdict:
-    """Run a scene for `count` seeds from `seed` on and return the verdict on the quantile that its waves state; raises
-    SceneError if nothing in it is random, or a seed cannot be run."""
+    """Run a scene for `count` seeds from `seed` on and return the verdict on the quantile that the scene states for its
+    waves; raises SceneError if nothing in it is random, or a seed cannot be run."""
     check_seeds(scene, count)
     scene = level_of(scene)
     task, seeds = Task.of(scene, limit_s, "none", True), range(seed, seed + count)
@@ -101,7 +101,8 @@ class SeaRuns:
     pool: Executor
 
     def row(self, settings: Sequence[str]) -> Row:
-        """Return the verdict over the seeds as the row of a study; that of the first run without a result, if any."""
+        """Return the verdict over the seeds as the row of a study; if a run gave no result, return the row of the first
+        such run."""
         runs = over_seeds(Task.of(self.scene, self.limit_s, "none", True), settings, self.seeds, self.pool)
         bad = [run.row for run in runs if run.row["status"] not in ("done", "red")]
         return bad[0] if bad else verdict_of_seeds(self.scene, self.seeds, runs).row
@@ -191,7 +192,8 @@ def _key(limit: RatedLimit) -> str:
 
 
 def _size(x: Use) -> float:
-    """Return the number whose largest value is the worst: the utilisation of a chart or a range, else the value."""
+    """Return the quantity of a limit that is largest in the worst case: the utilisation for a chart or a range, else
+    the value (negative for a lower limit)."""
     if x.value is None or x.use is None:
         return -inf
     if x.bound is not None or x.limit.between is not None:
@@ -220,7 +222,8 @@ def _quantile(seen: Sequence[Use], find: Callable[[list[float]], Extreme]) -> tu
 
 
 def _share(use: Use, above: float) -> float:
-    """Return a distance of the quantile as the error of a utilisation, from which `error_of` gets it back."""
+    """Return the distance of the confidence bound from the quantile as a relative error of the utilisation, the form
+    that `error_of` reads."""
     value, of = abs(use.value or 0.0), use.use or 0.0
     if use.limit.between is not None or use.bound is not None:
         share = above
@@ -243,7 +246,8 @@ def _together(seeds: Sequence[int], runs: Sequence[SeedRun]) -> list[Check]:
 
 
 def _named(check: Check, quantile: str, how: Mapping[tuple[str, str], str]) -> Check:
-    """Return a check whose value names the quantile, and whose basis says how it was found."""
+    """Return a check with the name of the quantile in its value, and the method by which the quantile was found in its
+    basis."""
     by = how.get((check.quantity, check.subject), "")
     if not by or not check.allowed:
         return check

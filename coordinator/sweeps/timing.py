@@ -121,8 +121,9 @@ def ramps(scene: LoadedScene) -> Iterator[TimingStep]:
 
 
 def overlaps(scene: LoadedScene, lasts: Sequence[float]) -> Iterator[TimingStep]:
-    """Yield moves that may begin during the moves of the previous action and end after them, away from ground and load;
-    `lasts`: duration of each action [s]."""
+    """Yield steps that let an action begin during the moves of the previous action; `lasts`: duration of each action
+    [s]. Only moves without conditions are overlapped, each actuator moving once, and an action still ends after the
+    previous one."""
     listed = scene.plan.actions
     for i in range(1, min(len(listed), len(lasts))):
         before, here = listed[i - 1].orders, listed[i].orders

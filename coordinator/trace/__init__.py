@@ -2,7 +2,7 @@
 
 communication  measured cost of distributing a scene to processes
 timeline    working and waiting times from the recorded protocol messages; chains of waiting nodes
-text        tables for people, the same as plain data, and as Chrome trace-event JSON for a viewer
+text        tables as text, the same as plain data, and Chrome trace-event JSON for a viewer
 """
 
 from heavylift.kernel.on_demand import face

@@ -1,12 +1,12 @@
 """Messages of a run over Zenoh: framed, checked, in order, with nobody else on the bus.
 
-frame               keys and names on the bus; every message: who says it, undamaged; the private directory of a run
-session             the sessions of a run, and who may do what on them
-hub, link           the coordinator's end and the nodes' end; exchange: what is shared, both in one process
-liveness            which processes have joined, which are lost
-placement           which process hosts which nodes
+frame               keys on the bus; frames with sender and checksum; the private directory of a run
+session             the sessions of a run, and their access rules
+hub, link           the coordinator's end and the nodes' end; exchange: their common part, and both in one process
+liveness            detection of joined and lost processes
+placement           assignment of nodes to processes
 
-What a message and a round cost, layer by layer, stands in SPEED.md.
+SPEED.md states the cost of a message and of a round, layer by layer.
 """
 
 from heavylift.kernel.on_demand import face

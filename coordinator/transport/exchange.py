@@ -29,11 +29,11 @@ class Exchange:
         self.run, self.nodes, self.placement = run, tuple(placement.nodes), placement
         at = {node: (process, node) for node, process in placement.process_of.items()}
         self.when: Callable[[], str] = lambda: ""
-        """Gives the simulation time for a sentence, like "t = 12.5 s"; set by who knows it."""
+        """Returns the simulation time for messages, such as "t = 12.5 s"; replaced by the conversation of a run."""
         self.tell: Callable[[str], None] = lambda sentence: None
-        """Hears what the run survives, and what may become a loss; set by who shows it."""
+        """Receives messages about survived losses of processes and about possible ones."""
         self.causes: dict[str, Callable[[], BaseException | None]] = {}
-        """Of nodes of this process: what a model has raised, should they fail."""
+        """For each node in this process, a function that returns the exception of its model, if the node failed."""
         self._session = session
         self._publishers = {
             n: session.declare_publisher(key(run, "in", *at[n]), congestion_control=block) for n in self.nodes
@@ -166,7 +166,7 @@ class LocalHub(Exchange):
         self._ready: deque[str] = deque()
         self._links: dict[str, LocalLink] = {}
         self.sampled: Callable[[], None] = lambda: None
-        """Called when a node has sampled, in the middle of its work."""
+        """Called each time a node sends samples, which it does during its work."""
 
     def link(self, node: str) -> LocalLink:
         """Return the node's end of the connection, created on the first call."""

@@ -77,7 +77,7 @@ class Hub(Exchange):
         self._listener, self._gate = listener, None  # type: RemoteAddress | None, RemoteGate | None
         self._here = self._session.liveliness().declare_token(key(run, "alive", HUB))
         self.eager = False
-        """Whether samples that have come end the wait for a message."""
+        """Whether `receive` returns early when samples have arrived."""
         self._met: set[str] = set()
         self._served = False  # whether a guest has asked something
         self._liveness = LivenessMonitor(processes, self._wake, self.present)
@@ -105,8 +105,8 @@ class Hub(Exchange):
         return Ticket(self.run, process, nodes, epoch, self.directory.socket, self._passwords.get(process, ""))
 
     def admit(self, scene: str, say: Callable[[str], None]) -> None:
-        """Admit processes on other hosts to a run of the scene with this fingerprint; `say` reports how to start them,
-        and which have joined."""
+        """Admit processes on other hosts to a run of the scene with this fingerprint; `say` reports how to start
+        processes, and which have joined."""
         if self._listener is not None:
             self._gate = self._listener.gate(self, self._session, scene, say)
             for process in sorted(self.placement.remote):

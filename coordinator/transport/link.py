@@ -130,8 +130,8 @@ class NodeLink(AbstractContextManager["NodeLink"]):
 
 
 class LocalLink(_Sender):
-    """The connection of a node to a LocalHub over the same session; `serve` sets the function that receives its
-    messages.
+    """Connects a node to a LocalHub in the same process, through the hub's own session; `serve` sets the function that
+    receives the messages to the node.
 
     Messages are received by callbacks during the sender's put; exceptions of signals would be lost in this foreign
     code, so signals are deferred.

@@ -43,7 +43,7 @@ class LivenessMonitor:
         self.deadline: float | None = None
         """When the receiving thread wants to be woken [monotonic s]."""
         self.failure: Exception | None = None
-        """What has ended the thread before its time."""
+        """The exception that ended the thread, if any."""
         self._wake, self._connected = wake, connected
         self._deaths: Callable[[], Mapping[str, str]] = dict
         self._excused: set[str] = set()  # processes that may leave

@@ -27,9 +27,9 @@ class Placement:
 
     processes: Mapping[str, tuple[str, ...]]
     remote: frozenset[str] = frozenset()
-    """Processes that somebody starts on another host."""
+    """Processes that a user starts on another host."""
     external: frozenset[str] = frozenset()
-    """Processes in whose place somebody starts a program that is not heavylift's."""
+    """Processes replaced by external programs, which a user starts."""
 
     @classmethod
     def apart(cls, models: Iterable[str]) -> "Placement":

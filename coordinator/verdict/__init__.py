@@ -1,17 +1,17 @@
-"""The verdict of a run: everything that was found, and one line that is green or red.
+"""The verdict of a run: all findings, and a summary line that is green, amber, undecided or red.
 
-history     what was shown: poses, tensions, rope lines over time
-conduct     what was said: stages, limits, an operator's words, the end
-clearances  how near things came to one another, by
-            distance: of two shapes at one pose; nearest: over time; moving, rotating: how far they stray
-            between samples; intervals, shape_batch: which pairs and times need a closer look
-ground      and how near to the ground
-limits      worst values of all limits, for the report
+history     poses, tensions and rope lines over time
+conduct     events: stages, end positions, an operator's commands, the end
+clearances  smallest distances between things, by
+            distance: of two shapes at one pose; nearest: over time; moving, rotating: deviation between
+            samples; intervals, shape_batch: pairs and times that need exact evaluation
+ground      smallest distances from the ground
+limits      columns of a run from which limits are checked
 worst_corners  clearances at the worst corner of uncertain inputs
-judging     all judges in one table, and the line
+judging     all checks in one table, and the summary line
 
     judge(plan, history, conduct)  at the end of a run; `prepare` before it saves time there
-    verdict_of(recording)          as it stands there, or made again where it is missing
+    verdict_of(recording)          the recorded verdict, or one computed if it is missing
 """
 
 from typing import TYPE_CHECKING

@@ -158,8 +158,8 @@ def _common(shapes: Shapes, history: History) -> Floats:
 
 
 class _Things:
-    """Numbered pairs of things, with the clearance limit [m] of each; `fastened`: a sling and its attachment, which
-    deviate together between samples; `rigid`: kept apart by a contact."""
+    """Numbered pairs of things, with the clearance limit [m] of each pair. `fastened`: whether a pair is a sling and
+    its attachment, which deviate together between samples; `rigid`: whether a contact keeps the pair apart."""
 
     def __init__(self, shapes: Shapes, keep: Kept, meant: Meant) -> None:
         self._shapes, self._keep, self._meant = shapes, keep, meant
@@ -225,7 +225,8 @@ class _Things:
 
 
 def _alike(s: Moving) -> object:
-    """Return a key that is equal for equivalent shapes: a strand itself; of a solid its thing, kind and body."""
+    """Return a key that is equal for shapes treated alike: the strand itself, or the thing, kind and body of a
+    solid."""
     return s.shape if isinstance(s.shape, Strand) else (s.shape.thing, s.shape.kind, s.shape.body)
 
 

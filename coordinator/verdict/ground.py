@@ -86,8 +86,8 @@ class GroundSurvey:
     def look(
         self, shapes: Sequence[Moving], coarse: Coarse, part: History, bar: float
     ) -> Iterator[tuple[GroundClearance, bool]]:
-        """Yield ground clearances below `bar` [m] that are smaller than those found so far, each with whether only
-        penetration is checked."""
+        """Yield ground clearances below `bar` [m] that are smaller than those found so far; the flag beside each is
+        True if only penetration is checked."""
         first, last = int(coarse.starts[0]), int(coarse.ends[-1])
         if not self._looks:
             return

@@ -63,9 +63,10 @@ class Coarse:
         return found
 
     def _ways(self, frame: BodyTrack, common: Floats) -> Floats:
-        """Return bounds (7, m) in each interval [m]: motion of the origin, and per metre from it; deviation between
-        samples by accelerations, per metre from the origin, and of the quaternion; by speeds, and per metre from the
-        origin."""
+        """Return seven bounds (7, m) of the motion of a body in each interval: displacement of its origin [m], and of
+        other points per metre of their distance from the origin; from accelerations, deviation between samples of the
+        origin [m], per metre from the origin, and of the quaternion; from joint speeds, deviation of the origin [m],
+        and per metre."""
         inside = slice(self.starts[0], self.ends[-1] + 1)
         counts = np.diff(self.starts, append=self.ends[-1] + 1)
         path = frame.p.copy(order="K")
@@ -243,8 +244,8 @@ def _some(x: Placed, kept: NDArray[np.bool_] | Indices) -> Placed:
 
 
 def steps_of(all_: ShapeBatch, now: Stretches, n: int) -> Steps:
-    """Return the intervals as single steps; a shape that appears or disappears must exist at the beginning of its
-    step."""
+    """Return the steps from the first sample of each interval to the next sample; intervals in which one of the shapes
+    does not exist at the first sample are omitted."""
     now = now.of(all_.there(now.a, now.first, now.first) & all_.there(now.b, now.first, now.first))
     k, after = now.first, np.minimum(now.first + 1, n - 1)
     ends_a, ends_b = ((all_.placed(x, k), all_.placed(x, after)) for x in (now.a, now.b))

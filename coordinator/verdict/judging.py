@@ -202,7 +202,8 @@ def verdict_with_uses(
 
 
 def _apart(context: CheckContext) -> list[Use]:
-    """The smallest clearances, if none is below its limit; those that are smaller at the worst of uncertain inputs."""
+    """Return the clearances at the worst corner of uncertain inputs and, if no clearance is below its limit, the
+    smallest clearance of each limit."""
     known = {f"{c.a} and {c.b}": c for c in reversed(context.clearances)}
     worst = [x for x in context.plan.limits if x.quantity == "clearance" and x.inputs]
     found = [x.met(c.distance, c.t) if (c := known.get(x.subject)) else x.met() for x in worst]
@@ -212,7 +213,7 @@ def _apart(context: CheckContext) -> list[Use]:
 
 
 def _smallest(context: CheckContext) -> dict[str, Use]:
-    """The smallest clearance by the subject of the limit that applies to it."""
+    """Return, for each clearance limit by its subject, the smallest clearance to which the limit applies."""
     plan, keep, found = context.plan, limit_between(context.plan), dict[str, Use]()
     for limit in (x for x in plan.limits if x.quantity == "clearance" and not x.inputs):
         lifts = {c: (EVERY, lift_of(plan, c.a), lift_of(plan, c.b)) for c in context.clearances}
@@ -240,7 +241,7 @@ def verdict_of(rec: Recording) -> RecordedVerdict | None:
 
 
 def _placed(f: Check, conduct: Conduct) -> Check:
-    """Return the finding with its stage."""
+    """Return the finding with the stage in which its time lies, unless it names a stage."""
     if f.stage or f.t is None:
         return f
     return msgspec.structs.replace(f, stage=conduct.stage_at(f.t))

@@ -108,7 +108,7 @@ class Moving:
 
     @cached_property
     def turn(self) -> Floats:
-        """Quaternions (n, 4) of a solid, or vectors (n, 3) from end to end of a strand; n = 1 for a shape that does not
+        """Quaternions (n, 4) of a solid, or vectors (n, 3) from end to end of a strand; n is 1 if the shape does not
         rotate."""
         if isinstance(self.shape, Solid):
             return self.on[0][0].turn

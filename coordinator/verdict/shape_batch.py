@@ -20,8 +20,8 @@ def _rows(columns: Floats, i: Indices) -> Floats:
 
 
 class ShapeBatch:
-    """Many shapes with n samples each, concatenated; in its methods `which` are indices of shapes and `k` samples,
-    which are broadcast."""
+    """Many shapes with n samples each, concatenated; in all methods the indices `which` of shapes and `k` of samples
+    are broadcast."""
 
     def __init__(self, shapes: list[Moving], used: Indices) -> None:
         """`used`: indices of the shapes in use."""

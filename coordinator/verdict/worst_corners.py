@@ -1,5 +1,5 @@
-"""Clearances at the worst corner of a scene's uncertain inputs, on its path at rest: a limit for each two things that
-come nearer there; in a run they come nearer by as much."""
+"""Clearances at the worst corner of a scene's uncertain inputs, along the static path: each pair of things that is
+closer there gets a limit of its own, by which a run reduces the clearance of the pair by the same amount."""
 
 import hashlib
 from dataclasses import replace

@@ -2,14 +2,14 @@
 
 workbench(place)   what `heavylift workbench` does: serves one page on 127.0.0.1 until it is stopped
 
-server             the routes behind the word in the address; who is refused
-open_scene         the open scene: its files watched, what pages are shown
-preview            from the text of a scene to start pose, path at rest and checks, as messages
-picture            states of the path at rest as the page draws them, in 3D and as drawings
-handles            what of a scene can be moved by hand, and where its place is written
+server             the web routes, and the refusal of requests without the secret word
+open_scene         the open scene: watched files, messages to pages
+preview            start pose, static path and checks of a scene's text, as messages
+picture            states of the static path as the page draws them, in 3D and as drawings
+handles            parts of a scene that can be moved by hand, and where the text gives their positions
 runs               runs, studies and orders of the open scene, each a process
-results            what is recorded in the folder: verdicts, what the page plays of them, documents to keep
-editing            changes of a scene file: version checked, comments and order kept, written whole
+results            recordings in the folder: verdicts, data to play back, documents to keep
+editing            changes of a scene file that check its version and keep comments and order
 """
 
 from heavylift.kernel.on_demand import face

@@ -35,7 +35,7 @@ def edited(text: str, path: Sequence[str | int], value: str | None) -> str:
     impossible."""
     keys = tuple(path)
     if not keys:
-        raise SceneError("name the key to change")
+        raise SceneError("an edit must name the key to change")
     before = _data(text)
     if value is None:
         return _checked(text, _removed(text, keys), before, keys, None)
@@ -76,7 +76,7 @@ def reordered(text: str, path: Sequence[str | int], to: int) -> str:
 def write(path: Path, text: str, version: str) -> None:
     """Replace a file atomically if its present text has this version; raises SceneError if it has another."""
     if version_of(present(path)) != version:
-        raise SceneError(f"{path.name} was changed elsewhere in the meantime")
+        raise SceneError(f"{path.name} was changed elsewhere in the meantime; repeat the edit on the new text")
     descriptor, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
     try:
         with os.fdopen(descriptor, "w", encoding="utf-8", newline="") as file:
@@ -107,7 +107,7 @@ def _data(text: str) -> Data:
 
 
 def _value(value: str, keys: Keys) -> Data:
-    """What a text means as a value of a flow collection or alone."""
+    """Return the value that a text means inside a flow collection or on its own."""
     if "\n" in value:
         raise SceneError(f"{shown(keys)}: a value must be a single line")
     source = read(f"value: {value or chr(39) * 2}\n", "value")
@@ -123,7 +123,8 @@ def _quoted(value: str) -> str:
 
 
 def _checked(text: str, changed: str, before: Data, keys: Keys, wanted: Data) -> str:
-    """The changed text, if its data is as before but for the value."""
+    """Return the changed text; raises SceneError if its data differ from the former data in more than the wanted
+    value."""
     expected = deepcopy(before)
     at: Any = expected
     for key in keys[:-1]:
@@ -142,7 +143,7 @@ def _checked(text: str, changed: str, before: Data, keys: Keys, wanted: Data) ->
 
 
 def _plain(data: Data) -> Data:
-    """Data in which an empty collection is as good as none."""
+    """Return data in which empty collections are replaced by None."""
     if isinstance(data, dict):
         return {key: _plain(value) for key, value in data.items()} or None
     return [_plain(value) for value in data] or None if isinstance(data, list) else data
@@ -152,11 +153,12 @@ def _plain(data: Data) -> Data:
 
 
 def _found(text: str, keys: Keys) -> tuple[list[Node], int]:
-    """The nodes along a path, the root first, as far as they are written, and how many of its keys are."""
+    """Return the nodes along a path from the root, as far as they exist in the text, and the number of path keys that
+    were found."""
     try:
         nodes = [YAML(typ="safe", pure=True).compose(text)]
     except YAMLError:
-        raise SceneError("correct the text first") from None
+        raise SceneError("the text of the scene is not valid YAML; correct it first") from None
     for number, key in enumerate(keys):
         child = _child(nodes[-1], key)
         if child is None:
@@ -175,7 +177,7 @@ def _child(node: Node, key: str | int) -> Node | None:
 
 
 def _end(node: Node) -> int:
-    """Where what is written of a node ends."""
+    """Return the index at which the text of a node ends."""
     if not isinstance(node, CollectionNode) or node.flow_style:
         return int(node.end_mark.index)
     inner = [x for pair in node.value for x in (pair if isinstance(pair, tuple) else (pair,))]
@@ -197,7 +199,7 @@ def _written(text: str, keys: Keys, value: str) -> str:
             raise SceneError(f"{shown(keys)}: {shown(keys[:known])} is a value, which has no keys")
         return f"{text[:start].rstrip(' ')} {{{_key(key)}: {value}}}{text[end:]}"
     if key != len(node.value) if isinstance(node, SequenceNode) else not isinstance(key, str):
-        raise SceneError(f"{shown(keys)}: the scene has no such place")
+        raise SceneError(f"{shown(keys)}: a list needs the number of an item, a mapping a key")
     entry = value if isinstance(node, SequenceNode) else f"{_key(key)}: {value}"
     if node.flow_style:
         comma = ", " if node.value else ""
@@ -211,7 +213,8 @@ def _written(text: str, keys: Keys, value: str) -> str:
 
 
 def _before(text: str, node: CollectionNode, key: str) -> int:
-    """Where the last key of the scene ends that the schema puts before a new one, or the scene if there is none."""
+    """Return the index after the last existing key that the schema orders before a new top-level key; without one, the
+    end of the scene."""
     from heavylift.nodes.scene.keys.schema import Scene  # it takes a second to import
 
     order = [x.replace("_", " ") for x in Scene.model_fields]
@@ -229,7 +232,7 @@ def _key(key: str | int) -> str:
 def _removed(text: str, keys: Keys) -> str:
     nodes, known = _found(text, keys)
     if known < len(keys):
-        raise SceneError(f"{shown(keys)}: there is no such entry")
+        raise SceneError(f"{shown(keys)}: the scene has no such entry to remove")
     parent, gone = nodes[-2], nodes[-1]
     assert isinstance(parent, CollectionNode)
     entries = [(pair[0], pair[1]) if isinstance(pair, tuple) else (pair, pair) for pair in parent.value]
@@ -255,7 +258,8 @@ def _line_start(text: str, at: int) -> int:
 
 
 def _with_comment(text: str, start: int) -> int:
-    """Where the comment right above a line begins, or the line itself."""
+    """Return the index at which the comment directly above a line begins, or that of the line if there is no
+    comment."""
     while start and text[(above := _line_start(text, start - 1)) : start].lstrip().startswith("#"):
         start = above
     return start

@@ -1,4 +1,5 @@
-"""What of a scene can be moved by hand: where its place is written, and which bodies or points go with it."""
+"""The parts of a scene that can be moved by hand: where the text gives their positions, and which bodies or points move
+with them."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """The open scene: its files are watched, and each save goes to all pages, step by step of its preview.
 
-Of each kind of message pages need the last one only: who comes late or is slow misses nothing, and nothing piles up.
+Pages need only the last message of each kind, so a late or slow page misses nothing, and no messages accumulate.
 """
 
 from __future__ import annotations
@@ -218,7 +218,8 @@ class OpenScene:
         return ""
 
     def _folders(self) -> list[Path]:
-        """The folder and what is below it, without hidden ones, nearest first."""
+        """Return the opened folder and its subfolders, nearest first, without hidden ones and up to a maximum
+        number."""
         found, next_ = [self.folder], [self.folder]
         while next_ and len(found) < MOST_FOLDERS:
             inner = (
@@ -229,7 +230,7 @@ class OpenScene:
         return found[:MOST_FOLDERS]
 
     def _tell_scene(self) -> None:
-        """Send text and version of the scene, and the names of all."""
+        """Send the text and version of the open scene to all pages, with the names of all scenes."""
         names = [x.relative_to(self.folder).as_posix() for x in self.scenes()]
         message: dict[str, Any] = {"scenes": names, "bundled": sorted(bundled()), "file": ""}
         with self._lock:  # nobody may say a newer text between the reading and the saying of this one
@@ -242,7 +243,7 @@ class OpenScene:
     # ---- threads -----------------------------------------------------------------------------------------
 
     def _look(self) -> None:
-        """Notice changes of files, also in folders that are made meanwhile."""
+        """Watch the files in all folders, including folders created later, and set `_changed` when a file changes."""
         while not self.closing:
             folders = self._folders()
             apart = [self.scene.resolve().parent] if self.scene and not self.own else []
@@ -258,7 +259,7 @@ class OpenScene:
                     break
 
     def _work(self) -> None:
-        """Preview what was saved last, and leave off when something newer is there."""
+        """Preview the last saved state of the files, again after each change."""
         while True:
             self._changed.wait()
             self._changed.clear()
@@ -287,7 +288,7 @@ class OpenScene:
         self.say("busy", {"version": version, "busy": False})
 
     def _state(self) -> str:
-        """Changes whenever a file does that the scene may read."""
+        """Return a text that differs whenever a file that the scene may read has changed."""
         if self.scene is None:
             return ""
         found = [version_of(present(self.scene))]

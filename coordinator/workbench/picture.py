@@ -45,7 +45,7 @@ class Picture:
 
     @cached_property
     def _poses(self) -> dict[str, Floats]:
-        """Body -> (n, 7) [m, quaternion x y z w]."""
+        """Poses in all states by body: (n, 7) [m, quaternion x y z w]."""
         at = {name: [np.array([x.poses[name][k] for x in self.states]) for k in (0, 1)] for name in self._bodies}
         return {name: np.hstack([p, quaternions(R)]) for name, (p, R) in at.items()}
 
@@ -54,7 +54,7 @@ class Picture:
         return sorted(self.states[0].poses)
 
     def _rig(self, state: StaticState) -> list[RopeLine]:
-        """The ropes of a state, slings where they are hooked."""
+        """Return the rope lines of a state, with each sling drawn to the lug to which it is hooked."""
         lugs = lug_places(self.plan.machines)
         ends = {tie.rope: lugs.get(state.hooked[tie.rope], tie.lower) if tie.rope in state.hooked else None
                 for tie in self._ties}  # fmt: skip
@@ -93,7 +93,7 @@ class Picture:
         }  # fmt: skip
 
     def _last(self, k: int) -> bool:
-        """Whether an action ends with a state."""
+        """Return whether a state is the last one of its action."""
         return k + 1 == len(self.states) or self.states[k + 1].action != self.states[k].action
 
     def _columns(self) -> list[tuple[str, list[str], str, Floats]]:

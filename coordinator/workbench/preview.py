@@ -1,7 +1,6 @@
 """From the text of a scene to what pages show of it: the start pose at once, then the path at rest and its checks.
 
-The start pose needs no action to be carried out, so it is there also for lists that cannot be; where a list ends early,
-the path is shown as far as it leads.
+The start pose is shown even if the actions cannot be carried out; a path that ends early is shown up to its end.
 """
 
 from __future__ import annotations
@@ -64,7 +63,7 @@ def previewed(path: Path, text: str) -> Iterator[Step]:
 
 
 def _start(scene: LoadedScene) -> StaticState:
-    """Where everything stands at the start: a lift at rest, a mechanism as it is written."""
+    """Return the state at the start: a lift in equilibrium, a mechanism in the pose that the scene states."""
     if scene.apart:
         return scene.apart.states[0]
     if scene.lifts:
@@ -93,7 +92,7 @@ def _path(plan: Plan, states: Sequence[StaticState], grips: Data) -> Iterator[St
 
 
 def _checked(scene: LoadedScene) -> Step:
-    """Verdict, checks, findings and tables of the path at rest."""
+    """Return the verdict, checks, findings and tables of the static path as a message."""
     scene = with_worst_clearances(scene)
     report = examine(scene, near_at_rest(scene.plan, scene.statics))
     notes = [f"{clock(t, 1)}: {sentence}" for t, sentence in scene.statics.notes]
@@ -102,7 +101,8 @@ def _checked(scene: LoadedScene) -> Step:
 
 
 def _faulty(error: Exception, path: Path) -> Step:
-    """The faults of an error, each at its place; those without one stand at the first line."""
+    """Return the faults of an error as a message, each with its place in the text; faults without a place get the first
+    line."""
     found = error.faults if isinstance(error, SceneError) else ()
     if not isinstance(error, HeavyliftError):
         traceback.print_exception(error)

@@ -1,4 +1,4 @@
-"""What is recorded in the folder: verdicts, what the page plays of them, reports and drawings to keep."""
+"""Recordings in the folder: their verdicts, the data that the page plays back, and reports and drawings to keep."""
 
 from __future__ import annotations
 

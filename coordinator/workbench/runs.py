@@ -35,7 +35,8 @@ class SceneRun:
         self._lock = threading.Lock()
         self._file = Path()
         self.live = ""
-        """The address of what a run that goes on sends to pages; empty before it does, and for other runs."""
+        """Address of the live page of the run in progress; empty before the page is served, and for sweeps and
+        searches."""
 
     @property
     def goes_on(self) -> bool:

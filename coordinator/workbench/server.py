@@ -47,7 +47,7 @@ SANDBOX = "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src data:
 
 @cache
 def _schema() -> bytes:
-    """The JSON Schema of scenes, kept by the code that makes it."""
+    """Return the JSON Schema of scenes, cached under a hash of the code that generates the schema."""
     file = f"{hashlib.sha256(contents(Path(nodes.__file__).parent, '.py', '.yaml') + sources()).hexdigest()}.schema"
     found = read_cached(file)
     if not found:
@@ -125,7 +125,7 @@ class New(msgspec.Struct):
 
 @cache
 def _bundled() -> dict[str, str]:
-    """What each scene that comes with heavylift is, by name."""
+    """Return the first sentence of the description of each bundled scene, by name."""
     heads = {
         name: takewhile(lambda x: x[:1] == "#", path.read_text(encoding="utf-8").splitlines())
         for name, path in bundled().items()
@@ -149,7 +149,11 @@ def application(opened: OpenScene, word: str, port: int) -> ASGIApp:
     async def drawings(request: Request) -> Response:
         number, k = request.path_params["number"], request.path_params["k"]
         found = await run_in_threadpool(opened.drawings, number, k)
-        return _json(found) if found is not None else _refused("these states are no longer shown", 404)
+        return (
+            _json(found)
+            if found is not None
+            else _refused("the scene has changed since these drawings were requested", 404)
+        )
 
     def posted(name: str, type_: type[Any], change: Callable[[Any], object]) -> Route:
         async def answer(request: Request) -> Response:
@@ -165,7 +169,7 @@ def application(opened: OpenScene, word: str, port: int) -> ASGIApp:
 
     async def live(request: Request) -> Response:
         if not (address := opened.run.live):
-            return _refused("no run is shown", 404)
+            return _refused("no run with a live page is in progress", 404)
         last = request.headers.get("Last-Event-ID", "")
         return StreamingResponse(_relayed(address, last), media_type="text/event-stream")
 
@@ -200,14 +204,14 @@ def application(opened: OpenScene, word: str, port: int) -> ASGIApp:
 
 
 async def _changed(request: Request, type_: type[Any], change: Callable[[Any], object]) -> Response:
-    """Carry out a request with a body of JSON; a sentence with 409 where it cannot be."""
+    """Carry out a request that has a JSON body; return its answer, or a response that says why it was refused."""
     if request.headers.get("Content-Type", "").partition(";")[0] != "application/json":
-        return _refused("send JSON", 415)
+        return _refused("a request of this page must be JSON", 415)
     body = bytearray()
     async for piece in request.stream():
         body += piece
         if len(body) > LARGEST:
-            return _refused("that is too long", 413)
+            return _refused("the request is too long", 413)
     try:
         asked = msgspec.json.decode(bytes(body), type=type_)
     except msgspec.MsgspecError as error:
@@ -216,7 +220,8 @@ async def _changed(request: Request, type_: type[Any], change: Callable[[Any], o
 
 
 async def _answered(tell: Callable[..., object], **given: Any) -> Response:
-    """What a function returns, as JSON or as it is; a sentence with 409 where it cannot be done."""
+    """Call a function and return its result as a response; an error of heavylift or of the system becomes a response
+    409 with a sentence."""
     try:
         found = await run_in_threadpool(tell, **given)
         return found if isinstance(found, Response) else _json(found)
@@ -235,7 +240,7 @@ def _refused(sentence: str, status: int) -> Response:
 
 
 async def _stream(opened: OpenScene) -> AsyncIterator[bytes]:
-    """The messages of an open scene from now on, first the last one of each kind."""
+    """Yield the messages of an open scene as Server-Sent Events: first the last one of each kind, then each new one."""
     wake, loop, last = asyncio.Event(), asyncio.get_running_loop(), 0
 
     def ring() -> None:
@@ -257,7 +262,7 @@ async def _stream(opened: OpenScene) -> AsyncIterator[bytes]:
 
 
 async def _relayed(address: str, last: str) -> AsyncIterator[bytes]:
-    """What a run sends to its page, from the message after `last` on."""
+    """Yield the event stream of the live page of a run, from the message after number `last` on."""
     at = urlsplit(address)
     reader, writer = await asyncio.open_connection(at.hostname, at.port)
     try:
@@ -271,7 +276,7 @@ async def _relayed(address: str, last: str) -> AsyncIterator[bytes]:
 
 
 class _WorkbenchServer(uvicorn.Server):
-    """Lets pages go when it is asked to end."""
+    """A server that closes the event streams of all pages when it is asked to end."""
 
     def __init__(self, config: uvicorn.Config, opened: OpenScene) -> None:
         super().__init__(config)

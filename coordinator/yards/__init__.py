@@ -1,9 +1,9 @@
-"""Runs of a yard: its lifts from the mechanics, one recorded run, replications, studies.
+"""Runs of a yard: properties of its lifts from mechanics, one recorded run, replications, studies.
 
     sheet, run = run_yard("vlcc", replications=100)
 
-lifting       lifts at rest, from a table that is swept once, or simulated where they stand
-model         a yard file as a model to be run, with these lifts
+lifting       lifts from statics, from a table that is swept once, or simulated when they begin
+model         the DEVS model of a yard file, with these lifts
 running       one run, or replications
 """
 

@@ -1,8 +1,10 @@
-"""Lifts of a yard as the mechanics has them: at rest, from a table of runs, or simulated where they begin.
+"""Durations and wind limits of a yard's lifts from mechanics: from statics, from a table of runs, or from a simulation
+when the lift begins.
 
 A table has the durations of all stages, and the wind up to which a run is green, at all combinations of its axes'
-values; between them both are interpolated linearly along each axis.  Its error is twice the largest difference from
-runs in the middle of its cells; that of lifts at rest from runs of three of them.  All is kept in the cache.
+values; between them both are interpolated linearly along each axis. The error of the table is twice its largest
+difference from runs in the middle of its cells; the error of statics is found from runs of three lifts. All results are
+cached.
 """
 
 from collections.abc import Callable, Sequence
@@ -65,8 +67,8 @@ def compared(orders: Sequence[LiftOrder], lifts: dict[LiftOrder, Lift]) -> dict[
 
 
 def tabled(orders: Sequence[LiftOrder], lifts: dict[LiftOrder, Lift]) -> dict[LiftOrder, Lift]:
-    """Return lifts whose stages and wind limits are interpolated in a table of runs, with its errors; their verdicts
-    are those at rest."""
+    """Return lifts whose stage durations and wind limits are interpolated in a table of runs, with the errors of the
+    table; their verdicts are those of statics."""
     if not orders:
         return {}
     one = orders[0]
@@ -119,7 +121,7 @@ def interpolated(axes: Sequence[Any], grid: Any, at: Sequence[float]) -> list[fl
 
 
 def _at(order: LiftOrder, node: Sequence[str]) -> LiftOrder:
-    """The lift at a place of its table."""
+    """Return the order of the lift at a node of its table."""
     settings = tuple(order.grid)
     for (axis, _), text in zip(order.over, node, strict=True):
         settings = tuple(setting.replace(f"\0{axis}\0", text) for setting in settings)
@@ -174,5 +176,5 @@ def called(call: Callable[[LiftOrder], Lift], orders: Sequence[LiftOrder]) -> li
 
 
 def _apart(x: float, y: float) -> float:
-    """The relative difference of y from x."""
+    """Return the difference of y from x, relative to x."""
     return abs(y - x) / x if x else 0.0

@@ -1,6 +1,6 @@
 """What-if of a yard: variants side by side, how far a number may go, what each resource and each spread costs.
 
-All variants meet the same luck (common random numbers): a block takes as long in each of them.
+All variants use common random numbers: the duration drawn for a block is the same in each variant.
 """
 
 from collections.abc import Callable, Sequence
@@ -70,7 +70,8 @@ class YardStudy:
     say: Say = lambda text: None
 
     def of(self, *more: str, file: str = "") -> Replicated:
-        """Return the yard with further settings; raises HeavyliftError for invalid ones."""
+        """Replicate the yard with further settings, or the yard in `file`, and return the results; raises
+        HeavyliftError for invalid settings."""
         file, settings = file or self.file, [*self.settings, *more]
         yard = load_yard(file, settings)
         build = f"heavylift.coordinator.yards.model:yard({file!r}, {settings!r})"
@@ -196,7 +197,8 @@ def axis_of(text: str) -> tuple[str, tuple[str, ...]]:
 
 
 def _units(file: str, settings: Sequence[str], name: str, units: int) -> str:
-    """The setting of a resource's units, however the file writes it."""
+    """Return the setting that changes the number of units of a resource, in either form in which the file may state
+    it."""
     from heavylift.nodes.yard.reading import source_of
 
     typed = isinstance(source_of(file, settings).at(("resources", name)), dict)

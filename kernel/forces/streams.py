@@ -6,9 +6,10 @@ are parts of (c + i s)^k, so that no step crosses a kink.
 """
 
 from collections.abc import Hashable
-from math import pi
+from typing import Any
 
 import numpy as np
+from heavylift.kernel.algebra.arrays import times
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, sqrt
@@ -38,12 +39,8 @@ class StreamLaw(ForceLaw[Stream]):
 
     def numbers(self, f: Stream, poses: Poses) -> list[float]:
         pressure = 0.5 * f.density * f.area
-        sizes = pressure, pressure, pressure * f.length
-        return [
-            *f.at.p,
-            *f.direction,
-            *(s * x for row in harmonics(f.coefficients) for s, x in zip(sizes, row, strict=True)),
-        ]
+        sizes = np.array([pressure, pressure, pressure * f.length])
+        return [*f.at.p, *f.direction, *(sizes * harmonics(f.coefficients)).ravel().tolist()]
 
     def answer(self, f: Stream, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> LawOutput:
         x_P, _, v = attachment(ends[0], p[:3], "a")
@@ -65,15 +62,12 @@ class StreamLaw(ForceLaw[Stream]):
         return [SampledQuantity("stream/speed", f.name, "m/s"), *parts]
 
 
-def harmonics(table: tuple[tuple[float, float, float], ...]) -> list[list[float]]:
+def harmonics(table: tuple[tuple[float, float, float], ...]) -> np.ndarray:
     """Return, for k = 0 to n, the factors of cos(k beta) of the first column, and of sin(k beta) of the others, in a
     table of beta = 0 to pi in n steps."""
-    n = len(table) - 1
-    out = []
-    for k in range(n + 1):
-        shares = [(0.5 if k in (0, n) else 1.0) * (0.5 if j in (0, n) else 1.0) * 2.0 / n for j in range(n + 1)]
-        turns = [pi * k * j / n for j in range(n + 1)]
-        a = sum(s * row[0] * float(cos(x)) for s, x, row in zip(shares, turns, table, strict=True))
-        b, c = (sum(2.0 / n * row[i] * float(sin(x)) for x, row in zip(turns, table, strict=True)) for i in (1, 2))
-        out.append([a, b, c])
-    return out
+    n, rows = len(table) - 1, np.array(table)
+    k = np.arange(n + 1)
+    turns: Any = np.pi / n * np.outer(k, k)
+    half = np.where((k == 0) | (k == n), 0.5, 1.0)
+    x = times(cos(turns) * np.outer(half, half), rows[:, :1])
+    return 2.0 / n * np.column_stack([x, times(sin(turns), rows[:, 1:])])

@@ -45,14 +45,13 @@ def hull_of(
     elif path.suffix == ".cal":
         read, files = nemoh(path), nemoh_files(path)
     elif volume > 0.0:
-        read, files = (
-            wamit(path, volume, height, length, depth or inf),
-            [path.with_suffix(end) for end in (".1", ".3", ".hst")],
-        )
+        read = wamit(path, volume, height, length, depth or inf)
+        files = [path.with_suffix(end) for end in (".1", ".3", ".hst")]
     else:
         raise SceneError(f"{path}: files of WAMIT do not contain the displaced volume; give it with --volume")
     given = drift and drift_of(drift, read.density * read.gravity, length)
-    digest = sha256(b"".join(file.read_bytes() for file in [*files, *([drift] if drift else [])])).hexdigest()
+    files += [drift] if drift else []
+    digest = sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
     found = _hull(read, path.stem, f"{path.name}, SHA-256 {digest}")
     if (worst := max(found.radiation.error.added_mass, found.radiation.error.damping)) > WORST:
         advice = f"more than {WORST:.0%}; compute finer panels with a lid, or no frequencies whose waves they miss"
@@ -85,7 +84,9 @@ def computed(mesh: Path, depth: float | None = None) -> Path:
     radiation = solver.fill_dataset(xr.Dataset(coords={"omega": [*w, np.inf], **common}), body)
     diffraction = solver.fill_dataset(xr.Dataset(coords={"omega": w, "wave_direction": waves, **common}), body)
     out = mesh.with_suffix(".nc")
-    whole = cpt.io.xarray.separate_complex_values(xr.merge([radiation, diffraction], compat="no_conflicts"))
+    whole = cpt.io.xarray.separate_complex_values(
+        xr.merge([radiation, diffraction], compat="no_conflicts", join="outer")
+    )
     for modes in ("radiating_dof", "influenced_dof"):
         whole[modes] = whole[modes].astype("str")
     # in place of those by the centres of panels

@@ -111,13 +111,9 @@ class Hydrodynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         turned = heading - 2.0 * pi * round(heading / (2.0 * pi))
         i, a = _between(of.headings, abs(turned) if self.symmetric else turned)
         k, b = _between(of.frequencies, frequency)
-        pairs = (
-            (i, k, (1.0 - a) * (1.0 - b)),
-            (i + 1, k, a * (1.0 - b)),
-            (i, k + 1, (1.0 - a) * b),
-            (i + 1, k + 1, a * b),
-        )
-        return self.symmetric and turned < 0.0, list(pairs)
+        along = (i, 1.0 - a), (i + 1, a)
+        pairs = [(m, n, x * y) for n, y in ((k, 1.0 - b), (k + 1, b)) for m, x in along]
+        return self.symmetric and turned < 0.0, pairs
 
 
 def read_hydrodynamics(text: bytes, file: str) -> Hydrodynamics:
@@ -129,16 +125,15 @@ def read_hydrodynamics(text: bytes, file: str) -> Hydrodynamics:
         raise SceneError(f"{file} is not a file of a hull's hydrodynamics: {error}") from None
     if found.version != VERSION:
         raise SceneError(f"{file} has version {found.version}; this heavylift reads version {VERSION}")
-    loads, drift = found.loads, found.drift
-    for of, tables in ((loads, (loads.real, loads.imaginary)), (drift, (drift.values,) if drift else ())):
-        if of is None:
-            continue
+    tables: list[tuple[WaveLoads | MeanDrift, Sequence[Sequence[object]]]]
+    tables = [(found.loads, found.loads.real), (found.loads, found.loads.imaginary)]
+    for of, rows in [*tables, *([(found.drift, found.drift.values)] if found.drift else [])]:
         rising = all(b > a for row in (of.frequencies, of.headings) for a, b in pairwise(row))
         if not (rising and min(len(of.frequencies), len(of.headings)) > 1):
             raise SceneError(
                 f"{file}: frequencies and headings of the loads must be in ascending order, at least two of each"
             )
-        if any([len(row) for row in table] != [len(of.frequencies)] * len(of.headings) for table in tables):
+        if [len(row) for row in rows] != [len(of.frequencies)] * len(of.headings):
             raise SceneError(f"{file}: the loads need one row for each heading and frequency")
     worst = max(found.radiation.error.added_mass, found.radiation.error.damping)
     if worst > WORST:

@@ -1,9 +1,8 @@
 """The planner's document of a run, and two alternatives beside each other.
 
-document  the document as a sheet, and in a file; two alternatives beside each other
-
-tables    its tables, the one place to add another
-facts     what they read: verdict, plan, peaks; what was lifted, with what, and how it was computed
+document  the document as a sheet and as a file; comparison of two alternatives
+tables    the tables of the document; further tables are added here
+facts     data for the tables: verdict, plan, peaks; description of block, machines and computation
 """
 
 from heavylift.kernel.on_demand import face

@@ -1,13 +1,13 @@
-"""What stands in a recording, byte by byte.
+"""The contents of a recording, byte by byte.
 
-mcapfile               a thin writer of MCAP files; what goes wrong where a file is read: bytes, libraries, the system
-schema                 protobuf and JSON schemas; a message in which only numbers change
-samples                which columns of a kernel sample belong to which topic; how they stand in the file, rounded
-viewer_messages        what viewers draw, in the foxglove schemas
-machines               cranes, slings and the block of a recorded plan; what a run says of itself in one or two lines
-digest                 what two equal runs share to the last byte; a temporary file of rows, read again in blocks
+mcapfile               a thin writer of MCAP files; causes of read errors: bytes, libraries, the system
+schema                 protobuf and JSON schemas; templates of messages in which only numbers change
+samples                assignment of sample columns to topics; rounding of recorded numbers
+viewer_messages        messages for viewers in the foxglove schemas
+machines               cranes, slings and the block of a recorded plan; settings of a run in one or two lines
+digest                 hash that is equal for equal runs; a temporary file for the data of a long run
 spellings              former spellings that stay valid in scenes and recordings
-text                   tables, time spans and events for people, what others wrote as it may be printed
+text                   time spans and suggestions as text; foreign text made safe to print
 """
 
 from heavylift.kernel.on_demand import face

@@ -223,13 +223,13 @@ BROKEN = (
     McapError, struct.error, zstandard.ZstdError, msgspec.MsgspecError, DecodeError, OSError, EOFError, ArithmeticError,
     ValueError, LookupError, AttributeError, TypeError, MemoryError, RecursionError,
 )  # fmt: skip
-"""What bytes raise that are not what a run has written."""
+"""Exceptions that reading damaged or foreign bytes may raise."""
 READERS = {"heavylift", "__main__", "mcap", "msgspec", "zstandard", "google", "numpy"} | sys.stdlib_module_names
 
 
 def failing(error: BaseException) -> str:
-    """Return the name of the library that caused an error by a failed import or a defect; "" for errors in the bytes
-    that were read."""
+    """Return the name of the library whose failed import or defect caused an error; "" if damaged bytes caused the
+    error."""
     if isinstance(error, ImportError):
         return (error.name or str(error)).partition(".")[0]
     if isinstance(error, AttributeError) and isinstance(error.obj, ModuleType):

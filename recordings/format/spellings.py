@@ -4,27 +4,28 @@ from collections.abc import Iterator
 from typing import Any, Literal
 
 BEAMS = "loaders"
-"""Key of the frames under `rig:`, and fact of a recording: machines that hang on a hook, by its rope."""
+"""Key of the lifting frames under `rig:`; also the recorded fact that lists machines hung on hooks, by hook rope."""
 
 BEAM = "loader"
-"""Kind by which a recorded model of such a frame is asked for, and beginning of the names of new ones."""
+"""Kind of a lifting frame in the names that users type, and prefix of the names of new frames."""
 
 BEAM_TYPE = f"block-{BEAM}"
-"""Type of a frame that names none."""
+"""Type of a lifting frame for which the scene names no type."""
 
 BeamLoad = Literal["loader load"]
 BEAM_LOAD: BeamLoad = "loader load"
-"""Quantity of the limit of what the slings of a frame pull."""
+"""Quantity of the limit for the total load of a frame's slings."""
 
 CALLED = {"gantry": "", "upper-slide": "upper trolley", "lower-slide": "lower trolley"}
-"""What drives of these joints are called beside the name of their machine."""
+"""Names that planners use for the moved part, by joint; the machine's name precedes them."""
 
 FAMILY = "goliath"
 BASE = f"{FAMILY}-900"
 
 
 GIRDERS = "girders"
-"""Section of parts whose entries are under `elastic`, as are those keys of drives that are prescribed, and of ropes."""
+"""Former section for flexible girders; its entries, and the keys OPTIONAL of prescribed drives and of ropes, are now
+under `elastic`."""
 
 OPTIONAL = {"drives": ("stiffness", "damping"), "ropes": ("mass per length", "mass_per_length")}
 

@@ -165,7 +165,7 @@ class Container:
             raise ValueError("the summary's checksum is wrong")
 
     def damage(self) -> str:
-        """Return what is damaged according to checksums and indexes; "" if nothing is."""
+        """Return what is damaged according to checksums and indexes; "" if all of them agree."""
         try:
             self._check_data()
             found: Counter[int] = Counter()

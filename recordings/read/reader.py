@@ -89,7 +89,7 @@ class Recording:
                 found = shown(msgspec.json.decode(text))
             kind = (int, float) if isinstance(default, int | float) else type(default)
             if default is not None and (not isinstance(found, kind) or (type(found) is float and not isfinite(found))):
-                raise ValueError(f"'{name[:40]}' is {text[:40]}")
+                raise ValueError(f"the fact '{name[:40]}' is {text[:40]}, no valid value")
         return found
 
     @property

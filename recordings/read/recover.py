@@ -100,7 +100,7 @@ class _Copy:
         self._held: dict[str, Message] = {}  # numbers of the last row of each lift, and times of those that are copied
         self._alone: dict[str, int] = {}
         self.whole, self.proved = True, False
-        """Whether no byte of the data is another one than was written, as far as their checksum is there; it is."""
+        """Whether all data bytes agree with their checksum as far as it exists; whether the checksum exists."""
         self._late = 0  # what was lost before the last facts; behind those of the result nothing stands, as a rule
         self.found = Recovered(out)
 

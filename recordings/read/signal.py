@@ -127,7 +127,7 @@ class Signal:
         return self.values[:, self.names.index(column)]
 
     def at(self, t: Floats) -> "Signal":
-        """Return the signal linearly interpolated at other times [s]; NaN outside its time span."""
+        """Return the signal interpolated linearly at other times [s]; NaN outside the time span of the signal."""
         if np.array_equal(t, self.t):
             return self
         columns = [np.interp(t, self.t, x, left=np.nan, right=np.nan) for x in self.values.T]

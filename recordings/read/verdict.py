@@ -93,8 +93,8 @@ def recorded_verdict(rec: Recording) -> RecordedVerdict | None:
 
 
 def as_recorded(rec: Recording) -> list[str]:
-    """Return what can only be taken from the recorded result and not be computed again: the verdict, times of peaks, a
-    digest that cannot be computed."""
+    """Return statements of the recorded result that cannot be computed again: the verdict, times of peaks, in some
+    cases the digest."""
     compared = ["verdict"] if "verdict" in rec.result else []
     compared += ["times of peaks"] if rec.fact("peaks", {}) else []
     return compared + (["digest"] if contents(rec).unknown and "digest" in rec.result else [])
@@ -106,7 +106,7 @@ def recorded_peaks(rec: Recording) -> dict[str, Peak]:
         found = msgspec.convert(rec.fact("peaks", {}), dict[str, dict[str, float]])
         peaks = {name: Peak(peak["tension"], peak["time"]) for name, peak in found.items()}
         if not np.isfinite([*peaks.values()]).all():
-            raise ValueError("a peak is not a number")
+            raise ValueError("a recorded peak is not a number")
         return peaks
 
 

@@ -25,7 +25,8 @@ ROWED = ("/samples", "/poses", "/measured", "/scene", "/ropes", "/rig")  # topic
 
 
 def event(A: Recording, B: Recording) -> Iterator[tuple[float, str]]:
-    """Yield the time [s] and a description of the first event that differs."""
+    """Yield the time [s] and a description of the first event that differs between the recordings; nothing if all are
+    equal."""
     for x, y in zip_longest(A.events(), B.events()):
         if x != y or msgspec.json.encode(x) != msgspec.json.encode(y):
             t = min(e.t_ns for e in (x, y) if e is not None) * 1e-9
@@ -38,7 +39,8 @@ def _described(event: RecordedEvent | None) -> str:
 
 
 def notes(A: Recording, B: Recording) -> Iterator[tuple[float, str]]:
-    """Yield the time [s] and a description of the first note of the kernel that differs."""
+    """Yield the time [s] and a description of the first kernel note that differs between the recordings; nothing if all
+    are equal."""
     for x, y in zip_longest(A.notes(), B.notes()):
         if x != y:
             text = " and ".join(f"'{note[1]}'" if note else "nothing" for note in (x, y))

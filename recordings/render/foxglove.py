@@ -1,8 +1,8 @@
 """The Foxglove websocket of a run that goes on: samples, poses, ropes, boxes and events for Foxglove and Lichtblick.
 
-It is on this machine only, its address holds a random word, and a page of the web is heard only if it is one of these
-viewers: any site that a browser shows may knock at such a port.  What is sent is the protocol `foxglove.sdk.v1`, of
-which viewers here need four messages.  A viewer that is slow misses what is older; it never makes the run wait.
+The server listens on this machine only, its address holds a random word, and of web pages only these viewers may
+connect, since any site in a browser can try such a port. It sends the four messages of protocol `foxglove.sdk.v1` that
+these viewers need. A slow viewer misses older data and never delays the run.
 
 A layout for Lichtblick and Foxglove, with what those programs need to show a recording at once: the scene in three
 dimensions seen from the world, the rope tensions by name, the stages, the log.
@@ -69,7 +69,7 @@ class FoxgloveServer(AbstractContextManager["FoxgloveServer"]):
                 f"--foxglove: port {port} cannot be served ({error}); stop the program that uses it"
             ) from None
         self.url = f"ws://{HOST}:{self._server.socket.getsockname()[1]}/{self._word}"
-        """Where viewers find it."""
+        """Address for viewers."""
         threading.Thread(target=self._server.serve_forever, name="foxglove", daemon=True).start()
 
     def announce(self, topic: str, descriptor: Descriptor) -> None:

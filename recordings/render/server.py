@@ -191,7 +191,7 @@ class LivePage(Spectator, AbstractContextManager["LivePage"]):
     def __init__(self) -> None:
         self._server = PageServer()
         self.url = self._server.url
-        """Where a browser finds it, with the word that lets it in."""
+        """Address of the page, including the secret word."""
         self._lock = threading.Lock()
         self._shown: PageColumns | None = None
         self._facts: list[tuple[str, str]] = []

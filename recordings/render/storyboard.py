@@ -1,11 +1,11 @@
 """A picture of the lift itself: some instants of a recording side by side, seen along the rails.
 
-The instants are spread evenly over the way that the bodies have gone (shift and turn), so a long wait takes no frame.
-Drawn from what the recording holds for any viewer: boxes of /scene, frames of /poses, the lines of /rig between them.
+The instants divide the path of the bodies (displacement and rotation) evenly, so a long wait takes no frame. The
+drawing uses the topics for viewers: boxes of /scene, frames of /poses, rope lines of /rig.
 
 What all figures on paper share: ink, how text is set, how the file is written.
 
-Names come from recordings, so a dollar sign in one is a dollar sign and no formula; equal recordings give equal files.
+Names in recordings are drawn literally: a dollar sign begins no formula. Equal recordings give equal files.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Sheets: one form for everything with tables that people read, and a printer for each file type.
+"""Sheets: one form for all documents with tables, and a printer for each file type.
 
 sheet     the sheet: a title, a state, and tables, charts and notes in reading order; the sheet as text
-workbook  its tables as .xlsx; the sheet into a file, in the form given by the file ending
+workbook  the tables of a sheet as .xlsx; a sheet as a file, in the format that the file ending names
 """
 
 from heavylift.kernel.on_demand import face

@@ -127,7 +127,7 @@ class Sheet(msgspec.Struct, frozen=True):
 
 
 def stated(state: str, *leads: str) -> str:
-    """Return the lead of a sheet that begins with its state."""
+    """Return the summary of a sheet, which begins with the state."""
     return f"{state.upper()}: {'; '.join(filter(None, leads))}"
 
 

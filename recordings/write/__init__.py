@@ -1,9 +1,9 @@
-"""A recording while it is written.
+"""Writing a recording.
 
-broadcast         who looks at a run while it goes on; programs that draw it
-writer            the recorder: one file per run, whole once it bears its name
-sink              the MCAP file as the recorder sees it (its bytes: format.mcapfile); sample rows on their way into it
-outputs, partfile under which name an output is written; the file under construction
+broadcast         observers of a run in progress; data for programs that draw it
+writer            the recorder: one file per run, complete once it has its final name
+sink              the MCAP file as the recorder uses it (bytes: format.mcapfile); encoding of sample rows
+outputs, partfile choice of an output's name; the file under construction
 """
 
 from heavylift.kernel.on_demand import face

@@ -84,7 +84,7 @@ class Broadcast(Spectator):
         self._again = 0.0
         self._topics: list[str] = []
         self.mcap = self
-        """Where `RowWriter` writes."""
+        """Receiver of the messages of `RowWriter`: this object."""
 
     def protobuf(
         self, topic: str, message: type[Message] | Descriptor, facts: Mapping[str, object] | None = None

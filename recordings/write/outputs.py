@@ -42,7 +42,7 @@ def file_path(path: object) -> Path:
 
 
 def unnamable(path: Path) -> str:
-    """Return why no file can have this name, including the suffixes that a run adds; "" if a file can."""
+    """Return why no file can have this name together with the suffixes that a run adds; "" if a file can."""
     try:
         _mode(path.with_name(path.name + COMMANDS))
     except OSError as error:

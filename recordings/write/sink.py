@@ -1,8 +1,8 @@
 """The MCAP file of a run as the recorder sees it: channels, messages, a flush twice a wall second, an end.
 
-The first record is the metadata `run`, then the attachments; both are in the file before anybody sees it.  `format`
-among these facts is the number of the rules by which topics, schemas and facts are to be read.  A kill loses what was
-not flushed, at most a second: a thread of its own sees to that, whatever the run is busy with.
+The first record is the metadata `run`, then the attachments; both are in the file before anybody sees it. `format`
+among these facts is the number of the rules by which topics, schemas and facts are to be read. A kill loses at most the
+last second of data, since a separate thread flushes the file whatever the run is doing.
 
 Sample rows on their way into the file: a message of numbers and one of all poses per row, ropes where they moved.
 """

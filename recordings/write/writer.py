@@ -78,7 +78,7 @@ class Recorder:
         self._lines_every = lines_every
         self._next_sample = 0
         self.notes: list[SamplerNote] = []
-        """What the sampler has told the user so far."""
+        """Notes for the user that the sampling node has sent so far."""
         self._queue: list[tuple[int, int, int, Callable[[int], None] | PendingRows]] = []  # time, rank, ticket, what
         self._ticket = count()
         self._last_event = self._last_sample = self._settled = self._now = 0

@@ -136,7 +136,7 @@ def half_period(recording: Recording) -> float:
         ),
     ],
 )
-def test_each_atomic_model_carries_its_part_of_the_motion(
+def test_changing_the_data_of_one_element_changes_the_pendulum_period_as_computed(
     tmp_path: Path, atomic: str, change: dict[str, str], period: float
 ) -> None:
     text = PENDULUM

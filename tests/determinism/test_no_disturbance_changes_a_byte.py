@@ -13,7 +13,7 @@ from disturbances import LEVELS, Case, digests, pairwise
 MODEL = "random_models:build(9) 60"
 
 
-def test_the_disturbance_tests_cover_all_pairs_of_disturbances() -> None:
+def test_the_determinism_cases_cover_all_pairs_of_execution_conditions() -> None:
     cases = pairwise(MODEL)
     for a, b in combinations(LEVELS, 2):
         assert {(getattr(c, a), getattr(c, b)) for c in cases} == set(product(LEVELS[a], LEVELS[b]))
@@ -21,12 +21,12 @@ def test_the_disturbance_tests_cover_all_pairs_of_disturbances() -> None:
 
 
 @pytest.mark.large
-def test_disturbances_do_not_change_the_digest_of_a_random_model() -> None:
+def test_placement_message_delays_and_hash_seeds_do_not_change_the_digest_of_a_random_model() -> None:
     assert len(set(digests(pairwise(MODEL)).values())) == 1
 
 
 @pytest.mark.parametrize("what", ["scene lift end=25s", "scene damper end=6s models.damper.delay=70ms"])
-def test_disturbances_do_not_change_the_digest_of_a_scene(what: str) -> None:
+def test_placement_message_delays_and_hash_seeds_do_not_change_the_digest_of_a_scene(what: str) -> None:
     cases = [
         Case(what),
         Case(what, start=3, delay=3, cut=2),
@@ -45,7 +45,7 @@ def test_disturbances_do_not_change_the_digest_of_a_scene(what: str) -> None:
     ],
 )
 @pytest.mark.large(beyond=1)
-def test_the_test_detects_a_model_that_depends_on_a_disturbance(
+def test_the_determinism_check_detects_a_model_that_depends_on_an_execution_condition(
     kind: str, first: dict[str, int], second: dict[str, int]
 ) -> None:
     what = f"sloppy:group({kind!r}) 200"
@@ -54,7 +54,7 @@ def test_the_test_detects_a_model_that_depends_on_a_disturbance(
     assert found[one] != found[other]
 
 
-def test_the_test_accepts_a_model_that_depends_on_no_disturbance() -> None:
+def test_the_determinism_check_accepts_a_deterministic_model() -> None:
     what = "sloppy:group('careful') 200"
     cases = [Case(what), Case(what, hash_seed=1, processes=2, start=1, delay=1, cut=1)]
     assert len(set(digests(cases).values())) == 1

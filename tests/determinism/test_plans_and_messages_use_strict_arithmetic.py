@@ -131,7 +131,7 @@ def test_constants_of_flexible_bodies_are_products_in_a_fixed_order(path):
     assert bool(found) == (path in FLEXIBLE), f"{path} {found}: see kernel/algebra/arrays.py"
 
 
-def test_the_search_for_forbidden_functions_finds_them():
+def test_the_search_for_forbidden_functions_finds_every_planted_one():
     text = "from scipy.linalg import eigh\nimport math\nfrom math import cos\n"
     text += "x = math.hypot(1, 2) + cos(1) + y**0.5 + 2**3\n"
     text += "z = np.linalg.solve(A, b) @ c"

@@ -51,7 +51,7 @@ def test_a_snapshot_keeps_the_damping_of_a_rattling_rope():
     assert whole.state.tobytes() == other.state.tobytes()
 
 
-def test_a_rope_hooked_again_has_events_and_its_own_damping():
+def test_a_rattling_rope_that_is_hooked_again_has_events_and_its_stated_damping():
     s = started(rattling_scene(), sample_ns=SECOND // 100)
     hand_over(s, SECOND // 10)
     assert s.switches.rope_numbers("rope")[1] > 0.0

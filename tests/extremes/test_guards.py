@@ -227,7 +227,7 @@ def test_a_collapsed_step_is_reported_with_mode_body_and_law():
     )
 
 
-def test_the_named_mode_is_the_fastest_one():
+def test_the_mode_named_in_an_error_about_step_size_is_the_fastest_mode():
     """Of two bodies on ropes the lighter one, and the rope that holds it."""
     one, other = hung(LENGTH + 0.1), slider("hook", 500.0, q0=-6.1)
     line = Line(Point("world"), Point("hook"))

@@ -21,13 +21,13 @@ def alike(cases: list[Case]) -> None:
 
 
 @pytest.mark.parametrize("seed", [9])
-def test_twenty_runs_of_a_random_model_agree_in_all_combinations_of_disturbances(seed: int) -> None:
+def test_twenty_runs_of_a_random_model_have_one_digest_under_all_execution_conditions(seed: int) -> None:
     alike(full(f"random_models:build({seed}) 60", RUNS))
 
 
-def test_a_lift_has_one_digest_in_all_combinations_of_disturbances() -> None:
+def test_a_lift_has_one_digest_under_all_execution_conditions() -> None:
     alike(full("scene lift end=25s", 2))
 
 
-def test_turnover_has_one_digest_in_all_pairs_of_disturbances() -> None:
+def test_turnover_has_one_digest_under_all_pairs_of_execution_conditions() -> None:
     alike(pairwise("scene turnover end=100s"))

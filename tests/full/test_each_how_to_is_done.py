@@ -11,7 +11,7 @@ from page_blocks import blocks, follow
 PAGE = "coordinator/HOWTO.md"
 
 
-def test_every_command_and_example_of_the_how_to_page_works(
+def test_every_command_and_example_of_the_how_to_page_succeeds(
     tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for package in ("pandas", "cryptography"):

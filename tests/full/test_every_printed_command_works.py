@@ -18,5 +18,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize("command", [text for text in printed() if not is_quick(text) and not exception(text)])
-def test_every_printed_command_works(command: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_command_printed_on_the_pages_succeeds(
+    command: str, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     type_command(command, folder, monkeypatch)

@@ -8,5 +8,5 @@ from heavylift.nodes.scene import load
 
 
 @pytest.mark.parametrize("seed", [4, 6, 13])
-def test_the_equilibrium_of_a_lift_in_gusts_is_found(seed: int) -> None:
+def test_statics_finds_the_equilibrium_of_a_lift_in_gusts(seed: int) -> None:
     assert load("wind-tandem", [f"seed={seed}"]).statics.known

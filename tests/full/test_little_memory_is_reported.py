@@ -35,7 +35,7 @@ def test_a_lack_of_memory_is_recognised() -> None:
 @pytest.mark.large
 @pytest.mark.parametrize("line", [*RUNS, *(f"{line} --in-process" for line in RUNS)])
 @pytest.mark.parametrize("limit_MB", LIMITS)
-def test_a_run_reports_that_its_memory_is_limited(tmp_path: Path, line: str, limit_MB: int) -> None:
+def test_a_run_without_enough_memory_ends_with_one_sentence(tmp_path: Path, line: str, limit_MB: int) -> None:
     def bounded() -> None:
         resource.setrlimit(resource.RLIMIT_AS, (limit_MB * MB, limit_MB * MB))
 

@@ -137,7 +137,7 @@ def test_old_scenes_give_the_same_systems_as_former_versions(version: str, tmp_p
 
 
 @pytest.mark.parametrize("seed", LIFTS)
-def test_a_random_lift_in_plain_parts_is_the_same(seed: int, tmp_path: Path) -> None:
+def test_a_random_lift_written_without_former_words_gives_the_same_system(seed: int, tmp_path: Path) -> None:
     text = random_lift(seed)
     own = plain(text, tmp_path)
     try:
@@ -165,7 +165,7 @@ def former_scenes(folder: Path, *more: str) -> dict[str, tuple[dict[tuple[str, s
     return {name: ({(who, what): value for who, what, value in found}, {*red}) for name, found, red in rows}
 
 
-def test_findings_of_former_bundled_scenes_are_found_again(tmp_path: Path) -> None:
+def test_former_bundled_scenes_give_their_former_values_and_findings(tmp_path: Path) -> None:
     """Each value is as it was; what turned red is listed, here and for users."""
     archive_of(FORMER[-1], tmp_path)
     old, new = former_scenes(tmp_path, str(tmp_path)), former_scenes(tmp_path)

@@ -26,7 +26,7 @@ def values(found: LoadedScene) -> dict[tuple[str, str], float]:
 
 
 @pytest.mark.parametrize("seed", range(100))
-def test_all_hooks_carry_the_weight_of_all_and_each_is_checked(seed: int) -> None:
+def test_the_hooks_of_a_random_crane_mix_carry_the_total_weight_and_each_hook_is_checked(seed: int) -> None:
     mix = random_mix(seed)
     found = scene(mix.text)
     assert found.statics.known
@@ -43,7 +43,7 @@ def test_all_hooks_carry_the_weight_of_all_and_each_is_checked(seed: int) -> Non
 
 
 @pytest.mark.parametrize("seed", range(100))
-def test_the_order_of_entries_and_their_names_decide_nothing(seed: int) -> None:
+def test_the_order_and_names_of_scene_entries_do_not_change_the_checked_values(seed: int) -> None:
     text = random_mix(seed).text
     one = values(scene(text))
     for other in (reversed_entries(text), renamed(text)):
@@ -51,7 +51,7 @@ def test_the_order_of_entries_and_their_names_decide_nothing(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", PLAYED)
-def test_a_mix_of_cranes_runs_as_it_rests(seed: int) -> None:
+def test_simulated_peaks_of_a_random_crane_mix_are_near_its_static_tensions(seed: int) -> None:
     mix = random_mix(seed)
     found = scene(mix.text)
     run = play(found.plan)

@@ -125,5 +125,5 @@ def test_public_names_used_on_pages_are_in_the_reference(name: str) -> None:
     assert [word for word in classes if not re.search(rf"^\*\*`{word}\b", REFERENCE["python"], re.MULTILINE)] == []
 
 
-def test_the_reference_covers_what_models_are_made_of() -> None:
+def test_the_reference_page_has_an_entry_for_every_name_that_models_need() -> None:
     assert [word for word in ALWAYS if not re.search(rf"^\*\*`{word}`", REFERENCE["python"], re.MULTILINE)] == []

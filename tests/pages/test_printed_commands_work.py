@@ -21,7 +21,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize("command", [text for text in printed() if is_quick(text) and not exception(text)])
-def test_a_quick_printed_command_works(command: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_fast_command_printed_on_the_pages_succeeds(
+    command: str, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     type_command(command, folder, monkeypatch)
 
 
@@ -30,7 +32,7 @@ def test_every_listed_exception_of_printed_commands_is_needed(pattern: str) -> N
     assert any(re.match(pattern, text.removeprefix("heavylift ")) for text in printed())
 
 
-def test_reasons_of_listed_exceptions_name_existing_things() -> None:
+def test_tests_named_in_the_exceptions_for_printed_commands_exist() -> None:
     named = [path for why in EXCEPTIONS.values() for path in re.findall(r"tests/[\w/.]*\w", why)]
     assert [path for path in named if not (ROOT / path).exists()] == []
 

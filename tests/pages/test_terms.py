@@ -93,7 +93,7 @@ def test_no_unwanted_word_occurs_in_names() -> None:
     assert found == []
 
 
-def test_the_search_for_unwanted_words_finds_them() -> None:
+def test_the_search_for_unwanted_words_finds_every_planted_one() -> None:
     tree = ast.parse("class Desk:\n    def exit_told(self, vigil):\n        self.rung = [tape for tape in vigil]\n")
     assert [x.partition(":")[0] for x in misnamed(names(tree))] == ["1", "2", "2", "3", "3"]
     assert [*phrases(iter([(7, "the error is told at its line"), (8, "it is told that")]))] == [

@@ -134,7 +134,7 @@ def test_a_scene_without_machines_fills_the_picture_of_the_page(browser: Chromiu
     assert 0.1 < ball[:, 1].mean() / columns < 0.9
 
 
-def test_keys_and_clicks_of_the_page_work(browser: Chromium, lift: Path) -> None:
+def test_keys_and_clicks_on_the_page_change_its_time_stage_and_playback(browser: Chromium, lift: Path) -> None:
     browser.open(f"{lift.as_uri()}#t=0")
     browser.key("?")
     assert browser.run("document.getElementById('help').open")

@@ -47,7 +47,7 @@ def test_a_recovered_recording_says_that_the_run_was_cut_off(killed: Path, recor
     assert new.fact("peaks") == Recording(recorded).fact("peaks")
 
 
-def test_recovering_a_recovered_recording_works_again(killed: Path, tmp_path: Path) -> None:
+def test_a_recovered_recording_that_is_cut_again_is_recovered_without_loss(killed: Path, tmp_path: Path) -> None:
     first = recover(killed).path
     (tmp_path / "again.mcap").write_bytes(first.read_bytes()[:-1])
     again = recover(tmp_path / "again.mcap")

@@ -76,7 +76,7 @@ def test_every_truncated_recording_is_refused(recorded: Path, tmp_path: Path) ->
         refusal(part)
 
 
-def test_damage_anywhere_in_a_recording_is_reported_or_harmless(recorded: Path, tmp_path: Path) -> None:
+def test_damage_anywhere_in_a_recording_is_reported_or_changes_no_data(recorded: Path, tmp_path: Path) -> None:
     data = recorded.read_bytes()
     rng = random.Random(11)
     part = tmp_path / "damaged.mcap"

@@ -11,7 +11,7 @@ NUMBERS = {"qx", "qy", "qz", "qw"}
 
 
 @pytest.mark.parametrize("kind", JOINTS)
-def test_the_unit_of_a_joint_coordinate_is_a_length_an_angle_or_none(kind: str) -> None:
+def test_the_unit_of_a_joint_coordinate_is_metre_radian_or_none(kind: str) -> None:
     for name in JOINTS[kind].coordinates:
         expected = "m" if name in PLACES else "1" if name in NUMBERS else "rad"
         assert unit_of("m or rad", f"crane.boom.{name}") == expected
@@ -23,6 +23,6 @@ def test_a_pose_has_units_of_length_and_none_for_its_quaternion() -> None:
     assert [unit_of(POSE_UNIT, x) for x in ("x", "y", "block.z", "qx", "block.qw")] == ["m", "m", "m", "1", "1"]
 
 
-def test_signals_with_one_unit_keep_it() -> None:
+def test_columns_of_a_signal_with_one_unit_have_that_unit() -> None:
     assert unit_of("N", "tension of w.angle") == "N"
     assert unit_of("N or m", "east.angle") == "N or m"

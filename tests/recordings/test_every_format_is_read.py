@@ -42,7 +42,7 @@ def test_every_reader_reads_each_recording_format(number: int, tmp_path: Path) -
 
 
 @pytest.mark.parametrize("number", READABLE)
-def test_the_block_in_the_stored_recording_falls_into_its_rope(number: int) -> None:
+def test_stored_recordings_of_each_format_show_a_block_that_falls_into_its_rope(number: int) -> None:
     rec = Recording(golden(number))
     pose, rope = rec["block"].pose, rec.signal("rope/tension")
     t = pose.t[pose.t <= TAUT]
@@ -54,7 +54,7 @@ def test_the_block_in_the_stored_recording_falls_into_its_rope(number: int) -> N
     assert rec.stages() == [(0.0, "fall and bounce")]
 
 
-def test_a_plan_of_an_earlier_version_says_what_is_not_read() -> None:
+def test_a_recorded_plan_of_an_earlier_version_gives_a_note_on_its_unread_parts() -> None:
     message = "of an earlier version: cranes, slings and block are not listed; run the scene again for them"
     assert f"  plan      {message}" in info(golden(2)).splitlines()
     rec = Recording(golden(2))

@@ -161,7 +161,9 @@ def test_outputs_follow_no_symbolic_link(ending: str, force: bool, tmp_path: Pat
     assert all_below(tmp_path) == before
 
 
-def test_the_remains_of_a_killed_run_are_kept_even_if_its_name_is_forced(begin: Begin, tmp_path: Path) -> None:
+def test_the_partial_recording_of_a_killed_run_is_kept_even_if_a_new_run_uses_force(
+    begin: Begin, tmp_path: Path
+) -> None:
     part, orders = tmp_path / "run.mcap.part", tmp_path / "run.mcap.commands"
     with begin() as rec:
         left = part.read_bytes()
@@ -179,7 +181,7 @@ def test_the_remains_of_a_killed_run_are_kept_even_if_its_name_is_forced(begin: 
 
 
 @pytest.mark.parametrize("size", [0, 60, 80])
-def test_an_output_without_a_run_is_replaced(size: int, begin: Begin, tmp_path: Path) -> None:
+def test_force_replaces_a_partial_file_that_holds_no_run(size: int, begin: Begin, tmp_path: Path) -> None:
     part = tmp_path / "run.mcap.part"
     with begin() as rec:
         left = part.read_bytes()
@@ -213,7 +215,7 @@ def test_a_file_created_during_a_run_is_kept(come: Obstacle, begin: Begin, tmp_p
     assert Recording(tmp_path / "run-2.mcap").result["status"] == "finished"
 
 
-def test_recording_works_on_a_file_system_without_unnamed_files(
+def test_outputs_are_written_and_named_on_a_file_system_without_unnamed_files(
     recorded: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delattr(os, "O_TMPFILE")
@@ -293,7 +295,9 @@ def test_changes_of_the_file_during_a_run_are_noticed(
     assert all_below(tmp_path).keys() == harmed.keys()
 
 
-def test_touching_or_reading_the_file_during_a_run_is_harmless(begin: Begin, tmp_path: Path) -> None:
+def test_reading_the_file_or_changing_its_rights_during_a_run_does_not_spoil_the_recording(
+    begin: Begin, tmp_path: Path
+) -> None:
     rec = begin()
     part = tmp_path / "run.mcap.part"
     part.read_bytes()

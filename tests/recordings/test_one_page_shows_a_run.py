@@ -43,7 +43,7 @@ def embedded(page: Path) -> dict:
     return json.loads(found[1])
 
 
-def test_the_page_contains_the_recording(page: Path, tmp_path: Path) -> None:
+def test_the_page_contains_samples_shapes_rope_lines_and_stages_of_the_recording(page: Path, tmp_path: Path) -> None:
     run, rec = embedded(page), Recording(tmp_path / "run.mcap")
     signal = rec.signal("rope/tension")
     assert np.array_equal(np.frombuffer(base64.b64decode(run["rows"]["t"]), "<f8"), signal.t)
@@ -61,7 +61,7 @@ def test_the_page_contains_the_recording(page: Path, tmp_path: Path) -> None:
     assert content(rec)["peaks"][0]["rated"] == 9e5
 
 
-def test_the_page_reduces_an_hour_to_its_peaks() -> None:
+def test_thinning_72000_samples_to_1000_keeps_the_extrema() -> None:
     load = np.sin(np.arange(72_000) / 7.0)
     load[31_234], load[50_001] = 9.0, -9.0
     kept = thinned([load], 1000)

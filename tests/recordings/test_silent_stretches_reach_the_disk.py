@@ -71,7 +71,7 @@ def test_rows_of_a_rest_are_written_in_batches_without_delay(tmp_path: Path, mon
     assert sum(sizes) < 8 * 2 * BATCH * len(found.t), "a tenth of what each by itself would take"
 
 
-def test_data_are_on_disk_before_the_next_command(tmp_path: Path) -> None:
+def test_recorded_data_reach_the_disk_without_a_further_call_of_the_recorder(tmp_path: Path) -> None:
     with Recorder(tmp_path / "run.mcap", {"scene": "x"}) as rec:
         part = rec._sink._file.part
         rec.log(10**9, "info", "x", "said")

@@ -128,7 +128,7 @@ def test_events_conform_to_their_json_schema(recorded: Path) -> None:
 
 
 @pytest.mark.parametrize("topic", ["/scene", "/ropes"])
-def test_viewers_get_only_data_that_exist(recorded: Path, topic: str) -> None:
+def test_a_recording_without_shapes_and_ropes_has_no_messages_on_their_topics(recorded: Path, topic: str) -> None:
     with recorded.open("rb") as stream:
         assert list(make_reader(stream).iter_messages(topics=[topic])) == []
 

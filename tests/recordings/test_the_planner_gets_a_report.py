@@ -128,7 +128,9 @@ def test_a_mechanism_without_ropes_and_stages_has_a_report(tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize("name", CRANES)
-def test_the_report_has_one_largest_value_per_item_on_any_crane(lifts: dict[str, Path], name: str) -> None:
+def test_the_report_table_of_each_quantity_contains_the_value_of_its_check_on_any_crane(
+    lifts: dict[str, Path], name: str
+) -> None:
     found = facts(Recording(lifts[name]))
     assert found.verdict is not None
     titles = {table.title for table in tables_of(found)}

@@ -89,7 +89,7 @@ def test_comparing_two_runs_reports_that_one_ends_earlier(write: Write) -> None:
     assert [d.most for d in found.differences] == [0.0, 0.0]
 
 
-def test_programs_get_the_comparison_as_named_data(write: Write) -> None:
+def test_a_comparison_of_two_runs_is_exported_with_named_fields(write: Write) -> None:
     a, b = (write(name, TENSION + off, []) for name, off in (("a.mcap", 0.0), ("b.mcap", 1.0)))
     found = msgspec.json.decode(msgspec.json.encode(compare(a, b), enc_hook=str))
     assert found["equal"] is False

@@ -36,7 +36,7 @@ def library_frames(t_ns: int, bodies: list[str], poses: NDArray[np.float64]) -> 
     return out
 
 
-def test_recorded_frames_decode_as_if_written_by_the_library() -> None:
+def test_recorded_frames_decode_as_those_of_the_protobuf_library() -> None:
     bodies = [f"west.body{i}" for i in range(19)]
     poses = np.random.default_rng(3).normal(size=(len(TIMES), 19, 7))
     template = frames_template(bodies)
@@ -48,7 +48,7 @@ def test_recorded_frames_decode_as_if_written_by_the_library() -> None:
     assert np.array_equal(fourth, poses[:, 3])
 
 
-def test_a_zero_in_a_pose_gives_the_frames_of_the_library() -> None:
+def test_poses_with_zero_coordinates_are_encoded_as_by_the_protobuf_library() -> None:
     poses = np.array([[0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 1.0]])
     (data,) = frames_template(["block"]).encode([7], poses)
     assert FrameTransforms.FromString(data.tobytes()) == library_frames(7, ["block"], poses)
@@ -61,7 +61,7 @@ def test_invalid_recorded_frames_are_refused() -> None:
 
 
 @pytest.mark.parametrize("counts", [[1], [2, 15], [16, 61, 3000], [1] * 20])
-def test_recorded_samples_equal_those_of_the_library_byte_by_byte(counts: list[int]) -> None:
+def test_recorded_samples_equal_those_of_the_protobuf_library_byte_by_byte(counts: list[int]) -> None:
     fields = sample_fields([SampleChannel(f"rope/{i}", ["x"] * n, "N", 0, n) for i, n in enumerate(counts)])
     rows = np.random.default_rng(5).normal(size=(3, sum(counts)))
     Samples = GetMessageClass(samples_descriptor([field.field for field in fields]))

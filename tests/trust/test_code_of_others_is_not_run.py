@@ -88,7 +88,9 @@ def test_code_named_in_a_recording_is_not_run(heavylift: Command, tmp_path: Path
     assert heavylift("replay", "--verify", "rail.mcap", "--allow-code", ".")[0] == 0
 
 
-def test_a_model_is_run_where_the_user_names_it_but_not_from_a_recording(heavylift: Command, tmp_path: Path) -> None:
+def test_python_code_runs_if_the_user_names_it_but_not_if_only_a_recording_does(
+    heavylift: Command, tmp_path: Path
+) -> None:
     (tmp_path / "ringed.py").write_text(
         "from subprocess import run\nfrom heavylift.nodes.zoo.token_ring import ring\n\n\n"
         "def build(n=3):\n    return ring(n, 1, 5)\n"

@@ -13,7 +13,7 @@ def test_the_whole_lift_and_its_statics_compile_only_once(lift: Lift) -> None:
 
 
 @pytest.mark.parametrize("change", ["accuracy=0.001 %", "block.mass=899 t", "rig.slack=51 mm"])
-def test_other_numbers_in_turnover_need_no_new_code(
+def test_changing_numbers_of_turnover_compiles_no_new_machine_code(
     lift: Lift, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, change: str
 ) -> None:
     before = {path: path.stat().st_ino for path in lift.code.glob("*.o")}  # new code is another file

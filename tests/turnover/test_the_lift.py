@@ -107,7 +107,7 @@ def test_supports_only_push_and_carry_nothing_while_the_block_hangs(reading: Rea
     assert force[air].max() == 0.0
 
 
-def test_stages_wait_for_states_and_not_for_times(tmp_path: Path) -> None:
+def test_the_loading_stage_begins_later_by_the_time_that_additional_slack_takes(tmp_path: Path) -> None:
     """With 0.1 m more slack the same list loads 20 s later, to the nanosecond of the longer creep."""
     begins = []
     for slack in ("0.3 m", "0.4 m"):

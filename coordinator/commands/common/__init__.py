@@ -1,8 +1,8 @@
 """What all commands of `heavylift` share.
 
-app          the command line as a whole; how help looks; exit codes, and one sentence where something is wrong
-options      arguments and options that several commands have; what a shell may complete
-process_count       how many processes are worth starting
+app          the command line as a whole; form of the help; exit codes; an error as one sentence
+options      arguments and options of several commands; shell completion
+process_count       the fastest number of processes on this machine
 """
 
 from heavylift.kernel.on_demand import face

@@ -130,7 +130,8 @@ class App(typer.Typer):
 
 
 def _code_set(sets: Iterable[str]) -> list[str]:
-    """Return the Python functions that --set options name, spelled as in a scene, which are thereby trusted."""
+    """Return the Python functions named by --set options, spelled as in a scene; the user trusts them by naming
+    them."""
     found = []
     for key, _, value in (setting.partition("=") for setting in sets):
         module, colon, name = value.strip().strip("'\"").rpartition(":")

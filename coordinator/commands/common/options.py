@@ -1,4 +1,4 @@
-"""Arguments and options that several commands have, and what is made of their texts.
+"""Arguments and options of several commands, and the parsing of their texts.
 
 What a shell may complete (`heavylift --install-completion`): nothing of it may fail or print; what cannot be looked up
 is not offered.
@@ -160,8 +160,8 @@ BOTH = {"scene", "a", "b", "strict", "fail_on", "as_json", "sets"}  # parameters
 
 
 def yard_file(context: typer.Context, scene: str, allowed: Collection[str], only: Collection[str] = ()) -> bool:
-    """Return whether a file is a yard file; raises SceneError for an option that does not apply to files of its kind
-    (`only`: options that apply to scenes only)."""
+    """Return whether a file is a yard file; raises BadParameter for an option that does not apply to it. `allowed`:
+    further options for yard files; `only`: options for yard files only."""
     from heavylift.nodes.yard.beginning import is_yard
 
     found = is_yard(scene)
@@ -180,8 +180,7 @@ def given(context: typer.Context) -> "list[Any]":
 
 
 def find_own_modules(references: Iterable[str]) -> None:
-    """Let modules in the folder where the user stands be found if references name them; what is installed comes
-    first."""
+    """If references name modules in the current folder, make these importable; installed modules take precedence."""
     names = (text.partition(":")[0].rpartition("=")[2].partition(".")[0] for text in references)
     if os.getcwd() not in sys.path and any(PathFinder.find_spec(name, [os.getcwd()]) for name in names if name):
         sys.path.append(os.getcwd())

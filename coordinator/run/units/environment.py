@@ -48,7 +48,7 @@ class Environment:
         self._run = SteppableRun(self._plan, lambda words: b"")
         self.names = [x for x in self._run.columns if any(fnmatchcase(x, wanted) for wanted in self._wanted)]
         if not self.names:
-            raise SceneError(f"observations={self._wanted!r}: no signal has such a name")
+            raise SceneError(f"observations={self._wanted!r}: no signal matches; give names as `simulate` lists them")
         return self.observe()
 
     @property

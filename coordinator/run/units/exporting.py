@@ -41,8 +41,8 @@ CODES = {
 
 
 def masters_of(scene: LoadedScene, inputs: Sequence[str]) -> tuple[tuple[UserModel, ...], bool]:
-    """Return the models that stand for a program which sets the speeds of drives and winches, and whether it sets that
-    of the `wind`; raises SceneError for unknown names."""
+    """Return the models through which the importing program sets the speeds of drives and winches, and whether that
+    program also sets the speed of the `wind`; raises SceneError for unknown names."""
     wind = "wind" in inputs
     if wind and not any(machine.name == "wind" for machine in scene.plan.machines):
         raise SceneError("--input wind: the scene has no 'wind'; give it one, such as 'wind: {speed: 0 m/s}'")

@@ -1,10 +1,9 @@
 """A scene as a slave of FMI 2.0, by pythonfmu.
 
-A step beyond the end of the scene or of the experiment is discarded, as is one back in time or after the run has
-failed, and the log says why: with fmi2Discard a slave ends early (FMI 2.0.4, section 4.2.2), and fmi2LastSuccessfulTime
-is the start of the step, no part of which was executed. pythonfmu has no other refusal: an exception becomes fmi2Fatal,
-after which a master may not even free the unit, and the inquiry fmi2Terminated returns fmi2Error in every unit that it
-makes.
+A step beyond the end of the scene or of the experiment, back in time, or after a failure is discarded, with the reason
+in the log: with fmi2Discard a slave ends early (FMI 2.0.4, section 4.2.2), and fmi2LastSuccessfulTime is the start of
+the step, no part of which was executed. pythonfmu has no other refusal: an exception becomes fmi2Fatal, after which a
+master may not even free the unit, and the inquiry fmi2Terminated returns fmi2Error in every unit that it makes.
 """
 
 from copy import deepcopy

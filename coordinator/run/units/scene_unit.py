@@ -9,8 +9,8 @@
     pose.BODY.x ... .qw      position [m] and quaternion of a body
     TOPIC.NAME               each other signal, such as joint.position.rail.travel
 
-A saved state holds what was done to the unit, and is restored by doing it again: equal to the last bit, as slow as the
-steps were. The unit needs this heavylift in the Python that the master loads.
+A saved state lists all steps and settings of the unit; restoring repeats them, which gives equal bits and takes as long
+as the steps did. The unit needs this version of heavylift in the Python that the importing program loads.
 """
 
 import sys
@@ -39,8 +39,8 @@ SHORT = {"rope/tension": "tension", "rope/peak": "peak"}  # topics with names of
 
 
 class UnitScene(msgspec.Struct):
-    """The scene of a unit as stored in the FMU, the models that stand for its master, and whether this sets the
-    wind."""
+    """The scene of a unit as stored in the FMU; `masters`: models through which the importing program sets speeds of
+    drives and winches; `wind`: whether that program also sets the wind speed."""
 
     plan: bytes
     text: str
@@ -152,8 +152,8 @@ class SteppedScene:
         self.run.stop = FOREVER.t if stop_time is None else seconds(stop_time)
 
     def step(self, to: float, log: Callable[[str], object], events: bool = False) -> bool | None:
-        """Step to a time [s] or, with `events`, to the first event before; return whether an event was met, or None if
-        the step is refused, with the reason in the log."""
+        """Step to a time [s] or, with `events`, to the first event before that time; return whether there was an event,
+        or None if the step is refused, with the reason in the log."""
         if self.command != self._said and self.command:
             self.run.order(self.command)
         self._said = self.command
@@ -165,11 +165,11 @@ class SteppedScene:
             return None
 
     def state(self) -> dict[str, Any]:
-        """Return what was done to the unit, as JSON."""
+        """Return all steps and settings of the unit so far, as JSON."""
         return {"given": self.run.given, "values": self._values, "command": self._said, "stop": self.run.stop}
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Bring the unit to a state."""
+        """Restore a saved state of the unit."""
         self._values, self.command = dict(state["values"]), state["command"]
         self._begin()
         self._said, self.run.stop = self.command, state["stop"]

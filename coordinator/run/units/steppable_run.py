@@ -24,19 +24,19 @@ from heavylift.recordings import SampleLayout
 
 class SteppableRun:
     """A run of a scene in this process that advances step by step; `now`: present time [ns]; `refused`: why the last
-    command was refused; `given`: everything that was done to it, from which `repeat` restores its state."""
+    command was refused; `given`: all steps and settings so far, from which `repeat` restores the state."""
 
     def __init__(self, plan: Plan, words: Callable[[str], bytes]) -> None:
         """`words` parses a command into the encoded action of an OperatorCommand."""
         self._words, self.now, self.refused, self._over, self._failed = words, 0, "", False, ""
         self.stop = FOREVER.t
-        """No step may go beyond [ns]."""
+        """Time beyond which no step may go [ns]."""
         self.given: list[tuple[str, int | float | str, str]] = []
         self.events, self.event = 0, ""
         self._from = self._found = FOREVER.t  # events after the first end a step, which they set to the second [ns]
         led = [(own.name, x) for own in plan.models if own.model == OUTSIDE for x in own.leads]
         self.speeds = {x.move.actuator: 0.0 for _, x in led}
-        """The speeds that drives and winches are to have [m/s or rad/s]."""
+        """Set speeds of drives and winches, by name [m/s or rad/s]."""
         self._aims = {x.move.actuator: (aim_port(name, x.port), x.move.speed) for name, x in led}
         self._winds = driven_winds(plan)
         self.wind = next(iter(self._winds.values()), 0.0)
@@ -81,7 +81,7 @@ class SteppableRun:
             self._inject(WIND, *(SetSignal(name, speed) for name in self._winds))
 
     def repeat(self, given: Sequence[tuple[str, Any, str]]) -> None:
-        """Do again what was done to another run."""
+        """Repeat the steps and settings of another run, which restores the state of that run."""
         for what, value, name in given:
             if what == "go":
                 self._advance(value)
@@ -106,8 +106,8 @@ class SteppableRun:
         self._inject(COMMAND, answer)
 
     def go(self, to_ns: int, events: bool = False) -> bool:
-        """Advance to a time [ns] or, with `events`, to the first event before; return whether one was met. Raises
-        HeavyliftError if the run fails, or if the time lies in the past or beyond the end."""
+        """Advance to a time [ns] or, if `events`, to the first event before that time; return whether there was an
+        event. Raises HeavyliftError if the run fails, or if the time lies in the past or beyond the end."""
         if self._failed:
             raise ModelError(self._failed)
         if to_ns < self.now:

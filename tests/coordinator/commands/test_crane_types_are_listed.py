@@ -30,7 +30,7 @@ def test_every_crane_type_reports_its_capacity_and_source() -> None:
     )
 
 
-def test_types_prints_a_crane_type_as_its_file() -> None:
+def test_the_types_command_prints_the_file_of_a_crane_type() -> None:
     assert told("jib-60") == library()["jib-60"].read_text()
 
 

@@ -49,6 +49,6 @@ def test_running_a_crane_as_an_external_program_does_not_change_the_digest(guest
     assert shared.digest == run(LIFT, tmp_path / "alone.mcap", in_process=True).digest
 
 
-def test_external_mechanics_change_the_digest() -> None:
+def test_running_the_kernel_as_an_external_program_is_refused() -> None:
     with pytest.raises(SceneError, match="--external 'kernel': the kernel cannot be an external program"):
         place(node_names(LIFT.plan), {}, external=["kernel"])

@@ -30,7 +30,7 @@ def reference(ticket: Path) -> subprocess.Popen[bytes]:
     return subprocess.Popen([sys.executable, "-I", NODE, ticket])
 
 
-def test_the_program_is_short_and_imports_only_zenoh_and_msgpack() -> None:
+def test_the_example_program_is_short_and_imports_only_zenoh_and_msgpack() -> None:
     text = NODE.read_text()
     found = [x for x in ast.walk(ast.parse(text)) if isinstance(x, ast.Import | ast.ImportFrom)]
     names = {alias.name for x in found if isinstance(x, ast.Import) for alias in x.names}

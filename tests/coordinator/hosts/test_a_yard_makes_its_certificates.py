@@ -73,11 +73,15 @@ def test_missing_invalid_and_publicly_readable_key_files_are_reported_by_name(tm
     (tmp_path / "south.key").chmod(0o644)
     assert refusal(tmp_path, "south").endswith(f"make it private: chmod 600 {tmp_path}/south.key")
     (tmp_path / "south.key").chmod(0o600)
-    assert refusal(tmp_path, "south") == f"{tmp_path}/south.pem was issued to 'west' and not to 'south'"
+    assert (
+        refusal(tmp_path, "south") == f"{tmp_path}/south.pem was issued to 'west', not to 'south'; copy the right one"
+    )
     (tmp_path / "west.pem").write_bytes((tmp_path / "other" / "west.pem").read_bytes())
     assert "was not signed by" in refusal(tmp_path, "west")
     (tmp_path / "east.pem").write_text("no certificate")
-    assert refusal(tmp_path, "east") == f"{tmp_path}/east.pem is not a readable certificate"
+    assert (
+        refusal(tmp_path, "east") == f"{tmp_path}/east.pem is not a valid certificate; delete it and create a new one"
+    )
 
 
 def test_an_expired_certificate_is_reported_with_its_dates(tmp_path: Path) -> None:

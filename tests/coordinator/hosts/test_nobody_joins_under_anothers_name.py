@@ -64,7 +64,7 @@ def test_a_remote_process_may_join_only_under_the_name_in_its_certificate(run: R
             )
 
 
-def test_a_client_that_requests_a_name_does_not_block_its_owner(run: Run) -> None:
+def test_a_client_that_requests_a_name_does_not_block_the_owner_of_that_name(run: Run) -> None:
     hub, _, block, crane = run
     with remote_session(block) as liar, remote_session(crane) as honest:
         for _ in range(3):
@@ -105,7 +105,7 @@ def test_repeated_refusals_of_clients_are_summarised(run: Run) -> None:
     assert text[-1] == "more refusals are not reported"
 
 
-def test_a_client_of_another_version_is_told_what_to_install(run: Run) -> None:
+def test_a_client_of_another_version_is_refused_with_what_to_install(run: Run) -> None:
     """Whatever it asks in: words of before or after, or bytes of no meaning."""
     hub, text, block, _ = run
     mine = msgspec.to_builtins(JoinRequest("block", __version__, "quay", code=code()))

@@ -29,11 +29,11 @@ def test_nodes_are_distributed_over_processes_and_the_kernel_has_its_own() -> No
 
 
 @pytest.mark.parametrize("count", [7, 12])
-def test_with_as_many_processes_as_nodes_each_node_has_its_own(count: int) -> None:
+def test_with_as_many_processes_as_nodes_each_node_has_a_process_of_its_own(count: int) -> None:
     assert Placement.spread(LIFT, count) == Placement.apart(LIFT)
 
 
-def test_with_one_process_the_kernel_is_in_it_too() -> None:
+def test_with_one_process_all_nodes_and_the_kernel_share_that_process() -> None:
     assert Placement.spread(LIFT, 1).processes == {"process-1": LIFT}
 
 

@@ -60,7 +60,7 @@ def test_a_certificate_states_that_the_scene_gives_no_uncertainties(tmp_path: Pa
     assert MASS in found.unstated
 
 
-def test_the_error_of_a_level_is_measured_by_a_level_that_restores_what_it_omits() -> None:
+def test_the_error_of_a_model_level_is_measured_against_levels_that_model_its_omissions() -> None:
     ladder = Ladder(load("lift").plan)
     for given, lumps in (
         (Fidelity(ropes="rigid", slings="rigid"), 2),
@@ -73,7 +73,7 @@ def test_the_error_of_a_level_is_measured_by_a_level_that_restores_what_it_omits
     assert not Ladder(load("tackle").plan).witnesses(load("tackle").plan.fidelity)
 
 
-def test_errors_of_levels_are_measured_at_the_tolerances_of_the_ladder() -> None:
+def test_model_level_errors_are_measured_with_radau5_whatever_method_the_scene_sets() -> None:
     for named in ["method=dopri5", "method=rk4"]:
         candidate = ModelLevel(load("lift", [named, *["step=5 ms"] * ("rk4" in named)]).plan)
         own = Ladder(candidate.plan).in_own_steps(candidate)
@@ -81,7 +81,7 @@ def test_errors_of_levels_are_measured_at_the_tolerances_of_the_ladder() -> None
         assert Ladder(own.plan).in_own_steps(own) == own
 
 
-def test_errors_of_tolerances_are_measured_by_tighter_ones_of_the_same_method() -> None:
+def test_the_error_of_a_tolerance_is_measured_against_a_tighter_one_of_the_same_method() -> None:
     plan = load("lift", ["method=radau5", "tolerance=1e-3"]).plan
     (tight,) = tighter(ModelLevel(plan))
     assert (tight.plan.method, tight.plan.tolerance, tight.plan.step) == ("radau5", pytest.approx(1e-4), None)
@@ -106,7 +106,7 @@ mechanism:
 """
 
 
-def test_errors_with_rigid_ropes_are_measured_by_two_further_runs() -> None:
+def test_with_rigid_ropes_step_errors_are_measured_by_two_runs_with_tighter_steps() -> None:
     scene = parse(RIGID)
     assert len(tighter(ModelLevel(scene.plan))) == 2
     with certifying(scene, at_once=0) as runs:

@@ -38,7 +38,7 @@ def test_sensitivities_of_a_snatch_agree_with_closed_forms() -> None:
     assert LOAD not in found.unstated
 
 
-def test_an_input_that_makes_a_second_rope_taut_is_evaluated_at_both_limits() -> None:
+def test_an_input_that_makes_a_second_rope_taut_is_run_at_both_ends_of_its_range() -> None:
     second = "mechanism.ropes.second={start: {body: world}, end: {body: load}, length: 30.2 m +- 0.1 m, EA: 94 MN}"
     found = sensitivities(load("snatch", [*UNDAMPED, second]), at_once=0)
     effects = {f.name: found.effects[f.name][0] for f in found.figures if f.quantity == "rope tension"}

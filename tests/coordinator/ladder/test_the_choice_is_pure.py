@@ -67,7 +67,7 @@ def test_an_empty_a_full_and_a_damaged_cache_give_the_same_level_and_digest(
 @pytest.mark.parametrize(
     "setting", ["accuracy=10 %", "fidelity.girder=elastic", "ask=[sling tension]", "gravity=9.8 m/s2"]
 )
-def test_the_level_is_chosen_anew_for_another_accuracy_question_or_another_scene(
+def test_another_accuracy_quantity_or_scene_gets_a_newly_chosen_model_level(
     setting: str, kept: dict[str, bytes]
 ) -> None:
     chosen(load("lift", ASKED))
@@ -90,7 +90,7 @@ def test_user_models_are_not_executed_to_choose_a_level() -> None:
     assert chosen(scene).plan.fidelity == scene.plan.fidelity
 
 
-def test_all_variants_of_a_study_take_the_level_of_the_base_scene(tmp_path: Path) -> None:
+def test_all_variants_of_a_study_use_the_model_level_chosen_for_its_scene(tmp_path: Path) -> None:
     pytest.importorskip("pyarrow")
     scene = load("lift", ASKED)
     base = chosen(scene).plan
@@ -105,7 +105,7 @@ def test_all_variants_of_a_study_take_the_level_of_the_base_scene(tmp_path: Path
     assert row["digest"] == again.digest
 
 
-def test_a_study_of_an_extending_scene_takes_the_level_of_that_scene(tmp_path: Path) -> None:
+def test_a_study_of_a_scene_with_extends_uses_the_model_level_chosen_for_that_scene(tmp_path: Path) -> None:
     path = tmp_path / "mine.yaml"
     path.write_text("heavylift: 1\nname: mine\nextends: lift\nask: [rope tension]\nend: 40 s\n")
     scene = level_of(load(path))

@@ -46,7 +46,7 @@ def test_page_table_and_figure_of_a_trade_off_report_the_same_numbers(measured: 
     assert "<script" not in html
 
 
-def test_the_command_printed_for_a_level_reproduces_it(measured: MeasuredLadder) -> None:
+def test_the_command_printed_for_a_candidate_selects_its_method_and_tolerance(measured: MeasuredLadder) -> None:
     assert measured.pick is not None
     words = shlex.split(measured.pick.command)
     scene = load("hall", [word for before, word in pairwise(words) if before == "--set"])

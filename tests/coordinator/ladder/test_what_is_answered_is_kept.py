@@ -77,7 +77,9 @@ def answered(draw: Draw, seed: int, accuracy: float) -> tuple[Answer, float]:
 @pytest.mark.parametrize(
     "named", [{}, {"girder": "rigid"}, {"ropes": "rigid", "slings": "rigid"}, {"rope_mass": "none"}]
 )
-def test_the_reference_run_restores_everything_that_a_level_omits(scene: str, named: dict[str, str]) -> None:
+def test_the_reference_levels_of_a_model_level_model_every_effect_that_it_omits(
+    scene: str, named: dict[str, str]
+) -> None:
     plan = load(scene).plan
     ladder = Ladder(at_level(plan, Fidelity(**named)), list(named))  # type: ignore[arg-type]
     for level in ladder.levels:
@@ -116,7 +118,7 @@ def test_a_slow_phase_drift_over_hours_is_within_the_reported_error(method: str,
     assert bool(answer.notes) == (error > accuracy)
 
 
-def test_an_answer_that_does_not_converge_reports_its_spread() -> None:
+def test_a_choice_of_model_level_that_does_not_converge_reports_the_remaining_difference() -> None:
     plan = load("lift", ["end=40 s"]).plan
     answer = choose(Ladder(plan, ["ropes", "girder"]), Question(MEANT, 1e-3), Measuring(MEANT))
     assert answer.notes[0].startswith("not converged: asked to 0.1 %, what was run differs by ")

@@ -19,7 +19,7 @@ def first_line(process: subprocess.Popen[str]) -> str:
     return process.stderr.readline()
 
 
-def test_a_paused_run_answers_after_it_continues(tmp_path: Path) -> None:
+def test_a_command_to_a_paused_run_is_answered_after_the_run_continues(tmp_path: Path) -> None:
     """The pusher is busy for three seconds, then the run rests for an hour."""
     (tmp_path / "sledge.yaml").write_text(SLEDGE.replace("wait: 2 s", "wait: 1 h"))
     with going(tmp_path, "run", "sledge.yaml", "--rate", "5"):

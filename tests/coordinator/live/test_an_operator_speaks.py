@@ -151,7 +151,7 @@ actions: [{legs: unhook}, {legs: "hook [B.a]"}, {wait: 100 s}]
 
 
 @pytest.mark.parametrize("target", ["hall main", "legs", "all hooks"])
-def test_a_command_unhooks_slings_where_an_earlier_order_hooked_them(target: str) -> None:
+def test_a_command_unhooks_slings_from_the_block_to_which_an_earlier_order_hooked_the_slings(target: str) -> None:
     """The list takes the sling from block A to block B; what a command unhooks then hangs on B."""
     scene = parse(REHUNG)
     (off,), (on,) = (scene.plan.actions[i].orders for i in (0, 1))

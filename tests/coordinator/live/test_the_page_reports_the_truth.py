@@ -22,7 +22,9 @@ ANSWERS = {
 
 
 @pytest.mark.large
-def test_all_commands_printed_on_the_page_about_live_runs_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_all_commands_printed_on_the_page_about_live_runs_give_the_printed_answers(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     head, _, _ = SLEDGE.partition("  - stage: out")
     rests = "".join(f"  - stage: rest {n}\n    wait: 2 s\n" for n in range(900))

@@ -85,7 +85,7 @@ def test_an_estimated_input_missing_in_the_scene_text_is_added() -> None:
     assert "# on supports of 2 m; its inertia is that of a uniform box" in text
 
 
-def test_values_are_rounded_to_their_uncertainty() -> None:
+def test_estimated_values_are_rounded_to_their_uncertainty() -> None:
     mass, EA = inputs(load("lift"), ["block.mass", "rig.sling.EA"])
     assert mass.rounded(305_983.2, 332.0) == ("305.98 t", "0.66 t")
     assert EA.rounded(4.45255e8, 4.9295e6) == ("445.3 MN", "9.9 MN")

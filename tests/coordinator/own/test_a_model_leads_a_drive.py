@@ -120,7 +120,7 @@ GOES_WRONG = [
 
 
 @pytest.mark.parametrize(("model", "parameters", "sentence"), GOES_WRONG)
-def test_a_runtime_error_of_a_controller_ends_the_run_with_its_name(
+def test_a_runtime_error_in_a_controller_ends_the_run_with_an_error_that_names_the_controller(
     folder: Path, model: str, parameters: dict[str, str], sentence: str
 ) -> None:
     text = HAND.replace("{one: 18 m/min, two: -6 m/min, three: 0}", str(parameters).replace("'", ""))

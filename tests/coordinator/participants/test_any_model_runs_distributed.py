@@ -125,7 +125,7 @@ def test_a_mistake_in_a_model_is_reported_with_its_path_and_time(where):
         ("rungs.py:tokens", "rungs.py: there is no such file"),
         ("rings:Job", "rings:Job: Job() raised TypeError: Missing required argument 'number'"),
         ("rings:ring", "rings:ring: ring() raised TypeError: ring() missing 3 required positional arguments"),
-        ("builtins:dict", "builtins:dict: dict() returned dict, it must return a Coupled"),
+        ("builtins:dict", "builtins:dict: dict() returned dict; the function must return a Coupled"),
     ],
 )
 def test_an_object_that_is_not_a_model_is_reported(reference, sentence, monkeypatch, capsys):
@@ -172,7 +172,7 @@ def test_a_model_function_defined_inside_a_function_is_refused():
         run_models(build)
 
 
-def test_nodes_may_share_processes():
+def test_nodes_that_share_a_process_give_the_log_of_the_flat_simulator():
     lines: list[Transition] = []
     run = run_models(tokens, until=0.101, processes=2, log=lines.append)
     assert lines == flat(tokens, ms(101))

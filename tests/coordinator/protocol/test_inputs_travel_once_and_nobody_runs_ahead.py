@@ -174,7 +174,7 @@ def test_an_endless_source_does_not_run_far_ahead_of_the_others(
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_time_advances_under_the_tightest_bounds_for_any_model(seed: int) -> None:
+def test_with_the_smallest_grant_limits_the_time_of_any_model_still_advances(seed: int) -> None:
     simulators, couplings = parts(seed, {})
     nodes = {name: Node(name, simulator) for name, simulator in simulators.items()}
     core, floors = Coordinator(nodes, couplings), list[Tag]()

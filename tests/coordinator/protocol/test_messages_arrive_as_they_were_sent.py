@@ -150,7 +150,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("field", "value", "why"), REFUSED, ids=[f"{row[0]}-{i}" for i, row in enumerate(REFUSED)])
-def test_a_value_of_a_wrong_type_is_refused_alike_in_the_flat_simulator_and_between_nodes(
+def test_a_value_of_a_wrong_type_gives_the_same_error_in_the_flat_simulator_and_between_nodes(
     field: str, value: Any, why: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     place = "base.n" if value == Base("x") else field  # type: ignore[arg-type]
@@ -173,7 +173,7 @@ def anything(r: Random) -> dict[str, Any]:
     return {field: r.choice(values) for field in fields}
 
 
-def test_any_field_value_arrives_unchanged_or_is_refused_alike() -> None:
+def test_any_field_value_arrives_unchanged_or_is_refused_with_the_same_error() -> None:
     r, arrived, refused = Random(1), 0, 0
     for _ in range(500):
         fields = anything(r)

@@ -56,7 +56,7 @@ def test_random_distributions_over_processes_give_the_log_of_the_flat_run_and_th
     assert inside > 1_000
 
 
-def test_a_finish_port_ends_the_run_alike_in_all_placements() -> None:
+def test_a_finish_port_ends_the_run_at_the_same_time_in_all_placements() -> None:
     finished = 0
     for seed in MODELS:
         finish = [*_build(seed)(seed).children][seed % 2], "uv"[seed % 2]

@@ -95,7 +95,7 @@ def build():
 
 
 @pytest.mark.large
-def test_a_user_model_is_debugged_with_an_old_recording(tmp_path: Path) -> None:
+def test_an_edited_user_model_replayed_alone_reports_its_first_deviation_from_the_recording(tmp_path: Path) -> None:
     def heavylift(*arguments: str) -> subprocess.CompletedProcess[str]:
         return subprocess.run([HEAVYLIFT, *arguments], cwd=tmp_path, capture_output=True, text=True, timeout=60)
 

@@ -106,7 +106,7 @@ except KeyboardInterrupt as error:
 
 
 @pytest.mark.parametrize("how", ["finalizer", "weak_reference", "collector", "foreign_code", "bare_except"])
-def test_an_exception_of_a_signal_handler_that_python_swallows_is_raised_again(how):
+def test_a_signal_whose_exception_python_discards_is_raised_again(how):
     done = subprocess.run(
         [sys.executable, "-c", LOSING.replace("HOW", how)], capture_output=True, text=True, timeout=PATIENCE_s
     )

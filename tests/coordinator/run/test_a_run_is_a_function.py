@@ -61,7 +61,7 @@ def test_only_the_requested_quantities_are_transferred(lift) -> None:
     assert pickle.loads(pickle.dumps(few)).digest == lift.digest
 
 
-def test_a_short_run_has_as_many_samples_as_the_kernel_takes() -> None:
+def test_a_run_of_10_ms_has_101_samples_by_default() -> None:
     assert len(simulate(STICK, 0.01).t) == 101  # one each 0.1 ms
 
 
@@ -80,7 +80,7 @@ def test_commands_given_in_python_have_times_in_seconds() -> None:
     ]
 
 
-def test_a_system_can_be_inspected_by_functions() -> None:
+def test_an_order_function_that_does_nothing_does_not_change_the_motion() -> None:
     quiet = simulate(STICK, 1.0, every=0.1, orders=[(0.5, lambda s: None)])
     assert quiet["joint/position"]["pin.angle"][-1] == pytest.approx(
         simulate(STICK, 1.0)["joint/position"]["pin.angle"][-1]

@@ -116,7 +116,7 @@ def spoiled(result: Any) -> Coupled:
         ),
     ],
 )
-def test_a_result_that_breaks_a_rule_is_reported_by_path(result: Any, sentence: str) -> None:
+def test_an_invalid_result_of_a_model_is_reported_with_model_path_and_time(result: Any, sentence: str) -> None:
     with pytest.raises(ModelError) as message:
         flat(spoiled(result))
     assert str(message.value).startswith(f"yard.one at (7 s, 0): {sentence}")

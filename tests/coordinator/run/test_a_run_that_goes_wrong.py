@@ -129,7 +129,7 @@ def test_a_model_that_contradicts_its_declaration_is_reported_with_its_path(tmp_
     assert "Traceback" not in error
 
 
-def test_a_condition_that_never_holds_ends_the_run_with_what_it_waits_for(tmp_path):
+def test_a_run_whose_condition_never_holds_ends_with_an_error_that_names_the_condition(tmp_path):
     (tmp_path / "never.yaml").write_text(
         """heavylift: 1
 name: never

@@ -46,7 +46,9 @@ def test_a_daemon_in_python_starts_processes_without_streams(tmp_path: Path) -> 
 @pytest.mark.parametrize("name", ["Kräne 吊".encode(), "Kräne".encode("latin-1")], ids=["utf-8", "latin-1"])
 @pytest.mark.parametrize("environment", [C, {"LC_ALL": "C.UTF-8", "PYTHONUTF8": "0"}], ids=["C", "UTF-8"])
 @pytest.mark.large(beyond=1)
-def test_file_names_of_any_bytes_work_in_any_locale(environment: dict[str, str], name: bytes, tmp_path: Path) -> None:
+def test_a_run_accepts_file_names_of_any_bytes_in_any_locale(
+    environment: dict[str, str], name: bytes, tmp_path: Path
+) -> None:
     text = os.fsdecode(name)
     folder = tmp_path / text
     folder.mkdir()

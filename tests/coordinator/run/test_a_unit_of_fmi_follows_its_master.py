@@ -84,7 +84,7 @@ def test_fmpy_finds_no_fault_and_all_signals_have_units(unit):
     assert len(real) > 20
 
 
-def test_a_speed_from_the_master_moves_a_drive_as_an_order_does(unit, tmp_path):
+def test_a_drive_speed_set_by_the_fmi_importer_moves_the_drive_as_an_order_does(unit, tmp_path):
     found = simulated(unit, {"speed.motor": [(0.0, 0.0), (1.0, 0.5), (3.0, 0.0)], "wind": [(0.0, 0.0)]})
     orders = ((1.0, "motor: drive 0.5 m/s by 1 m"),)
     want = native(scene(tmp_path), orders).at(found["time"], before=True)
@@ -93,7 +93,7 @@ def test_a_speed_from_the_master_moves_a_drive_as_an_order_does(unit, tmp_path):
     assert found[TRAVEL][-1] > 0.9
 
 
-def test_a_wind_from_the_master_acts_as_gusts_of_the_scene_do(unit, tmp_path):
+def test_a_wind_speed_set_by_the_fmi_importer_acts_as_equal_gusts_in_the_scene(unit, tmp_path):
     found = simulated(unit, {"speed.motor": [(0.0, 0.0)], "wind": [(0.0, 0.0), (2.0, 15.0), (4.0, 5.0)]})
     gusts = "speed: 0 m/s, gusts: [[0 s, 0 m/s], [2 s, 0 m/s], [2 s, 15 m/s], [4 s, 15 m/s], [4 s, 5 m/s]]"
     want = native(scene(tmp_path, gusts)).at(found["time"])
@@ -102,13 +102,13 @@ def test_a_wind_from_the_master_acts_as_gusts_of_the_scene_do(unit, tmp_path):
     assert abs(found[ANGLE] - calm["joint/position"]["pivot.angle"]).max() > 1e-3
 
 
-def test_an_uncertain_input_of_the_scene_is_a_parameter_of_the_unit(unit, tmp_path):
+def test_an_uncertain_input_of_the_scene_is_a_parameter_of_the_fmu(unit, tmp_path):
     found = simulated(unit, {}, **{"mechanism.bodies.sledge.mass": 2000.0})
     want = native(scene(tmp_path, mass="2 t")).at(found["time"])
     assert found[ANGLE] == pytest.approx(want["joint/position"]["pivot.angle"], abs=SAME)
 
 
-def test_a_saved_state_continues_in_another_unit_with_the_same_bits(unit):
+def test_a_saved_fmu_state_restored_in_another_instance_continues_bit_for_bit(unit):
     description = fmpy.read_model_description(str(unit))
     number = {v.name: v.valueReference for v in description.modelVariables}
     folder = fmpy.extract(str(unit))

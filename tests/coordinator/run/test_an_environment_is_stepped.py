@@ -21,7 +21,7 @@ def test_a_drive_takes_the_speeds_of_a_controller_with_its_ramp():
     assert list(seen) == list(env.observe())
 
 
-def test_an_environment_begins_again_with_the_same_bits():
+def test_an_environment_that_is_reset_repeats_its_results_bit_for_bit():
     env = Environment(load("trolley", TROLLEY), ["drive"], ["*"], period=0.5)
     runs = []
     for _ in range(2):
@@ -38,7 +38,7 @@ def test_an_environment_begins_again_with_the_same_bits():
     [
         ((["engine"],), "'engine' is not a drive or winch that a model can control"),
         ((["wind"],), "the scene has no 'wind'"),
-        ((["drive"], ["load/*"]), "no signal has such a name"),
+        ((["drive"], ["load/*"]), "no signal matches"),
     ],
 )
 def test_unknown_actions_and_observations_are_reported(arguments, sentence):

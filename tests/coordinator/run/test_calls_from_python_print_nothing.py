@@ -54,11 +54,11 @@ def said(tmp_path: Path, script: str) -> str:
     return done.stdout.decode()
 
 
-def test_nothing_is_printed_without_a_log_handler(tmp_path: Path) -> None:
+def test_calls_from_python_print_nothing_without_a_log_handler(tmp_path: Path) -> None:
     assert said(tmp_path, SILENT) == ""
 
 
-def test_a_log_handler_receives_what_the_streams_do_not(tmp_path: Path) -> None:
+def test_a_log_handler_receives_the_messages_of_calls_from_python(tmp_path: Path) -> None:
     assert said(tmp_path, LISTENING + CALLS) == ""
     heard = (tmp_path / "heard.txt").read_text().splitlines()
     assert "run.mcap exists; writing run-2.mcap" in heard

@@ -39,7 +39,7 @@ def play(folder: Path, words: str, files: int = 256) -> tuple[int, list[str], li
 @pytest.mark.parametrize("files", [20, 33, 64, 12, 26, 32, 36, 40, 48])
 @pytest.mark.parametrize("where", ["", " --in-process"])
 @pytest.mark.large(beyond=2)
-def test_a_run_works_with_a_low_limit_of_open_files(tmp_path: Path, files: int, where: str) -> None:
+def test_a_run_completes_with_a_low_limit_of_open_files(tmp_path: Path, files: int, where: str) -> None:
     code, text, left = play(tmp_path, f"run pendulum --set end=1s -o x.mcap{where}", files)
     refused = not where and files < FILES
     assert (code, left) == (int(refused), [])
@@ -58,7 +58,7 @@ def test_a_scene_with_a_very_long_name_runs(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("words", ["run pendulum", f"devs {__file__}:long_60 --until 3ms", "check pendulum"])
-def test_a_command_in_a_deleted_folder_works_or_reports_so(words: str, tmp_path: Path) -> None:
+def test_a_command_in_a_deleted_folder_succeeds_or_ends_with_one_sentence(words: str, tmp_path: Path) -> None:
     (tmp_path / "gone").mkdir()
     ended = subprocess.run(
         ["sh", "-c", 'rmdir "$PWD" && exec "$@"', "sh", HEAVYLIFT, *words.split()],

@@ -153,7 +153,7 @@ def test_an_invalid_number_of_replications_is_refused(option: str, sentence: str
 
 
 @pytest.mark.parametrize(("module", "most"), [(multi_server_queue, 40), (bouncing_ball, 35)])
-def test_the_example_models_are_short(module: object, most: int) -> None:
+def test_each_example_model_has_at_most_its_stated_number_of_code_lines(module: object, most: int) -> None:
     """Lines of code, without docstrings and blank lines."""
     text = Path(str(module.__file__)).read_text()  # type: ignore[attr-defined]
     documented = set[int]()

@@ -144,7 +144,7 @@ def test_an_edited_scene_replaces_the_recorded_one_in_a_branch(lift: Path, tmp_p
         ("nan", "write 'stage NAME'"),
     ],
 )
-def test_a_branch_reports_the_earliest_possible_time(lift: Path, at: str, told: str) -> None:
+def test_an_invalid_branch_time_is_refused_with_the_option_and_the_reason(lift: Path, at: str, told: str) -> None:
     with pytest.raises(RecordingError) as refused:
         RunBranch.of(lift, at, [SLOWER])
     assert f"{lift}: --at '{at}': " in str(refused.value)
@@ -230,7 +230,7 @@ def test_a_failed_run_is_branched_from_the_point_of_failure(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("name", ["lift", "snatch", "tackle", "linkage", "trolley", "gust"])
-def test_branches_from_different_times_have_the_same_end(
+def test_unchanged_branches_from_random_times_have_the_digest_of_the_run(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(conversation, "KEEP_s", 0.0)  # a checkpoint at each GRANT of the kernel

@@ -18,7 +18,7 @@ def test_a_kernel_that_computes_while_others_record_gives_no_negative_round_time
     assert Budget.of((0.0, 0.0), (1.0, 0.0), (5.0, 2.0), (5.0, 2.0), 3.5).rounds == 0.0
 
 
-def test_time_is_counted_even_if_the_work_fails():
+def test_the_time_of_recording_work_that_raises_is_counted():
     class Work(ClockedWork):
         @clocked
         def fail(self):

@@ -96,7 +96,9 @@ STOPPED = r"its process \d+ is stopped \(SIGSTOP\) and was not continued within 
 @pytest.mark.parametrize("point", [70, MESSAGES], ids=["run", "exit"])
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP], ids=["killed", "stopped"])
 @pytest.mark.large(beyond=3)
-def test_a_process_manager_lost_when_no_longer_needed_does_no_harm(digest: str, point: int, number: int) -> None:
+def test_losing_the_process_manager_when_it_is_no_longer_needed_does_not_change_the_digest(
+    digest: str, point: int, number: int
+) -> None:
     run, notes = play({point: keeper(number)}, deadline=1.0)
     assert (run.digest, notes) == (digest, [])
 
@@ -104,7 +106,9 @@ def test_a_process_manager_lost_when_no_longer_needed_does_no_harm(digest: str, 
 @pytest.mark.parametrize("point", [1, 3, 70, MESSAGES], ids=["start", "all welcomed", "run", "exit"])
 @pytest.mark.parametrize(("number", "how"), [(signal.SIGKILL, KILLED), (signal.SIGSTOP, STOPPED)])
 @pytest.mark.large(beyond=5)
-def test_a_process_manager_lost_is_replaced_when_it_is_needed(digest: str, point: int, number: int, how: str) -> None:
+def test_a_lost_process_manager_is_replaced_when_a_process_must_be_started(
+    digest: str, point: int, number: int, how: str
+) -> None:
     run, notes = play({point: both(strike("south"), keeper(number))}, deadline=1.0)
     assert run.digest == digest
     message = [note.split(": ", 1)[1] for note in notes]
@@ -141,7 +145,7 @@ def test_process_managers_lost_repeatedly_end_the_run() -> None:
     )
 
 
-def test_a_checkpoint_shortens_the_history(digest: str) -> None:
+def test_after_a_checkpoint_a_replacement_process_replays_fewer_messages(digest: str) -> None:
     undisturbed = MESSAGES
     run, _ = play({120: strike("south")})
     assert run.digest == digest
@@ -169,7 +173,7 @@ def test_a_process_of_several_nodes_is_replaced_with_all_of_them(undisturbed_run
     assert (run.digest, len(notes)) == (digest, 3), "from checkpoints, too"
 
 
-def test_no_file_or_process_is_left_behind() -> None:
+def test_a_run_with_replaced_processes_leaves_no_file_or_process_behind() -> None:
     _, notes = play({30: strike("north"), 60: strike("east")})
     hub = Troubled.last
     assert len(notes) == 2

@@ -22,7 +22,7 @@ def received(hub: Hub) -> list[tuple[str, bytes]]:
     return found
 
 
-def test_messages_of_an_older_process_incarnation_are_ignored_and_it_refuses_new_orders() -> None:
+def test_an_older_process_incarnation_refuses_new_messages_and_its_own_are_ignored() -> None:
     with Hub(["west"]) as hub, NodeLink(hub.ticket("west")) as old:
         hub.send("west", b"grant 1")
         assert old.receive() == ("west", b"grant 1")
@@ -55,7 +55,7 @@ def test_the_end_of_the_older_incarnation_does_not_end_the_newer_one() -> None:
                 hub.receive(SOON_s)
 
 
-def test_a_process_can_be_replaced_as_often_as_epochs_can_count() -> None:
+def test_a_process_can_be_replaced_254_times() -> None:
     with Hub(["west"]) as hub:
         for _ in range(254):
             hub.renew("west")

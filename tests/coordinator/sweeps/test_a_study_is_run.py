@@ -142,12 +142,12 @@ def test_a_run_that_exceeds_its_wall_time_limit_is_ended_and_reported(tmp_path: 
     assert "4 WERE CUT" in page_of(study_sheet(study))
 
 
-def test_a_lift_that_ends_early_is_marked_incomplete(tmp_path: Path) -> None:
+def test_a_study_counts_lifts_that_the_end_of_the_scene_cuts_off_as_unfinished(tmp_path: Path) -> None:
     study = sweep("lift", ["end={1 s}"], into=tmp_path / "study", executor=AtOnce())
     assert "1 red; 1 ARE UNFINISHED, for the scene ended before" in page_of(study_sheet(study))
 
 
-def test_recordings_are_written_where_requested(tmp_path: Path) -> None:
+def test_recordings_of_a_study_are_written_if_requested(tmp_path: Path) -> None:
     study = sweep("pendulum", ["end={1 s}"], into=tmp_path / "study", executor=AtOnce(), keep="all")
     assert (tmp_path / "study" / study.rows[0]["recording"]).stat().st_size > 1000
 
@@ -171,7 +171,9 @@ def test_an_external_executor_that_dies_is_named(tmp_path: Path) -> None:
         studied(tmp_path / "study", AtOnce([False, True, True]))
 
 
-def test_a_process_pool_works_from_the_command_line(tmp_path: Path, monkeypatch, capsys) -> None:
+def test_a_sweep_started_on_the_command_line_runs_its_variants_in_a_process_pool(
+    tmp_path: Path, monkeypatch, capsys
+) -> None:
     monkeypatch.chdir(tmp_path)
     command = "heavylift sweep pendulum --vary 'end={1 s, 2 s}' --workers 1 --verify 2 -o study"
     monkeypatch.setattr("sys.argv", shlex.split(command))

@@ -122,7 +122,7 @@ def test_limits_of_speeds_of_one_kind_keep_their_proportions(
         assert [action.orders[0].accel for action in moved] == [2.0] * 3
 
 
-def test_searching_a_limit_keeps_ramps_without_residual_swing() -> None:
+def test_a_search_for_a_speed_limit_keeps_swing_free_ramps() -> None:
     swingless = load("lift", ["actions[3].trolleys=traverse 20 m/min ramp one swing by 2 m"])
     assert motion_of(swingless, "trolley accel") is None
     (text,) = motion_of(swingless, "trolley speed").setting("10 m/min")

@@ -38,7 +38,7 @@ def test_the_trace_shows_that_the_fast_node_waits_for_the_slow_one(file: Path) -
     assert quick["inputs"] == slow["outputs"] == TICKS
 
 
-def test_the_traced_times_of_each_node_sum_up(file: Path) -> None:
+def test_granted_held_and_idle_times_of_each_node_sum_to_the_wall_time(file: Path) -> None:
     found = data(Timeline(file))
     for node in found["nodes"]:
         assert node["granted_s"] + node["held_s"] + node["idle_s"] == pytest.approx(found["wall_s"], abs=SLACK_s)
@@ -49,7 +49,7 @@ def test_the_traced_times_of_each_node_sum_up(file: Path) -> None:
     )
 
 
-def test_traced_spans_of_a_node_follow_each_other(file: Path) -> None:
+def test_traced_intervals_of_a_node_do_not_overlap(file: Path) -> None:
     for lane in Timeline(file).lanes.values():
         spans = sorted((span.begin, span.end) for span in (*lane.grants, *lane.held))
         assert all(begin <= end for begin, end in spans)

@@ -8,7 +8,7 @@ from heavylift.kernel import ProtocolError
 from of_the_system import Start
 
 
-def test_a_node_process_answers(start: Start) -> None:
+def test_each_node_process_receives_and_returns_its_own_messages(start: Start) -> None:
     hub, _ = start(west=(), east=())
     for number in range(100):
         hub.send("west", b"to west %d" % number)

@@ -66,7 +66,7 @@ def test_messages_sent_before_the_end_of_a_process_arrive_first(start: Start) ->
     assert "node west is gone: its process ended with exit code 3" in sentence(hub)
 
 
-def test_a_coordinator_busy_with_a_long_computation_notices_the_end_later(start: Start) -> None:
+def test_a_coordinator_reports_a_process_that_ended_during_a_long_computation_of_its_own(start: Start) -> None:
     hub, processes = start(west=())
     os.kill(processes.pids["west"], signal.SIGSEGV)
     time.sleep(0.5)
@@ -128,7 +128,7 @@ def test_no_process_outlives_a_killed_coordinator() -> None:
 
 @pytest.mark.parametrize("before", ["stopped", "dead"])
 @pytest.mark.parametrize("whom", ["keeper", "nodes", "all"])
-def test_no_process_outlives_its_coordinator_even_if_it_is_not_notified(before: str, whom: str) -> None:
+def test_a_process_ends_with_its_coordinator_even_without_a_notification(before: str, whom: str) -> None:
     coordinator, directory, (keeper, *nodes) = launch()
     number = signal.SIGSTOP if before == "stopped" else signal.SIGKILL
     os.kill(coordinator.pid, signal.SIGSTOP)  # it must not replace anybody
@@ -183,7 +183,7 @@ def test_a_stopped_process_manager_does_not_delay_the_end(start: Start) -> None:
     assert not processes.directory.path.exists()
 
 
-def test_twelve_nodes_start_and_stop() -> None:
+def test_twelve_node_processes_start_answer_and_end() -> None:
     nodes = [f"node{number}" for number in range(12)]
     with Processes(["echo_node"]) as processes, Hub(nodes, directory=processes.directory) as hub:
         processes.start(hub, {node: ("echo_node",) for node in nodes})

@@ -44,7 +44,7 @@ def test_the_impact_of_a_block_set_down_at_creep_speed_is_less_than_its_weight()
 
 
 @pytest.mark.parametrize("name", [*sorted(CASES), "lift"])
-def test_a_force_on_supports_beyond_the_limit_is_red_however_near_to_the_weight_the_limit_is(name: str) -> None:
+def test_supports_loaded_beyond_their_impact_limit_are_red_even_if_the_limit_is_close_to_the_weight(name: str) -> None:
     """A block that only stands has no impact, except where it stands with more than the scene allows."""
     plan = load(name, ["limits.impact=1.01"]).plan
     (limit,) = (x for x in plan.limits if x.quantity == "impact")

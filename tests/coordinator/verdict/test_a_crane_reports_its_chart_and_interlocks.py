@@ -19,7 +19,7 @@ def played(name: str, *settings: str) -> Played:
     return play(load(name, list(settings)).plan)
 
 
-def test_each_stage_lists_radius_load_and_load_chart() -> None:
+def test_radius_load_and_chart_capacity_are_listed_for_begin_maximum_and_end_of_each_stage() -> None:
     """At rest: the tip of 42 m stands 14 m out, then luffs by the scene; the next longer radius of the chart counts."""
     scene = load("crawler", [LIGHT])
     found = HookReach(scene.plan).see_path(scene.states)
@@ -40,7 +40,7 @@ def test_each_stage_lists_radius_load_and_load_chart() -> None:
     assert "boom 42 m, counterweight 100 t, falls 16, base tracks 7.8 m long, 7.2 m apart" in message
 
 
-def test_the_largest_value_of_a_run_agrees_with_its_check() -> None:
+def test_the_largest_chart_utilisation_in_the_table_of_a_run_is_that_of_the_hook_load_check() -> None:
     run = played("crawler", LIGHT)
     hook = next(c for c in run.verdict.checks if c.quantity == "hook load")
     (table,) = (x for x in run.verdict.tables if x.title == "Radius and chart")

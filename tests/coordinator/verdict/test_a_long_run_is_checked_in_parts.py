@@ -129,7 +129,7 @@ def test_a_clearance_bound_found_in_one_part_holds_for_the_whole_run(
     assert np.allclose(moved + least, expected.moved + expected.least, rtol=1e-9)
 
 
-def test_samples_to_be_checked_are_kept_in_a_file(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_samples_that_wait_for_the_verdict_are_kept_in_a_file(monkeypatch: pytest.MonkeyPatch) -> None:
     """Batches that come twice are taken once, and each part is what was given."""
     monkeypatch.setattr(spool, "IN_MEMORY", 1000)
     pose = SampleChannel("pose/block", [*"xyzabcd"], "m", 1, 8)

@@ -53,7 +53,7 @@ def test_contact_with_a_plinth_smaller_than_a_block_is_reported_even_if_only_cor
     assert red.t == pytest.approx(Recording(tmp_path / "run.mcap")["pose/block"].t[-1], abs=2.0)
 
 
-def test_with_box_contacts_a_block_stands_on_a_small_plinth(tmp_path: Path) -> None:
+def test_a_block_with_box_contacts_stands_on_a_plinth_smaller_than_itself(tmp_path: Path) -> None:
     """Two metres above the plinth's top is its middle."""
     boxes = TEXT.replace("lower corners", "boxes")
     result = run(parse(boxes, passing=True), tmp_path / "run.mcap", in_process=True)

@@ -103,7 +103,7 @@ def test_distances_of_one_pose_and_of_a_batch_are_bit_identical() -> None:
         assert all((x[0] == y[i]).all() for x, y in zip(exactly(one, two), together, strict=True))
 
 
-def test_the_depth_of_overlapping_boxes_is_that_of_the_nearest_face_of_their_difference() -> None:
+def test_the_depth_of_overlapping_boxes_is_the_distance_to_the_nearest_face_of_their_minkowski_difference() -> None:
     rng, deep = np.random.default_rng(10), 0
     for _ in range(CASES):
         turn = Rotation.random(random_state=rng)

@@ -144,7 +144,7 @@ def test_a_block_that_is_driven_into_a_wall_is_reported(lift: Lift) -> None:
 
 
 @pytest.mark.large(beyond=4)
-def test_a_load_governs_and_a_block_that_only_stands_has_no_impact(lift: Lift) -> None:
+def test_the_governing_check_is_a_load_and_a_block_that_only_stands_has_no_impact_force(lift: Lift) -> None:
     stands = f"{lift.text[: lift.text.index('actions:')]}actions:\n  - wait: 2 s\n"
     for checks in (lift.read().checks, play(lift.read(text=stands).plan).verdict.checks):
         assert [x for x in checks if x.quantity == "impact" and x.use is not None] == []
@@ -187,7 +187,7 @@ def test_the_limits_of_a_scene_apply_to_every_crane_type(lift: Lift) -> None:
     assert rows["clearance"].value == 1.0
 
 
-def test_a_hook_out_of_plumb_is_named_where_no_rest_is_found_on_every_crane_type(lift: Lift) -> None:
+def test_if_no_equilibrium_is_found_the_hook_out_of_plumb_is_named_on_every_crane_type(lift: Lift) -> None:
     scene = lift.read(f"block.at=[{lift.x + 0.5} m, {lift.y} m, 3 m]")
     path = replace(
         scene.statics, states=scene.statics.states[:1], acted=(), notes=(), cut="", why="it finds no rest: so"
@@ -196,7 +196,7 @@ def test_a_hook_out_of_plumb_is_named_where_no_rest_is_found_on_every_crane_type
     assert "is 0.50 m out of plumb; move it by 0.50 m along x and " in found.sentence
 
 
-def test_a_hook_inside_an_obstacle_at_the_start_is_one_sentence_on_every_crane_type(lift: Lift) -> None:
+def test_a_hook_inside_an_obstacle_at_the_start_is_reported_in_one_sentence_on_every_crane_type(lift: Lift) -> None:
     free = lift.read()
     hook = next(hook for machine in free.plan.machines for hook in machine.hooks)
     x, y, z = free.statics.states[0].poses[hook.eye.body][0]

@@ -69,7 +69,7 @@ def minimum(a: Moving, b: Moving) -> tuple[float, float]:
     return found.least, found.t
 
 
-def test_a_box_that_flies_through_another_between_two_samples_is_seen() -> None:
+def test_the_collision_of_a_box_that_passes_through_another_between_two_samples_is_found() -> None:
     t = np.arange(10.0)
     distance = np.stack([30.0 * t - 135.0, np.zeros(10), np.zeros(10)], axis=1)  # at -15 m and 15 m, never at 0
     post, bullet = solid((2, 2, 2), t, np.zeros((10, 3))), solid((1, 1, 1), t, distance)
@@ -81,7 +81,7 @@ def test_a_box_that_flies_through_another_between_two_samples_is_seen() -> None:
     assert when == pytest.approx(4.5, abs=0.1)
 
 
-def test_a_pass_at_a_distance_is_reported_with_its_time() -> None:
+def test_the_smallest_distance_of_boxes_that_pass_each_other_is_found_with_its_time() -> None:
     t = np.arange(6.0)
     distance = np.stack([40.0 * t - 90.0, np.full(6, 2.25), np.zeros(6)], axis=1)
     least, when = minimum(solid((2, 2, 2), t, np.zeros((6, 3))), solid((1, 1, 1), t, distance))
@@ -122,7 +122,7 @@ def test_the_smallest_distance_along_random_rotating_paths_agrees_with_a_fine_se
         assert least >= seen - strays - 0.05, "and below by no more than shapes may stray between samples"
 
 
-def test_a_joint_search_finds_the_minimum_of_separate_searches() -> None:
+def test_searching_all_pairs_of_shapes_together_finds_the_minima_of_separate_searches() -> None:
     """Boxes that turn and ropes that hang for a while, over more samples than the longest stretch holds."""
     rng = np.random.default_rng(8)
     for _ in range(3):

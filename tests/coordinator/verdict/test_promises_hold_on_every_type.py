@@ -57,7 +57,7 @@ def test_a_run_reduces_clearances_at_the_worst_corner_as_check_does(lift: Lift) 
 
 
 @pytest.mark.large(beyond=2)
-def test_lifts_side_by_side_keep_what_each_keeps_alone(lift: Lift) -> None:
+def test_a_lift_beside_another_has_the_worst_clearance_that_it_has_alone(lift: Lift) -> None:
     """One with a wall at an uncertain place and a limit of its own, beside one without both."""
     random = Random(lift.y)
     gap, half, limit = random.uniform(0.7, 1.2), random.uniform(0.02, 0.4), random.uniform(0.55, 0.9)
@@ -79,7 +79,7 @@ def test_lifts_side_by_side_keep_what_each_keeps_alone(lift: Lift) -> None:
     assert kept == {"a": 0.5, "b": pytest.approx(limit)}
 
 
-def test_an_obstacle_that_begins_inside_the_block_is_a_sentence_with_its_line(lift: Lift) -> None:
+def test_an_obstacle_that_overlaps_the_block_at_the_start_is_reported_with_its_line(lift: Lift) -> None:
     random = Random(lift.half)
     deep = random.uniform(0.05, 1.0)
     text = f"{lift.text}\nobstacles:\n  wall: {wall(lift, -deep).partition('wall: ')[2].removesuffix('}')}\n"

@@ -49,7 +49,7 @@ STANDS = HALF + STOOL
 UP = [STANDS, STANDS, STANDS + 0.1, STANDS + 0.4, STANDS + 1.0, STANDS + 2.0]
 
 
-def test_lift_off_and_setting_down_give_no_findings() -> None:
+def test_lifting_off_and_setting_down_give_no_ground_clearance_findings() -> None:
     there = UP + UP[::-1]
     assert told(went(there)) == []
     assert told(went(there, [0.0] * 6 + [9.0] * 6)) == [], "it is set down elsewhere"
@@ -73,7 +73,7 @@ def test_ground_clearance_counts_along_the_path_and_not_at_pick_up_and_set_down(
     assert (found.distance, found.limit) == (pytest.approx(STOOL + 2.0, abs=EXACT), 0.5)
 
 
-def test_an_order_to_land_is_no_finding_even_if_the_run_ends_before_it() -> None:
+def test_low_ground_clearance_during_an_order_to_land_is_no_finding() -> None:
     down = [STANDS + 2.0 - 0.2 * i for i in range(10)]
     assert len(told(went(down))) == 1
     assert told(went(down), landing=[(4.0, 9.0)]) == []

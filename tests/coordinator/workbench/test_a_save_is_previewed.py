@@ -119,7 +119,7 @@ def test_any_editor_may_save_a_scene_and_all_pages_follow(folder: Path) -> None:
         assert opened.drawings(number, len(picture.states)) is None
 
 
-def test_folders_that_are_made_meanwhile_are_watched(folder: Path) -> None:
+def test_folders_created_while_the_workbench_runs_are_watched(folder: Path) -> None:
     with OpenScene(folder, folder / "my-lift.yaml") as opened:
         last(opened, "checks", version_of((folder / "my-lift.yaml").read_text()))
         deep = folder / "yard" / "north"

@@ -89,8 +89,8 @@ def test_random_edits_of_bundled_scenes_change_one_value_each(name: str) -> None
         (["block", "mass"], "[1 t,", "no"),
         (["block", "mass"], "1 t\nname: other", "single line"),
         (["block", "mass", "of"], "3 t", "is a value"),
-        (["actions", 17], "{wait: 5 s}", "no such place"),
-        (["block", "colour"], None, "there is no such entry"),
+        (["actions", 17], "{wait: 5 s}", "the number of an item"),
+        (["block", "colour"], None, "the scene has no such entry to remove"),
         ([], "3", "name the key"),
     ],
 )

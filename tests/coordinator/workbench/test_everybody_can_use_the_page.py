@@ -18,7 +18,9 @@ OUTSIDE = """() => [...document.querySelectorAll("header *, .toolbar *, .bar *, 
 
 @pytest.mark.large(beyond=1)
 @pytest.mark.parametrize(("theme", "width"), [("light", 1500), ("dark", 1500), ("light", 1024)])
-def test_axe_finds_nothing_serious_and_no_text_is_cut(page: Any, hands: Hands, theme: str, width: int) -> None:
+def test_the_accessibility_checker_axe_finds_nothing_serious_and_no_text_is_cut_off(
+    page: Any, hands: Hands, theme: str, width: int
+) -> None:
     axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
     page.set_viewport_size({"width": width, "height": 768})
     page.emulate_media(color_scheme=theme)
@@ -53,7 +55,7 @@ def test_axe_finds_nothing_serious_and_no_text_is_cut(page: Any, hands: Hands, t
     looked_at()
 
 
-def test_a_planner_needs_no_mouse(page: Any, hands: Hands) -> None:
+def test_a_lift_can_be_planned_with_the_keyboard_alone(page: Any, hands: Hands) -> None:
     """Tab leads from the header to the outline, where a thing is chosen, and to the form, where a field is filled."""
 
     def to(selector: str) -> None:

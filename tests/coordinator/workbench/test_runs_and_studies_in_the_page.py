@@ -68,7 +68,7 @@ def test_a_changed_duplicate_is_compared_with_the_first_variant(page: Any, hands
 
 
 @pytest.mark.large
-def test_a_sweep_and_a_limit_have_pages(page: Any, hands: Hands) -> None:
+def test_a_sweep_and_a_limit_search_started_in_the_workbench_open_as_pages(page: Any, hands: Hands) -> None:
     shorten(hands, "")
     page.get_by_role("tab", name="Sweeps").click()
     form, pages = page.get_by_role("form", name="Vary the scene"), page.get_by_label("Pages of studies")

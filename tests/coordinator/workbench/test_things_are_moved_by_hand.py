@@ -40,7 +40,7 @@ def test_two_clicks_measure_a_distance(page: Any, hands: Hands) -> None:
     assert abs(float(told.partition(" m")[0]) - 19.8) < 0.8, "from one end of the block to the other, to a pixel"
 
 
-def test_block_obstacle_and_crane_are_dragged_and_undone(page: Any, mover: Hands) -> None:
+def test_dragging_a_block_obstacle_or_crane_edits_the_scene_and_can_be_undone(page: Any, mover: Hands) -> None:
     before = mover.text
     for body, p, path in (
         ("block", [9.0, 1.0, 4.0], ("block", "at")),
@@ -62,7 +62,7 @@ def test_block_obstacle_and_crane_are_dragged_and_undone(page: Any, mover: Hands
     mover.until(lambda: place(mover.text, "cranes", "crane", "at") != [40.0])
 
 
-def test_a_support_is_dragged_and_nudged_by_keys(page: Any, mover: Hands) -> None:
+def test_a_support_is_moved_by_dragging_and_by_arrow_keys(page: Any, mover: Hands) -> None:
     path = ("block", "supports", "at", 3)
     mover.drag("block", [8.0, 6.0, -4.0], (-14, 0))
     mover.until(lambda: place(mover.text, *path) != [8.0, 6.0])
@@ -93,7 +93,7 @@ def test_a_lug_that_comes_near_a_hook_snaps_under_it(page: Any, mover: Hands) ->
     assert z == 4.3
 
 
-def test_heights_are_dragged_from_a_side(page: Any, mover: Hands) -> None:
+def test_dragging_in_a_side_view_changes_only_the_height(page: Any, mover: Hands) -> None:
     page.get_by_role("button", name="along y", exact=True).click()
     page.wait_for_timeout(100)
     mover.drag("wall", [0.0, -3.0, 1.0], (0, -30))
@@ -103,7 +103,9 @@ def test_heights_are_dragged_from_a_side(page: Any, mover: Hands) -> None:
     assert abs(2 * z - round(2 * z)) < 1e-6
 
 
-def test_a_click_leads_to_form_and_text(page: Any, hands: Hands) -> None:
+def test_clicking_a_part_in_the_picture_opens_its_form_and_shows_its_lines_in_the_scene_text(
+    page: Any, hands: Hands
+) -> None:
     hands.drag("block", [9.0, -7.0, 4.0], (0, 0))
     page.locator("#outline [data-path='block'][aria-current]").wait_for()
     page.locator("#form [data-key='mass']").wait_for()

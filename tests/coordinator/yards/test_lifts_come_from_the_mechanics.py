@@ -44,14 +44,14 @@ def written(way):
     return "yard.yaml"
 
 
-def test_wind_limits_of_a_scene_delay_stop_and_release_its_lifts(folder):
+def test_the_wind_limits_to_begin_stop_and_resume_a_lift_are_those_of_the_scene(folder):
     lift = at_rest(LiftOrder("crane.yaml", ("block.mass=250 t",)))
     assert (lift.wind, lift.stop, lift.resume, lift.state) == (9.0, 10.0, 8.0, "green")
     assert [name for name, _ in lift.stages] == ["take up slack", "lift off", "up", "sideways", "swing"]
     assert lift.stages[-1][1] == pytest.approx(20.0)
 
 
-def test_a_lift_at_rest_from_the_table_and_in_place_ends_within_the_stated_error(folder):
+def test_lift_durations_from_statics_and_from_a_table_are_within_their_stated_error_of_a_simulation(folder):
     ends = {}
     for way in WAYS:
         yard = load_yard(written(way))
@@ -83,7 +83,7 @@ def test_interpolating_a_lift_table_is_exact_for_multilinear_functions():
         assert interpolated(axes, grid, (x, y)) == pytest.approx([x * y + 3 * x - y, 7.0])
 
 
-def test_a_run_with_lifts_in_place_is_equal_in_processes_verified_and_resumed(folder):
+def test_a_yard_run_with_simulated_lifts_has_one_digest_in_processes_verified_and_resumed(folder):
     sheet, made = run_yard(written("run"), output="a.mcap", in_process=True)
     assert sheet.state == "amber"
     assert run_yard("yard.yaml", processes=2)[1].digest == made.digest
@@ -95,7 +95,7 @@ def test_a_run_with_lifts_in_place_is_equal_in_processes_verified_and_resumed(fo
     assert CliRunner().invoke(app, ["resume", "cut.mcap.part", "-o", "again.mcap"]).exit_code == 0
 
 
-def test_a_lift_that_is_red_when_it_is_simulated_makes_the_run_red(folder):
+def test_a_yard_run_is_red_if_the_simulation_of_a_lift_is_red(folder):
     text = Path("crane.yaml").read_text()
     Path("crane.yaml").write_text(
         text.replace("wind >= 10 m/s, until: wind <= 8 m/s", "wind >= 1 m/s, until: wind <= 0.5 m/s")

@@ -239,7 +239,7 @@ def test_the_native_tangent_stiffness_agrees_with_interpreted_floats_and_differe
         assert K[:, j] == pytest.approx((ends[0] - ends[1]) / (2.0 * h), rel=DIFFERENCES, abs=1e-5 * np.abs(K).max())
 
 
-def test_steps_of_the_tangent_stiffness_solve_its_equations():
+def test_the_factorised_tangent_stiffness_solves_its_equations():
     poses = Poses(Simulation(crossed()))
     poses.simulation.start()
     K, a = poses.stiffness(poses.q), np.arange(1.0, 7.0)
@@ -277,7 +277,7 @@ def test_events_on_the_path_need_few_equilibria_to_be_located(slack, corrected):
         assert len(corrected) - behind <= 18, "of which some follow from it"
 
 
-def test_steps_along_a_straight_path_are_long(corrected):
+def test_path_following_takes_few_steps_along_a_straight_equilibrium_path(corrected):
     """A load is hoisted by 40 of 50 m: its rope is stretched by a nanometre for a newton, but its path is a line."""
     path = following(hung(LENGTH, winch=True))
     moved(path, "rope", -0.05, -0.8 * LENGTH)

@@ -86,7 +86,7 @@ def test_modes_are_bit_identical_with_and_without_wide_cpu_instructions():
 
 
 @pytest.mark.parametrize(("n", "sought"), [(1, 1), (2, 2), (5, 3), (30, 30), (60, 4), (90, 7)])
-def test_our_eigenvalues_agree_with_lapack(n, sought):
+def test_eigenvalues_of_the_kernel_agree_with_lapack(n, sought):
     random = np.random.default_rng(n)
     A, B = (x @ x.T + np.eye(n) for x in random.normal(size=(2, n, n)))
     values, vectors = largest(B, A, sought)
@@ -97,7 +97,7 @@ def test_our_eigenvalues_agree_with_lapack(n, sought):
 
 
 @pytest.mark.parametrize("n", [1, 2, 7, 40])
-def test_our_products_solutions_and_sums_agree_with_lapack(n):
+def test_matrix_products_sums_and_solutions_of_the_kernel_agree_with_lapack(n):
     random = np.random.default_rng(n)
     A, X = random.normal(size=(n, n)), random.normal(size=(n, 3))
     S = A @ A.T + np.eye(n)
@@ -131,14 +131,14 @@ def test_a_round_tube_bends_in_one_plane_at_a_time():
 
 
 @pytest.mark.parametrize("degree", [1, 3, 5, 7])
-def test_our_splines_agree_with_scipy(degree):
+def test_splines_of_the_kernel_agree_with_scipy(degree):
     x, values = np.linspace(0.0, 150.0, 33), np.random.default_rng(degree).normal(size=(33, 4))
     at = 75.0 * (1.0 + roots(50))
     assert spline(x, values, degree, at) == pytest.approx(make_interp_spline(x, values, k=degree)(at), abs=EXACT)
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 9])
-def test_our_chebyshev_series_agree_with_numpy(n):
+def test_chebyshev_series_of_the_kernel_agree_with_numpy(n):
     random = np.random.default_rng(n)
     a, b, values = random.normal(size=n), random.normal(size=n), random.normal(size=12)
     x = np.linspace(-1.0, 1.0, 7)

@@ -39,7 +39,7 @@ def test_c08a_three_ropes_share_by_the_areas_of_the_lug_triangle():
     assert list(equilibrium(started(scene)).tensions.values()) == pytest.approx(want["T"], rel=STATIC)
 
 
-def test_c08b_six_equal_ropes_share_like_a_plane():
+def test_c08b_tensions_of_six_equal_ropes_vary_linearly_over_the_plan():
     x, want = FORMS["C08b"]["given"], FORMS["C08b"]["expected"]
     scene = hanging([(*p, 0.0) for p in x["lugs"]], x["W"], (*x["cg"], 0.0), k=1e12)
     assert list(equilibrium(started(scene)).tensions.values()) == pytest.approx(want["T"], rel=STATIC)
@@ -54,7 +54,7 @@ def test_c08d_a_rope_that_is_too_short_loads_its_diagonal():
     assert [skew[r] - even[r] for r in even] == pytest.approx(want["dT"], rel=1e-5)
 
 
-def test_a_rope_that_would_push_goes_slack_and_the_others_share_anew():
+def test_a_rope_that_would_push_goes_slack_and_the_others_share_its_load():
     lugs = [(-10.0, -9.0, 0.0), (10.0, -9.0, 0.0), (-10.0, 9.0, 0.0), (10.0, 9.0, 0.0)]
     scene = hanging(lugs, 1e6, k=1e8, errors=(0.0, 0.0, 0.0, 0.5))  # one half a metre too long
     found = equilibrium(started(scene)).tensions
@@ -63,7 +63,7 @@ def test_a_rope_that_would_push_goes_slack_and_the_others_share_anew():
     assert sum(found.values()) == pytest.approx(1e6, rel=1e-3)
 
 
-def test_c10b_two_inclined_ropes_meet_above_the_centre():
+def test_c10b_tensions_of_two_inclined_ropes_agree_with_the_closed_form():
     x, want = FORMS["C10b"]["given"], FORMS["C10b"]["expected"]
     a, b, L = radians(x["alpha_deg"]), radians(x["beta_deg"]), 60.0
     m, stiff = x["W"] / G, 1e13
@@ -120,7 +120,7 @@ def _above(p, t, L):
     return (p[0] * cos(t) + p[2] * sin(t), 0.0, -p[0] * sin(t) + p[2] * cos(t) + L)
 
 
-def test_a_slack_rope_lowers_the_load_until_the_rope_carries():
+def test_a_load_on_a_slack_rope_comes_to_rest_where_the_stretched_rope_carries_its_weight():
     simulation = started(hung(LENGTH - 5.0))
     found = equilibrium(simulation)
     assert found.tensions["rope"] == pytest.approx(MASS * G, rel=1e-9)

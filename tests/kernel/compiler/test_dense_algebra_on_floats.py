@@ -62,7 +62,7 @@ def test_linear_combinations_of_rows_that_vanish_are_found(m, n, rank):
     assert pytest.approx(np.zeros((m - rank, n)), abs=1e2 * CLOSE * np.abs(A).max()) == Z @ A
 
 
-def test_combinations_do_not_mix_independent_blocks():
+def test_vanishing_row_combinations_do_not_mix_independent_blocks_of_a_matrix():
     """Two blocks that share nothing: no combination has a part in both."""
     A = np.zeros((6, 4))
     A[:3, :2], A[3:, 2:] = matrix(3, 2, 2), matrix(3, 2, 1)

@@ -129,7 +129,7 @@ input()
     assert not [*folder.iterdir()]
 
 
-def test_a_failed_write_leaves_no_file(folder: Path) -> None:
+def test_a_failed_cache_write_leaves_no_file(folder: Path) -> None:
     folder.mkdir(mode=0o700)
 
     def broken(fresh: Path) -> None:

@@ -170,13 +170,13 @@ def test_rounding_a_start_pose_to_printed_digits_does_not_change_its_degrees_of_
     assert found(rounded).dof == 1
 
 
-def test_a_folded_parallelogram_is_singular_at_that_instant_only():
+def test_a_folded_parallelogram_has_two_degrees_of_freedom_at_the_start_and_one_in_motion():
     m = found(windows(1, pi / 2))
     assert (m.at_start, m.dof) == (2, 1)
     assert "the start pose is singular: 2 degrees of freedom at that instant, 1 in motion" in m.lines
 
 
-def test_many_folded_four_bar_windows_move_as_one_chain_of_branches():
+def test_three_folded_four_bar_windows_have_one_degree_of_freedom_and_four_at_the_singular_pose():
     m = found(windows(3, pi / 2))
     assert (m.at_start, m.dof) == (4, 1)
 
@@ -249,7 +249,7 @@ def test_a_driven_loop_follows_its_drive_without_degrees_of_freedom():
     assert (m.dof, m.driven, m.rank) == (0, 1, 2)
 
 
-def test_taut_rigid_ropes_count_and_slack_ones_do_not():
+def test_taut_rigid_ropes_remove_degrees_of_freedom_and_slack_ones_do_not():
     ropes = tuple(
         RigidRope(f"r{i}", (Line(Point(WORLD, (x, 0.0, 3.0)), Point("load", (x, 0.0, 0.0))),), length)
         for i, (x, length) in enumerate(((-1.0, 3.0), (1.0, 3.0), (0.0, 3.0), (0.0, 3.5)))

@@ -200,7 +200,7 @@ def test_each_set_of_locked_joints_is_compiled_once(monkeypatch):
     assert s.set_lock("bolt", False) is None, "it is free already"
 
 
-def test_a_lock_may_be_engaged_from_the_start():
+def test_a_joint_locked_at_the_start_does_not_move_until_its_lock_is_released():
     system = double_pendulum((0.5, 0.0), gravity=G)
     s = started(replace(system, locks=(Lock("bolt", "elbow", engaged=True),)))
     hand_over(s, SECOND)
@@ -212,7 +212,7 @@ def test_a_lock_may_be_engaged_from_the_start():
 
 
 @pytest.mark.parametrize("grants", [(), (0.13, 0.5000001, 1.1, 1.2, 1.9)])
-def test_locking_gives_the_same_bits_for_any_grants_and_on_floats(grants):
+def test_locking_a_joint_gives_the_same_bits_for_any_grants_and_on_python_floats(grants):
     def run(grants, native):
         s = started(double_pendulum(gravity=G), tolerance=1e-5, native=native)
         for lock, until in ((True, 1.0), (False, 2.0)):

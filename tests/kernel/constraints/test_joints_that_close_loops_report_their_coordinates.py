@@ -67,7 +67,7 @@ def drawn(kind, seed):
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("seed", range(20))
-def test_coordinates_and_speeds_are_those_of_a_joint_of_the_tree(kind, seed):
+def test_a_joint_that_closes_a_loop_reports_the_coordinates_and_speeds_of_the_same_joint_in_a_tree(kind, seed):
     joint, q, v, sides = drawn(kind, seed)
     ends = []
     for (R, o), (before, p), (after, s) in zip(sides(0.0), sides(-STEP), sides(STEP), strict=True):

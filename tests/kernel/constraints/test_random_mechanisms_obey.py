@@ -78,7 +78,7 @@ def test_inertias_over_twelve_decades_give_finite_motion_or_an_error(seed, n):
 @SOME
 @SEEDS
 @pytest.mark.large
-def test_at_rest_the_outermost_joints_and_ropes_carry_all_the_weight(seed, n):
+def test_at_rest_the_joints_and_ropes_attached_to_the_ground_carry_the_whole_weight(seed, n):
     s = started(roped(seed, n, 2.0))
     sentence = attempted(lambda: equilibrium(s))
     assert sentence == "" or "finds no rest" in sentence  # it may hang where nothing holds it

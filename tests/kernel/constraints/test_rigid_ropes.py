@@ -126,7 +126,7 @@ def test_rigid_ropes_that_would_push_are_slack():
     assert [carried.sum(), carried @ x, carried @ y] == pytest.approx([W, 9.0 * W, 0.0], rel=1e-6, abs=1e-3 * W)
 
 
-def test_native_code_and_floats_agree_on_rigid_ropes():
+def test_native_code_and_python_floats_agree_on_rigid_ropes():
     system = on_rope(point(z=-18.0, vx=2.0), 20.0)
     native, floats = (started(system, native=x) for x in (True, False))
     for s in (native, floats):

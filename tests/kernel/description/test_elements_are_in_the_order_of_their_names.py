@@ -32,7 +32,7 @@ def shuffled(system: System, random: Random) -> System:
     return replace(system, **{g: tuple(random.sample(x, len(x))) for g in groups if (x := getattr(system, g))})
 
 
-def test_an_element_keeps_its_sample_columns() -> None:
+def test_sorting_elements_by_name_does_not_change_the_order_of_their_coordinates() -> None:
     """Only elements are put in order, never what stands in them."""
     joints = (Joint("b", "spherical", "world", "load", q0=(0.0, 0.0, 0.0, 1.0), v0=(3.0, 2.0, 1.0)),)
     whole = assembled([System((Body("load", 1.0),), joints)], G)

@@ -122,7 +122,7 @@ def _run(system: System) -> None:
     simulate(system, 1e-7, 500_000_000, frozenset(), "dopri5", None).start()
 
 
-def test_the_system_for_the_tests_of_names_runs() -> None:
+def test_the_system_without_misspelt_names_runs() -> None:
     _run(SYSTEM)
 
 
@@ -140,7 +140,7 @@ def test_a_name_unlike_any_other_is_answered_with_all_names() -> None:
         _run(replace(SYSTEM, locks=(Lock("k", "z"),)))
 
 
-def test_the_test_cases_cover_every_kind_of_named_item() -> None:
+def test_the_cases_with_misspelt_names_cover_every_kind_of_named_item() -> None:
     spoiled = {case.id.partition(".")[0] for case in CASES}  # type: ignore[union-attr]
     names = {x.name for group in GROUPS for x in getattr(RICH, group)}
     assert names - spoiled == {"upper", "lower", "cart", "master"}

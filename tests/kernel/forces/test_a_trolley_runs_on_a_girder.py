@@ -40,7 +40,7 @@ def crossing(system: System):
     return t, q[:, link.q_modes] @ link.modes.at(LENGTH / 2)[2]
 
 
-def test_a_force_moving_along_a_girder_bends_it_as_theory_says():
+def test_the_deflection_of_a_girder_under_a_moving_force_agrees_with_theory():
     """w = sum of 2 P/(m L) sin(n pi x/L) (sin W_n t - W_n/w_n sin w_n t)/(w_n^2 - W_n^2), W_n = n pi v/L."""
     P, mu = 9.0e6, GIRDER / LENGTH
     force = Load("weight", Point("trolley"), (0.0, 0.0, -P))
@@ -100,7 +100,7 @@ def mass_of_gravity(beam: Beam) -> np.ndarray:
     return M @ up
 
 
-def test_a_trolley_of_a_third_of_the_girder_mass_bends_it_as_theory_says():
+def test_the_deflection_of_a_girder_under_a_trolley_of_a_third_of_its_mass_agrees_with_theory():
     t, w = crossing(crane(TROLLEY, gravity=G))
     steps = np.linspace(0.0, t[-1], 2001)
     want = np.interp(t, steps, sixty_elements(TROLLEY, steps))
@@ -137,7 +137,7 @@ def test_a_slider_joint_needs_a_beam():
         Program(System((Body("trolley", 1.0),), (joint,)))
 
 
-def test_machine_code_of_a_slider_agrees_with_floats():
+def test_machine_code_of_a_slider_agrees_with_python_floats():
     simulation = Simulation(crane(TROLLEY, drive=False, gravity=G), cache=False)
     random = np.random.default_rng(1)
     y = np.concatenate([random.normal(size=simulation.program.nv) * 0.1, random.normal(size=simulation.program.nv)])

@@ -105,7 +105,7 @@ def memory(t: float) -> float:
 
 
 @pytest.mark.parametrize("method", ["dopri5", "radau5"])
-def test_free_decay_with_memory_solves_the_integral_equation(method):
+def test_free_decay_of_a_floating_body_with_radiation_memory_solves_its_integral_equation(method):
     """m x'' + k x + int K(t - s) x'(s) ds = 0 holds along the run, with the integral by quadrature; energy closes."""
     s = started(heaving(water(), q0=(1.0,)), tolerance=1e-10, method=method)
     start = s.row()
@@ -138,7 +138,7 @@ def test_free_decay_with_memory_solves_the_integral_equation(method):
     assert energy == pytest.approx(float(start.kinetic + sum(start.stored)), rel=1e-8)
 
 
-def test_the_memory_has_the_damping_and_added_mass_of_its_transform():
+def test_a_radiation_memory_function_has_the_damping_of_its_fourier_transform():
     """In steady oscillation the force has B = Re K(iw) in phase with the speed (Ogilvie 1964)."""
     w = 0.9
     lapse = quad(lambda t: memory(t) * np.cos(w * t), 0.0, 60.0, limit=500)[0]

@@ -130,7 +130,7 @@ def test_a_winch_follows_a_measured_angle(kind):
     assert abs(a - angle) > 0.05, "the wheel has turned"
 
 
-def test_a_sling_hooked_with_a_new_length_follows_no_master_any_more():
+def test_a_sling_hooked_with_a_new_length_no_longer_follows_its_former_master_drive():
     scene = replace(slider(q0=-10.0), masters=(Master("m", 1.0),))
     line = Line(Point("world"), Point("load"))
     scene = replace(scene, ropes=(Rope("sling", (line,), EA, 20.0, winch=True, hooked=False),))

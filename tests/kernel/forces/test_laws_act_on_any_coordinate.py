@@ -72,7 +72,7 @@ def test_an_end_stop_and_a_threshold_act_on_one_direction_of_a_planar_joint():
 
 
 @pytest.mark.parametrize(("kind", "coordinate"), [("screw", "angle"), ("planar", "angle"), ("cylindrical", "angle")])
-def test_any_coordinate_can_be_prescribed(kind, coordinate):
+def test_any_joint_coordinate_can_be_prescribed(kind, coordinate):
     """Rheonomic: turned by 90 deg; the other freedoms keep their motion, the drive's work closes the balance."""
     n = {"screw": 1, "planar": 3, "cylindrical": 2}[kind]
     v0 = (0.3,) * (n - 1) + (0.0,)

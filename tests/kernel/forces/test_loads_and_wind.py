@@ -124,7 +124,7 @@ def test_a_scene_at_rest_moves_again_when_its_force_history_does():
     assert s.row().q[0] == pytest.approx(2.0, rel=EXACT)
 
 
-def test_a_driven_load_follows_its_commands_and_its_master():
+def test_a_force_with_a_driven_signal_follows_commands_and_then_its_master_drive():
     push = Load("push", Point("load"), (6.0, 0.0, 0.0), signal=InputSignal(0.0, driven=True))
     s = started(replace(slider(mass=2.0, axis=X), forces=(push,), masters=(Master("m"),)), tolerance=1e-9)
     s.references.set_profile("push", 0, 0.5, 1e3, 0.5)
@@ -179,7 +179,7 @@ def _hung(m: float, k: float, share: float) -> System:
 
 
 @pytest.mark.parametrize(("ts", "key"), [(0.4, "phi"), (1e-6, "phi_instant")])
-def test_an_emergency_stop_while_lowering_is_a_closed_form(ts, key):
+def test_the_peak_tension_of_an_emergency_stop_while_lowering_agrees_with_the_closed_form(ts, key):
     """C23: phi = 1 + v w/g |sin(w ts/2)/(w ts/2)|, and the whole of it if the brake bites at once."""
     given = FORMS["C23"]["given"]
     m, k, v = given["m"], given["k"], given["v"]

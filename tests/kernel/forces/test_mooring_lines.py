@@ -35,7 +35,7 @@ def random_lines(n: int, seed: int, lifted: bool) -> np.ndarray:
 
 
 @pytest.mark.parametrize("lifted", [True, False])
-def test_end_forces_of_random_lines_close_the_catenary_equations(lifted: bool) -> None:
+def test_end_forces_of_random_mooring_lines_satisfy_the_catenary_equations(lifted: bool) -> None:
     for x, z, k in random_lines(2000, 1, lifted):
         f = (hanging if lifted else lying)(x, z, k)
         H, V, low = f.H, f.V, f.V - 1.0 if lifted else 0.0
@@ -46,7 +46,7 @@ def test_end_forces_of_random_lines_close_the_catenary_equations(lifted: bool) -
 
 
 @pytest.mark.parametrize("lifted", [True, False])
-def test_machine_code_of_the_catenary_agrees_with_floats_and_has_the_derivatives_of_the_solution(lifted: bool) -> None:
+def test_machine_code_of_the_catenary_agrees_with_python_floats_and_has_exact_derivatives(lifted: bool) -> None:
     law = hanging if lifted else lying
     code = Function("solved", lambda p: {"y": [*law(*p)[:2]]}, {"p": 3})
     native = Library(f"catenary {lifted}", lambda: module(code), cache=False)
@@ -61,7 +61,7 @@ def test_machine_code_of_the_catenary_agrees_with_floats_and_has_the_derivatives
             assert slopes[:, i] == pytest.approx(difference, rel=1e-2, abs=SLOPE * np.abs(slopes).max())
 
 
-def test_end_forces_agree_with_moorpy() -> None:
+def test_end_forces_of_mooring_lines_agree_with_moorpy() -> None:
     catenary = pytest.importorskip("moorpy.Catenary").catenary
     for lifted in (True, False):
         for x, z, k in random_lines(60, 3, lifted):
@@ -87,7 +87,7 @@ def test_published_lines_of_moorpy_are_reproduced() -> None:
     assert (f.H * w * L, (1.0 - f.V) * w * L, f.V * w * L) == pytest.approx((31373.229, 26650.341, 87886.159), rel=PEER)
 
 
-def test_a_hanging_line_solves_the_boundary_value_problem_of_an_elastic_cable() -> None:
+def test_a_suspended_mooring_line_solves_the_boundary_value_problem_of_an_elastic_cable() -> None:
     """x' = (1 + T / EA) H / T and z' = (1 + T / EA) V / T with V' = w, by collocation."""
     L, w, EA, x, z = 200.0, 900.0, 4e7, 195.0, 40.0
 
@@ -128,26 +128,26 @@ def tension(line: MooringLine, moved: float) -> float:
     return w * float(np.hypot(f.H, f.V))
 
 
-def test_energy_is_kept_while_a_line_lifts_off_the_seabed_and_returns() -> None:
+def test_energy_is_conserved_while_a_mooring_line_lifts_off_the_seabed_and_returns() -> None:
     s = started(hull(LINE, 8.0), tolerance=TOLERANCE)
     hand_over(s, 40 * SECOND)
     assert {what for _, what in events(s)} == {"uplift", "grounded"}
     assert imbalance(s) < BALANCE
 
 
-def test_a_slack_line_pulls_with_the_weight_of_the_part_that_hangs() -> None:
+def test_a_slack_mooring_line_pulls_with_the_weight_of_its_suspended_part() -> None:
     """100 m above the seabed, however far behind the anchor it lies, to what it stretches."""
     for x in (0.0, 0.3, 0.7, 0.777):
         f = lying(x, 100.0 / 450.0, 1e-5)
         assert (f.V, f.H, f.missed) == pytest.approx((100.0 / 450.0, 0.0, 0.0), abs=1e-5)
 
 
-def test_a_line_that_starts_above_its_breaking_load_is_refused() -> None:
+def test_a_mooring_line_that_starts_above_its_breaking_load_is_refused() -> None:
     with pytest.raises(KernelError, match=r"breaking is 300 kN, and the line begins with 359.25 kN"):
         started(towed(structs.replace(LINE, breaking=3e5)))
 
 
-def test_a_line_that_is_cast_off_pulls_no_more_and_its_energy_becomes_heat() -> None:
+def test_a_mooring_line_that_is_cast_off_has_no_tension_and_its_strain_energy_becomes_heat() -> None:
     s = started(hull(LINE, 1.0), tolerance=TOLERANCE)
     hand_over(s, 2 * SECOND)
     s.unhook("line")
@@ -157,7 +157,7 @@ def test_a_line_that_is_cast_off_pulls_no_more_and_its_energy_becomes_heat() -> 
     assert imbalance(s) < BALANCE
 
 
-def test_a_line_parts_at_its_breaking_load_and_reports_when() -> None:
+def test_a_mooring_line_parts_at_its_breaking_load_and_reports_the_time() -> None:
     """At 1 m/s, half a second late, the towed end is where the closed form has the breaking load."""
     line = structs.replace(LINE, breaking=5e5)
     s = started(towed(line), tolerance=TOLERANCE)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from heavylift.kernel import KernelError
-from heavylift.kernel.analysis.equilibrium import equilibrium
+from heavylift.kernel.analysis import equilibrium
 from heavylift.kernel.description import Body, Drive, InputSignal, Joint, JointSpring, Point, Stream, System, WaveSum
 from small_scenes import SECOND, X, column, cube, hand_over, imbalance, started
 

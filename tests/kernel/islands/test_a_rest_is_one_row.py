@@ -87,7 +87,9 @@ def test_sample_rows_of_several_periods_of_rest_are_the_same_whether_written_gra
 
 
 @pytest.mark.parametrize("build", BUILDS)
-def test_a_snapshot_taken_before_the_rows_of_a_rest_are_written_still_yields_them(build: Callable[[], Run]) -> None:
+def test_a_snapshot_taken_before_the_rows_of_a_rest_are_written_still_yields_these_rows(
+    build: Callable[[], Run],
+) -> None:
     first, second = build(), build()
     for s in (first, second):
         s.start()

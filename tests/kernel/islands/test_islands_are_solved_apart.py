@@ -31,7 +31,7 @@ def test_an_unhooked_rope_belongs_to_the_island_of_its_first_end() -> None:
     assert [h.name for h in a.thresholds] == ["height-a"]
 
 
-def test_a_measured_master_connects_only_its_possible_followers() -> None:
+def test_a_measured_angle_joins_its_body_with_actuators_that_may_follow_it_in_one_island() -> None:
     still = System((Body("swing", 1.0),), (Joint("pin", "revolute", "world", "swing", axis=(0.0, 1.0, 0.0)),))
     lean = (Measured("lean", "angle", "load-a"),)
     assert bodies(islands_of(replace(merge([TWO, still], G), measured=lean))) == [["load-a", "load-b"], ["swing"]]
@@ -83,7 +83,7 @@ def test_ropes_that_will_be_hooked_join_islands_from_the_start() -> None:
 # ---- steps of their own -------------------------------------------------------------------------------------
 
 
-def test_each_island_takes_the_steps_that_it_takes_alone() -> None:
+def test_an_island_takes_the_same_steps_with_and_without_other_islands() -> None:
     both = played(islands(), UP)
     assert isinstance(both, Islands)
     for name, part in zip("ab", both.parts, strict=True):
@@ -159,7 +159,7 @@ def test_splitting_calls_or_adding_observers_changes_no_result(seed: int) -> Non
 # ---- rows of one alone -----------------------------------------------------------------------------------------
 
 
-def test_an_event_of_one_lift_adds_a_row_to_that_lift_only() -> None:
+def test_an_event_of_one_lift_adds_a_sample_row_to_that_lift_only() -> None:
     """The common samples and the rows of its own are, byte for byte, those of the lift by itself; peaks count on until
     the next sample of all, energies and steps are those of all there."""
     both = played(islands(lifts={"a": ["load-a"], "b": ["load-b"]}), UP)

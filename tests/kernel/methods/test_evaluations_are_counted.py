@@ -6,7 +6,7 @@ from small_scenes import SECOND, hung, started
 
 
 @pytest.mark.parametrize("method", ["dopri5", "dop853", "radau5", *sorted(PEERS)])
-def test_the_counted_evaluations_are_those_made(method):
+def test_the_reported_number_of_rate_evaluations_equals_the_number_of_calls(method):
     """On floats every evaluation is a call of the function that the native code calls."""
     simulation = started(hung(60.2), method=method, tolerance=1e-3, native=False)
     rate, made = simulation.method.f_rate, [0]

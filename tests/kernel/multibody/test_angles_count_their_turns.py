@@ -173,7 +173,7 @@ def test_a_body_that_stays_below_half_a_turn_in_a_bushing_is_accepted():
     assert rz == pytest.approx(3.0 * sin(W), abs=EXACT)
 
 
-def test_cubes_turn_alike_with_fixed_steps_of_any_angle():
+def test_a_wheel_that_turns_five_radians_per_fixed_step_has_its_exact_angle():
     """100 rad/s in steps of 50 ms: five radians each."""
     scene = System((Body("wheel", 1.0, inertia=cube(1.0)),), wheel(Y, v0=100.0).joints, gravity=0.0)
     scene = replace(scene, measured=(Measured("angle", "angle", "wheel", axis=1),))

@@ -190,7 +190,7 @@ def test_a_condition_can_wait_for_a_gust():
     )
 
 
-def test_sampled_signals_equal_their_guards():
+def test_the_sampled_value_of_a_signal_is_the_value_at_which_its_threshold_fires():
     """Of random signals the sample is the value at which a guard of that value has just fallen, and not before."""
     rng = np.random.default_rng(3)
     for _ in range(5):

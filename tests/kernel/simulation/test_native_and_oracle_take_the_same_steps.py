@@ -50,7 +50,7 @@ def pair() -> tuple[Simulation, Simulation, list[float]]:
     return native, oracle, apart
 
 
-def test_native_code_and_floats_agree_after_every_step(pair):
+def test_native_code_and_python_floats_agree_after_every_step(pair):
     native, oracle, apart = pair
     assert native.epoch == oracle.epoch == STEPS * 1_000_000 + 1
     assert max(apart) < SAME, apart
@@ -65,14 +65,14 @@ def test_the_comparison_run_uses_every_law(pair):
     assert np.abs(row.q).min() > 0.0
 
 
-def test_native_code_and_floats_find_events_at_the_same_nanoseconds(pair):
+def test_native_code_and_python_floats_find_events_at_the_same_nanoseconds(pair):
     native, oracle, _ = pair
     assert [(t, e.name, e.what) for t, e in native.log] == [(t, e.name, e.what) for t, e in oracle.log]
     values = [np.array([e.value for _, e in s.log]) for s in (native, oracle)]
     assert far(*values) < SAME
 
 
-def test_native_code_and_floats_agree_in_every_sample_row(pair):
+def test_native_code_and_python_floats_agree_in_every_sample_row(pair):
     native, oracle, _ = pair
     assert [t for t, _ in native.rows] == [t for t, _ in oracle.rows]
     got, want = (published(s.method, np.array([row for _, row in s.rows])) for s in (native, oracle))

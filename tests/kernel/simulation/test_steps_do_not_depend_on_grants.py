@@ -119,7 +119,7 @@ def test_an_event_is_predicted_before_it_happens_and_can_be_predicted_again():
     assert s.next_ns == t_ns, "more time granted does not pass an event that somebody waits for"
 
 
-def test_an_input_one_nanosecond_before_an_event_leaves_the_event_where_it_is():
+def test_an_input_one_nanosecond_before_an_event_does_not_move_the_event():
     s, t_ns = caught()
     s.interrupt(t_ns - 1)
     s.settle()

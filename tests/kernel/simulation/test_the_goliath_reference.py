@@ -13,7 +13,7 @@ TENSION_ERROR = 1e-6  # of 550 kN: two orders above the reference's own error (r
 SAME = 1e-12  # the same text on floats and in machine code: round-off of some thousand operations
 
 
-def test_the_tensions_of_ten_seconds_are_those_of_the_reference():
+def test_tensions_of_the_first_ten_seconds_agree_with_the_stored_goliath_reference():
     simulation = Simulation(scene(), tolerance=1e-10, sample_ns=100_000_000)
     simulation.start()
     simulation.run(10_050_000_000)
@@ -28,7 +28,7 @@ def test_the_tensions_of_ten_seconds_are_those_of_the_reference():
 
 @pytest.mark.parametrize("opt", [0, 3])
 @pytest.mark.large(beyond=1)
-def test_the_reference_agrees_on_floats_and_in_machine_code_at_every_optimisation_level(opt):
+def test_the_goliath_reference_agrees_on_python_floats_and_in_machine_code_at_every_optimisation_level(opt):
     native, oracle = (Simulation(scene(), native=n, opt=opt, cache=False) for n in (True, False))
     random = np.random.default_rng(1)
     for _ in range(5):

@@ -73,7 +73,7 @@ class Cooling(Observed):
         return Passed((), self.present)
 
 
-def test_a_state_event_occurs_at_its_first_nanosecond_and_an_input_moves_it() -> None:
+def test_a_state_event_is_located_to_the_nanosecond_and_an_input_that_changes_the_state_moves_it() -> None:
     alone = [(tag, m) for tag, _, m in drive(Cooling("c"), until=seconds(30))]
     assert [tag for tag, _ in alone] == [Tag(ceil(log(8) * SECOND))]
     pushed = drive(Cooling("c"), [(seconds(1), "ask", Ask(40.0))], seconds(30))
@@ -81,7 +81,7 @@ def test_a_state_event_occurs_at_its_first_nanosecond_and_an_input_moves_it() ->
     assert pushed[0][0].t == pytest.approx((1 + log((start - 20) / 10)) * SECOND, abs=2)
 
 
-def test_two_inputs_change_only_their_own_terms_of_the_state() -> None:
+def test_frequent_inputs_that_change_nothing_do_not_move_a_state_event() -> None:
     asked = [(seconds(0.1 * i), "ask", Ask()) for i in range(1, 20)]
     (tag, _, _), *_ = drive(Cooling("c"), asked, seconds(30))
     assert tag.t == pytest.approx(log(8) * SECOND, abs=3)

@@ -46,7 +46,7 @@ def level(t: float, start: float = 0.0) -> float:
     return 5.0 + (start - 5.0) * exp(-0.1 * t)
 
 
-def test_samples_are_those_of_the_closed_form_and_change_no_event():
+def test_samples_of_a_hybrid_model_agree_with_the_closed_form_and_change_no_event():
     plain = drive(Tank("tank"), INPUTS, until=seconds(40))
     sampled = drive(SampledTank("tank"), INPUTS, until=seconds(40))
     assert [x for x in sampled if x[1] == "full"] == plain

@@ -98,7 +98,7 @@ def test_the_step_of_an_fmu_is_its_lookahead(unit) -> None:
     assert simulator.lookahead == {"spring.y": ms(10)}
 
 
-def test_an_fmu_continues_from_a_snapshot_or_reports_that_it_has_none(unit) -> None:
+def test_an_fmu_continues_from_a_snapshot_or_reports_that_snapshots_are_not_supported(unit) -> None:
     file, keeps = unit
     simulator = Simulator(Fmu("spring", file, ms(10), ["x"]))
     simulator.start()

@@ -54,7 +54,9 @@ WAYS = {
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_the_present_text_of_a_model_file_runs(way: str, write: Callable[[str, str], Path]) -> None:
+def test_a_model_file_edited_between_runs_runs_with_its_present_text(
+    way: str, write: Callable[[str, str], Path]
+) -> None:
     where, edited, text = WAYS[way]
     for package in ("pack/__init__.py", "pack/sub/__init__.py"):
         write(package, "")

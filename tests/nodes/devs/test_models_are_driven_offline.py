@@ -24,7 +24,7 @@ def test_the_west_crane_travels_10_m_in_30_s() -> None:
     ]
 
 
-def test_a_model_is_tested_in_one_line() -> None:
+def test_drive_returns_the_outputs_of_a_model_for_a_list_of_inputs() -> None:
     jobs = [(seconds(t), "into", Job(t)) for t in (1, 2, 4)]
     processor = Processor("p", seconds(2.5))
     assert drive(processor, jobs) == [

@@ -79,7 +79,7 @@ def test_external_messages_come_first_at_any_depth() -> None:
     assert sink.got == [(Tag(0), [0, 1, 2])]
 
 
-def test_the_comparison_detects_an_engine_without_sorted_bags(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_log_comparison_detects_a_simulator_that_does_not_sort_its_bags(monkeypatch: pytest.MonkeyPatch) -> None:
     truth = [flat(seed, END, build_deep) for seed in MODELS]
     monkeypatch.setattr(bags, "place", lambda entry: -entry[0])
     assert sum(flat(seed, END, build_deep) != truth[seed] for seed in MODELS) > 10

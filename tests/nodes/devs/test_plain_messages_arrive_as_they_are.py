@@ -92,7 +92,9 @@ def test_plain_messages_arrive_unchanged(seeds: range) -> None:
 
 
 @pytest.mark.parametrize("careless", [int, str, float])
-def test_the_comparison_detects_a_weaker_check_of_messages(careless: type, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_comparison_with_a_reference_detects_a_weaker_check_of_messages(
+    careless: type, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(
         messages,
         "_check",

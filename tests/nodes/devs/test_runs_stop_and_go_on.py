@@ -24,7 +24,7 @@ def whole(model) -> list[Transition]:
     return log
 
 
-def test_two_halves_of_a_run_equal_the_whole() -> None:
+def test_a_run_interrupted_at_several_times_has_the_log_of_the_whole_run() -> None:
     for model, again in zip(models(), models(), strict=True):
         log: list[Transition] = []
         simulator = Simulator(model, log.append)

@@ -183,7 +183,7 @@ print(log, sink.got)
 """
 
 
-def test_the_order_of_a_bag_does_not_depend_on_the_hash_seed() -> None:
+def test_the_order_of_messages_in_a_bag_does_not_depend_on_the_hash_seed() -> None:
     message = set()
     for seed in "0123":
         run_ = [sys.executable, "-c", HASHING, str(Path(__file__).parent)]

@@ -89,14 +89,14 @@ def test_saved_arrays_are_restored_bit_for_bit() -> None:
     assert (again.dtype, again.shape, again.flags.writeable) == (x.dtype, x.shape, True)
 
 
-def test_shared_objects_are_shared_again() -> None:
+def test_objects_shared_in_a_saved_state_are_shared_after_restoring() -> None:
     shared = [1]
     a, b, c = thawed(frozen((shared, shared, [1])))
     assert a is b
     assert a is not c
 
 
-def test_cycles_are_restored() -> None:
+def test_reference_cycles_in_a_saved_state_are_restored() -> None:
     job = Job(1)
     job.parts += [job, {"of": job}]
     again = thawed(frozen(job))

@@ -90,7 +90,7 @@ def test_couplings_can_be_added_and_removed() -> None:
     assert [n for _, n in right.got] == [[2], [3]]
 
 
-def test_the_other_models_keep_their_clock() -> None:
+def test_a_structure_change_keeps_schedule_and_elapsed_time_of_the_other_models() -> None:
     """A model whose neighbours change keeps its schedule and its elapsed time."""
     relay, g, b, sink = Relay("relay", seconds(2.5)), Generator("g", seconds(1), count=1), Breeder("b"), Sink("sink")
     simulator = started(coupled("yard", [g, b, relay, sink], (g.out, b.into), (g.out, relay.into)))

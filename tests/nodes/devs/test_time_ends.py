@@ -83,7 +83,7 @@ def test_other_times_beyond_the_last_representable_one_are_refused() -> None:
     assert simulator.next_time == FOREVER
 
 
-def test_the_helper_seconds_states_its_unit_and_its_old_name_warns() -> None:
+def test_the_function_seconds_replaces_ns_which_warns_that_it_takes_seconds() -> None:
     assert (seconds(1), ms(1), us(1)) == (1_000_000_000, 1_000_000, 1_000)
     with pytest.warns(
         DeprecationWarning, match=r"ns\(1\) looks like nanoseconds but takes seconds; write seconds\(1\)"

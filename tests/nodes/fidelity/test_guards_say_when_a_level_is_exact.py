@@ -90,7 +90,7 @@ def test_a_lift_that_is_not_symmetric_is_not_called_exact_in_a_plane(name: str, 
     assert [word for word in left_out(given) if "motion" in word]
 
 
-def test_locking_a_joint_is_exact_if_its_drive_holds_it_and_no_order_moves_it() -> None:
+def test_locking_a_joint_is_called_exact_if_a_drive_holds_the_joint_and_no_order_moves_the_joint() -> None:
     given = plan("overhead-100", order=OUT["across"])
     for joint, drive, held in (("crane.runway", "crane.travelling", False), ("crane.girder", "crane.traversing", True)):
         locked = at_level(given, planar(Fidelity(locked=(joint,)), given.machines))

@@ -26,7 +26,7 @@ def count(f):
     return sum(count(n.args[0]) if n.op == "call" else 1 for n in f.nodes if n.op != "in")
 
 
-def test_omitted_pads_change_nothing_where_none_is_used():
+def test_omitting_pads_gives_the_operations_of_a_system_without_these_pads():
     every, standing = declared("{}"), declared("{pads: standing}")
     kept = {s.name for s in standing.supports}
     assert len(kept) == len(every.supports) // 2
@@ -40,21 +40,21 @@ def test_a_locked_joint_gives_the_motion_of_one_rigid_body():
     assert len(Simulation(locked).state) < len(Simulation(free).state)
 
 
-def test_omitted_wind_equals_calm_air():
+def test_omitting_the_wind_gives_the_operations_of_a_scene_without_wind():
     windy, still = mechanism("gust"), mechanism("gust", "mechanism.forces={}")
     never = System(windy.bodies, windy.joints, ropes=windy.ropes, gravity=windy.gravity)
     assert operations(still) == operations(never) < operations(windy)
     assert code(still) == code(never)
 
 
-def test_omitted_contacts_change_nothing_where_none_is_used():
+def test_omitting_contacts_gives_the_operations_and_code_of_a_system_without_contacts():
     touching, free = mechanism("ramp"), mechanism("ramp", "mechanism.contacts={}")
     never = System(touching.bodies, touching.joints, gravity=touching.gravity)
     assert operations(free) == operations(never) < operations(touching)
     assert code(free) == code(never)
 
 
-def test_an_omitted_contact_pair_changes_nothing_where_it_is_not_used():
+def test_omitting_a_contact_pair_gives_the_operations_and_code_of_a_system_without_it():
     slope = "{ramp: {body: crate, box: [2 m, 2 m, 2 m], against: {normal: [0.5, 0, 0.8660254]}, friction: 0.3}}"
     both, one = mechanism("ramp"), mechanism("ramp", f"mechanism.contacts={slope}")
     never = System(both.bodies, both.joints, contacts=both.contacts[:1], gravity=both.gravity)
@@ -62,7 +62,7 @@ def test_an_omitted_contact_pair_changes_nothing_where_it_is_not_used():
     assert code(one) == code(never)
 
 
-def test_omitted_supports_change_nothing_where_none_is_used():
+def test_each_support_adds_the_same_number_of_operations_and_none_adds_nothing():
     standing = declared("{}")
     flying = replace(standing, supports=())
     written = System(**{f.name: getattr(flying, f.name) for f in fields(System) if f.name != "supports"})
@@ -108,7 +108,7 @@ def code(given):
     return Simulation(given, native=False).native.structure
 
 
-def test_each_lower_level_costs_less():
+def test_each_coarser_model_level_needs_fewer_operations():
     candidates = ("{ropes: massive, lumps: 2, girder: elastic}", "{girder: elastic}", "{}", "{motion: across}")
     costs = [operations(declared(candidate)) for candidate in candidates]
     assert costs == sorted(costs, reverse=True)

@@ -97,7 +97,7 @@ def test_standing_exactly_at_an_end_position_is_not_beyond_it(tmp_path: Path) ->
     assert (row[2], row[3], row[5]) == ("crane lower (of 2)", "81.20 m", "60 to 81.2 m")
 
 
-def test_empty_hooks_and_stages_at_rest_are_not_red(tmp_path: Path) -> None:
+def test_empty_hooks_hoisted_at_full_speed_give_no_red_check(tmp_path: Path) -> None:
     """Empty hooks are hoisted as fast as they go: their loads jump, and they hold nothing that could lead off."""
     empty = 'actions=[{all hooks: "unhook"}, {stage: empty, all hooks: "hoist 10 m/min by 3 m"}, {wait: 10 s}]'
     run(bare("lift", [empty, "end=60 s"]), tmp_path / "empty.mcap", in_process=True)

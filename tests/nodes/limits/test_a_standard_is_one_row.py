@@ -18,7 +18,7 @@ def add(monkeypatch: pytest.MonkeyPatch, folder: Path, *row: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["lift", "spreader"])
-def test_a_new_standard_for_static_strength_refuses_a_scene(
+def test_a_scene_beyond_the_static_limit_of_a_newly_added_standard_is_refused(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     add(monkeypatch, tmp_path, "sling", "sling tension")
@@ -35,7 +35,7 @@ def test_a_new_standard_for_static_strength_refuses_a_scene(
         ("jib", ("hoist rope", "rope peak")),
     ],
 )
-def test_a_new_standard_for_peak_strength_is_checked_in_a_run(
+def test_a_run_checks_peaks_against_the_limit_of_a_newly_added_standard(
     name: str, row: tuple[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     add(monkeypatch, tmp_path, *row)

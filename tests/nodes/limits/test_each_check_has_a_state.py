@@ -93,7 +93,7 @@ def test_contact_that_nothing_allows_is_named_before_narrow_clearances(seed: int
     assert str(row[-1]) == f"{min(values)}"
 
 
-def test_what_is_assumed_is_amber_until_the_scene_accepts_it() -> None:
+def test_a_check_that_rests_on_an_assumption_is_amber_until_the_scene_accepts_the_assumption() -> None:
     plain, accepted = bare("lift"), bare("lift", ["assumed=accept"])
     assert {c.quantity for c in plain.checks if c.why == "assumed"} >= {"off-lead along", "sling tension"}
     assert not [c for c in accepted.checks if c.why == "assumed"]
@@ -101,7 +101,7 @@ def test_what_is_assumed_is_amber_until_the_scene_accepts_it() -> None:
 
 
 @pytest.mark.parametrize("crane", sorted(library()))
-def test_every_check_of_every_type_has_a_state_and_says_what_would_turn_it_green(
+def test_every_check_of_every_crane_type_has_a_state_and_states_what_would_turn_the_check_green(
     crane: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -128,7 +128,7 @@ def test_a_check_with_an_unknown_limit_names_the_key_to_write() -> None:
     ("state", "failing"),
     [("red", "red undecided amber"), ("undecided", "undecided amber"), ("amber", "amber"), ("green", "")],
 )
-def test_an_exit_code_follows_the_named_state(state: str, failing: str) -> None:
+def test_a_verdict_at_least_as_bad_as_the_state_of_fail_on_gives_exit_code_1(state: str, failing: str) -> None:
     assert [word for word in ("red", "undecided", "amber") if fails(state, False, word)] == failing.split()
     assert fails(state, True, "") == (state in ("red", "undecided")), "--strict"
 

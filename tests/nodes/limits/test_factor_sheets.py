@@ -82,7 +82,7 @@ def test_a_design_load_is_the_load_at_rest_times_its_factors(
 
 
 @pytest.mark.parametrize("crane", sorted(library()))
-def test_a_factor_that_is_not_given_is_a_row_without_a_number(
+def test_a_missing_factor_of_a_factor_sheet_is_an_amber_check_without_a_value(
     crane: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -160,7 +160,7 @@ def test_a_design_load_beyond_its_limit_is_red_and_shows_the_product() -> None:
     assert "16.8 t x weight 1.1 x dynamic 1.1 x skew 1.25 x consequence 1.3" in message[0]
 
 
-def test_a_factor_of_a_practice_names_its_clause() -> None:
+def test_each_factor_of_a_bundled_standard_names_its_clause() -> None:
     for clauses in PRACTICES.values():
         for clause in clauses.values():
             assert any(c.isdigit() for c in clause.source)

@@ -177,7 +177,7 @@ def states(scene: str, quantity: str, *settings: str) -> set[str]:
     return {c.state for c in bare(scene, settings).checks if c.quantity == quantity}
 
 
-def test_the_bearing_capacity_of_the_ground_decides() -> None:
+def test_ground_pressure_is_green_only_if_the_bearing_capacity_of_the_ground_is_stated() -> None:
     assert states("crawler", "ground pressure") == {"amber"}
     message = next(c.sentence for c in bare("crawler").checks if c.quantity == "ground pressure")
     assert "write 'ground: {bearing: 200 kPa}'" in message

@@ -42,7 +42,7 @@ def judged(peaks: dict[str, tuple[float, float]], built: plan.Plan) -> list[Chec
 
 
 @pytest.mark.parametrize("name", ["lift", "tandem", "turnover"])
-def test_every_limit_has_a_source_or_says_that_it_is_unknown(name: str) -> None:
+def test_every_limit_has_a_source_or_is_marked_as_unknown(name: str) -> None:
     built = load(name).plan
     for limit in built.limits:
         assert bool(limit.source) == limit.known, limit

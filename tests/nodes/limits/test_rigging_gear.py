@@ -71,7 +71,7 @@ def test_beyond_its_table_the_standard_gives_no_rating() -> None:
     assert at_rest(Terms(6.43e6, 100e3, "WR-1"), G) == (6.43e6 / (100e3 * G), "WR-1", "")
 
 
-def test_heavy_slings_have_the_factors_of_0027() -> None:
+def test_safety_factors_of_heavy_slings_are_the_products_of_dnv_guideline_0027() -> None:
     """7.7.1 (termination), 7.8.1 (bending), 7.9.4 (wear): the product of 7.3.1."""
     assert [round(bending(ratio), 2) for ratio in (1, 2, 3, 4, 6)] == [2.00, 1.55, 1.41, 1.33, 1.26]
     product = 1.3 * 1.3 * 1.5
@@ -207,7 +207,7 @@ def test_sharing_of_four_legs_is_not_assumed_without_a_note() -> None:
 
 
 @pytest.mark.parametrize("crane", sorted(library()))
-def test_bridle_legs_are_rated_together_or_asked_about_on_each_type(
+def test_bridle_legs_are_rated_as_an_assembly_or_their_sharing_factor_is_asked_for_on_each_crane_type(
     crane: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -226,7 +226,7 @@ def test_bridle_legs_are_rated_together_or_asked_about_on_each_type(
 
 @pytest.mark.parametrize("termination", TERMINATIONS)
 @pytest.mark.parametrize("rated", [False, True])
-def test_a_factor_from_a_clause_that_was_not_available_is_to_be_confirmed(termination: str, rated: bool) -> None:
+def test_a_cable_laid_sling_without_a_rated_load_is_reported_as_to_be_confirmed(termination: str, rated: bool) -> None:
     """Cable-laid slings and grommets are rated by EN 13414-3 and IMCA M 179, or by what their certificate says."""
     sling = f"{{EA: 60 MN, breaking: 1600 kN, termination: {termination}{', WLL: 30 t' if rated else ''}}}"
     found = [c for c in load("jib", [f"rigging.legs.sling={sling}"]).checks if c.quantity == "heavy sling"]

@@ -42,7 +42,7 @@ def test_c14_the_lead_part_tension_of_twenty_falls_agrees_with_the_closed_form()
     assert f"{lead_factor(20, 2, 0.985):.3f}" == "1.069"
 
 
-def test_tension_is_passed_sheave_by_sheave_in_every_reeving() -> None:
+def test_lead_part_and_drum_end_factors_of_random_reevings_follow_from_the_efficiency_of_each_sheave() -> None:
     draw = random.Random(14)
     for _ in range(200):
         ends, n, efficiency = draw.choice((1, 2)), draw.randint(1, 16), draw.uniform(0.9, 1.0)
@@ -84,7 +84,7 @@ def test_a_missing_mechanism_group_asks_for_the_rope_factor_by_name() -> None:
         bare("lift", crane(rope_factor="20", drum_ends="1", sheave_efficiency="98.8 %"))
 
 
-def test_falls_that_two_drum_ends_cannot_share_are_refused() -> None:
+def test_an_odd_number_of_falls_on_two_drum_ends_is_refused() -> None:
     with pytest.raises(SceneError, match="15 falls cannot be shared by 2 drum ends: give an even number"):
         bare("lift", crane(falls="15", drum_ends="2"))
     assert cranes(bare("lift", crane(falls="15", drum_ends="1")).plan)[0].hooks[0].drum_ends == 1
@@ -106,7 +106,7 @@ def test_the_drum_end_bears_the_weight_of_its_rope(tmp_path: Path) -> None:
     assert pull.value == pytest.approx((carried + own) / 20, rel=1e-3)
 
 
-def test_a_drum_with_too_little_pull_refuses_the_lift() -> None:
+def test_a_lift_that_exceeds_the_drum_pull_is_refused() -> None:
     with pytest.raises(SceneError, match=r"drum pull of crane.H3 would be 109.4 kN, 109 %; 100 kN is allowed"):
         bare("lift", crane(drum_pull="100 kN"))
 

@@ -61,7 +61,7 @@ def test_a_motor_stops_at_the_end_of_its_range() -> None:
     assert builder.said("rig.hinge-joint.motor", Limit) == [(11.0, Limit("motor", "travel limit", 1.5))]
 
 
-def test_a_mechanism_watches_a_rope_tension() -> None:
+def test_a_winch_of_a_mechanism_stops_when_the_rope_tension_reaches_its_threshold() -> None:
     guard = Threshold("tension-1", "tension", ropes=("rope",))
     tight = a.CrossingCondition(model="rig", threshold=guard, value=5e3, rising=True)
     pull = a.Action(orders=(move("rope", -0.1, until=tight),))

@@ -19,7 +19,7 @@ def below(kind: type) -> list[type]:
     return [each for child in kind.__subclasses__() for each in (child, *below(child))]
 
 
-def test_one_message_carries_the_commands_of_the_plan() -> None:
+def test_only_the_message_order_carries_commands_of_the_plan() -> None:
     commands = {*get_args(ActorCommand)}
     carrying = {kind for kind in below(Message) if commands & {*get_args(hint_of(kind, "what"))}}
     assert carrying == {messages.Order}
@@ -32,7 +32,9 @@ def hint_of(kind: type, field: str) -> object:
 
 
 @pytest.mark.parametrize("kind", below(messages.KernelInput))
-def test_an_input_of_the_kernel_names_one_method_that_takes_its_fields(kind: type[messages.KernelInput]) -> None:
+def test_each_kernel_input_message_names_one_simulation_method_that_takes_its_fields(
+    kind: type[messages.KernelInput],
+) -> None:
     taken = [*signature(getattr(Simulation, kind.command)).parameters.values()][1:]
     needed = [each for each in taken if each.default is Parameter.empty]
     assert len(needed) <= len(kind.__struct_fields__) <= len(taken)
@@ -40,7 +42,7 @@ def test_an_input_of_the_kernel_names_one_method_that_takes_its_fields(kind: typ
 
 
 @pytest.mark.parametrize("name", ["turnover", "spreader", "dock", "in-turn"])
-def test_orders_inputs_and_reports_travel_by_one_type_each(name: str) -> None:
+def test_each_kind_of_port_between_commander_machines_and_kernel_has_one_message_type(name: str) -> None:
     plan = load(name).plan
     models, machines = build(plan), {machine.name for machine in plan.machines}
     for source, out, target, into in couplings(plan):

@@ -115,7 +115,7 @@ def test_a_timeout_ends_the_wait_with_a_sentence() -> None:
     )
 
 
-def test_an_action_list_that_cannot_continue_says_what_it_waits_for() -> None:
+def test_an_action_list_that_cannot_continue_reports_the_condition_that_does_not_hold() -> None:
     first = Action(orders=(hoist("west.H1", -9.5),))
     when = And(all=(MovesDone(), SlingsCondition(names=SLINGS, state="taut", text="all slings taut")), where=LINE)
     second = Action(when=MovesDone(), orders=(hoist("west.H2", -9.5),))

@@ -79,7 +79,7 @@ def test_a_distance_of_zero_is_done_at_once() -> None:
     assert drive().put(3.0, "order", run(1.0, to=10.0)).said() == [(3.0, "report", Done("x", 1, 10.0))]
 
 
-def test_a_halted_move_ramps_down_and_is_done_where_it_stops() -> None:
+def test_a_halted_move_ramps_down_and_is_reported_as_done_at_its_stop() -> None:
     context = drive().put(0.0, "order", run(-0.5)).put(30.0, "order", end(1))
     assert context.said() == [
         (0.0, "input", SetProfile("x", 0, -0.5, 0.05)),

@@ -82,7 +82,7 @@ def test_each_number_of_a_mujoco_model_is_converted_or_listed():
 
 
 @pytest.mark.parametrize("flag", [x for x in dir(mujoco.mjtDisableBit) if x.startswith("mjDSBL_")])
-def test_each_flag_of_a_mujoco_model_is_heeded_or_changes_nothing(flag):
+def test_of_the_disable_flags_of_mujoco_only_the_four_supported_ones_change_the_import(flag):
     model = copy(MODEL)
     model.opt.disableflags = int(getattr(mujoco.mjtDisableBit, flag))
     assert (check(model) != "unchanged") == (flag[7:] in ("ACTUATION", "DAMPER", "GRAVITY", "SPRING"))
@@ -96,7 +96,7 @@ def test_groups_of_actuators_that_a_mujoco_model_disables_do_not_act():
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_a_model_whose_gravity_acts_askew_is_turned(seed):
+def test_an_imported_mujoco_model_with_inclined_gravity_is_rotated_so_that_gravity_is_vertical(seed):
     model = copy(MODEL)
     model.opt.gravity[:] = np.random.default_rng(seed).normal(size=3) * 9.0 if seed else (0.0, 0.0, 9.0)
     assert check(model) == "equal"
@@ -104,7 +104,7 @@ def test_a_model_whose_gravity_acts_askew_is_turned(seed):
 
 
 @pytest.mark.parametrize("name", ["density", "viscosity"])
-def test_the_medium_of_a_mujoco_model_is_listed(name):
+def test_density_and_viscosity_of_a_mujoco_model_are_listed_as_not_imported(name):
     model = copy(MODEL)
     setattr(model.opt, name, 1.2)
     assert check(model) == "listed"

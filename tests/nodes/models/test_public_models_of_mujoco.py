@@ -47,7 +47,7 @@ def model_of(file: str) -> mujoco.MjModel:
 
 @pytest.mark.large(beyond=20)
 @pytest.mark.parametrize("file", files())
-def test_what_the_import_of_a_public_model_does_not_list_is_as_in_mujoco(file):
+def test_an_imported_public_model_has_mujocos_accelerations_without_its_listed_features(file):
     model = model_of(file)
     system, _, missing = from_mujoco(model)
     data, r = mujoco.MjData(model), np.random.default_rng(model.nv)

@@ -181,7 +181,7 @@ def test_a_turn_sends_its_laws_once_and_releases_the_actuators_at_the_end() -> N
     }
 
 
-def test_slings_change_their_lugs_and_the_second_half_of_the_turn_uses_them() -> None:
+def test_after_slings_change_their_lugs_the_turn_law_uses_the_new_lugs() -> None:
     b = [(s, s.split("-")[2]) for s in SLINGS if s.startswith(("loader-3", "loader-6"))]
     unhook = Action(orders=tuple(UnhookAction(sling=s) for s, _ in b))
     side = {"loader-3": "-", "loader-6": "+"}

@@ -122,7 +122,7 @@ def test_waiting_times_with_priorities_agree_with_cobham() -> None:
     )
 
 
-def test_with_preemption_the_first_priority_does_not_notice_the_second() -> None:
+def test_with_preemption_waiting_times_of_the_first_priority_do_not_depend_on_the_second() -> None:
     first, both = 1 - 0.3, 1 - 0.7
     check(
         by_priority(preemptive=True),

@@ -113,7 +113,9 @@ def test_parameters_of_a_frame_type_are_inputs(tmp_path: Path) -> None:
         ("sling: 8 m", "sling: 300 m", "m too long for the height of the crane above the block"),
     ],
 )
-def test_faults_of_a_frame_in_a_scene_are_one_sentence(tmp_path: Path, old: str, new: str, told: str) -> None:
+def test_faults_of_a_lifting_frame_in_a_scene_are_reported_in_one_sentence(
+    tmp_path: Path, old: str, new: str, told: str
+) -> None:
     path = written(tmp_path, HUNG.replace(old, new, 1), four=FOUR, jib="machine type: 1\n")
     with pytest.raises(SceneError) as caught:
         load(path)
@@ -128,12 +130,14 @@ def test_faults_of_a_frame_in_a_scene_are_one_sentence(tmp_path: Path, old: str,
         ("bodies: {", "bodies: {spare: {mass: 1 t}, ", "no joint carries the body 'one.spare'"),
     ],
 )
-def test_faults_of_a_frame_type_are_one_sentence(tmp_path: Path, old: str, new: str, told: str) -> None:
+def test_faults_of_a_lifting_frame_type_are_reported_in_one_sentence(
+    tmp_path: Path, old: str, new: str, told: str
+) -> None:
     with pytest.raises(SceneError) as caught:
         load(written(tmp_path, HUNG, four=FOUR.replace(old, new)))
     assert told in str(caught.value)
 
 
-def test_a_frame_without_a_type_is_the_bundled_one() -> None:
+def test_a_lifting_frame_without_a_type_is_of_the_bundled_type() -> None:
     named = parse(LIFT.replace("{hook: crane", "{type: block-loader, hook: crane"), "lift.yaml")
     assert [x.system for x in named.plan.machines] == [x.system for x in parse(LIFT, "lift.yaml").plan.machines]

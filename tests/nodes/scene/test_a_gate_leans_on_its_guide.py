@@ -22,7 +22,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Recording:
     return Recording(path)
 
 
-def test_a_gate_leans_on_its_far_guide_only(recording: Recording) -> None:
+def test_a_gate_leans_on_the_far_one_of_its_two_guides_only(recording: Recording) -> None:
     """Rope, hook block and gate hang as three links, and N at the lower edge makes each lean by its moment over that of
     the weights: N / W, 2 N / (2 W_gate + W_block), N c / (W_gate d).  Nothing rubs, so the gate bounces and does so on
     average; what impacts give it is seen by the rope alone.

@@ -62,7 +62,7 @@ def of(folder: Path, listed: str = LIST, old: str = "", new: str = "") -> Path:
     return folder / "three.yaml"
 
 
-def test_a_lift_begins_at_a_position_of_another_or_when_that_is_done(folder: Path) -> None:
+def test_a_lift_begins_when_another_lift_reaches_a_position_or_is_done(folder: Path) -> None:
     """A way of 4 m with ramps of 2 s takes 6 s; its reference is 1.25 m after 2.25 s, which the cart follows within
     what its drive gives way; a list that has begun goes on at once."""
     events = play(load(of(folder)).plan).events
@@ -123,6 +123,6 @@ def test_lifts_that_cannot_begin_are_reported_with_their_line(folder: Path, old:
     assert "three.yaml:" in str(message.value).splitlines()[0]
 
 
-def test_a_scene_of_one_lift_has_no_lift_to_begin() -> None:
+def test_the_order_begin_is_refused_in_a_scene_of_one_lift() -> None:
     with pytest.raises(SceneError, match="cannot begin"):
         parse(SLEDGE.replace("drive 1 m/s by 4 m", "begin"))

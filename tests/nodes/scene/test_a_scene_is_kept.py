@@ -68,7 +68,9 @@ def test_a_scene_of_several_files_is_read_again_when_one_changes(
     assert loaded(tmp_path / "other", str(scene))[1]
 
 
-def test_equal_scenes_in_two_folders_use_their_own_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_equal_scenes_in_two_folders_extend_the_file_of_their_own_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("HEAVYLIFT_CACHE", str(tmp_path / "cache"))
     for rate in (5.0, 4.0):
         folder = tmp_path / f"{rate:g}"

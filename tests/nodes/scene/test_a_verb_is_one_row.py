@@ -67,7 +67,7 @@ def test_a_new_verb_is_parsed_resolved_run_and_waited_for(tmp_path: Path) -> Non
         ("hoist 3 m/min by 1 m", "it can: slew, luff, drive, stop, hold, swivel"),
     ],
 )
-def test_faults_in_a_new_verb_name_it(written: str, told: str) -> None:
+def test_mistakes_in_an_order_with_a_newly_added_verb_are_reported_with_that_verb(written: str, told: str) -> None:
     with pytest.raises(SceneError, match=re.escape(told)):
         parse(SCENE.replace("swivel 3 deg/s by 30 deg", written))
 

@@ -115,7 +115,7 @@ def test_any_text_as_a_scene_ends_in_sentences(text: str) -> None:
     assert HEAD.fullmatch(refused(text).splitlines()[0])
 
 
-def test_names_reserved_by_the_run_cannot_be_used_in_a_scene() -> None:
+def test_names_reserved_for_the_run_are_refused_in_a_scene() -> None:
     assert {COMMANDER, KERNEL, OBSERVER, "event", "coordinator"} <= set(RESERVED)
     for word in ("event", OBSERVER):
         with pytest.raises(ProtocolError):

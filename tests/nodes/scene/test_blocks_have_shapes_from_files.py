@@ -97,7 +97,7 @@ def test_in_gltf_files_y_is_up(tmp_path: Path) -> None:
     assert block.size == pytest.approx((6.0, 2.0, 3.0))
 
 
-def test_a_hull_is_drawn_as_slices_that_contain_it(tmp_path: Path) -> None:
+def test_a_mesh_is_drawn_as_twelve_boxes_that_contain_its_surface(tmp_path: Path) -> None:
     """Twelve along the longest edge, of which each point of the surface lies in one; together less than the box."""
     mesh = hull()
     boxes = list(slices(mesh.triangles.tolist(), 12))

@@ -116,7 +116,7 @@ def test_contacts_without_pressure_do_not_change_the_equilibrium(monkeypatch: py
         assert x.poses["block"][0] == pytest.approx(y.poses["block"][0], abs=1e-6)
 
 
-def test_a_load_lowered_too_far_is_followed_until_it_touches() -> None:
+def test_the_time_at_which_a_load_lowered_too_far_touches_an_obstacle_is_reported_by_statics() -> None:
     """The quay is 1 m high, the middle 2 m above the lower face; half of the ramp's time is lost."""
     scene = parse(TEXT.replace("lower 0.5 m/min until landed on quay", "lower 0.5 m/min by 2 m"), passing=True)
     begun, speed = scene.statics.acted[-1], 0.5 / 60.0

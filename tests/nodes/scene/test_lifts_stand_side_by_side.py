@@ -60,7 +60,7 @@ def test_each_of_several_lifts_moves_as_if_alone(runs: dict[str, Recording]) -> 
     assert there - end == pytest.approx((3.0, 40.0, 0.0), abs=2e-3)
 
 
-def test_an_event_of_one_lift_adds_a_row_to_that_lift_only(runs: dict[str, Recording]) -> None:
+def test_an_event_of_one_lift_adds_a_sample_row_to_that_lift_only(runs: dict[str, Recording]) -> None:
     """The samples of all have the common times; between them stand the rows of the lift to which something happened,
     those that it has alone."""
     alone, other = runs["one"]["rope/tension/a-hall.main"], runs["two"]
@@ -100,7 +100,7 @@ def test_the_plan_of_several_lifts_has_unique_names_and_is_cached_whole() -> Non
     assert "a-hall.main (of 2)" in message
 
 
-def test_user_models_lead_each_lift_as_if_it_were_alone(tmp_path: Path) -> None:
+def test_user_models_move_the_drives_of_each_lift_as_in_a_scene_of_that_lift_alone(tmp_path: Path) -> None:
     """It hears and leads what is called by the prefix, to the bit where the rails are moved across."""
     text = TEXT.replace("hall", "damper").replace("3 m, 40 m", "0 m, 64 m").replace("7 s", "1 s")
     run(load("damper", ["end=4s", "samples=5Hz"]), tmp_path / "one.mcap", in_process=True)

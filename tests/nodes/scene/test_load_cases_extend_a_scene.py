@@ -86,7 +86,7 @@ def test_a_scene_file_that_is_not_text_is_reported(tmp_path: Path) -> None:
         load(tmp_path / "run.yaml")
 
 
-def test_a_yaml_anchor_is_expanded_before_it_is_merged() -> None:
+def test_a_yaml_anchor_is_expanded_before_its_mapping_is_merged() -> None:
     text = "a: &a {x: 1, y: 2}\nb: {<<: *a, y: 3}\nc: &c {<<: [*a, {x: 5, z: 6}]}\nd: {q: 1, <<: *c}\n"
     found = read(f"{text}e: &e {{<<: *e, f: 1}}\n", "s")
     assert found.data["b"] == {"y": 3, "x": 1}

@@ -101,7 +101,7 @@ def test_a_fixed_step_that_is_short_enough_is_accepted(monkeypatch, capsys):
 
 
 @pytest.mark.parametrize("keys", ["method: ros34pw2", "method: sdirk2\ntolerance of: rope tension\ntolerance: 1e-3"])
-def test_radau5_replaces_a_removed_method_and_a_note_says_so(tmp_path, keys):
+def test_a_scene_with_a_removed_method_runs_with_radau5_and_a_note(tmp_path, keys):
     removed = keys.split("\n")[0].removeprefix("method: ")
     todays = keys.replace(removed, "radau5").replace("tolerance of: rope tension\n", "")
     for name, text in (("removed", keys), ("today", todays)):

@@ -46,7 +46,7 @@ def scene() -> LoadedScene:
     return parse(TEXT)
 
 
-def test_a_sling_hooked_elsewhere_is_a_new_rope(scene: LoadedScene) -> None:
+def test_a_sling_hooked_to_another_block_has_a_rope_and_a_limit_of_its_own(scene: LoadedScene) -> None:
     orders = [order for action in scene.plan.actions for order in action.orders]
     assert [o.sling for o in orders if isinstance(o, UnhookSling)] == [f"legs.sling-{i}" for i in range(1, 5)]
     hooked = [f"legs.sling-{i}.second-{lug}" for i, lug in enumerate("ABCD", 1)]

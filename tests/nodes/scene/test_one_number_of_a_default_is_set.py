@@ -58,7 +58,7 @@ def test_every_number_in_a_default_list_can_be_set(name: str) -> None:
             assert scenes[0] == scenes[1], place
 
 
-def test_settings_variants_and_limits_use_the_same_paths() -> None:
+def test_settings_and_limits_accept_the_same_three_spellings_of_a_path() -> None:
     text = TEXTS["lift"]
     plans = [
         parse(text, "lift.yaml", [f"{path}=0.1 m"]).plan for path in ("block.com[0]", "block.com.x", "block.com.0")

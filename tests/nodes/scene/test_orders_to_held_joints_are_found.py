@@ -19,7 +19,7 @@ def refused(scene, *settings):
     return re.findall(r"^([\w.-]+:\d+):\d+: error: (.*)", str(refusal.value), re.M)
 
 
-def test_with_motion_along_the_rails_a_traverse_is_refused():
+def test_a_traverse_order_is_refused_if_the_model_level_allows_only_motion_along_the_rails():
     assert refused("lift", "fidelity.motion=along") == [
         (
             "lift.yaml:55",
@@ -28,7 +28,7 @@ def test_with_motion_along_the_rails_a_traverse_is_refused():
     ]
 
 
-def test_with_motion_across_the_rails_a_travel_is_refused():
+def test_a_travel_order_is_refused_if_the_model_level_allows_only_motion_across_the_rails():
     message = refused("lift", "fidelity.motion=across", "actions.3={crane: travel 10 m/min by 2 m}")
     assert message == [
         ("--set:1", f"actions[3].crane: crane.gantry cannot move: it is held by 'motion: across' {SPATIAL}")

@@ -38,7 +38,7 @@ def test_lifting_beams_that_are_like_another_differ_only_in_hook_and_lugs() -> N
         )
 
 
-def test_slings_that_are_like_others_copy_everything_below_a_key() -> None:
+def test_a_sling_copied_by_like_takes_all_keys_that_it_does_not_state() -> None:
     jib = bundled()["jib"].read_text(encoding="utf-8")
     two = "legs: {on: jib main, to: [N1, N2], length: 8 m, sling: {EA: 60 MN, breaking: 900 kN}}"
     start = jib.index("  legs:")
@@ -51,7 +51,7 @@ def test_slings_that_are_like_others_copy_everything_below_a_key() -> None:
     assert (more.sling.EA, more.sling.breaking, more.lengths) == (50e6, 900e3, legs.lengths)  # type: ignore[union-attr]
 
 
-def test_instances_can_be_like_each_other() -> None:
+def test_a_lift_instance_copies_another_by_the_key_like() -> None:
     first = "a: {extends: jib, at: [9 m, 0 m], block: {mass: 10 t}}"
     text = f"heavylift: 1\nname: two\nlifts: {{{first}, b: {{like: a, at: [0 m, 99 m]}}}}\n"
     machines = parse(text, passing=True).plan.machines
@@ -69,14 +69,14 @@ BAD = {
 
 
 @pytest.mark.parametrize("entry", BAD)
-def test_like_with_an_unknown_name_is_reported(entry: str) -> None:
+def test_an_unknown_name_under_the_key_like_is_reported(entry: str) -> None:
     third = "loader-3: {like: loader-2, hook: crane H3, lugs: [R1, R2]}"
     with pytest.raises(SceneError) as error:
         parse(rigged("loader-1: {hook: crane H1, sling: 10 m, lugs: [P1, P2]}", entry, third), passing=True)
     assert BAD[entry] in str(error.value)
 
 
-def test_a_fault_in_a_copied_entry_is_reported_where_it_is_written() -> None:
+def test_a_fault_in_an_entry_copied_by_like_is_reported_at_one_line_only() -> None:
     with pytest.raises(SceneError) as error:
         parse(rigged("loader-1: {hook: crane H1, sling: 10 t, lugs: [P1, P2]}",
                      "loader-2: {like: loader-1, hook: crane H2, lugs: [Q1, Q2]}"), passing=True)  # fmt: skip

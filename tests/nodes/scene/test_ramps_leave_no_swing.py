@@ -79,7 +79,7 @@ def test_a_swing_free_ramp_that_is_halted_or_short_leaves_a_pendulum_at_rest() -
 
 
 @pytest.mark.parametrize("ramp", ["one swing", "0.3 m/s2 in two pulses"])
-def test_in_a_real_lift_a_small_residual_swing_remains(ramp: str) -> None:
+def test_swing_free_ramps_leave_less_than_two_percent_of_the_swing_of_a_step_in_speed(ramp: str) -> None:
     """Of what it would leave to begin and to stop at once, v / w each; some of it is there since the block was lifted.
     Three hooks with loaders hang below trolleys on servos."""
     scene = load("lift", [LIFT.format(ramp), "end=115 s"])

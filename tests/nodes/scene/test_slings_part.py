@@ -119,7 +119,7 @@ def test_ropes_that_cannot_part_or_be_hooked_are_refused(actions: tuple[str, ...
     assert f": {told}" in sentence
 
 
-def test_a_winch_of_a_mechanism_has_no_speed_limit() -> None:
+def test_a_mechanism_winch_without_a_stated_speed_accepts_any_hoist_speed() -> None:
     winch = "{ramp: 1 m/s2, shortest: 9 m, longest: 200 m}"
     rope = f"{{start: {{body: world}}, end: {{body: block}}, EA: 1 MN, length: 100 m, winch: {winch}}}"
     scene = lift("tugger: hoist 30 m/min by 1 m", mechanism=f"mechanism: {{ropes: {{tugger: {rope}}}}}\n")

@@ -83,7 +83,7 @@ def test_a_paused_run_has_the_state_of_the_full_run():
         (["--at", "-1"], "heavylift: --at -1 s: the time must lie between 0 and 360000 s"),
     ],
 )
-def test_invalid_arguments_of_statics_and_modes_are_one_sentence(capsys, monkeypatch, words, sentence):
+def test_invalid_arguments_of_statics_and_modes_are_reported_in_one_sentence(capsys, monkeypatch, words, sentence):
     monkeypatch.setattr(sys, "argv", ["heavylift", "statics", "lift", *words])
     with pytest.raises(SystemExit, match="1"):
         main()

@@ -8,9 +8,9 @@ import jsonschema
 import pytest
 from heavylift.coordinator.commands import app
 from heavylift.kernel import SceneError
-from heavylift.nodes.limits.checks import checks_of
+from heavylift.nodes.limits import checks_of
 from heavylift.nodes.scene import json_schema, parse
-from heavylift.nodes.scene.text.machine_types import vessel_types
+from heavylift.nodes.scene.text import vessel_types
 from ruamel.yaml import YAML
 from typer.testing import CliRunner
 

@@ -131,7 +131,7 @@ def test_a_load_above_two_percent_of_the_displacement_is_refused_on_a_given_moti
         (FORCES.replace("[1e6, 0, 0, 0, 4e6, 0]", "[1e6, 0, 0, 0, 5e6, 0]"), "added mass must be a symmetric matrix"),
     ],
 )
-def test_invalid_vessels_are_refused_in_a_sentence(text: str, told: str) -> None:
+def test_invalid_vessels_are_refused_in_one_sentence(text: str, told: str) -> None:
     """Each names the place and what to write."""
     with pytest.raises(SceneError, match=r"scene\.yaml:\d+:\d+") as error:
         parse(text)
@@ -197,7 +197,7 @@ def test_a_vessel_floats_level_with_its_crane() -> None:
     assert R[0][2] == pytest.approx(12e3 * 26.0 / (carried * 180.0), rel=0.02)
 
 
-def test_a_vessel_turned_together_with_its_wave_responds_alike() -> None:
+def test_turning_a_vessel_and_its_wave_together_does_not_change_the_response() -> None:
     """Free in the water, its motions along its own axes are the same, to what the integration allows."""
     found = []
     for heading in (0, 40):

@@ -25,7 +25,7 @@ def hull() -> Coefficients:
     return wamit(DATA / "hemisphere.1", VOLUME, HEIGHT, 1.0)
 
 
-def test_files_of_wamit_and_of_capytaine_give_the_same_coefficients(hull: Coefficients) -> None:
+def test_wamit_and_capytaine_files_of_a_hemisphere_give_the_same_coefficients(hull: Coefficients) -> None:
     other = capytaine(DATA / "hemisphere.nc")
     for name in ("w", "A", "B", "A_inf", "headings", "X", "K", "volume", "height", "density", "gravity"):
         one, two = np.asarray(getattr(hull, name)), np.asarray(getattr(other, name))
@@ -42,7 +42,7 @@ def test_added_mass_of_a_hemisphere_is_that_of_its_theory(hull: Coefficients) ->
     assert surge == pytest.approx((0.5223, 0.5740), rel=PANELS)
 
 
-def test_loads_of_long_waves_have_the_phase_of_their_pressure(hull: Coefficients) -> None:
+def test_heave_and_surge_loads_of_long_waves_have_the_size_and_phase_of_the_long_wave_limit(hull: Coefficients) -> None:
     """A wave along x lifts with rho g pi in phase with its elevation, and pushes along x with the mass of water and its
     added mass times the acceleration, a quarter of a period ahead; against x it pushes back."""
     w, ahead, behind = hull.w[0], hull.X[0, 0], hull.X[-1, 0]
@@ -52,7 +52,7 @@ def test_loads_of_long_waves_have_the_phase_of_their_pressure(hull: Coefficients
     assert abs(ahead[2] - RHO * G * np.pi) < PANELS * RHO * G * np.pi
 
 
-def test_damping_is_what_the_loads_of_the_waves_require(hull: Coefficients) -> None:
+def test_radiation_damping_satisfies_the_haskind_relation_with_the_wave_loads(hull: Coefficients) -> None:
     """Haskind's relation of a body of revolution in heave: B = k |X|^2 / (4 rho g vg), vg = g / 2 w."""
     w = hull.w
     want = w * w / G * np.abs(hull.X[0, :, 2]) ** 2 / (4.0 * RHO * G * G / (2.0 * w))

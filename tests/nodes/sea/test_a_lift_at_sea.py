@@ -83,7 +83,9 @@ def over_seeds() -> SeedsVerdict:
         return replicated(lift(), 10, executor=pool)
 
 
-def test_a_verdict_over_seeds_is_on_the_quantile_and_not_on_the_largest_of_them(over_seeds: SeedsVerdict) -> None:
+def test_a_verdict_over_seeds_checks_the_quantile_of_the_peaks_and_not_the_largest_peak(
+    over_seeds: SeedsVerdict,
+) -> None:
     """The values are those of single runs; a bound beyond the limit leaves the check undecided."""
     largest = play(lift(over_seeds.seeds[3]).plan).judge.fine[1]
     assert [x.value for x in largest] == [x.value for x in over_seeds.runs[3].uses][: len(largest)]
@@ -96,7 +98,7 @@ def test_a_verdict_over_seeds_is_on_the_quantile_and_not_on_the_largest_of_them(
 
 @pytest.mark.parametrize("kind", ["most", "least", "between", "chart"])
 @pytest.mark.parametrize("seed", range(10))
-def test_the_bound_of_a_quantile_decides_each_kind_of_limit(seed: int, kind: str) -> None:
+def test_each_kind_of_limit_is_checked_against_the_confidence_bound_of_the_quantile(seed: int, kind: str) -> None:
     """A limit beyond the bound is green, one between quantile and bound undecided, one far on the other side red."""
     random = Random(seed)
     values = [random.gauss(100.0, 5.0) for _ in range(30)]
@@ -113,7 +115,9 @@ def test_the_bound_of_a_quantile_decides_each_kind_of_limit(seed: int, kind: str
         assert (way, check.state) == (way, state)
 
 
-def test_a_verdict_over_seeds_has_a_row_with_its_quantile_and_one_for_each_cut_lift(over_seeds: SeedsVerdict) -> None:
+def test_a_verdict_over_seeds_lists_the_quantile_of_each_limit_and_every_unfinished_lift(
+    over_seeds: SeedsVerdict,
+) -> None:
     (sea,) = [x for x in over_seeds.checks if x.quantity == "sea state"]
     assert (sea.state, sea.shown) == ("green", "P90")
     (cut,) = [x for x in over_seeds.checks if x.quantity == "cut"]
@@ -129,7 +133,7 @@ def test_replications_of_a_scene_without_random_waves_are_refused() -> None:
 
 
 @pytest.mark.parametrize(("speed", "hits"), [("0.6", True), ("6", False)])
-def test_a_block_that_the_deck_catches_again_is_told(speed: str, hits: bool) -> None:
+def test_impacts_of_a_heaving_deck_on_a_lifted_block_are_counted_and_reported(speed: str, hits: bool) -> None:
     """Each time that all its supports were free and one of them presses again counts once; a fast lift has none."""
     text = bundled()["floating"].read_text()
     text = text[: text.index("  - stage: up")].replace("hoist 6 m/min until", f"hoist {speed} m/min until")

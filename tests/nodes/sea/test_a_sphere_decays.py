@@ -77,7 +77,7 @@ def test_the_heave_decay_of_a_sphere_is_that_of_its_frequency_domain(water: Stat
         assert float(s.row().q[0]) == pytest.approx(decay(t), abs=FIT)
 
 
-def test_the_largest_release_decays_in_proportion_to_the_smallest(water: StateSpace) -> None:
+def test_a_sphere_released_five_times_as_high_moves_five_times_as_far(water: StateSpace) -> None:
     """Let go at 5 m, a linear model moves five times as far as from 1 m."""
     one, five = sphere(water, 1.0), sphere(water, 5.0)
     for s in (one, five):

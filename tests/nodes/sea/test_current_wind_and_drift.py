@@ -8,9 +8,9 @@ import msgspec
 import numpy as np
 import pytest
 from heavylift.kernel import SceneError
-from heavylift.kernel.analysis.equilibrium import equilibrium
+from heavylift.kernel.analysis import equilibrium
 from heavylift.kernel.simulation import Simulation
-from heavylift.nodes.limits.checks import checks_of
+from heavylift.nodes.limits import checks_of
 from heavylift.nodes.models import system
 from heavylift.nodes.scene import LoadedScene, load, parse
 from heavylift.nodes.scenes import vessels_folder

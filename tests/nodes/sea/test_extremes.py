@@ -16,7 +16,7 @@ def drawn(n: int, seed: int) -> np.ndarray:
     return gumbel_r.rvs(7.0, 2.0, size=(STUDIES, n), random_state=seed)
 
 
-def test_the_fit_is_that_of_scipy() -> None:
+def test_the_gumbel_fit_agrees_with_scipy() -> None:
     x = drawn(20, 1)[:20]
     for place, scale, row in zip(*gumbel_fit(x), x, strict=True):
         assert (place, scale) == pytest.approx(gumbel_r.fit(row), rel=1e-5)
@@ -24,7 +24,9 @@ def test_the_fit_is_that_of_scipy() -> None:
 
 @pytest.mark.parametrize("part", [MPM, P90])
 @pytest.mark.parametrize("n", [10, 30])
-def test_the_bound_of_a_quantile_is_above_it_in_95_percent_of_all_studies(n: int, part: float) -> None:
+def test_the_confidence_bound_of_a_quantile_exceeds_the_true_quantile_in_95_percent_of_studies(
+    n: int, part: float
+) -> None:
     want, found = gumbel_r.ppf(part, 7.0, 2.0), [extreme(x, part) for x in drawn(n, n)]
     assert np.mean([x.value + x.above >= want for x in found]) == pytest.approx(SURE, abs=SPREAD)
     assert np.mean([x.value >= want for x in found]) == pytest.approx(0.5, abs=4.0 * 0.5 / np.sqrt(STUDIES))
@@ -40,7 +42,7 @@ def test_the_largest_of_rayleigh_peaks_has_the_quantile_of_its_closed_form() -> 
     assert np.median([x.value for x in found]) == pytest.approx(want, rel=0.03)  # Gumbel is its limit, of many peaks
 
 
-def test_values_of_two_kinds_are_bounded_by_their_order() -> None:
+def test_the_quantile_bound_holds_for_values_that_no_gumbel_distribution_fits() -> None:
     """One seed in five has a re-hit: the values are not Gumbel's, and the bound still holds."""
     random = np.random.default_rng(3)
     found = []
@@ -61,7 +63,7 @@ def test_values_that_do_not_depend_on_the_sea_have_no_spread() -> None:
     assert extreme([1e6 + 1e-5 * i for i in range(10)], P90)[1:] == (0.0, "equal for all seeds")
 
 
-def test_an_operation_of_many_runs_has_the_largest_of_them_all() -> None:
+def test_the_peak_of_a_long_operation_has_the_distribution_of_the_maximum_of_its_runs() -> None:
     """The maximum of m Gumbel values is Gumbel's, moved by b log m."""
     part = part_of("MPM", 600.0, 3 * 3600.0)
     assert gumbel_r.ppf(part, 7.0, 2.0) == pytest.approx(7.0 + 2.0 * np.log(18.0), rel=1e-12)

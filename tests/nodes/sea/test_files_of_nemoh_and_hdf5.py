@@ -83,7 +83,7 @@ def written(folder: Path, of: Coefficients, depth: str = "0.", bodies: int = 1, 
     return folder / "Nemoh.cal"
 
 
-def test_files_of_nemoh_give_the_coefficients_of_the_other_codes(tmp_path: Path, hull: Coefficients) -> None:
+def test_nemoh_files_give_the_coefficients_of_wamit_and_capytaine(tmp_path: Path, hull: Coefficients) -> None:
     other = nemoh(written(tmp_path, hull))
     for name in ("w", "A", "B", "A_inf", "headings", "X", "K", "volume", "height", "density", "gravity", "depth"):
         one, two = np.asarray(getattr(hull, name)), np.asarray(getattr(other, name))
@@ -153,7 +153,9 @@ def hdf5(path: Path, order: list[int], point: float = 0.0, modes: tuple[str, ...
     return path
 
 
-def test_netcdf_of_version_4_with_motions_in_another_order_is_read_alike(tmp_path: Path, hull: Coefficients) -> None:
+def test_netcdf_4_files_with_motions_in_any_order_give_the_same_coefficients(
+    tmp_path: Path, hull: Coefficients
+) -> None:
     other = capytaine(hdf5(tmp_path / "four.nc", [2, 4, 3, 0, 1, 5]))
     for name in ("w", "A", "B", "A_inf", "X", "K"):
         one, two = np.asarray(getattr(hull, name)), np.asarray(getattr(other, name))
@@ -168,7 +170,9 @@ def test_netcdf_with_turns_about_another_axis_or_of_two_bodies_is_refused(tmp_pa
         capytaine(hdf5(tmp_path / "two.nc", [*range(6)], 0.0, named))
 
 
-def test_netcdf_of_version_4_without_h5py_names_the_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_reading_netcdf_4_without_h5py_is_refused_with_the_name_of_the_extra(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     path = hdf5(tmp_path / "four.nc", [*range(6)])
     monkeypatch.setitem(sys.modules, "h5py", None)
     with pytest.raises(SceneError, match=r"netCDF of version 4 needs h5py: pip install 'heavylift\[sea\]'"):

@@ -69,7 +69,7 @@ def test_a_hull_is_read_from_files_of_wamit_whose_hash_is_recorded(found: Hydrod
     assert (name, len(digest)) == ("barge.1", 64)
 
 
-def test_a_long_wave_lifts_a_hull_by_its_waterplane_and_pushes_it_ahead_by_its_acceleration(
+def test_heave_loads_of_long_waves_tend_to_the_waterplane_stiffness_and_surge_loads_lead_the_crest(
     found: Hydrodynamics,
 ) -> None:
     """X3 tends to rho g Aw, in phase with the elevation; a following wave pushes ahead before its crest: X1 is +i."""

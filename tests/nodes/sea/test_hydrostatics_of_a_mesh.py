@@ -119,8 +119,8 @@ actions: [{wait: 1 s}]
 
 
 def test_a_vessel_whose_mass_is_not_above_its_centre_of_buoyancy_is_refused() -> None:
-    """A metre across heels by 1 / 17.33."""
-    with pytest.raises(SceneError, match=r"1 m to port of its centre of buoyancy: it .* at 3.3 degrees"):
+    """The metacentric heights are 17.3 m across and 248 m along."""
+    with pytest.raises(SceneError, match=r"0 m ahead and 1 m to port of its .* would not float level"):
         parse(SCENE % (0, 1, "barge-110"))
     assert parse(SCENE % (1, 0.2, "barge-110")).plan.machines
 

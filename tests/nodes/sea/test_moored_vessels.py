@@ -52,7 +52,9 @@ def states(moored: LoadedScene) -> list[StaticState]:
     return list(follow(moored.plan).states)
 
 
-def test_equal_lines_carry_equal_loads_at_rest_and_one_that_is_cast_off_carries_none(states: list[StaticState]) -> None:
+def test_equal_mooring_lines_carry_equal_loads_at_rest_and_one_that_is_cast_off_carries_none(
+    states: list[StaticState],
+) -> None:
     names = [f"{f}-{p}" for f in ("fore", "aft") for p in ("port", "starboard")]
     first = [states[0].tensions[name] for name in names]
     assert first == pytest.approx([first[0]] * 4, rel=1e-6)
@@ -60,7 +62,9 @@ def test_equal_lines_carry_equal_loads_at_rest_and_one_that_is_cast_off_carries_
     assert min(states[-1].tensions[name] for name in names[1:]) > 0.0
 
 
-def test_each_line_has_a_limit_of_half_its_breaking_load(moored: LoadedScene, states: list[StaticState]) -> None:
+def test_each_mooring_line_has_a_limit_of_half_its_breaking_load(
+    moored: LoadedScene, states: list[StaticState]
+) -> None:
     uses = uses_on_path(moored.plan, states)
     rows = [x for x in uses if x.limit.quantity == "rope tension"]
     assert len(rows) == 4
@@ -68,7 +72,7 @@ def test_each_line_has_a_limit_of_half_its_breaking_load(moored: LoadedScene, st
         assert row.use == pytest.approx(row.value / (BREAKING / 2.0))
 
 
-def test_a_line_is_drawn_as_its_catenary_from_the_anchor_over_the_seabed_to_the_fairlead(moored: LoadedScene) -> None:
+def test_a_mooring_line_is_drawn_as_its_catenary_from_anchor_to_fairlead(moored: LoadedScene) -> None:
     drawn = [x for x in RopeLines([system(moored.plan)]).drawn() if x.rope == "fore-port"]
     assert drawn[0].a == (455.0, 300.0, -60.0)
     assert (drawn[-1].b_body, drawn[-1].b) == ("barge", (55.0, 14.0, 2.0))

@@ -71,7 +71,7 @@ def test_a_scatter_table_gives_the_share_of_time_in_which_a_lift_passes(here: Pa
     assert [row[:3] for row in sheet["tables"][0]["rows"]] == [[6.0, 0.5, 11.0], [9.0, 0.5, 24.0]]
 
 
-def test_a_lift_that_no_sea_lets_pass_fails(here: Path) -> None:
+def test_a_lift_that_passes_in_no_sea_of_the_table_gives_exit_code_1(here: Path) -> None:
     (here / "scatter.csv").write_text("Hs \\ Tp, 9\n40, 4\n")
     done = CliRunner().invoke(app, ["limits", *COMMON, "--scatter", "scatter.csv"])
     assert (done.exit_code, json.loads(done.stdout)["state"]) == (1, "red")

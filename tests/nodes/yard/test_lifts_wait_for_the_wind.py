@@ -113,12 +113,12 @@ def test_wind_makes_a_lift_wait_stop_and_continue(tmp_path):
 
 
 @pytest.mark.parametrize(("forecast", "start"), [("0 h", 0), ("2 h", 0), ("3 h", 5), ("9 h", 5)])
-def test_a_lift_begins_if_the_wind_stays_within_its_limit_as_far_as_it_is_forecast(tmp_path, forecast, start):
+def test_a_lift_begins_if_the_forecast_wind_stays_within_its_limit(tmp_path, forecast, start):
     speeds = [5, 5, 9, 5, 9, 5, 5, 5, 5, 5] + [5] * 38
     assert ran(load(written(tmp_path, speeds, forecast), lifter=three_hours))[0][0] == start
 
 
-def test_random_lifts_in_wind_are_done_when_a_count_hour_by_hour_says(tmp_path):
+def test_lifts_in_random_wind_begin_and_end_as_an_hourly_count_predicts(tmp_path):
     for seed in range(10):
         draw = random.Random(seed)
         speeds = [draw.randint(4, 12) for _ in range(24 * 30)]
@@ -136,7 +136,7 @@ def test_random_lifts_in_wind_are_done_when_a_count_hour_by_hour_says(tmp_path):
             assert end == hour
 
 
-def test_wind_stops_no_rigging_and_keeps_a_rigged_block_from_being_lifted(tmp_path):
+def test_strong_wind_does_not_stop_rigging_but_delays_the_lift_of_the_rigged_block(tmp_path):
     speeds = [5, 5, 20, 20, 9, 9, 8, 10, 5] + [5] * 38
     text = YARD.replace("takes: 1 h", "takes: 3 h")
     starts, ends, _, model = ran(load(written(tmp_path, speeds, text=text), lifter=three_hours))
@@ -211,7 +211,7 @@ def test_a_block_that_cannot_be_lifted_is_listed_as_a_finding(tmp_path):
     assert re.match(r"blocks\.csv:3:\d+: \S", str(why.value)), "its file, row and column, and why"
 
 
-def test_a_table_is_of_the_scene_of_its_step_and_other_scenes_are_followed_at_rest():
+def test_lifts_outside_the_scene_of_the_lift_table_are_computed_by_statics():
     """The bundled yard: its table reaches all blocks but those that two goliaths carry."""
     found = load("vlcc", lifter=three_hours).activities
     ways = [(one.order.way, Path(one.order.scene).name) for one in found if one.order]

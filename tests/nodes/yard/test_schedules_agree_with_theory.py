@@ -124,7 +124,7 @@ steps: {{lift: {{takes: {lift} h, needs: {{crane: 1}}}}, join: {{takes: {join} h
     assert ran(yard, "earliest start").delivery == (columns * rows * lift + 2 * join) * 3600
 
 
-def test_serial_generation_gives_the_schedule_that_is_found_by_hand(tmp_path):
+def test_serial_schedule_generation_gives_the_schedule_computed_by_hand(tmp_path):
     """One resource of two units, latest finish: C and D compete; D is the more urgent, and B fits beside neither."""
     table = "block,after,work [h],work r\nA,,2,1\nB,,3,2\nC,A,2,1\nD,A,4,1\nE,C D,1,2"
     found = serial(load_rows(tmp_path, table, "resources: {r: 2}\nsteps: {work: {}}"), "latest finish")
@@ -152,7 +152,7 @@ def test_the_dispatcher_is_the_parallel_schedule_generation_scheme(tmp_path, see
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_the_critical_sequence_has_no_gap(tmp_path, seed):
+def test_each_activity_of_the_critical_sequence_begins_when_the_one_before_allows_it(tmp_path, seed):
     yard = random_yard(tmp_path, seed)
     schedule = ran(yard)
     sequence = sorted((n for n in range(25) if schedule.critical[n]), key=lambda n: (schedule.ends[n], n))

@@ -32,14 +32,14 @@ def test_an_exported_schedule_is_read_again_as_the_plan(tmp_path, form, seed):
     assert [span[:2] for span in scheduled(again)] == [span[:2] for span in spans], "what is critical is not exported"
 
 
-def test_a_plan_holds_back_what_could_begin_before(tmp_path):
+def test_activities_begin_at_their_times_in_the_plan_even_if_they_could_begin_earlier(tmp_path):
     yard = random_yard(tmp_path, 1)
     later = [(a + 7200.0, b + 7200.0, c) for a, b, c in scheduled(yard)]
     exported(yard, later, tmp_path / "plan.csv")
     assert [a for a, _, _ in scheduled(load(tmp_path / "yard.yaml", ["plan=plan.csv"]))] == [a for a, _, _ in later]
 
 
-def test_xml_has_links_and_resources_as_the_network(tmp_path):
+def test_exported_schedule_xml_contains_the_links_and_resources_of_the_network(tmp_path):
     yard = random_yard(tmp_path, 2)
     root = Xml.fromstring(project_of(yard, scheduled(yard)))
     names = {x.findtext(f"{{{SPACE}}}UID"): x for x in root.iter(f"{{{SPACE}}}Task")}
@@ -53,7 +53,7 @@ def test_xml_has_links_and_resources_as_the_network(tmp_path):
     assert sum(1 for _ in root.iter(f"{{{SPACE}}}Assignment")) == sum(len(one.needs) for one in yard.activities)
 
 
-def test_a_calendar_has_an_event_for_each_activity(tmp_path):
+def test_the_exported_calendar_has_an_event_for_each_activity(tmp_path):
     icalendar = pytest.importorskip("icalendar")
     yard = random_yard(tmp_path, 0)
     spans = scheduled(yard)
@@ -65,7 +65,7 @@ def test_a_calendar_has_an_event_for_each_activity(tmp_path):
         assert f"{event['dtend'].dt:%Y-%m-%d %H:%M}" == row["end"] or row["end"] == row["start"]
 
 
-def test_a_chart_has_a_bar_for_each_activity(tmp_path):
+def test_the_gantt_chart_has_a_bar_for_each_activity(tmp_path):
     from heavylift.nodes.yard import figure
 
     yard = random_yard(tmp_path, 0)
@@ -91,7 +91,7 @@ def test_a_chart_has_a_bar_for_each_activity(tmp_path):
         ("q.csv", "", r"error: .*there is no table 'p.csv'"),
     ],
 )
-def test_bad_schedules_are_named_with_their_place(tmp_path, monkeypatch, name, text, message):
+def test_invalid_schedule_files_are_reported_with_their_place(tmp_path, monkeypatch, name, text, message):
     monkeypatch.chdir(tmp_path)
     random_yard(tmp_path, 0)
     (tmp_path / name).write_text(text)

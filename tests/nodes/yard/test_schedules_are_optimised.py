@@ -15,7 +15,7 @@ EFFORT = 4.0
 
 
 @pytest.mark.parametrize(("name", "optimum"), [("pat1", 19), ("j301_1", 43)])
-def test_instances_of_the_literature_have_their_published_optimum(name, optimum):
+def test_published_scheduling_problems_are_solved_to_their_known_optimum(name, optimum):
     found = optimised(load(HERE / f"{name}.yaml"), EFFORT)
     assert (found.end, found.bound, found.gap) == (optimum * DAY, optimum * DAY, 0.0)
 
@@ -31,7 +31,7 @@ def all_orders(yard):
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_small_yards_are_as_early_as_the_best_of_all_orders(tmp_path, seed):
+def test_optimised_small_yards_end_as_early_as_the_best_of_all_activity_orders(tmp_path, seed):
     draw = random.Random(seed)
     rows = ["block,after,work [h],work r"]
     for n in range(6):
@@ -43,7 +43,7 @@ def test_small_yards_are_as_early_as_the_best_of_all_orders(tmp_path, seed):
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_a_schedule_is_no_later_than_any_rule_and_not_before_its_bound(tmp_path, seed):
+def test_an_optimised_schedule_ends_no_later_than_those_of_all_rules_and_not_before_its_bound(tmp_path, seed):
     yard = random_yard(tmp_path, seed)
     found = optimised(yard, EFFORT)
     assert found.bound <= found.end <= min(round(expected(yard, rule).delivery * 1e9) for rule in RULES)
@@ -55,7 +55,7 @@ def test_a_schedule_is_no_later_than_any_rule_and_not_before_its_bound(tmp_path,
             assert sum(x.units for n in at_work for x in yard.activities[n].needs if x.resource == resource) <= most
 
 
-def test_a_bound_holds_with_shifts_and_a_crane_that_is_kept(tmp_path):
+def test_the_optimised_schedule_respects_its_bound_with_shifts_and_a_crane_held_over_two_steps(tmp_path):
     text = """
 calendar: {days: mon-fri, shifts: {day: 08:00-16:00, night: 20:00-04:00}}
 resources: {crane: 1, crew: 2}
@@ -73,7 +73,7 @@ steps:
         assert one.works.add(start, one.expected) == end
 
 
-def test_time_in_which_any_calendar_works_goes_back_and_forth():
+def test_working_time_of_combined_calendars_converts_to_instants_and_back():
     from datetime import date
 
     keys = [working(date(2027, 1, 4), (0, 1, 2, 3, 4), (shift,), ()).key for shift in ((480, 960), (900, 1740))]

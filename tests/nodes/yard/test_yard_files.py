@@ -114,7 +114,7 @@ def test_durations_of_yard_files_are_read(text, mean_h):
         ("yard.yaml", "triangular 4 h 6 h 9 h", "triangular 9 h 6 h 4 h", r"do not rise"),
     ],
 )
-def test_bad_yard_files_are_reported_with_their_place(folder, file, old, new, message):
+def test_invalid_yard_files_are_reported_with_file_row_and_column(folder, file, old, new, message):
     changed(folder, file, old, new)
     if "2057" in new:
         changed(folder, file, "2027-01-20", "2026-12-01")

@@ -1,7 +1,7 @@
 """Free vessels with hydrodynamics from a file: hydrostatics, radiation forces with memory, and wave loads."""
 
 from collections.abc import Sequence
-from math import pi, sqrt
+from math import sqrt
 
 from heavylift.kernel.algebra.dense import product
 from heavylift.kernel.algebra.elementary import atan2
@@ -18,7 +18,7 @@ from heavylift.nodes.sea.spectra import Component, wave_number
 LARGEST = 1 << 24  # of a file [bytes]
 SHALLOW = 0.02  # of the length of waves, by which the depth may change it on the average
 DRIFTS = (0, 1, 5)  # modes
-LEVEL = 0.0175  # [rad]: by which it may heel or trim
+LEVEL = 0.02  # [rad]: by which it may heel or trim
 AFLOAT = 0.02  # of the displacement, by which the weight may differ from that of the file
 
 
@@ -50,18 +50,13 @@ def check_draught(builder: SceneBuilder, name: str, hull: Hydrodynamics, mass: f
         )
         builder.source.fault(("vessels", name, "mass"), message, "change its ballast, or take data of another draught")
     if hull.buoyancy:
-        across, along = (centre[i] - hull.buoyancy[i] for i in (1, 0))
-        heights = [z - centre[2] for z in hull.metacentres]
-        heel, trim = (
-            abs(off) / height if height > 0.0 else 0.0 for off, height in zip((across, along), heights, strict=True)
-        )
-        if max(heel, trim) > LEVEL:
+        ahead, port = (centre[i] - hull.buoyancy[i] for i in (0, 1))
+        across, along = (z - centre[2] for z in hull.metacentres)
+        if abs(port) > LEVEL * across or abs(ahead) > LEVEL * along:
             message = (
-                f"its centre of mass, with all that stands on it, is {along:.3g} m ahead and {across:.3g} m to port of "
+                f"with all that stands on it, it is {ahead:.3g} m ahead and {port:.3g} m to port of its centre of "
             )
-            message += (
-                f"its centre of buoyancy: it would not float level, but at {max(heel, trim) * 180.0 / pi:.2g} degrees"
-            )
+            message += f"buoyancy: more than {LEVEL:.0%} of its metacentric height, so it would not float level"
             builder.source.fault(("vessels", name, "com"), message, "move its ballast")
 
 
@@ -71,14 +66,14 @@ def check_depth(
     """Add an error if waves on water of this depth [m] are shorter or longer than on the water of a hull's file."""
     if depth == hull.depth:
         return
-    numbers = (
+    theirs, own = (
         sum(x.amplitude * x.amplitude * wave_number(x.frequency, builder.scene.gravity, h) for x in sea)
         for h in (hull.depth, depth)
     )
-    ratio = next(numbers) / next(numbers)
+    ratio = theirs / own
     if abs(ratio - 1.0) > SHALLOW:
-        theirs, own = (f"water {x:g} m deep" if x else "deep water" for x in (hull.depth, depth))
-        message = f"it holds on {theirs}; on {own} the waves are {ratio:.3g} times as long"
+        there, here = (f"water {x:g} m deep" if x else "deep water" for x in (hull.depth, depth))
+        message = f"it holds on {there}; on {here} the waves are {ratio:.3g} times as long"
         at = ("vessels", name, "floating", "hydrodynamics")
         builder.source.fault(at, message, "compute it for this depth: `heavylift hull --depth`")
 

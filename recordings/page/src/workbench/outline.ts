@@ -7,7 +7,7 @@ import { words } from "./words";
 
 const SHOWN = ["block", "blocks", "cranes", "rig", "rigging", "gear", "obstacles", "actions", "limits", "factors"];
 const OFFERED = ["block", "cranes", "rig", "rigging", "gear", "obstacles", "actions", "limits"]; // also where nothing is written of them yet
-const FLAT = ["limits", "factors", "wind", "waves", "floor", "ground", "fidelity", "project", "parameters"]; // whose entries are fields of one form
+const FLAT = ["limits", "factors", "wind", "waves", "current", "floor", "ground", "fidelity", "project", "parameters"]; // whose entries are fields of one form
 const LEAVES = ["name", "heavylift", "project", "practice", "accuracy", "ask", "end", "samples", "seed", "assumed", "method", "step", "tolerance", "gravity"];
 
 interface Row { path: Path; text: string; detail: string; rows: Row[] }

@@ -97,7 +97,7 @@ def test_a_rocking_block_has_the_period_and_energy_loss_of_housner():
     assert imbalance(s) < BALANCE
 
 
-def test_rocking_comes_to_rest():
+def test_a_rocking_block_comes_to_rest():
     """Infinitely many impacts in finite time end in a capture, which the log says."""
     b, h = 0.1, 0.5
     alpha, _ = rocking(b, h)
@@ -209,7 +209,7 @@ def test_a_cube_tumbles_over_the_edge_of_another_cube(seed):
     assert ("pair", "impact") in events(s)
 
 
-def test_a_ball_slides_over_the_edge_of_a_box_and_leaves_it_at_two_thirds():
+def test_a_ball_that_slides_over_the_edge_of_a_box_leaves_the_edge_at_the_angle_of_the_closed_form():
     """Without friction it turns about the edge until its weight no longer keeps it there: cos = 2/3 + v^2 / 3 g r."""
     v, r = 0.2, 0.5
     body, joint = ball("ball", r, 2.0, (0.9, 0.0, 1.0 + r), (v, 0.0, 0.0, 0.0, 0.0, 0.0))

@@ -190,7 +190,7 @@ def test_a_load_that_swings_off_and_onto_its_sheave_conserves_the_energy_balance
     assert np.array_equal(s.state, again.state)
 
 
-def test_machine_code_and_floats_agree_on_ropes_leaving_sheaves():
+def test_machine_code_and_python_floats_agree_on_ropes_leaving_sheaves():
     made = rope((Sheave(WORLD, Y, 0.5, 0.1),), (4.0, -1.0), 8.3)
     scene = driven(made, (-4.0, 1.8))
     native, oracle = (led(scene, [("z", 2.0, 0.6)], native=n, h_max=0.05) for n in (True, False))

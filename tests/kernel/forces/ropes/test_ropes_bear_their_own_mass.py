@@ -71,7 +71,7 @@ def test_the_energy_of_the_rope_mass_is_included(rope):
     assert imbalance(s) < CLOSES
 
 
-def test_a_rope_without_mass_costs_nothing():
+def test_a_rope_without_mass_needs_fewer_operations_than_a_rope_with_mass():
     def operations(rope):
         return len(Simulation(hung(rope)).method.f_rate.nodes)
 

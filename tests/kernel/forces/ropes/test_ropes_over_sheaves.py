@@ -208,7 +208,7 @@ def test_wrapped_ropes_exert_the_forces_of_mujocos_tendons():
 
 
 @pytest.mark.parametrize("crossed", [False, True])
-def test_a_rope_over_two_sheaves_is_a_belt(crossed):
+def test_the_length_of_a_rope_over_two_sheaves_is_that_of_an_open_or_crossed_belt(crossed):
     """Straight parts of an open and of a crossed belt: sqrt(d^2 - (r1 -+ r2)^2); arcs by their angles."""
     d, r1, r2, down = 6.0, 0.8, 0.3, 5.0
     turn = -1.0 if crossed else 1.0
@@ -249,7 +249,7 @@ def test_a_drum_turns_with_the_rope_that_sticks_to_it():
     assert np.abs(q[:, 1] + R * q[:, 0]).max() < 0.01, "load down, drum round"
 
 
-def test_machine_code_and_floats_agree_on_ropes_over_sheaves():
+def test_machine_code_and_python_floats_agree_on_ropes_over_sheaves():
     native, oracle = (
         started(atwood(200.0, 120.0, 0.1, 1.0), native=n, tolerance=1e-8, h_max=0.01) for n in (True, False)
     )

@@ -71,7 +71,7 @@ def sag(program, x=MID):
     return -float((link.modes.at(x) @ at_rest(program)[link.q_modes])[2])
 
 
-def test_a_girder_sags_under_a_load_as_beam_theory_says():
+def test_the_sag_of_a_loaded_girder_agrees_with_beam_theory():
     own = sag(Program(girder()))
     assert own == pytest.approx(5 * GIRDER * G * LENGTH**3 / (384 * EI), rel=STATIC)
     assert sag(Program(girder(load=MASS))) - own == pytest.approx(0.15, rel=STATIC)
