@@ -105,8 +105,8 @@ def write_cached(name: str, content: bytes) -> None:
 
 
 def kept_folder(name: str, fill: Callable[[Path], object]) -> Path:
-    """Return a folder of the cache, filled by `fill` if it is missing, and protect it from removal while this process
-    runs."""
+    """Return a folder of the cache, filled by `fill` if it is missing, and protect it from removal by other
+    processes."""
     there = cache_folder() / name
     while True:
         try:
@@ -183,7 +183,7 @@ def prune_cache(bound: int | None = None) -> int:
 
 
 def _let_go(folder: int, x: CacheEntry) -> bool:
-    """Remove an entry; False if a process uses it."""
+    """Remove a cache entry unless a process uses it; return whether it was removed."""
     try:
         if not x.is_folder:
             os.unlink(x.name, dir_fd=folder)
@@ -238,7 +238,8 @@ def remembered(name: str, kind: type[T], make: Callable[[], T]) -> T:
 
 @contextmanager
 def _opened() -> Iterator[int]:
-    """Yield a descriptor of the cache folder, created if needed; OSError says in `strerror` why it is unsafe."""
+    """Yield a descriptor of the cache folder, created if needed. Raises OSError with the reason in `strerror` if the
+    folder is unsafe."""
     cache_bound()  # says so at once if it is none
     path = cache_folder()
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -10,7 +10,7 @@
     |  `- OutputError   the output cannot be written           existing files are kept; exit code 2
     `- Stopped          the user ended the run (Ctrl-C)        simulation time; the recording is finished
 
-All other rooms import these names and add none: `except HeavyliftError` catches whatever a user did wrong.
+All other rooms import these classes and add none: `except HeavyliftError` catches every error that a user can cause.
 """
 
 import errno
@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 import msgspec
 
 UNREADABLE = (msgspec.MsgspecError, UnicodeDecodeError, OverflowError, RecursionError, MemoryError)
-"""What msgspec raises of bytes of others that are not what they should be."""
+"""Exceptions of msgspec for data from outside that are malformed or of a wrong type."""
 
 
 def path_text(path: Path | str) -> str:
@@ -32,7 +32,7 @@ def path_text(path: Path | str) -> str:
 
 
 SPACES = "".join(map(chr, [0x20, 0xA0, 0x1680, *range(0x2000, 0x200B), 0x202F, 0x205F, 0x3000]))
-"""Blanks of all widths, which steer nothing."""
+"""Unicode spaces of all widths; none is a control character."""
 
 
 def printable(text: str, longest: int = 0, keep: str = "") -> str:
@@ -73,7 +73,7 @@ class HeavyliftError(Exception):
 
 
 def closest(word: str, known: Iterable[str]) -> str:
-    """Return `did you mean 'x'?` for a known word similar to `word`, otherwise the list of known words."""
+    """Return `did you mean 'x'?` for the known word most similar to `word`; if none is, the list of known words."""
     from difflib import get_close_matches  # of those who err
 
     words = list(known)
@@ -109,8 +109,7 @@ def extra(package: str, missing: HeavyliftError) -> Any:
 
 
 class PlacedFault(NamedTuple):
-    """A fault at a place in the files of a scene: sentence, hint, line and column counted from 1; `path`: that of the
-    key."""
+    """A fault at a place in the files of a scene: sentence, hint, line and column from 1, and `path` of the key."""
 
     file: str
     line: int

@@ -1,10 +1,10 @@
 """Which Python code may run: code that the user names himself, and code in folders that he has trusted.
 
-A scene, a recording or a coordinator is data written by others, so code that it names is checked before anything of it
-is imported: by the files that the import would execute, links and `..` resolved. `heavylift trust DIR` adds a folder to
-the user's configuration, as git's safe.directory does; a folder that others can write to is not trusted. Trust in a
-folder does not include packages installed below it. Names on a command line reach the processes of the run through the
-environment.
+A scene, a recording or a coordinator is data written by others, so the code that it names is checked before it is
+imported: every file that the import would execute is checked, with links and `..` resolved. `heavylift trust DIR` adds
+a folder to the user's configuration, as git's safe.directory does; a folder that others can write to is not trusted.
+Trust in a folder does not include packages installed below it. Names on a command line reach the processes of the run
+through the environment.
 """
 
 import functools
@@ -115,7 +115,7 @@ def trusted() -> list[Path]:
 
 
 def trust(folder: Path) -> Path:
-    """Trust a folder or file and return its resolved path; raises KernelError if it is missing or others can write to
+    """Trust a folder or file and return its resolved path; raises KernelError if it is missing or others can change
     it."""
     folder = folder.expanduser().resolve()
     if not (folder.is_dir() or folder.is_file()):

@@ -41,8 +41,7 @@ class Signals(Message):
 
 
 class Stepped(Atomic):
-    """An FMU that makes steps of `step` [ns]; subclasses declare the ports and send the outputs, which are in
-    `said`."""
+    """An FMU that makes steps of `step` [ns]; subclasses declare the ports and send the outputs that `said` holds."""
 
     def __init__(
         self,
@@ -77,7 +76,7 @@ class Stepped(Atomic):
         self.internal()
 
     def internal(self) -> None:
-        """Make the next step, as far as its first event; the outputs are sent there."""
+        """Make the next step, up to its first event if it has one; the outputs are sent at the end of this step."""
         begin, end = self.number * self.step, (self.number + 1) * self.step
         reached = self.unit.advance(begin * 1e-9, self.step * 1e-9, fresh=self.reached == begin)
         then = min(end, max(ceil(reached * 1e9 - ROUNDING), self.reached + 1))
@@ -176,7 +175,7 @@ class FmuUnit:
         self._waiting |= given
 
     def _update(self) -> None:
-        """Leave event mode after all discrete states are updated; raises ModelError if the unit terminates there."""
+        """Update all discrete states and leave event mode; raises ModelError if the unit terminates meanwhile."""
         again = True
         while again:
             again, over, _, _, timed, then = self._fmu.updateDiscreteStates()
@@ -196,9 +195,9 @@ class FmuUnit:
             getattr(self._fmu, f"set{kind}")([found.valueReference], [python(value)])
 
     def advance(self, begin: float, h: float, fresh: bool = True) -> float:
-        """Step from where the last step ended to begin + h [s], or to the first event before; return the time reached
-        [s]. `fresh`: a step of the fixed length h begins, with the inputs that were stored. Raises ModelError if the
-        unit terminates there."""
+        """Step from where the last call ended to begin + h [s], or to the first event before; return the time reached
+        [s]. If `fresh`, a new step of the fixed length h begins: the stored inputs are applied first. Raises ModelError
+        if the unit terminates during the step."""
         self._state, end = None, begin + h
         if fresh:
             self._now = begin

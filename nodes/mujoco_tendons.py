@@ -1,9 +1,9 @@
 """Tendons of MuJoCo that wrap around geoms as ropes over sheaves.
 
-A cylinder or sphere becomes a sheave if all bodies that the tendon touches there move in one plane across its axis, as
-far as their joints tell. Another cylinder, around which alone a tendon wraps, becomes an edge along which the tendon
-slides. A conversion counts only if the rope has the length of the tendon in the pose of the file and in others within
-the limits of the joints.
+A cylinder or sphere becomes a sheave if all bodies that the tendon touches there can move only in one plane
+perpendicular to its axis, judging by their joints. Another cylinder, around which alone a tendon wraps, becomes an edge
+along which the tendon slides. A conversion counts only if the rope has the length of the tendon in the pose of the file
+and in others within the limits of the joints.
 """
 
 from collections.abc import Iterator
@@ -21,6 +21,7 @@ SLIDE, HINGE = 2, 3  # kinds of joints
 SITE, SPHERE, CYLINDER = 3, 4, 5  # of a tendon's path
 ENDLESS = (-1000.0, 1000.0)  # ends of a cylinder, which wraps beyond its own [m]
 SAME = 1e-9  # of directions, and lengths relative to those of the tendon
+ROUNDED = 1e-25  # [m, kg m2]; a scene refuses numbers below 1e-30
 POSES = 16  # besides that of the file
 
 
@@ -33,7 +34,7 @@ class WrappedTendons:
         self.all_data = [self.data, *self._others(library)]
 
     def _others(self, library: Any) -> Iterator[Any]:
-        """Yield the kinematics of other poses: joints with limits are anywhere between them."""
+        """Yield the kinematics of other poses, in which the joints with limits have random coordinates between them."""
         m, random = self.m, np.random.default_rng(0)
         limited = [j for j in range(m.njnt) if m.jnt_limited[j] and m.jnt_type[j] in (SLIDE, HINGE)]
         for _ in range(POSES if limited else 0):
@@ -43,8 +44,7 @@ class WrappedTendons:
             yield data
 
     def rope(self, i: int, name: str, k: float, length: float, damping: float) -> Reeving | None:
-        """Return tendon i as a rope of stiffness k [N/m], unstretched length [m] and damping; None if it has no
-        equal."""
+        """Return tendon i as a rope of stiffness k [N/m], unstretched length [m] and damping; None if there is none."""
         m, nodes = self.m, range(self.m.tendon_adr[i], self.m.tendon_adr[i] + self.m.tendon_num[i])
         kinds = [int(m.wrap_type[w]) for w in nodes]
         if not {*kinds} <= {SITE, SPHERE, CYLINDER}:  # each geom is between two sites
@@ -66,7 +66,7 @@ class WrappedTendons:
         return None
 
     def _equal(self, rope: Reeving, i: int, data: Any) -> bool:
-        """Return whether a rope has the length of tendon i in a pose."""
+        """Return whether a rope is as long as tendon i in the pose of `data`."""
 
         def pose(body: str) -> tuple[np.ndarray, np.ndarray]:
             k = self.bodies.index(body)
@@ -81,7 +81,7 @@ class WrappedTendons:
 
     def _sheave(self, w: int, kind: int, sense: float, alone: bool) -> Sheave | None:
         """Return the geom at place w of a tendon's path as a sheave or edge, around which the rope turns as it does in
-        the pose of the file (`sense` 1) or the other way (-1); None if it has no equal."""
+        the pose of the file (`sense` 1) or the other way (-1); None if no sheave or edge is equivalent."""
         m, d, g = self.m, self.data, int(self.m.wrap_objid[w])
         first, last = (int(m.wrap_objid[w + step]) for step in (-1, 1))
         a, b, c = d.site_xpos[first], d.site_xpos[last], d.geom_xpos[g]
@@ -99,15 +99,15 @@ class WrappedTendons:
         bodies = [int(m.site_bodyid[first]), int(m.geom_bodyid[g]), int(m.site_bodyid[last])]
         level = max(abs((a - c) @ n), abs((b - c) @ n)) <= SAME
         R = d.xmat[bodies[1]].reshape(3, 3)
-        at = Point(self.bodies[bodies[1]], _row(m.geom_pos[g]))
+        at = Point(self.bodies[bodies[1]], row_of(m.geom_pos[g]))
         if level and self._planar(bodies, n):
-            return Sheave(at, _row(R.T @ n), radius)
+            return Sheave(at, row_of(R.T @ n), radius)
         if kind == CYLINDER and alone:
-            return Sheave(at, _row(R.T @ n), radius, edge="cylinder", span=ENDLESS)
+            return Sheave(at, row_of(R.T @ n), radius, edge="cylinder", span=ENDLESS)
         return None
 
     def _planar(self, bodies: list[int], n: np.ndarray) -> bool:
-        """Return whether the joints between bodies move them only in planes across a direction."""
+        """Return whether the joints between bodies move them only in planes perpendicular to the direction n."""
         own = [self._joints(body) for body in bodies]
         between = set[int]().union(*own) - own[0].intersection(*own)
         kinds = {j: int(self.m.jnt_type[j]) for j in between}
@@ -124,13 +124,14 @@ class WrappedTendons:
         return found
 
     def _site(self, i: int) -> Point:
-        return Point(self.bodies[int(self.m.site_bodyid[i])], _row(self.m.site_pos[i]))
+        return Point(self.bodies[int(self.m.site_bodyid[i])], row_of(self.m.site_pos[i]))
 
 
 def _flat(x: np.ndarray, n: np.ndarray) -> np.ndarray:
-    """Return the part of a vector across a direction."""
+    """Return the component of a vector perpendicular to the direction n."""
     return np.asarray(x - (x @ n) * n)
 
 
-def _row(x: np.ndarray) -> Any:
-    return tuple(float(e) for e in x)
+def row_of(x: np.ndarray) -> Any:
+    """Return numbers as a tuple, without those that only rounding has left."""
+    return tuple(float(e) if abs(e) > ROUNDED else 0.0 for e in x)

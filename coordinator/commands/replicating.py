@@ -27,8 +27,7 @@ def run_seeds(
     o.tell(sheet, as_json)
     for path in report or ():
         typer.echo(f"wrote {write(sheet, path, 'a report', force)}", err=True)
-    if o.fails(sheet.state, strict, fail_on):
-        raise typer.Exit(1)
+    o.end_by(strict, fail_on, sheet.state)
 
 
 def run_yard_file(
@@ -56,5 +55,4 @@ def run_yard_file(
         typer.echo(f"wrote {done}", err=True)
     if made:
         typer.echo(f"wrote {made.recording}\ndigest {made.digest}", err=True)
-    if o.fails(sheet.state, strict, fail_on):
-        raise typer.Exit(1)
+    o.end_by(strict, fail_on, sheet.state)

@@ -17,7 +17,6 @@ from .replicating import run_seeds, run_yard_file
 
 if TYPE_CHECKING:
     from heavylift.coordinator.ladder.certificate import Certifying
-    from heavylift.coordinator.record.scene import RunResult
     from heavylift.coordinator.run.watch import RunObserver
     from heavylift.nodes.scene import LoadedScene
     from heavylift.recordings import Spectator
@@ -160,7 +159,7 @@ def run(
         if crew is not None:
             crew.end()
     summary(loaded.plan, result, as_json, certificate, loaded.answer, verbose)
-    _exit(result, strict, fail_on)
+    o.end_by(strict, fail_on, result.verdict.state if result.verdict else "")
 
 
 def _asked(scene: str, settings: list[str], accuracy: str) -> LoadedScene:
@@ -196,7 +195,7 @@ def branch(
     with Progress(what.scene.plan, as_json) as watch:
         result = simulate(what, output, watch, force)
     summary(what.scene.plan, result, as_json, verbose=verbose)
-    _exit(result, strict, fail_on)
+    o.end_by(strict, fail_on, result.verdict.state if result.verdict else "")
 
 
 @app.command()
@@ -231,13 +230,7 @@ def resume(
         with Progress(begun.scene.plan, as_json) as watch:
             result = go_on(file, begun, output, watch, crew, force=force)
     summary(begun.scene.plan, result, as_json, verbose=verbose)
-    _exit(result, strict, fail_on)
-
-
-def _exit(result: RunResult, strict: bool, fail_on: str) -> None:
-    """Exit with code 1 if the verdict is as bad as `fail_on` or worse, or undecided with `strict`."""
-    if (strict or fail_on) and result.verdict is not None and o.fails(result.verdict.state, strict, fail_on):
-        raise typer.Exit(1)
+    o.end_by(strict, fail_on, result.verdict.state if result.verdict else "")
 
 
 @contextmanager

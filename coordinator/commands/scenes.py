@@ -32,8 +32,7 @@ def check(
 
         sheet = examined(load_yard(scene, sets or []))
         o.tell(sheet, as_json)
-        if o.fails(sheet.state, strict, fail_on or "red"):
-            raise typer.Exit(1)
+        o.end_by(strict, fail_on or "red", sheet.state)
         return
     from heavylift.coordinator.ladder.choosing import known
     from heavylift.coordinator.participants.mechanics_at import check_steps
@@ -61,8 +60,7 @@ def check(
             lines.append(f"  {answer or 'errors are not measured yet; the first run measures them'}")
         crowd = Placement.of(node_names(loaded.plan), loaded.facts.placement).crowd
         typer.echo("\n".join([*lines, *([f"\n  {crowd}"] if crowd else [])]))
-    if o.fails(found.state, strict, fail_on or "red"):
-        raise typer.Exit(1)
+    o.end_by(strict, fail_on or "red", found.state)
 
 
 @app.command()

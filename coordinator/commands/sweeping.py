@@ -80,8 +80,7 @@ def sweep(
             sheet = o.study_of(scene, sets, sample or REPLICATIONS, seed, executor=executor).varied(vary or [])
         output.mkdir(parents=True, exist_ok=True)
         o.tell_study(sheet, output / "summary.html", True, as_json)
-        if o.fails(sheet.state, strict, fail_on):
-            raise typer.Exit(1)
+        o.end_by(strict, fail_on, sheet.state)
         return
     loaded, verify = o.scene_of(scene, sets), whole("--verify", verify)
     seconds = o.wall_s("--limit", limit)
@@ -113,7 +112,8 @@ def sweep(
             typer.echo(f"variant {number}: {'the same digest again' if equal else 'ANOTHER DIGEST'}")
         typer.echo(f"wrote {output / 'summary.html'} and {output / 'rows.parquet'}")
     states = {str(row.get("state") or ("green" if row["status"] == "done" else "red")) for row in study.rows.values()}
-    if differing or any(o.fails(state, strict, fail_on) for state in states):
+    o.end_by(strict, fail_on, *states)
+    if differing:
         raise typer.Exit(1)
 
 
@@ -198,8 +198,7 @@ def limits(
         with Pool(workers or cores()) as pool:
             sheet = o.study_of(scene, sets, REPLICATIONS, executor=pool).limit((of or [""])[0])
         o.tell_study(sheet, output, force, as_json)
-        if sheet.state == "red":
-            raise typer.Exit(1)
+        o.end_by(strict, fail_on or "red", sheet.state)
         return
     from heavylift.coordinator.sweeps.limiting import askable, limits_of_all
     from heavylift.coordinator.sweeps.page import limits_sheet, limits_table
@@ -209,8 +208,7 @@ def limits(
     if scatter:
         sheet = _operability(o.scene_of(scene, sets), scatter, of or [""], replications, o.wall_s("--limit", limit))
         o.tell_study(sheet, output, force, as_json)
-        if o.fails(sheet.state, strict, fail_on):
-            raise typer.Exit(1)
+        o.end_by(strict, fail_on or "red", sheet.state)
         return
     if bool(of) == every:
         raise SceneError("limits: give --of, such as --of 'block.mass=300..900 t', or --all")

@@ -127,6 +127,12 @@ def landing(plan: Plan, text: Conduct) -> list[tuple[float, float]]:
     ]
 
 
+def turning(plan: Plan, text: Conduct) -> list[tuple[str, float, float]]:
+    """Return the blocks that are ordered to turn, each with the interval [s] of its stage."""
+    stages = _stages(plan, text)
+    return [(x.block, t, end) for t, end, some in stages for a in some for x in a.orders if isinstance(x, Turn)]
+
+
 def _stages(plan: Plan, text: Conduct) -> Iterator[tuple[float, float, Sequence[Action]]]:
     """Yield the interval [s] of each stage with its actions, including the unnamed ones that follow."""
     firsts = [own.first for own in plan.lists] or [0]

@@ -1,4 +1,4 @@
-"""All checks of a run in one table, and the line of the verdict."""
+"""All checks of a run in one table, and the summary line of the verdict."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -28,9 +28,9 @@ from heavylift.recordings.read.verdict import Clearance, RecordedVerdict, record
 from heavylift.recordings.sheets.sheet import Table
 
 from .clearances import SMALLEST, clearances, findings as too_near, lift_of, limit_between
-from .conduct import Conduct, conduct_findings, conduct_of, landing, touching
+from .conduct import Conduct, conduct_findings, conduct_of, landing, touching, turning
 from .history import History, RunHistory, blocks, history_of, rests
-from .limits import impacts, rehits, signals_of_run
+from .limits import dropped, impacts, rehits, signals_of_run, touches
 
 NO_ERRORS: Errors = {}  # nobody has measured any
 EVERY = "all"  # things of a scene
@@ -67,8 +67,8 @@ def _limits(context: CheckContext) -> None:
     if not len(shown.t):
         return
     stages = [(t, name) for t, _, name in text.stages if name]
-    context.findings += rehits(plan, shown, landing(plan, text))
-    peaks = text.peaks | impacts(plan, shown)
+    context.findings += [*rehits(plan, shown, landing(plan, text)), *dropped(plan, shown, turning(plan, text))]
+    peaks = text.peaks | impacts(plan, shown) | touches(plan, shown)
     reached, tables = HookReach(plan), RunTables(plan, stages, text.end)
 
     def columns(part: History) -> SignalColumns:

@@ -1,19 +1,24 @@
 """The columns of a run from which limits are checked."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from math import atan2, ceil, cos, exp, pi, sin, sqrt
+from math import atan2, ceil, cos, exp, inf, pi, sin, sqrt
 
 import numpy as np
 from heavylift.kernel.description.findings import Check, finding
+from heavylift.kernel.description.mechanics import Support
 from heavylift.nodes.limits.signals import SignalColumns, hooked_in
+from heavylift.nodes.plan.mechanism import ties_on
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.shapes import Shapes
 from numpy.typing import NDArray
 
-from .history import RunHistory, blocks
+from .history import History, RunHistory, blocks
 from .rotating import matrices
 
 Floats = NDArray[np.float64]
+BOUNCE = 0.01  # [m] a block that comes down from less has landed before
+STILL = 1e-5  # [m/s, rad/s] slower than anything that is ordered, faster than what a servo trembles
+SPAN = 1e-3  # [s] over which a winch winds at least what its speed follows from: times are whole nanoseconds
 
 
 def signals_of_run(
@@ -75,6 +80,96 @@ def impacts(plan: Plan, past: RunHistory) -> dict[str, tuple[float, float]]:
                     key = f"{limit.subject} {what}"
                     found[key] = max(found.get(key, (0.0, 0.0)), (value, t), key=lambda x: x[0])
     return found
+
+
+def touches(plan: Plan, past: RunHistory) -> dict[str, tuple[float, float]]:
+    """Return, by name, the largest landing speed of each block, except bounces, and the largest winding speed of its
+    hooks at lift-off [m/s], each with its time [s]."""
+    found: dict[str, tuple[float, float]] = {}
+    for block, part, i, touched in _arrivals(plan, past):
+        speeds = _sinking(plan, part, touched, i) if touched else _wound(plan, block, part, i)
+        key = f"{block} {'landing' if touched else 'lift-off'} speed"
+        seen = max(speeds, default=0.0), float(part.t[i])
+        if speeds:
+            found[key] = max(found.get(key, seen), seen, key=lambda x: x[0])
+    return found
+
+
+def dropped(plan: Plan, past: RunHistory, turning: Sequence[tuple[str, float, float]]) -> Iterator[Check]:
+    """Yield a finding for each block that comes down on its supports on the ground while no winch or luffing drive
+    lowers it, or in a turn; `turning`: blocks with the intervals [s] in which they are ordered to turn."""
+    seen = set[str]()
+    hooks = [hook.rope for machine in plan.machines for hook in machine.hooks]
+    luffs = [a.name for machine in plan.machines for a in machine.actuators if a.verb == "luff"]
+    joints = [d.joint for machine in plan.machines for d in machine.system.drives if d.name in luffs]
+    for block, part, i, touched in _arrivals(plan, past):
+        if not touched or block in seen or any(pad.on for pad, _ in touched):
+            continue
+        k, t = _before(part, i), float(part.t[i])
+        still, wound = STILL * (t - float(part.t[k])), [part.lengths[rope] for rope in hooks if rope in part.lengths]
+        pays = any(L[i] - L[k] > still for L in wound)
+        luffing = any(abs(x[i]) > STILL for name, x in part.speeds.items() if name.rpartition(".")[0] in joints)
+        if any(who == block and begin <= t <= end for who, begin, end in turning) or not (pays or luffing):
+            seen.add(block)
+            message = f"{block} came down on its supports in a stage that does not lower it: hoist it higher first"
+            yield finding("red", "landing", block, message, t=t)
+
+
+Touched = Sequence[tuple[Support, float]]  # supports with their forces [N]
+
+
+def _arrivals(plan: Plan, past: RunHistory) -> Iterator[tuple[str, History, int, Touched]]:
+    """Yield each landing of a block, except bounces, and each lift-off: block, part of the history, number of the
+    sample in that part, and the supports that touch then (none at lift-off)."""
+    pads = {s.name: s for m in plan.machines for s in m.system.supports}
+    for limit in (x for x in plan.limits if x.quantity == "landing speed"):
+        own, top = [pads[name] for name in limit.elements if name in pads], -inf
+        for part in (x for x in blocks(past) if own and own[0].point.body in x.poses):
+            F = np.array([part.tensions.get(pad.name, np.zeros(len(part.t))) for pad in own])
+            on, z, left = np.asarray((F > 0.0).any(axis=0)), _lowest(part.poses[own[0].point.body], own), 0
+            for i in (np.flatnonzero(on[1:] != on[:-1]) + 1).tolist():
+                left, top = (left, max(top, *z[left:i])) if on[i] else (i, -inf)
+                if not on[i] or top - z[i] >= BOUNCE:
+                    touched = [(pad, f) for pad, f in zip(own, F[:, i].tolist(), strict=True) if f > 0.0]
+                    yield limit.subject, part, i, touched
+            top = max(top, *z[left:]) if len(on) and not on[-1] else -inf
+
+
+def _lowest(poses: Floats, own: Sequence[Support]) -> Floats:
+    """Return the height (n,) [m] of the lowest point of a body that stands on supports, from its poses (n, 7)."""
+    up = matrices(poses[:, 3:])[:, 2]
+    return np.asarray(np.min([poses[:, 2] + up @ np.array(pad.point.p) for pad in own], axis=0))
+
+
+def _sinking(plan: Plan, part: History, touched: Touched, i: int) -> list[float]:
+    """Return how fast [m/s] a block sinks at sample i onto the ground, or else the supports that touch, with their
+    forces [N], onto a deck that moves: by their dampers."""
+    body = touched[0][0].point.body
+    names = [f"{j.name}.v{axis}" for m in plan.machines for j in m.system.joints if j.child == body for axis in "xyz"]
+    if any(pad.on for pad, _ in touched) or not {*names} <= {*part.speeds}:
+        return [force / pad.d for pad, force in touched if pad.d > 0.0]
+    down = matrices(part.poses[body][i : i + 1, 3:])[0, 2]
+    return [-float(sum(down[k] * part.speeds[name][i] for k, name in enumerate(names)))]
+
+
+def _wound(plan: Plan, block: str, part: History, i: int) -> list[float]:
+    """Return the speeds [m/s] at which the hooks that hold a block are wound up at sample i, from the rope lengths just
+    before."""
+    hooked = hooked_in(plan, [(rig.t_ns * 1e-9, rig.lines) for rig in part.rigs])
+    now = next((lugs for start, lugs in reversed(hooked) if start <= part.t[i]), {})
+    (lugs,) = (cargo.lugs for machine in plan.machines for cargo in machine.cargo if cargo.body == block)
+    before, found = _before(part, i), []
+    for hook in (hook for machine in plan.machines for hook in machine.hooks if hook.rope in part.lengths):
+        ties = ties_on(plan.machines, hook)
+        if before < i and any(x.lower.body == block if x.lower else now.get(x.rope) in lugs for x in ties):
+            L = part.lengths[hook.rope]
+            found.append(float((L[before] - L[i]) / (part.t[i] - part.t[before])))
+    return found
+
+
+def _before(part: History, i: int) -> int:
+    """Return the number of the last sample that is at least SPAN before sample i."""
+    return max(0, int(np.searchsorted(part.t, part.t[i] - SPAN, side="right")) - 1)
 
 
 def rehits(plan: Plan, past: RunHistory, lands: Sequence[tuple[float, float]]) -> Iterator[Check]:

@@ -93,7 +93,7 @@ def eigenvalues(A: Matrix) -> list[float]:
 
 
 def _rotation(a: float, b: float, off: float) -> tuple[float, float]:
-    """Cosine and sine that make [[a, off], [off, b]] diagonal."""
+    """Return the cosine and sine of the rotation that makes [[a, off], [off, b]] diagonal."""
     z = (b - a) / (2.0 * off)
     t = copysign(1.0, z) / (abs(z) + sqrt(1.0 + z * z))
     c = 1.0 / sqrt(1.0 + t * t)
@@ -106,10 +106,10 @@ def singular_values(A: Matrix) -> list[float]:
 
 
 def combinations(A: Matrix, least: float) -> list[dict[int, float]]:
-    """Return a basis of the left null space of A: one coefficient per row number for each basis vector.
+    """Return a basis of the left null space of A; each basis vector maps row numbers to coefficients.
 
-    Elimination with complete pivoting keeps zeros, so that locally coupled rows give local combinations; remainders up
-    to `least` times the largest element count as zero.
+    Elimination with complete pivoting keeps zeros, so that locally coupled rows give local vectors; remainders up to
+    `least` times the largest element count as zero.
     """
     rows = [{j: x for j, x in enumerate(row) if x} for row in A]
     made: list[dict[int, float]] = [{i: 1.0} for i in range(len(rows))]

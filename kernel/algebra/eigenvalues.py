@@ -144,7 +144,7 @@ def spline(x: np.ndarray, values: np.ndarray, degree: int, at: np.ndarray) -> np
 
 
 def _splines(knots: np.ndarray, degree: int, x: np.ndarray) -> np.ndarray:
-    """(k, n) B-splines at x (k,)."""
+    """Return the values (k, n) of the n B-splines at x (k,)."""
     n = len(knots) - degree - 1
     N = np.zeros((len(x), len(knots) - 1))
     for k, place in enumerate(x):

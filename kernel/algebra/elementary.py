@@ -63,14 +63,14 @@ _ATANH = tuple(1.0 / (2 * k + 1) for k in range(2, 13))  # of log m = 2 atanh((m
 
 
 def _sum(a: Scalar, b: Scalar) -> Pair:
-    """a + b and its rounding error."""
+    """Return a + b, rounded, and the rounding error."""
     s = a + b
     t = s - a
     return s, (a - (s - t)) + (b - t)
 
 
 def _product(a: Scalar, b: Scalar) -> Pair:
-    """a b and its rounding error."""
+    """Return a b, rounded, and the rounding error."""
     p, x, y = a * b, _SPLIT * a, _SPLIT * b
     ah, bh = x - (x - a), y - (y - b)
     al, bl = a - ah, b - bh
@@ -89,7 +89,7 @@ def _ratio(a: Pair, b: Pair) -> Pair:
 
 
 def _polynomial(c: tuple[float, ...], x: Scalar) -> Scalar:
-    """c[0] + c[1] x + ... by Horner's rule."""
+    """Return c[0] + c[1] x + ... by Horner's rule."""
     y: Scalar = c[-1]
     for a in c[-2::-1]:
         y = a + x * y
@@ -105,7 +105,7 @@ def nearest(x: Scalar) -> Scalar:
 
 
 def _reduced(x: Scalar) -> tuple[Scalar, Scalar, Scalar]:
-    """x - n pi/2 as a pair within +-pi/4, and n modulo 4 as -2 ... 2."""
+    """Return x - n pi/2 as a pair within +-pi/4, and n modulo 4 as -2 ... 2."""
     n = nearest(x * (2.0 / pi))
     r, e1 = _sum(x - n * _HALF_PI[0], -(n * _HALF_PI[1]))
     r, e2 = _sum(r, -(n * _HALF_PI[2]))
@@ -115,7 +115,7 @@ def _reduced(x: Scalar) -> tuple[Scalar, Scalar, Scalar]:
 
 
 def _kernels(y: Scalar, low: Scalar) -> Pair:
-    """sin and cos within +-pi/4."""
+    """Return sin and cos of an argument within +-pi/4."""
     z = y * y
     w = z * z
     v = z * y
@@ -128,8 +128,7 @@ def _kernels(y: Scalar, low: Scalar) -> Pair:
 
 
 def sin(x: Scalar) -> Any:
-    """Return the sine of x [rad]; computed together with the cosine of the same x, it costs only a few additional
-    operations."""
+    """Return the sine of x [rad]; together with the cosine of the same x it costs only a few more operations."""
     if printing(x):
         return node("sin", x)
     y, low, m = _reduced(x)
@@ -179,7 +178,7 @@ def atan2(y: Scalar, x: Scalar) -> Any:
 
 
 def _fraction(x: Scalar) -> tuple[Scalar, Pair]:
-    """Exponent k and fraction f = (m - 1)/(m + 1) of a positive normal number m 2^k with m nearest to 1."""
+    """Return exponent k and fraction f = (m - 1)/(m + 1) of a positive normal number m 2^k with m nearest to 1."""
     k = exponent(x)
     m = x * power_of_two(-k)
     high = m > 1.4142135623730951
@@ -188,7 +187,7 @@ def _fraction(x: Scalar) -> tuple[Scalar, Pair]:
 
 
 def _log(x: Scalar) -> Pair:
-    """Natural logarithm of a positive normal number as a pair, relative error 2^-64."""
+    """Return the natural logarithm of a positive normal number as a pair, with a relative error of 2^-64."""
     k, f = _fraction(x)
     z = _times(f, f)
     c, c_low = _sum(_THIRD[0], z[0] * _polynomial(_ATANH, z[0]))
@@ -200,7 +199,7 @@ def _log(x: Scalar) -> Pair:
 
 
 def _exp(y: Pair) -> Any:
-    """exp of a pair, by n ln 2 + r and fdlibm's rational approximation of r."""
+    """Return exp of a pair: the pair is reduced to n ln 2 + r; fdlibm's rational approximation gives exp(r)."""
     n = minimum(maximum(nearest(y[0] * 1.44269504088896338700), -1021.0), 1022.0)
     high, low = y[0] - n * _LN2[0], n * _LN2[1] - y[1]
     r = high - low

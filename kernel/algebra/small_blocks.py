@@ -19,7 +19,7 @@ from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, Sym, is_sym
 
 
 def _rows(name: str, A: Array, n: int) -> list[Sym | Array]:
-    """Rows of n numbers of an input block: vector symbols, or arrays of floats."""
+    """Return the rows of an input block, n numbers each: vector symbols, or arrays of floats."""
     out = []
     for at in range(0, len(A), n):
         inside = is_sym(A[at]) and A[at].op == "in" and A[at].args == (name, at)

@@ -55,8 +55,7 @@ def axis_rotation(a: Array, q: Scalar) -> Array:
 
 
 def quaternion_matrix(x: Scalar, y: Scalar, z: Scalar, w: Scalar) -> Array:
-    """Return the rotation matrix (3, 3) of a quaternion of any length; it is orthogonal even if round-off changes
-    |q|."""
+    """Return the rotation matrix (3, 3) of a quaternion of any length; orthogonal even if round-off changes |q|."""
     s = 2.0 / (x * x + y * y + z * z + w * w)
     return np.array(
         [
@@ -68,8 +67,8 @@ def quaternion_matrix(x: Scalar, y: Scalar, z: Scalar, w: Scalar) -> Array:
 
 
 def quaternion_rate(quaternion: Array, o: Array) -> Array:
-    """Return the time derivative (4,) of a quaternion (x y z w) of a body that turns with angular velocity o [rad/s] in
-    body axes."""
+    """Return the time derivative (4,) of a quaternion (x y z w) of a body with angular velocity o [rad/s] in body
+    axes."""
     x, y, z, w = quaternion
     return 0.5 * np.array(
         [

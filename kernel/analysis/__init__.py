@@ -1,12 +1,13 @@
-"""What can be asked of a compiled scene at one instant, besides where it goes next.
+"""Analyses of a compiled scene at one instant.
 
-equilibrium                            static equilibrium; which one-sided laws act there
-path, corrector                        its path as drives and winches move: steps and events; predictor and corrector
-modes, poses                           small motions about a pose; what was found, as text and as data
+equilibrium                            static equilibrium, with the states of one-sided laws there
+path, corrector                        equilibria along commanded motions: steps, events; predictor and corrector
+modes, poses                           small motions about a pose; the results as text and as data
 linear                                 x' = A x + B u, y = C x + D u, by derivatives of the equations
 momentum                               mass, centre, linear and angular momentum
 
-Joint reactions, mobility and inverse dynamics are named here, too; they stand in `model.reactions` and `multibody`.
+Joint reactions, mobility and inverse dynamics can also be imported from here; `model.reactions` and `multibody` define
+them.
 """
 
 from heavylift.kernel.model.reactions.joint_reactions import Reaction, Reactions, reactions

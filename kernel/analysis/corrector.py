@@ -1,8 +1,8 @@
 """Predictor and corrector of the equilibrium path: find the equilibrium near a pose with frozen discrete states.
 
-The predictor is the tangent, the first step of Newton's method with the stiffness of the last point, and its change
-since the one before; the corrector goes on with that stiffness, then with one of its own (Allgower, Georg, 2003,
-chapters 2 and 6).
+The predictor is the tangent, the first step of Newton's method with the stiffness of the last point, plus the change of
+this tangent since the point before. The corrector iterates with the stiffness of the last point; if that fails, it
+computes a new one (Allgower, Georg, 2003, chapters 2 and 6).
 """
 
 from math import inf
@@ -24,7 +24,7 @@ LONG = 100.0  # [s] of pseudo time: leaves neutral directions alone
 
 
 class Corrector:
-    """Finds equilibria of a simulation near given poses; `poses` is the simulation seen as a function of its pose."""
+    """Finds equilibria of a simulation near given poses; `poses` evaluates the simulation at a pose."""
 
     def __init__(self, simulation: Simulation) -> None:
         self._simulation = simulation
@@ -33,8 +33,7 @@ class Corrector:
         self.renew(simulation.state[: simulation.program.nq].copy())
 
     def renew(self, q: np.ndarray) -> None:
-        """Restart the prediction at a pose with a newly computed stiffness, after commands or after laws have
-        switched."""
+        """Restart the prediction at a pose with a new stiffness, after commands or after laws have switched."""
         if self._program is not self._simulation.program:
             self._program = self._simulation.program
             self.poses = Poses(self._simulation)

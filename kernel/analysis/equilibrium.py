@@ -1,4 +1,4 @@
-"""Static equilibrium with one-sided laws: a pose without accelerations, and which ropes and pads carry in it.
+"""Static equilibrium with one-sided laws: a pose without accelerations, and which ropes and pads carry load there.
 
 Pseudo-transient continuation (Kelley, Keyes 1998): steps (1/h^2 - da/dq)^-1 a in the metric of the inertia; with small
 h the scene falls with gravity and friction, large h is Newton's method. Between steps, laws whose guards are negative
@@ -37,8 +37,8 @@ OPPOSITE = {"taut": "slack", "closed": "open", "stick": "slip", "locked": "freed
 
 
 def switch(poses: Poses, q: np.ndarray, thresholds: bool = False) -> list[StateChange]:
-    """Switch the laws whose guards are negative at pose q (nq,) until no guard is negative; return the changes.
-    `thresholds`: also switch armed thresholds of signals."""
+    """Switch the laws whose guards are negative at pose q (nq,) until no guard is negative; return the changes. If
+    `thresholds`, switch armed thresholds of signals, too."""
     simulation = poses.simulation
     guards = simulation.program.guards
     happened: list[StateChange] = []
@@ -73,8 +73,8 @@ def _rub(simulation: Simulation, kind: str, name: str) -> StateChange:
 
 
 def release(simulation: Simulation) -> float:
-    """Move the anchors of sliding friction springs until the springs carry no more than friction can hold (radial
-    return). Returns the longest slide of a pad [m]; the final direction of a slide is used for all of it."""
+    """Move the anchors of sliding friction springs until friction can hold their forces (radial return). Return the
+    longest slide of a pad [m]; each slide is taken to be straight, in its final direction."""
     slid = 0.0
     program, row = simulation.program, simulation.row()
     for kind, law in ((kind, x) for (kind, _), x in program.of_guard.items() if kind in RUBS):
@@ -93,7 +93,7 @@ def release(simulation: Simulation) -> float:
 
 
 def net(events: list[StateChange]) -> list[StateChange]:
-    """Return, for each law that changed its state, only its last change."""
+    """Return the last change of each law that has changed its state."""
     last: dict[tuple[str, str], StateChange] = {}
     odd: dict[tuple[str, str], bool] = {}
     pairs = {two: one for one, two in OPPOSITE.items()}
@@ -191,7 +191,7 @@ def _shown(simulation: Simulation, topic: str) -> dict[str, float]:
 
 
 def _step(poses: Poses, basis: np.ndarray | None, K: np.ndarray, a: np.ndarray, h: float) -> tuple[np.ndarray, float]:
-    """Return a step along the acceleration `a`, and its h [s], reduced where the pose is unstable."""
+    """Return the step (n_free,) for the accelerations a, and its pseudo-time step h [s], reduced where unstable."""
     while True:
         poses.factorise(K, h, basis)
         step = poses.solve(a)

@@ -1,9 +1,9 @@
 """A scene linearised about an instant: x' = A x + B u, y = C x + D u, by derivatives of the traced equations.
 
-x: displacements and velocities of the free coordinates, the states of radiation, and where and how fast references
-stand that u drives; u: the highest derivative of a reference that the equations use, or the value of a signal.  Slack
-stays slack, what sticks sticks.  Where loops close, x holds as many independent coordinates as they leave (coordinate
-partitioning: Wehage, Haug, J. Mech. Design 104 (1982)).
+x: displacements and velocities of the free coordinates, the states of radiation, and position and speed of the
+references that u drives; u: the highest derivative of a reference that the equations use, or the value of a signal.
+Slack ropes stay slack, and sticking contacts keep sticking. If there are closed loops, x holds only independent
+coordinates (coordinate partitioning: Wehage, Haug, J. Mech. Design 104 (1982)).
 """
 
 from collections.abc import Iterator, Sequence
@@ -62,15 +62,14 @@ class LinearModel:
 def linear_model(simulation: "Simulation", inputs: Sequence[str], outputs: Sequence[str]) -> LinearModel:
     """Linearise a started simulation about its present state.
 
-    `inputs`: names of drives, winches, masters and signals; `outputs`: of sampled signals, such as
-    "joint/position/elbow.angle", or patterns of them.  Raises KernelError.
+    `inputs`: names of drives, winches, masters and signals; `outputs`: names of sampled signals, such as
+    "joint/position/elbow.angle", or patterns of names. Raises KernelError.
     """
     return _Linearised(simulation, inputs, outputs).model()
 
 
 class _Linearised:
-    """The derivatives of a scene along raw directions: (nq) coordinates, (nv) velocities, states of radiation, then
-    numbers of P."""
+    """Derivatives of a scene along raw directions: nq coordinates, nv velocities, radiation states, numbers of P."""
 
     def __init__(self, simulation: "Simulation", inputs: Sequence[str], outputs: Sequence[str]) -> None:
         self.simulation, self.program = simulation, simulation.program
@@ -153,8 +152,9 @@ class _Linearised:
         return LinearModel(A, B, C @ states, C @ acts, tuple(named), shown, tuple(x for x, _ in self.wanted))
 
     def _partition(self, free: list[int], moves: np.ndarray) -> tuple[list[int], np.ndarray, np.ndarray]:
-        """Independent ones of the free velocities (n,); all (n_free, n) by them; and by the numbers of P (n_free, m),
-        where rows of loops and taut ropes hold."""
+        """Return the indices (n,) of the independent free velocities, and the matrices that give all free velocities
+        from these (n_free, n) and from the numbers of P (n_free, m), so that active rows of loops and ropes are
+        satisfied."""
         gap = self.found["gap"][1]
         G, driven = gap[:, : self.program.nq] @ moves[:, free], gap[:, self.raw :]
         dependent: list[int] = []
@@ -176,7 +176,8 @@ class _Linearised:
         return kept, T, given
 
     def _turning(self, moves: np.ndarray) -> np.ndarray:
-        """(nv, raw) rates of the displacements: velocities, and what turns with a body that moves already."""
+        """Return the rates (nv, raw) of the displacements along the raw directions: the velocities, and the change of
+        axes of moving bodies with quaternions."""
         p = self.program
         rate = np.zeros((p.nv, self.found["dy"][1].shape[1]))
         rate[:, self.speeds] = np.eye(p.nv)
@@ -195,7 +196,8 @@ class _Linearised:
         return rate
 
     def _outputs(self, asked: Sequence[str]) -> list[tuple[LinearColumn, np.ndarray]]:
-        """Columns of samples by name, with their derivatives along the raw directions."""
+        """Return the sampled columns that match the patterns `asked`, with their derivatives along the raw
+        directions."""
         found: dict[str, tuple[LinearColumn, np.ndarray]] = {}
         method, (row, change) = self.simulation.method, self.found["row"]
         values, slopes = differentiated(method, row, change)
@@ -227,7 +229,8 @@ class _Linearised:
 
 
 class _Input:
-    """An input: where its numbers stand in P, and the states that the chain of integrators before it holds."""
+    """An input of the linear model: its positions in P, and the states of the integrators between u and the
+    reference."""
 
     def __init__(self, p: Program, name: str) -> None:
         at, places = p.parameters.at, np.arange(len(p.parameters.initial))
@@ -263,7 +266,7 @@ class _Input:
 
 
 def _traced(p: Program) -> Function:
-    """t (2,), y, P -> dy, the columns of a sample, gaps of rows that hold, which do."""
+    """Return the function (t (2,), y, P) -> dy, sample row, gaps of the active rows, and which rows are active."""
 
     def body(t: Array, y: Array, P: Array) -> Outputs:
         x = evaluate(p, t[0], y, P, t[1])
@@ -281,7 +284,7 @@ def _turns(p: Program, joint: str, coordinate: str) -> bool:
 
 
 def _state_names(p: Program) -> list[str]:
-    """Names of displacements, one per velocity."""
+    """Return the names of the displacements, one per velocity."""
     out = []
     for k in p.graph.links:
         kind = JOINTS[k.joint.kind]

@@ -1,10 +1,10 @@
 """Small motions about a pose: frequencies, damping and shapes of the linearised scene (Shabana 2005, chapter 3).
 
-With x = (small displacement, velocity) in the tangent space, x' = [[0, 1], [da/dq, da/dv]] x; its eigenvalues are
-s = -zeta w +- i w sqrt(1 - zeta^2).  States of radiation are added to x; a motion whose energy is mostly theirs is none
-of the bodies, and is left out.  Taut, closed and sticking laws stay as they are.
+With x = (small displacement, velocity) in the tangent space, x' = [[0, 1], [da/dq, da/dv]] x; its eigenvalues are s =
+-zeta w +- i w sqrt(1 - zeta^2). States of radiation are added to x; a motion is left out if its energy is mostly in
+these states. Taut, closed and sticking laws stay as they are.
 
-What statics and modes found, as text for people and as plain data for programs; SI units in the data.
+Results of statics and modes as text, and as plain data in SI units.
 """
 
 from collections import Counter
@@ -45,8 +45,8 @@ class NaturalMode:
 
 @dataclass(frozen=True)
 class Modes:
-    """All small motions about a pose: oscillations by frequency, decay rates [1/s] of overdamped motions (negative:
-    growing), number of degrees of freedom without stiffness."""
+    """All small motions about a pose: oscillations by frequency; decay rates [1/s] of overdamped motions (negative:
+    growing); number of degrees of freedom without stiffness."""
 
     oscillations: tuple[NaturalMode, ...]
     decays: tuple[float, ...]

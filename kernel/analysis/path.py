@@ -1,9 +1,8 @@
 """The equilibrium path: the rest poses of a scene while its drives, winches and masters move as commanded.
 
-Continuation in the time of the commands, without inertia and without rates (see `corrector`); steps follow the
-curvature, which the corrector measures. Events (guards that become negative) are located on the path and switch the
-laws there. Where no equilibrium is near any more (a fold, a load let go), the scene falls to the next one, and that is
-reported.
+The path is continued in the time of the commands, without inertia and speeds; the curvature that the corrector measures
+sets the steps. Events (guards that become negative) are located on the path and switch the laws there. Where no
+equilibrium is near any more (a fold, a load let go), the scene falls to the next one, and that is reported.
 
     start()           find the first equilibrium; returns the events on the way to it
     run(until_ns)     follow the path to the first subscribed event; returns the events, [] at `until_ns`
@@ -67,7 +66,7 @@ class EquilibriumPath:
         self._kept_ns = 0  # [ns] of the last of them, also if it was taken away
         self.notes: list[Note] = []
         self.unstable_since: int | None = None
-        """Time from which the rest is unstable [ns]."""
+        """Time from which the equilibrium is unstable [ns]."""
         self._dt, self._steps = FIRST_NS, 0
         self._fallen, self._later = -1, 0  # when it fell last, and how long it was led on meanwhile [ns]
         self._instant = 0
@@ -121,7 +120,7 @@ class EquilibriumPath:
     # ---- steps --------------------------------------------------------------------------------------------
 
     def _break_ns(self) -> int:
-        """Time of the next change of slope in a history of loads or wind."""
+        """Return the time [ns] of the next change of slope in a history of loads or wind."""
         following = self.command.references.histories.breaks(self.epoch, 0.0)
         return self.epoch + round(min(following) * 1e9) if following else FOREVER_NS
 
@@ -220,10 +219,10 @@ class EquilibriumPath:
     def _located(self, t0: int, q0: np.ndarray, G0: np.ndarray, t1: int, q1: np.ndarray) -> tuple[int, np.ndarray]:
         """Return the first time in a step at which a guard is negative, and the equilibrium there.
 
-        A guess is the end of the chord across the bracket; the end of the line through the last two equilibria before
-        the event, for a guard with a kink there, after one just behind the beginning if there are no two; a point just
-        before the end, if such a line came close to it; or the middle. Each is shifted slightly to the far side, so
-        that the bracket closes from both ends.
+        The next time to try is one of these: the end of the chord across the bracket; the end of the line through the
+        last two equilibria before the event (for a guard with a kink there), or a time just after the beginning if
+        there are not yet two; a time just before the end, if such a line came close; the middle. Each is shifted
+        slightly to the far side, so that the bracket shrinks from both ends.
         """
         G1, kind, failed = self._near.guards(q1), CHORD, set[int]()
         earlier = t0, q0, G0
@@ -270,7 +269,7 @@ class EquilibriumPath:
             s.P[self._clock] = t_ns * 1e-9
 
     def _commanded(self) -> None:
-        """Take over the commands at the epoch: from now on `_lead` evaluates the commanded motions."""
+        """Take over the commands given at the epoch, so that `_lead` evaluates the commanded motions."""
         s, at = self.command, self.command.program.parameters.at
         s.native.set(t=0.0, t_stop=NEVER)
         s.references.write(self.epoch)
@@ -297,7 +296,7 @@ class EquilibriumPath:
     # ---- stability ----------------------------------------------------------------------------------------
 
     def stiffness(self) -> float:
-        """Return the smallest eigenvalue of the tangent stiffness relative to the inertia at the present equilibrium
+        """Return the smallest eigenvalue of the tangent stiffness over the inertia at the present equilibrium
         [1/s2]."""
         return self._near.stiffness(self._q)
 
@@ -306,8 +305,10 @@ class EquilibriumPath:
         return modes_at(self._near.poses, self._q)
 
     def _check_stability(self) -> None:
-        """Note an unstable equilibrium: an eigenvalue of the tangent stiffness has passed zero (Sylvester)."""
+        """Add a note if the equilibrium has become unstable: an eigenvalue of the tangent stiffness passed zero."""
         # the determinant changes sign with one eigenvalue; eigenvalues are computed only then
         if self._near.poses.sign() < 0.0 and self.unstable_since is None and self.stiffness() < -GROWTH:
             self.unstable_since = self.epoch
-            self.notes.append(Note(self.epoch, "the rest is unstable: the smallest push makes the scene leave it"))
+            self.notes.append(
+                Note(self.epoch, "the equilibrium is unstable: the smallest push makes the scene leave it")
+            )

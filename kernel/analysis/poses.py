@@ -70,14 +70,14 @@ class Poses:
         return self.simulation.state[: self.simulation.program.nq].copy()
 
     def accelerations(self, q: np.ndarray, v: np.ndarray | None = None) -> np.ndarray:
-        """Return the accelerations (n_free,) at pose q (nq,) and velocities v (n_free,), zero by default."""
+        """Return the accelerations (n_free,) at pose q (nq,) and velocities v (n_free,); by default v is zero."""
         self._refresh(q, v)
         dv: np.ndarray = self._f[self._velocities]
         return dv
 
     def water(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the accelerations (n_free, m) at pose q by the m states of radiation, and the rates of these states by
-        velocities and by themselves (m, n_free + m); both are linear."""
+        """Return derivatives at pose q: of the accelerations with respect to the m radiation states (n_free, m), and of
+        the rates of these states with respect to velocities and states (m, n_free + m). Both relations are linear."""
         p, n = self.simulation.program, len(self.free)
         places = [*p.memory.values()]
         a, rates = np.zeros((n, len(places))), np.zeros((len(places), n + len(places)))
@@ -168,15 +168,16 @@ class Poses:
         return q
 
     def count_turns(self, q: np.ndarray) -> None:
-        """Update the counted turns of angles at pose q, which must be less than half a turn from the previous pose."""
+        """Update the counted turns of angles at pose q; since the last call, angles must have changed by less than half
+        a turn."""
         s = self.simulation
         if n := len(s.program.angles):
             self._y[:] = self._state(q)
             self._accounts[-n:] = s.row().turned
 
     def basis(self, q: np.ndarray) -> np.ndarray | None:
-        """Return an orthonormal basis (n_free, n) of the motions that closed loops allow at pose q; None if there are
-        no loops."""
+        """Return an orthonormal basis (n_free, n) of the motions that closed loops allow at pose q; None without
+        loops."""
         if not self._closed:
             return None
         p, allowed = self.simulation.program, []

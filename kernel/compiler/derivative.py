@@ -1,8 +1,7 @@
 """Derivatives of recorded functions: forward mode over their symbols, for all directions at once.
 
-Every node has its value and its derivatives along k directions.  What does not move a value by more than its rounding,
-such as a nearest whole number, has none; a condition stays what it is.  (Griewank, Walther, Evaluating Derivatives,
-2008, chapter 3.)
+Every node has its value and its derivatives along k directions. Rounding to a whole number has derivative zero; a
+condition keeps its present value. (Griewank, Walther, Evaluating Derivatives, 2008, chapter 3.)
 """
 
 from collections.abc import Mapping
@@ -117,7 +116,7 @@ def _operation(n: Sym, x: list[Dual]) -> Dual:
 
 
 def _times(d: Any, factor: Any) -> Any:
-    """Derivatives times a number, or times (n,) numbers; what does not change adds nothing, however large they are."""
+    """Return derivatives times a number or (n,) numbers; zero derivatives stay zero even if the number is infinite."""
     if d is None:
         return None
     scaled = d * np.reshape(factor, (-1, 1)) if np.ndim(factor) else d * float(factor)

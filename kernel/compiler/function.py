@@ -132,7 +132,7 @@ class Primitive(Function):
 
 
 def placed(block: str, values: list[Any]) -> list[tuple[Any, bool]]:
-    """Return the values written to a block, each with whether it is already in its final place."""
+    """Return the values written to a block, each with a flag: whether it lies in its final place already."""
     out, at = [], 0
     for x in values:
         out.append((x, is_sym(x) and x.op in ("in", "slice") and x.args == (block, at)))

@@ -144,8 +144,8 @@ class FactorLayout:
 
 
 def solver(name: str, factors: FactorLayout, ny: int) -> Primitive:
-    """Return the function that computes A^-1 b for the first n of `ny` components and `tail` times b for the others;
-    outputs: real part `re` and imaginary part `im`."""
+    """Return the function that computes A^-1 b for the first n of `ny` components of b, and the product of its input
+    `tail` and b for the others; outputs: real part `re` and imaginary part `im`."""
     parts = ("re", "im")[: factors.planes]
     n, stride = factors.n, factors.stride
     inputs: dict[str, int] = {"M": OPAQUE, **{f"b_{p}": ny for p in parts}, "tail": factors.planes}

@@ -85,7 +85,7 @@ def _batches(nodes: Sequence[Sym]) -> Iterator[SimdBatch]:
 
 
 def _inside(f: Function) -> int:
-    """Return the number of lanes that equal calls within one call of f fill."""
+    """Return the number of SIMD lanes that the equal calls inside one call of f already fill."""
     counts = Counter(n.args[0] for n in f.nodes if n.op == "call")
     return width_of(max(counts.values(), default=0))
 
@@ -188,7 +188,7 @@ def gathered(code: OperandCode, values: tuple[Any, ...]) -> str:
 
 
 def _inputs(code: OperandCode, values: tuple[Sym, ...]) -> str | None:
-    """Emit a load of consecutive numbers of a block, the last one possibly repeated; None if not adjacent."""
+    """Emit a load of numbers that are adjacent in a block (the last may be repeated); None if they are not adjacent."""
     block, first = values[0].args
     n = next((i for i, x in enumerate(values) if x.args != (block, first + i)), len(values))
     if n < 2 or any(x is not values[n - 1] for x in values[n:]):
@@ -202,7 +202,7 @@ def _inputs(code: OperandCode, values: tuple[Sym, ...]) -> str | None:
 
 
 def _results(code: OperandCode, values: tuple[Sym, ...]) -> str | None:
-    """Emit a shuffle of results of at most two vector calls; None if they come from more."""
+    """Emit a shuffle of results of at most two vector calls; None if the values come from more calls."""
     at = [(*code.lane[x.args[0]], x.args[1], x.args[2]) for x in values]
     sources = list(dict.fromkeys((batch, block, i) for batch, _, block, i in at))
     width = sources[0][0].width

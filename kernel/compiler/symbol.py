@@ -35,8 +35,7 @@ def _is_array(x: Any) -> bool:
 
 
 class ExpressionGraph:
-    """The nodes of one traced function; in an `opaque` graph, named quantities become symbols of the printed
-    equations."""
+    """The nodes of one traced function. If `opaque`, named quantities become symbols of the printed equations."""
 
     def __init__(self, opaque: bool = False) -> None:
         self.table: dict[Any, Sym] = {}
@@ -236,7 +235,8 @@ def printing(x: Any) -> bool:
 
 
 def _elementwise(f: Callable[..., Any], whole: Callable[..., Any]) -> Callable[..., Any]:
-    """Extend a function of scalars to arrays: of symbols by element, of numbers as a `whole`, bitwise equal."""
+    """Extend the scalar function f to arrays: arrays of symbols element by element, arrays of numbers by `whole`, with
+    the same bits."""
 
     def apply(*args: Any) -> Any:
         if _PLAIN.issuperset(map(type, args)) or not any(map(_is_array, args)):
@@ -284,8 +284,7 @@ def scope(name: str) -> Iterator[None]:
 
 
 def named(label: str, x: Any) -> Any:
-    """Give a traced quantity the name used in printed equations; return the quantity, or new symbols in an opaque
-    graph."""
+    """Give a traced quantity its name in printed equations; return the quantity, or new symbols in an opaque graph."""
     graphs = RECORDING.graphs
     if not graphs or not graphs[-1].opaque:
         return x

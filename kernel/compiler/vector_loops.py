@@ -23,8 +23,7 @@ def is_long(x: Any) -> bool:
 
 
 class VectorEmitter(Protocol):
-    """Interface of the code under construction, as far as this module uses it: `head` and `body` are its lines of LLVM
-    IR."""
+    """Interface of the code under construction that this module uses; `head` and `body`: its lines of LLVM IR."""
 
     head: list[str]
     body: list[str]
@@ -56,7 +55,7 @@ class Wide:
         self._keep(written, None)
 
     def _keep(self, used: Iterable[Sym], group: int | None) -> None:
-        """Mark values that are used by another loop, or outside loops, as kept in memory."""
+        """Mark as kept in memory the values that another loop, or code outside of loops, uses."""
         for x in used:
             if x in self._group and (group is None or self._group[x] != group):
                 if x.op in _FLAGS:
@@ -65,7 +64,7 @@ class Wide:
                     self._kept.add(x)
 
     def later(self, n: Sym) -> bool:
-        """Schedule n for the next loop if it is computed in a loop; return whether it was scheduled."""
+        """Schedule n for the next loop if n is computed in loops; return whether it was scheduled."""
         if n in self._group:
             self._pending.append(n)
             return True

@@ -57,7 +57,7 @@ class Blockwise(Proximal):
         return range(self.starts[r], self.starts[r + 1])
 
     def _cut(self, flat: Array, pairs: Sequence[tuple[int, int]]) -> dict[tuple[int, int], list[Scalar]]:
-        """Split consecutive blocks, stored row by row."""
+        """Return the numbers of each block (r, s) of `pairs`, row by row; `flat` holds these blocks in order."""
         out, at = {}, 0
         for r, s in pairs:
             n = self.sizes[r] * self.sizes[s]
@@ -173,9 +173,9 @@ class Unsymmetric(Proximal):
 class OpenTree:
     """Functions of one kind of tree, factorised for constraint rows.
 
-    `factor` -> F (L, D^-1), half (L^-T rhs), dq, given and cross (rows of prescribed degrees of freedom), and per body
-    b with rows its columns S{b} and bias acceleration A{b}. `half[b]`: F, S, w -> y, f: for a wrench w on body b, L^-T
-    S^T w over `paths[b]` and S^T w over `given[b]`. `back`: F, half, a, given, cross -> dv, reaction.
+    `factor` returns F (L and D^-1), half (L^-T rhs), dq, given and cross (rows of H for prescribed degrees of freedom),
+    and for each body b with rows its columns S{b} and bias acceleration A{b}. `half[b]`: F, S, w -> y, f: for a wrench
+    w on body b, L^-T S^T w over `paths[b]` and S^T w over `given[b]`. `back`: F, half, a, given, cross -> dv, reaction.
     """
 
     factor: Function

@@ -1,11 +1,11 @@
 """The next active set: a linear complementarity problem with boxes, solved by pivoting in a fixed order.
 
-Find x in [lo, hi] with w = A x + b such that w_i >= 0 where x_i = lo_i, w_i <= 0 where x_i = hi_i, else w_i =
-0. Block principal pivoting (Judice, Pires, Comput. Oper. Res. 21 (1994)): every row that violates its
-condition changes sides at once; if that does not reduce their number for a while, only the last one does
-(Murty, Lin. Alg. Appl. 9 (1974)), which ends for every P matrix.  No BLAS: sums in a fixed order, the same
-bits on floats and in machine code, compiled for the sizes in `SIZES`; smaller problems are padded with free
-rows at zero, which add exact zeros, and larger ones run on floats.
+Find x in [lo, hi] with w = A x + b such that w_i >= 0 where x_i = lo_i, w_i <= 0 where x_i = hi_i, else w_i = 0. Block
+principal pivoting (Judice, Pires, Comput. Oper. Res. 21 (1994)): every row that violates its condition changes sides at
+once; if the number of such rows does not fall for some rounds, only the last of them changes sides (Murty, Lin. Alg.
+Appl. 9 (1974)), which ends for every P matrix. No BLAS: sums in a fixed order, the same bits on floats and in machine
+code, compiled for the sizes in `SIZES`; smaller problems are padded with free rows at zero, which add exact zeros, and
+larger ones run on floats.
 
 Redundant rows make A singular; the proximal passes (A + mu) x_n+1 = b + mu x_n converge to the solution of least norm
 (Carpentier, Budhiraja, Mansard 2021, algorithm 2): rows with the same direction share their load equally, and
@@ -34,8 +34,8 @@ def start_of(n: int, side: Array) -> SimpleNamespace:
 
 
 def round_of(s: SimpleNamespace, A: Array, b: Array, lo: Array, hi: Array, small_x: Scalar, small_w: Scalar) -> None:
-    """Solve for the present active set and change the sides of rows that violate their condition; set run = 0 if no row
-    does."""
+    """Solve for the present active set, then change the sides of rows that violate their condition; if none, set run =
+    0."""
     n = len(b)
     low, high = less(s.side, 0.0), less(0.0, s.side)
     free = select(low, 0.0, select(high, 0.0, 1.0)) * np.ones(n)
@@ -108,8 +108,8 @@ _VECTORS = ("side", "x", "w", "b", "lo", "hi")
 def pivot(
     s: SimpleNamespace, A: np.ndarray, b: np.ndarray, lo: np.ndarray, hi: np.ndarray, small: tuple[float, float]
 ) -> None:
-    """Run rounds of pivoting from the loop variables s until no row changes sides or the budget is spent; s then holds
-    the result."""
+    """Run rounds of pivoting from the loop variables s until no row changes sides or the budget is spent; the result is
+    in s."""
     n = len(b)
     size = next((k for k in SIZES if n <= k), 0)
     if not size:

@@ -70,7 +70,7 @@ def _turn(i: int, j: int) -> Callable[[JointClosure], Condition]:
 
 
 def _twist(p: JointClosure) -> Condition:
-    """Return the condition of no rotation about the sum of both shafts: second and third directions are mirrored."""
+    """Return the condition that two bent shafts turn equally: no relative rotation about the bisector of their axes."""
     # equal rotation of both shafts about the bisector, without a singularity at zero bend
     x, y = _turn(SECOND, THIRD)(p), _turn(THIRD, SECOND)(p)
     return Condition(x.g - y.g, np.zeros(3), x.n - y.n, np.zeros(3), x.dn - y.dn)
@@ -170,7 +170,7 @@ def near(x: float, y: float) -> float:
 
 
 def _basis(joint: Joint) -> Array:
-    """Rows (3, 3): axis, second, third direction of a joint in its frame."""
+    """Return the axis, second and third direction of a joint in its frame as rows (3, 3)."""
     axis = exact(joint.axis)
     second = exact(joint.second) if JOINTS[joint.kind].axes > 1 else _perpendicular(axis)
     return np.array([axis, second, cross(axis, second)])

@@ -110,8 +110,7 @@ class Constraints:
         return len(self.held)
 
     def link(self, instances: Sequence[tuple[Tree, Any]]) -> None:
-        """Connect the rows with trees and their functions: determine which trees a row acts on and which rows
-        couple."""
+        """Connect rows with trees and their functions: determine which trees a row acts on and which rows couple."""
         self.instance = {
             tree.first + b: (i, b) for i, (tree, _) in enumerate(instances) for b in range(len(tree.bodies))
         }

@@ -61,7 +61,7 @@ class ConstraintRows:
 
     @property
     def movable(self) -> np.ndarray:
-        """Which rows (n,) can cause any motion beyond round-off; on floats only."""
+        """Return for each row (n,) whether it can cause any motion beyond round-off; on floats only."""
         each = enumerate(self._sizes)
         return np.array([float(self._entry(r, r)) > ROUNDED * float(size) for r, size in each], dtype=bool)
 
@@ -78,7 +78,7 @@ class ConstraintRows:
         return [select(row.on > 0.0, x, 0.0) for row, x in zip(self.rows, values, strict=True)]
 
     def _masked(self, r: int, s: int, a: Scalar) -> Any:
-        """Return a matrix entry with inactive rows removed: 1 on their diagonal, 0 elsewhere."""
+        """Return the matrix entry a of rows r and s; if one of them is inactive, 1 on the diagonal and 0 elsewhere."""
         # inactive rows become rows of the identity: the structure, and so the machine code, stays the same
         both = select(self.rows[r].on > 0.0, self.rows[s].on, 0.0) if r != s else self.rows[r].on
         return select(both > 0.0, a, 1.0 if r == s else 0.0)
@@ -100,8 +100,7 @@ class ConstraintRows:
         return np.array([[float(self._entry(r, s)) for s in range(n)] for r in range(n)])
 
     def entries(self) -> list[Scalar]:
-        """Return the entries (n * n,) of the Delassus matrix of active rows, row by row; only for scenes with
-        contacts."""
+        """Return the entries (n * n,) of the Delassus matrix of active rows, row by row; for scenes with contacts."""
         d = self.constraints.delassus
         assert isinstance(d, Unsymmetric), "asked for with contacts only"
         A = dict(zip(d.entries, self._entries, strict=True))
@@ -148,7 +147,7 @@ class ConstraintRows:
         return Y, pull, size
 
     def _inverse(self, i: int, k: int) -> Any:
-        """Return 1/D of degree of freedom k of tree i: F ends with these, in the order of the free ones."""
+        """Return 1/D for degree of freedom k of tree i: the last numbers of F, in the order of the free ones."""
         F, free = self._trees[i].F, self._free(i)
         return F[len(F) - len(free) + free.index(k)]
 
@@ -157,8 +156,8 @@ class ConstraintRows:
         return sum((y * self._W[s][ik] for ik, y in self._Y[r].items() if ik in self._W[s]), 0.0)
 
     def solve(self, b: list[Scalar], prior: list[Scalar] | None = None) -> Any:
-        """Return x (n,) with G H^-1 G^T x = b: with contacts the solution nearest to `prior`, otherwise the one of
-        least norm."""
+        """Return x (n,) with G H^-1 G^T x = b: with contacts the solution nearest to `prior`, else that of least
+        norm."""
         more = {"prior": prior or [0.0] * len(b)} if self.slots else {}
         return self.constraints.delassus.multipliers(C=self._factors.C, mu=self._factors.mu, b=b, **more).x
 
@@ -178,8 +177,7 @@ class ConstraintRows:
         return out
 
     def accelerate(self) -> None:
-        """Compute the multipliers that cancel the second derivatives of the residuals of active rows under the applied
-        forces."""
+        """Compute the multipliers that cancel the second derivatives of active residuals under the applied forces."""
         self.free = self.approach()
         self.multipliers = self.solve(self.held([-a for a in self.free]), [row.prior for row in self.rows])
 
@@ -218,8 +216,7 @@ class ConstraintRows:
         return [(b, x * w) for x, row in pairs for b, w in row.push or row.wrenches]
 
     def motion(self, i: int) -> SimpleNamespace:
-        """Return dq, dv and the reaction of the prescribed joints of tree i under the applied forces and the
-        multipliers."""
+        """Return dq, dv and the reaction of prescribed joints of tree i under applied forces and multipliers."""
         tree, x = self._instances[i][0], self._trees[i]
         half = dict(zip(tree.free_dofs, x.half, strict=True))
         given = dict(zip(tree.prescribed_dofs, x.given, strict=True))

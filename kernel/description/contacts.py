@@ -1,4 +1,4 @@
-"""Rigid contacts as plain data: shapes of bodies that cannot pass each other, with friction and restitution."""
+"""Rigid contacts as plain data: shapes of bodies that cannot penetrate each other, with friction and restitution."""
 
 from msgspec import Struct
 

@@ -123,7 +123,7 @@ def _read(value: Any, hint: Any, where: str) -> Any:
 
 @cache
 def _taken_apart(hint: Any) -> tuple[Any, tuple[Any, ...]]:
-    """Origin and arguments of an annotation."""
+    """Return origin and arguments of an annotation."""
     return get_origin(hint), get_args(hint)
 
 
@@ -137,7 +137,7 @@ def _fits(values: Any, hint: Any) -> bool:
 
 
 def _wanted(hint: Any, many: bool = False) -> str:
-    """Describe in words what an annotation asks for."""
+    """Describe in words the values that an annotation allows; `many`: in the plural."""
     origin, inner = get_origin(hint), get_args(hint)
     if origin in (Union, UnionType):
         return choice(tuple("None" if h is type(None) else _wanted(h) for h in inner))

@@ -1,6 +1,6 @@
-"""Checks of a lift, before and after a run, and notes of one that goes on: every room tells them alike.
+"""Checks of a lift, before and after a run, and notes of a run: their data, as all rooms use them.
 
-A note belongs to the instant that it tells of, as a sample does, and comes out the same however a run is cut up.
+A note belongs to one simulation time, as a sample does; its text does not depend on how a run is divided into calls.
 """
 
 from collections.abc import Iterable
@@ -96,8 +96,7 @@ def findings(checks: Iterable[Check]) -> tuple[Check, ...]:
 
 
 def clock(seconds: float, digits: int = 0) -> str:
-    """Return a simulation time as text, such as 1:02 or 1:06:04, or 1:02.5 with one decimal of the second
-    (`digits`)."""
+    """Return a simulation time as text, such as 1:02 or 1:06:04; `digits`: decimals of the second, 1:02.5 with one."""
     unit = UNITS[digits]
     minutes, rest = divmod(round(seconds * unit), 60 * unit)
     hours, minutes = divmod(minutes, 60)

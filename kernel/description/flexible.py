@@ -1,9 +1,9 @@
 """Flexible bodies as plain data: a straight beam, the matrices of any finite-element model, or modes alone.
 
 The body's frame is the floating frame: the deformation is measured from it, and is a sum of modes. It must stay small:
-beyond WARNED of the length a run carries a note, beyond REFUSED it ends (`small_deflections`). Tension and compression
-stiffen and soften beams (no other bodies). Without NumPy, as all descriptions. SI units; the mode coordinates are
-displacements in m (rad for torsion) where a mode is largest.
+beyond the share WARNED of the length the run gets a note, beyond REFUSED it ends with an error (`small_deflections`).
+Tension stiffens and compression softens beams, but no other bodies. Without NumPy, as all descriptions. SI units; the
+mode coordinates are displacements in m (rad for torsion) where a mode is largest.
 """
 
 from dataclasses import dataclass

@@ -52,7 +52,7 @@ class InputSignal(Struct, frozen=True):
     """A number that changes with time: the constant `value`, or piecewise linear through (times [s], values), or
     driven.
 
-    Before the first and after the last time the end value holds; two equal times are a jump. `driven`: it starts at
+    Before the first and after the last time the end value holds; two equal times are a jump. If `driven`, it starts at
     `value` and then follows a Profile or a Master commanded at run time, as a winch does. A regular `wave` and
     irregular `waves` are added to it.
     """
@@ -157,7 +157,7 @@ class Torsion(Element, frozen=True, tag=True):
     moment = k (rest - angle) - d angle'.
 
     The angle is the twist of body b about `axis` against a, over any number of turns: of the relative rotation, the
-    part about that axis (swing-twist decomposition).  The axis stays below 175 degrees from where it was.
+    part about that axis (swing-twist decomposition). The law is valid while the axis tilts by less than 175 degrees.
     """
 
     name: str
@@ -177,8 +177,8 @@ class Bushing(Element, frozen=True, tag=True):
     """A linear 6x6 spring and damper between the frame (a, R_a) and the frame (b, R_b): f = -K x - D x'.
 
     x = (displacement of b's origin from a's in a's axes, rotation vector of b's axes against a's): energy x^T K x / 2.
-    K and D are symmetric and not negative; the rotation stays below 175 degrees, or is of any size if the joints
-    between a and b let them turn about one axis only, on which R_a and R_b agree.
+    K and D are symmetric and not negative; the law is valid for rotations below 175 degrees, or for any rotation if the
+    joints between a and b allow turns about one axis only, on which R_a and R_b agree.
     """
 
     name: str
@@ -193,9 +193,9 @@ class Bushing(Element, frozen=True, tag=True):
 class Radiation(Element, frozen=True, tag=True):
     """Radiation force of a floating body on still water, f(t) = -int K(t - s) v(s) ds (Cummins 1962).
 
-    v: twist of a point of the body (linear, angular) in the axes R of the world. The memory K(t) = G^T exp(F t) G has
-    states of the water, x' = F x + G v and f = -G^T x; passive, as F + F^T is not positive. Added mass at infinite
-    frequency is the body's own.
+    v: twist of a point of the body (linear, angular) in the axes R of the world. The kernel K(t) = G^T exp(F t) G is
+    represented by states x of the water: x' = F x + G v and f = -G^T x; it is passive, since F + F^T is negative
+    semidefinite. The body itself has the added mass at infinite frequency (`Body.added`).
     """
 
     name: str
@@ -292,7 +292,7 @@ class Reeving(Element, frozen=True, tag=True):
 
     @property
     def edges(self) -> tuple[Sheave, ...]:
-        """The edges over which the rope may slide: all of its sheaves if they are edges, otherwise none."""
+        """The edges over which the rope may slide: all sheaves of the rope if they are edges, otherwise none."""
         return tuple(s for s in self.sheaves if s.edge)
 
     @property
@@ -321,9 +321,9 @@ class MooringLine(Element, frozen=True, tag=True):
 
     Its own inertia, damping and drag are neglected.
 
-    The line hangs with its mass in water. On a `seabed`, level at the height of the anchor, the rest of it lies; there
-    `friction` relieves the anchor, while the strain of that part is computed without friction. At the tension
-    `breaking` the line parts.
+    The line has its mass in water. With a `seabed`, level at the height of the anchor, a part of the line may lie
+    there; `friction` on the seabed reduces the force at the anchor, but does not enter the strain of that part. The
+    line breaks at the tension `breaking`.
     """
 
     name: str

@@ -67,10 +67,10 @@ class Brake(AlongJoint):
 
 @dataclass(frozen=True)
 class Lock:
-    """A joint that can be locked and released while the simulation runs; `engaged`: locked at the start.
+    """A joint that can be locked and released while the simulation runs; `engaged`: whether it is locked at the start.
 
-    Locked in motion it stops at once: the impulse changes the velocities of its whole tree, and what kinetic energy it
-    takes is this lock's heat.
+    A joint locked in motion stops at once: the impulse changes the velocities of its whole tree, and the kinetic energy
+    that is lost counts as heat of this lock.
     """
 
     name: str
@@ -110,12 +110,12 @@ class Straight:
 
 @dataclass(frozen=True)
 class Rope(Straight):
-    """An elastic, tension-only rope of one tension over one or more straight lines.
+    """An elastic, tension-only rope over one or more straight lines, with the same tension in all.
 
     length l = sum(share * |a - b|), elongation e = l - L0, taut: T = max(0, EA e/L0 + damping (l' - L0')). `mass`: of
     all lines, weighted by their shares; it acts at the ends (see `forces.ropes`); T is then the tension in the middle,
-    while samples show the tension at the lower ends b. `winch`: L0 follows a Profile or Follow sent at run time.
-    `hooked`: state at the start.
+    while samples show the tension at the lower ends b. If `winch`, L0 follows a Profile or Follow sent at run time.
+    `hooked`: whether it is hooked at the start.
     """
 
     name: str
@@ -132,8 +132,8 @@ class Rope(Straight):
 class RigidRope(Straight):
     """An inextensible rope over one or more straight lines: sum(share * |a - b|) is at most L0.
 
-    Taut, it pulls with whatever tension keeps its length; snapping taut, it stops its ends inelastically.  `winch`: L0
-    follows a Profile or Follow sent at run time.  `mass` as of a `Rope`.
+    Taut, it pulls with whatever tension keeps its length; snapping taut, it stops its ends inelastically. If `winch`,
+    L0 follows a Profile or Follow sent at run time. `mass` as of a `Rope`.
     """
 
     name: str

@@ -75,12 +75,12 @@ class Joint:
     """A joint between `child` and `parent`; its frame is (p_PJ, R_PJ) on the parent and (p_CJ, R_CJ) on the child.
 
     A body needs one joint of which it is the child; every further one closes a loop, as does one whose child is the
-    world.  Which of them are cut is found by the kernel (`spanning_tree`); of those q0 and v0 are not used.
+    world. The kernel chooses the joints at which loops are cut (`spanning_tree`); their q0 and v0 are not used.
 
-    q0 and v0 hold the initial coordinates and velocities, in the order of `JOINTS` (see JOINTS.md): a
-    quaternion is x y z w; the velocities of a spherical or free joint are in child axes, linear before angular.
-    `second` is perpendicular to `axis`: the other axis of a universal joint (carried along by the first), the x
-    direction in the plane whose normal is `axis`, or the first bending axis of the shaft `axis`.
+    q0 and v0 hold the initial coordinates and velocities, in the order of `JOINTS` (see JOINTS.md): a quaternion is x y
+    z w; the velocities of a spherical or free joint are in child axes, linear before angular. `second` is perpendicular
+    to `axis`: the other axis of a universal joint (carried along by the first), the x direction in the plane whose
+    normal is `axis`, or the first bending axis of the shaft `axis`.
     """
 
     name: str

@@ -45,7 +45,7 @@ def _clamp(t: float, d: float) -> float:
 
 
 def _ramp(t: float, d: float) -> float:
-    """Integral of the clamped time: t^2/2 inside the ramp, linear after it."""
+    """Return the integral of min(t, d) over time: t^2/2 up to t = d, linear after that."""
     c = _clamp(t, d)
     return c * (max(t, 0.0) - 0.5 * c)
 

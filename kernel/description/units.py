@@ -1,8 +1,9 @@
-"""What the numbers of a description are, as annotations of its fields: their kind, in SI units, and their sign; places.
+"""Dimension, SI unit and sign of the numbers of a description, as annotations of its fields; points and lines; name
+order.
 
-Scenes write numbers with a unit of that kind (`nodes.scene.text.units` has the tables).  Rotations are row-major 3x3
-tuples; a point is (body, position in that body's frame).  Names come in the order in which people count, "H2" before
-"H10": elements are put into it once, where a description is assembled, so that nothing depends on who wrote what first.
+Scenes write numbers with a unit of that dimension (`nodes.scene.text.units` has the tables). Rotations are row-major
+3x3 tuples; a point is (body, position in that body's frame). Names are sorted naturally, "H2" before "H10". Elements
+are sorted once, where a description is assembled, so that no result depends on the order in which they were declared.
 """
 
 import re
@@ -62,7 +63,7 @@ def wrong_sign(x: Any) -> tuple[str, str]:
 
 @cache
 def _signs(kind: type) -> tuple[tuple[str, str], ...]:
-    """Return the fields with restricted sign, with their minimum."""
+    """Return the fields with restricted sign, each with its minimum."""
     found = []
     for field, hint in get_type_hints(kind, include_extras=True).items():
         inner = get_args(hint)

@@ -34,7 +34,7 @@ INSTALLED = {"site-packages", "dist-packages"}  # beside those of this interpret
 
 
 def _own(file: str) -> bool:
-    """Return whether a file of a module is a user's: as its folder, unless it is a link."""
+    """Return whether a module's file belongs to the user: decided by its folder, or for a link by the file itself."""
     if os.path.islink(file):
         return own_file(file) and INSTALLED.isdisjoint(Path(file).parts)
     return _own_folder(os.path.dirname(file))

@@ -188,7 +188,7 @@ def _text(x: Scalar, names: dict[tuple[str, int], str], level: int = 0) -> str:
 
 
 def _function(x: Sym) -> tuple[str, tuple[Scalar, ...]]:
-    """Return operation and operands, with selections that mean max or min named so."""
+    """Return operation and operands; a selection that gives the maximum or minimum is named "max" or "min"."""
     if x.op == "select" and is_sym(c := x.args[0]) and c.op == "gt":
         if _same(c.args, x.args[1:]):
             return "max", x.args[1:]

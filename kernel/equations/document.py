@@ -1,7 +1,7 @@
-"""What is printed: sections of sentences, tables and equations, laid out as plain text or as a LaTeX document.
+"""Parts of the printed document: sections of sentences, tables and equations, as plain text or as LaTeX.
 
-Formulas are written once and read twice.  The symbols are the paper's: v, a, f six components of velocity, acceleration
-and force; S, I, T as there; bodies and joints carry the numbers of the graph, laws their names.
+Each formula is defined once, in both notations. The symbols are the paper's: v, a, f six components of velocity,
+acceleration and force; S, I, T as there; bodies and joints carry the numbers of the graph, laws their names.
 """
 
 from dataclasses import dataclass, field
@@ -99,7 +99,7 @@ class Equation:
 
 @dataclass(frozen=True)
 class DocumentSection:
-    """A section of the printed equations: title, sentences, table rows (header first), a matrix, and equations under
+    """A section of the printed equations: title, sentences, table rows (header first), matrix, equations under
     headings."""
 
     title: str

@@ -7,7 +7,7 @@ cosh u)^2) = 1. A line of which a part lies has V = H sinh m at the fairlead, z 
 + H m + 2 k H. (Irvine, Cable Structures, 1981; the same solution as in Jonkman, NREL/TP-500-41958, 2007.)
 
 Both equations have one unknown and one root. Newton's iteration is written so that it approaches the root from one
-side, and has a fixed number of steps: there is no state from which it starts, and its derivatives are those of the
+side, and has a fixed number of steps: it needs no start value from earlier steps, and its derivatives are those of the
 solution.
 """
 
@@ -29,7 +29,7 @@ THIRD = 1.0 / 3.0
 
 class EndForces(NamedTuple):
     """Forces at the fairlead, relative to the weight of the line: horizontal and vertical; `turn`: difference of
-    asinh(V / H) between the ends of the part that hangs; `missed`: error of the length before the last step."""
+    asinh(V / H) between the ends of the part that hangs; `missed`: error of the length before the last iteration."""
 
     H: Scalar
     V: Scalar
@@ -71,8 +71,8 @@ def lying(x: Scalar, z: Scalar, k: Scalar) -> EndForces:
 
 
 def line_shape(x: float, z: float, k: float, seabed: bool, n: int) -> tuple[EndForces, list[tuple[float, float]]]:
-    """Return the end forces of a line, and the horizontal and vertical distances from its anchor of n + 1 points that
-    divide it evenly."""
+    """Return the end forces of a line and the positions of n + 1 points that divide its length evenly: horizontal and
+    vertical distance of each from the anchor."""
     found = lying(x, z, k) if seabed and z > 0.0 else hanging(x, z, k)
     if seabed and found.V > 1.0:
         found = hanging(x, z, k)

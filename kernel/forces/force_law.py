@@ -105,7 +105,7 @@ class ForceLaw(ABC, Generic[F]):
         """
 
     def angles(self, f: F) -> int:
-        """Return the number of angles counted over turns; `answer` then receives their integrals as `counted`."""
+        """Return the number of angles whose full turns are counted; `answer` receives their integrals as `counted`."""
         return 0
 
     def turns(self, f: F, poses: Poses) -> tuple[str, str, Array] | None:
@@ -150,8 +150,11 @@ class LawBreakdown(KernelError):
 
 def attachment(body: Array, p_BX: Array, label: str = "X") -> tuple[Array, Array, Array]:
     """Return, for a point X fixed on a body, its position relative to the tree's point, its position in the world, and
-    its velocity. body: (21,) R_WB row-major, the tree's point o, r from o to the body's origin, twist V; label: name of
-    the point in print."""
+    its velocity.
+
+    body: (21,) R_WB row-major, the tree's point o, r from o to the body's origin, twist V; label: name of the point in
+    print.
+    """
     R, o, r, V = np.reshape(body[:9], (3, 3)), body[9:12], body[12:15], body[15:21]
     x = named(f"r{label}", r + R @ p_BX)
     return x, named(f"p{label}", x + o), named(f"v{label}", V[3:] + cross(V[:3], x))

@@ -1,6 +1,6 @@
 """Laws along one coordinate of a joint: springs, end stops, dry brakes; points on pads, horizontal or on a body.
 
-Both have one-sided springs, which only push, and friction that sticks and slips.
+Joint laws and pads share one-sided springs, which only push, and friction that sticks and slips.
 """
 
 from dataclasses import dataclass
@@ -57,9 +57,9 @@ def friction(
     """Return dry friction (n,): a spring-damper from its anchor (at distance s) that slips at `limit`.
 
     While slipping, the force has the size of the limit and opposes the velocity; `direction` (n,) is the direction in
-    which the slip began, and the slip ends when the velocity along it becomes negative. With `at_rest`, the direction
-    is that of the spring, whose anchor follows (radial return; Simo, Hughes 1998, 1.4), and the slip ends when the
-    spring relaxes.
+    which the slip began, and the slip ends when the velocity along it becomes negative. If `at_rest`, the direction is
+    that of the spring, whose anchor follows (radial return; Simo, Hughes 1998, 1.4), and the slip ends when the spring
+    relaxes.
     """
     held = k * s + d * v
     # 1e-300 keeps the root differentiable at rest; it vanishes beside any real force

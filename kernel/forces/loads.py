@@ -1,4 +1,4 @@
-"""External forces: given loads, and wind drag (EN 13001-2, 4.2.3.1; closed form C16).
+"""External forces: given loads, and wind drag (EN 13001-2, 4.2.3.1).
 
 Laws given as data: a piecewise linear effort over the coordinate or the speed of a joint, such as a motor's
 torque-speed curve or a buffer's force-travel curve, or over the depth of a body in water. P holds the active piece; its
@@ -82,7 +82,8 @@ Curve = TypeVar("Curve", Characteristic, Immersion)
 
 
 class PiecewiseLaw(ForceLaw[Curve]):
-    """An effort f(x) given by points; its power counts as external work. Its piece comes first among its numbers."""
+    """An effort f(x) given by points; its power counts as external work. Its numbers in P begin with those of the
+    active piece."""
 
     works = True
 
@@ -149,7 +150,7 @@ class ImmersionLaw(PiecewiseLaw[Immersion]):
 
 
 def _piece(f: Characteristic | Immersion, i: int) -> list[float]:
-    """Return both ends, a point and the slope of the piece below place i; the end values hold outside."""
+    """Return both ends, a point and the slope of the piece that ends at point i; the end values hold outside."""
     if i == 0:
         return [-FAR, f.x[0], f.x[0], f.effort[0], 0.0]
     if i == len(f.x):

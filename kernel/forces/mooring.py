@@ -1,8 +1,8 @@
-"""Mooring lines: an elastic catenary between an anchor and a fairlead, with a level seabed, that may part.
+"""Mooring lines: an elastic catenary between an anchor and a fairlead, with a level seabed; a line can break.
 
 Whether a part of the line lies is a discrete state, so no formula changes inside a step; the events are located in
-time, as is the parting of a line. A slack line keeps a horizontal force of 2e-7 of its vertical one. The energy is that
-of strain and of height in water.
+time, as is the breaking of a line. A slack line keeps a horizontal force of 2e-7 of its vertical one. The energy
+consists of strain energy and potential energy in water.
 """
 
 from collections.abc import Hashable
@@ -21,7 +21,7 @@ TINY = 1e-160  # keeps 0/0 away
 
 
 class MooringAt:
-    """Indices of a line's numbers; `HOOKED`: 0 if it has parted, `HANGS`: 1 if nothing of it lies."""
+    """Indices of a line's numbers; `HOOKED`: 0 if the line has broken, `HANGS`: 1 if no part lies on the seabed."""
 
     HOOKED, HANGS = range(6, 8)
 

@@ -112,7 +112,7 @@ def shared(laws: tuple[Law, ...], setting: Setting) -> tuple[SharedForce, ...]:
 
 
 def steered(system: System) -> list[str]:
-    """Return the names of force signals that commands may change by a jump; lengths of ropes are not among them."""
+    """Return the names of the signals of forces, except lengths of ropes; commands may change these by a jump."""
     ropes = {r.name for r in system.reevings}
     return [name for name, signal in signals(system.forces).items() if signal.driven and name not in ropes]
 

@@ -1,9 +1,9 @@
 """User-defined laws: plain Python functions, traced like the kernel's own code.
 
-A law is named "package.module:function" or "file.py:function", so that it is data and crosses processes. It is called
-as `law(x)` with the fields of `LawInput` and returns the effort along its joint, or a force (3,) or force and moment
-(6,) in world axes for each end. What it does to bodies counts as its work. It is traced when the scene is compiled; the
-digest of what it computes is part of the structure, so an edited law never runs as an old object file.
+A law is named "package.module:function" or "file.py:function", so that it is data and crosses processes. The law is
+called as `law(x)` with the fields of `LawInput` and returns the effort along its joint, or a force (3,) or force and
+moment (6,) in world axes for each end. Its power on bodies counts as work of the law. The law is traced when the scene
+is compiled; the digest of its operations is part of the structure, so an edited law never runs as an old object file.
 """
 
 import hashlib
@@ -171,7 +171,7 @@ def _called(f: UserLaw, function: str, given: LawInput) -> object:
 
 
 def _found(f: UserLaw, function: str) -> Callable[[LawInput], object]:
-    """Return the user's function; if data named it, only from a trusted folder."""
+    """Return the user's function. If data, not code, named the function, its folder must be trusted."""
     module, colon, name = function.rpartition(":")
     if not (colon and module and name):
         raise KernelError(f"law '{f.name}': '{function}' is not a function reference; write 'package.module:function'")

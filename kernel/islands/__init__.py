@@ -1,6 +1,6 @@
 """Islands: independent parts of a scene, each integrated with its own steps.
 
-components       which bodies are coupled, with all that acts on them
+components       sets of coupled bodies, with the elements that act on them
 choice           whether a scene is solved as one system or as islands
 islands          simulations that are solved separately
 running_ahead    islands run ahead of each other, and roll back for a command; in threads

@@ -22,7 +22,7 @@ def simulate(
     apart: bool = True,
     lifts: Mapping[str, Collection[str]] | None = None,
 ) -> Simulation | Islands:
-    """Return the simulation of a scene: of one system, or of its islands if `apart` and there are several.
+    """Return the simulation of a scene: one system, or separate islands if `apart` and the scene has several.
 
     `ties`: ropes that are unhooked now but will be hooked later and therefore couple their bodies; `lifts`: bodies of
     each lift, by name, whose events get rows of their own; the other arguments are those of `Simulation`.

@@ -1,9 +1,9 @@
 """The islands of a system: sets of coupled bodies, with all that acts on them.
 
 Joints, forces, contacts and ropes couple bodies; the ground couples nothing, nor does a *loose* rope, which is never
-hooked: it belongs to the island of its first end, and for it the other end is ground. A commanded master is a function
-of time, so each island with actuators has its own copy; a measured master couples its body to all actuators that may
-follow it.
+hooked: a loose rope belongs to the island of its first end, and its other end counts as ground. A commanded master is a
+function of time, so each island with actuators has its own copy; a measured master couples its body to all actuators
+that may follow it.
 """
 
 from collections.abc import Collection, Iterator
@@ -18,7 +18,7 @@ GROUPS = tuple(f.name for f in fields(System) if f.name not in ("masters", "grav
 
 
 def islands_of(system: System, loose: Collection[str] = ()) -> list[System]:
-    """Return one system per island, in the order of their first bodies; `loose`: ropes that couple nothing. Immovable
+    """Return one system per island, in the order of their first bodies; `loose`: ropes that couple nothing. Fixed
     parts, and items without a body, belong to the first island that can move."""
     child = {j.name: j.child if j.child != WORLD else j.parent for j in system.joints}
     ropes = {r.name: _ends(r)[: 1 if r.name in loose else None] for r in system.all_ropes}
@@ -59,7 +59,7 @@ def islands_of(system: System, loose: Collection[str] = ()) -> list[System]:
 
 
 def loose_ropes(system: System, ties: Collection[str]) -> frozenset[str]:
-    """Return the ropes that are unhooked at the start and not in `ties`, which will be hooked."""
+    """Return the ropes that are unhooked at the start and are never hooked; `ties`: ropes that will be hooked."""
     return frozenset(r.name for r in system.straight_ropes if not r.hooked and r.name not in ties)
 
 

@@ -1,5 +1,4 @@
-"""One island of a scene: a simulation that runs ahead and rolls back, and knows the ropes at which it could be
-split."""
+"""One island of a scene: a simulation that runs ahead and rolls back, with the ropes at which it could be split."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -26,7 +25,7 @@ PRICE = 2e5  # attempted steps that take as long as compiling their code: 3 oper
 class RecompileBudget:
     """Decides when splitting an island pays, by the ski-rental rule: once the wasted work equals the cost of compiling.
 
-    The cost is never more than twice that of an optimal decision (Karlin et al., Algorithmica 3, 1988). Steps are
+    The total cost is at most twice that of an optimal decision (Karlin et al., Algorithmica 3, 1988). Steps are
     counted, not seconds, so that all runs of a scene decide alike.
     """
 
@@ -37,8 +36,7 @@ class RecompileBudget:
         self.seen: frozenset[str] = frozenset()  # ropes that tied nothing then
 
     def ends(self, attempts: float, loose: frozenset[str], share: float) -> bool:
-        """Return whether the ropes `loose` should stop coupling their bodies; `share`: part of the work that this would
-        save."""
+        """Return whether the ropes `loose` should stop coupling their bodies; `share`: part of the work saved."""
         if self.seen:
             self.spent[self.seen] = self.spent.get(self.seen, 0.0) + attempts - self.since
         self.since, self.seen = attempts, loose
@@ -53,14 +51,13 @@ class RecompileBudget:
         }
 
     def go_on(self, kept: dict[str, Any]) -> None:
-        """Continue from the state of another rule, as `kept` returned it."""
+        """Continue from the state of another rule that `kept` returned."""
         self.spent = {frozenset(ropes): n for ropes, n in kept["spent"]}
         self.since, self.seen = kept["since"], frozenset(kept["seen"])
 
 
 class Island(Simulation):
-    """The simulation of one island; rows of its events are stored separately, as parts of the rows of the whole
-    scene."""
+    """The simulation of one island; rows of its events are stored separately, as parts of the scene's rows."""
 
     struck: np.ndarray  # row of the last event or command
 
@@ -72,7 +69,7 @@ class Island(Simulation):
         self.stand()
 
     def settle(self) -> None:
-        """Settle as `Simulation.settle` does, but store the row of the event in `struck`; its peaks count for the next
+        """Settle as `Simulation.settle` does, but store the event's row in `struck`; its peaks count for the next
         sample."""
         before = len(self.rows)
         super().settle()
@@ -96,7 +93,7 @@ class Island(Simulation):
         self.began = self.present_ns
 
     def extend(self, until_ns: int, most_ns: int, pause: Callable[[], None]) -> None:
-        """Advance to a time [ns], and up to `most_ns` beyond it if no event or error stops the island."""
+        """Advance to a time [ns], and by up to `most_ns` more if no event or error stops the island."""
         marked = self.began, mark(self)
         end = until_ns if self.refused else max(until_ns, self.due + min(self.span * self.recorder.sample_ns, most_ns))
         try:
@@ -118,9 +115,13 @@ class Island(Simulation):
         while len(self.marks) > 1 and self.marks[1][0] <= before_ns:
             self.marks.pop(0)
 
+    def passed(self, t_ns: int) -> bool:
+        """Return whether the island has passed a time [ns] to which it can be rolled back."""
+        return bool(self.marks) and self.began > t_ns
+
     def rewind(self, t_ns: int) -> None:
         """Roll back to a time [ns] that the island has already passed."""
-        if self.marks and self.began > t_ns:
+        if self.passed(t_ns):
             while len(self.marks) > 1 and self.marks[-1][0] > t_ns:
                 self.marks.pop()
             back(self, self.marks[-1][1])
@@ -182,7 +183,8 @@ class Island(Simulation):
         return frozenset(out | {r.name for r in s.rigid_ropes if not self.P[at["rigid", r.name]][RigidAt.HOOKED]})
 
     def _resting_share(self, loose: frozenset[str]) -> float:
-        """Return the share of degrees of freedom at rest in islands without the ropes `loose`; 0 if all or none."""
+        """Return the share of degrees of freedom in islands at rest if the ropes `loose` couple nothing; 0 if all or
+        none."""
         pieces = islands_of(self.given, loose) if loose else []
         own = [self._velocities({b.name for b in piece.bodies}) for piece in pieces]
         limit = float(still_below(self["scale"], self["faint"]))

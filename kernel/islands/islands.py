@@ -68,7 +68,8 @@ class Islands(RunningAhead):
         return self.lifts
 
     def _method_of(self, system: System) -> Stepping:
-        """Return the island of the whole system, or a method only for its rows."""
+        """Return the method of the island that holds exactly this system; if there is none, a new one, only for
+        rows."""
         bodies = {b.name for b in system.bodies}
         same = next((p for p in self.parts if bodies == {b.name for b in p.given.bodies}), None)
         return same.method if same else Stepping(Program(system), self.method.method, self.method.control)
@@ -150,8 +151,10 @@ class Islands(RunningAhead):
 
     def shown(self, t_ns: int) -> np.ndarray:
         """Return the sample row at a time without changing the state, as `Simulation.shown` does."""
+        ahead = [(p, p.snapshot()) for p in self.parts if p.passed(t_ns)]  # what they promised holds
         row = self.samples.whole([p.shown_at(t_ns) for p in self.parts])
-        self._soonest = None
+        for p, kept in ahead:
+            p.restore(kept)
         return row
 
     def preview(self) -> list[StateChange]:
@@ -160,7 +163,7 @@ class Islands(RunningAhead):
         return [e for p in self._firing for e in p.preview()]
 
     def fire(self) -> list[StateChange]:
-        """Integrate the islands of the located event up to it and switch the laws whose guards are negative; return the
+        """Integrate the event's islands up to the event and switch the laws whose guards are negative; return the
         events."""
         self.order.check_settled("fire", self.epoch)
         if not (firing := self._firing):
@@ -190,8 +193,8 @@ class Islands(RunningAhead):
         self.order.phase = call_protocol.PAUSED
 
     def settle(self) -> None:
-        """Recompute the stopped islands after events and commands; if none is stopped because the run ends, stop all of
-        them."""
+        """Recompute the stopped islands after events and commands. If none is stopped (end of the run), do so for
+        all."""
         self.order.check_standing("settle", self.epoch)
         if ended := not self._stopped:
             self._stop_all()
@@ -224,7 +227,7 @@ class Islands(RunningAhead):
         self._reach(self.epoch, whole=True)
 
     def _cut_again(self) -> None:
-        """Split islands at unhooked ropes whose part rests, if that is worth the cost."""
+        """Split islands at unhooked ropes if the part to be split off rests and the split is worth its cost."""
         for p in self._stopped:
             if loose := p.may_be_cut():
                 self._stop_all()
@@ -241,7 +244,8 @@ class Islands(RunningAhead):
         raise KernelError(f"'{name}': there is no {kind} with this name")
 
     def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
-        """Set a motion of an actuator, or of a master; a master is shared by all islands that have actuators."""
+        """Set a motion of an actuator or of a commanded master; every island with actuators has a copy of each
+        commanded master."""
         self.order.command("set_profile", self.epoch)
         owners = [p for p in self.parts if name in p.references.actuators]
         if not owners:

@@ -38,8 +38,8 @@ class SideBySide:
         self._pool: ThreadPoolExecutor | None = None
 
     def carry_out(self, tasks: Sequence[Task], pause: Callable[[], None]) -> None:
-        """Run all tasks and raise the first exception in the order of the tasks; `pause` is called in the calling
-        thread only."""
+        """Run all tasks; raise the first exception in the order of the tasks. `pause` is called in the calling
+        thread."""
         if len(tasks) < 2 or self._threads < 2:
             for task in tasks:
                 task(pause)
@@ -126,7 +126,7 @@ class RunningAhead(CommandTarget):
             self._soonest = None
 
     def _reach(self, t_ns: int, whole: bool = False) -> None:
-        """Advance the global time up to which all islands agree; `whole`: publish all rows up to now."""
+        """Advance the global time up to which all islands agree. If `whole`, publish all rows up to this time."""
         if self._next[0] <= t_ns and not self._firing:
             self._soonest = None
         self.reached = t_ns

@@ -88,8 +88,7 @@ class Merge:
 
 
 class LiftRows(Merge):
-    """Rows of a single lift after events and commands, with only the columns of this lift; `method` describes their
-    layout."""
+    """Rows of one lift after events and commands, with only the columns of this lift, in the layout of `method`."""
 
     def __init__(self, name: str, method: Stepping) -> None:
         super().__init__(method.program)
@@ -125,8 +124,7 @@ def untied(system: System, lifts: Mapping[str, Collection[str]]) -> dict[str, Sy
 
 
 class Joining(Merge):
-    """Combines the rows of islands into rows of the whole scene as soon as these are complete; `period`: sample period
-    [ns]."""
+    """Combines rows of islands into rows of the whole scene once these are complete; `period`: sample period [ns]."""
 
     def __init__(self, program: Program, period: int) -> None:
         super().__init__(program)

@@ -1,10 +1,10 @@
-"""Integration methods: tableaus as data, and tiny classes that turn one into the stages and the dense output of a step.
+"""Integration methods: tableaus as data, and small classes that compute the stages and dense output of a step from one.
 
 dop853                   the tableaus: coefficients with order and source
 method, choice           interface of methods: stages, interpolant, stability; null method for statics; choice by name
 explicit                 Runge-Kutta pairs; symplectic Euler
 radau                    Radau IIA of order 5, for stiff laws and long steps along the equilibrium path
-velocity_space           its Newton systems, over the velocities alone
+velocity_space           Newton systems of Radau IIA, reduced to the velocities
 control, stability       error-controlled and fixed steps, scale of tolerances; refusal of unstable fixed steps
 
 Acceptance of steps, location of guards, commits and samples are common to all methods: see

@@ -1,6 +1,6 @@
 """Whether an attempted step is taken and how long the next one is: error-controlled or fixed.
 
-Error control: the estimate is weighed with tol scale (1 + |y|), scale <= 1 for small motions (see below), in the root
+Error control: the estimate is divided by tol scale (1 + |y|), scale <= 1 for small motions (see below), in the root
 mean square over coordinates and velocities (Hairer, Norsett, Wanner I, II.4) and the next step is Gustafsson's PI
 choice (Hairer, Wanner II, IV.2). Drift of constraint rows within a step counts as a coordinate that should be zero: its
 correction must not move the bodies by more than the tolerance, since stiff laws react to it at once, however far from
@@ -9,9 +9,9 @@ must be.
 
 Scale of the tolerance for slow motions, and the speed below which a scene is at rest.
 
-The tolerance is that of a metre once anything has moved at SWIFT; before that it shrinks with the fastest speed so far,
-down to FINEST. That speed only grows, so that a scene coming to rest is not resolved down to its rounding errors; it is
-part of the state. Motions that rounding alone could cause under stiff laws are never resolved.
+The scale is 1 once anything has moved at SWIFT; before that it is the largest speed so far relative to SWIFT, at least
+FINEST. The largest speed is part of the state and never falls, so that a scene coming to rest is not resolved down to
+its rounding errors. Motions that rounding alone could cause under stiff laws are never resolved.
 """
 
 import math

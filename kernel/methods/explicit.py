@@ -34,7 +34,7 @@ class RungeKutta(Method):
         return Attempt(y, k[-1], r, self.error(h, k), seen, k)
 
     def error(self, h: Value, k: list[Value]) -> Value:
-        """Return the error estimate that `Attempt.error` holds."""
+        """Return the local error estimate (see `Attempt.error`); None if the tableau has no error weights."""
         return h * combine(self.tableau.error, k) if self.tableau.error else None
 
     @property
@@ -72,7 +72,7 @@ class Kutta4(RungeKutta):
 
 class DormandPrince5(RungeKutta):
     """Dormand-Prince 5(4) with the fourth-order dense output of Hairer, Norsett, Wanner I, II.6. This is the only
-    method that clamps laws beyond an event (`forces.friction`), which keeps the digests of earlier recordings."""
+    method that clamps laws beyond an event (see `Setting`), which keeps the digests of earlier recordings."""
 
     name = "dopri5"
     order = 5

@@ -75,8 +75,8 @@ LEFT = 1e-10  # [s] before a boundary a step ends at it: by rounding nothing wou
 
 @dataclass(frozen=True)
 class Exponents:
-    """Exponents of step control: growth error^up last_error^memory, shrinkage error^down (Gustafsson's PI); growth
-    below `held` is not worth new factors."""
+    """Exponents of step control: growth error^up last_error^memory, shrinkage error^down (Gustafsson's PI). A step that
+    would grow by less than the factor `held` keeps its length, so that its matrix factors can be used again."""
 
     down: float
     up: float

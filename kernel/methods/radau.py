@@ -99,12 +99,13 @@ class Radau5(VelocitySpace):
     # ---- what the coordinates do --------------------------------------------------------------------------
 
     def _speeds_text(self, y: Value, b: Value) -> dict[str, Value]:
-        """Return the velocities that move the coordinates as b does."""
+        """Return the velocities whose coordinate rates are those in b."""
         parts = [(speeds(k.joint.kind, y[k.q], b[k.q]), b[k.q_modes]) for k in self.program.graph.links]
         return {"x": join(*(x for pair in parts for x in pair))}
 
     def _carried_text(self, y: Value, b: Value, v: Value) -> dict[str, Value]:
-        """Return b plus the coordinate rates of velocities v, with zeros for the velocities, and v alone as `v_`."""
+        """Return `x`: b with the coordinate rates of velocities v added to its coordinates, and velocities 0; and `v_`:
+        v alone, in a vector of the same size."""
         p, q = self.program, []
         for k in p.graph.links:
             q += [b[k.q] + rates(k.joint.kind, y[k.q], v[k.v]), b[k.q_modes] + v[k.v_modes]]
@@ -112,14 +113,14 @@ class Radau5(VelocitySpace):
         return {"x": join(*q, 0.0 * v, b[last:]), "v_": join(np.zeros(p.nq), v, np.zeros(p.ny - last))}
 
     def _solved(self, s: StepState, b: Value) -> Value:
-        """Return (1/e - J)^-1 b of the real system."""
+        """Return (1/e - J)^-1 b of the real system; 1/e: real eigenvalue of A^-1 over the step."""
         # (1/e - J) x = b with J = [[0, N], [K, D]] and q eliminated: (1 - e D - e^2 K N) v = e (e K b_q + b_v)
         g = s.e * (s.e * self._times_J_q(M=s.M, b=self._speeds(y=s.y, b=b).x).x + self._velocities(y=b).x)
         x = self._carried(y=s.y, b=b, v=self._solve(M=s.M, b_re=g, tail=[0.0]).re)
         return s.e * x.x + x.v_
 
     def _solved_complex(self, s: StepState, b: tuple[Value, Value]) -> tuple[Value, Value]:
-        """Return (1/e - J)^-1 b of the complex system, b as real and imaginary part."""
+        """Return (1/e - J)^-1 b of the complex system; b and the result are pairs of real and imaginary part."""
         pushed = [self._times_J_q(M=s.M, b=self._speeds(y=s.y, b=x).x).x for x in b]
         inner = _by(s, pushed)
         g = _by(s, [x + self._velocities(y=y).x for x, y in zip(inner, b, strict=True)])

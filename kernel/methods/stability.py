@@ -66,8 +66,8 @@ def check_step(method: Method, J: np.ndarray, step: float, nq: int, t: float, me
 
 
 def unresolved(method: Method, J: np.ndarray, step: float) -> tuple[float, float]:
-    """Return the lowest frequency [Hz] of the oscillations that a stable fixed step distorts, 0 if none; and after how
-    many periods the worst one is a tenth of a period out of phase or half damped."""
+    """Return the lowest frequency [Hz] of the oscillations that a stable fixed step distorts (0 if none), and the
+    number of periods after which the most distorted one is a tenth of a period out of phase or half damped."""
     if not np.isfinite(J).all():
         return 0.0, np.inf
     bends = [(abs(s), missed(method, s, step)) for s in np.linalg.eigvals(J) if bent(method, s, step)]
@@ -80,7 +80,7 @@ def bent(method: Method, s: complex, step: float) -> bool:
 
 
 def missed(method: Method, s: complex, step: float) -> float:
-    """Return the error of one step per radian for the oscillation with eigenvalue s."""
+    """Return the relative error of one step, per radian of phase, for the oscillation with eigenvalue s."""
     # one oscillator y'' = 2 Re(s) y' - |s|^2 y with this eigenvalue stands for the mode
     J = np.array([[0.0, 1.0], [-(abs(s) ** 2), 2.0 * s.real]])
     got = np.linalg.eigvals(method.amplification(J, step, 1))
@@ -93,8 +93,8 @@ class Balance:
     """Energy balance: kinetic + potential + stored - work + heat must stay constant.
 
     The works and heats of the laws are integrated with the state, so that energy created or lost in any step stays in
-    the sum and is seen at every reading. Switches and commands book their changes of energy. `controlled`: tolerance of
-    the steps, 0 if they are fixed; `implicit`: steps may lose energy of fast motions.
+    the sum and is seen at every reading. Energy changed by switches and commands is added to the balance. `controlled`:
+    tolerance of the steps, 0 if they are fixed; `implicit`: steps may lose energy of fast motions.
     """
 
     def __init__(self, controlled: float, implicit: bool) -> None:
@@ -110,13 +110,12 @@ class Balance:
         return self._tolerance > 0.0 and not self._implicit
 
     def begin(self, kinetic: float, parts: np.ndarray) -> None:
-        """Restart the balance after an event or command, from the present kinetic energy and the other energies
-        (parts,) [J]."""
+        """Restart the balance after an event or command, from the kinetic energy and the other energies (parts,)
+        [J]."""
         self._start = kinetic, parts
 
     def end(self, kinetic: float, parts: np.ndarray) -> None:
-        """Close the balance before an event or command, with the present kinetic energy and the other energies (parts,)
-        [J]."""
+        """Close the balance before an event or command, with the kinetic energy and the other energies (parts,) [J]."""
         before, start = self._start
         changes = parts - start
         # energy that vanished before a switch stays in the sum, or many small losses would pass
@@ -124,8 +123,8 @@ class Balance:
         self._turned = max(self._turned, kinetic + float(np.abs(changes).sum()))
 
     def strayed(self, held: float) -> float:
-        """Return the fraction of the exchanged energy that was lost or gained at a loose tolerance, once, when the
-        fraction first becomes large; otherwise 0. `held`: largest energy of a rope so far [J]."""
+        """Return the fraction of the exchanged energy that was lost or gained because of a loose tolerance: only once,
+        when this fraction first becomes large; otherwise 0. `held`: largest energy of a rope so far [J]."""
         self._turned = max(self._turned, held)
         if self.loose or not self._tolerance or abs(self._carried) <= STRAYED * self._turned or not held:
             return 0.0
@@ -185,7 +184,7 @@ class Balance:
         if made < 0.0 and not self.strict:
             self.lost = max(self.lost, -float(made))
             return
-        message = f"{made:.3g} J have come out of nothing" if made > 0.0 else f"{-made:.3g} J are gone without heat"
+        message = f"{made:.3g} J were created from nothing" if made > 0.0 else f"{-made:.3g} J were lost without heat"
         raise KernelError(
             f"{where}: the energy balance is broken, {message}, more than {100 * self._share:.0f} "
             f"% of the largest energy exchanged so far; {self._cure}"

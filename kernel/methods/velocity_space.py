@@ -55,7 +55,8 @@ class VelocitySpace(Method):
         return {"stale": 2.0, **dict(zip(("way", "first", "last"), self._reached().T, strict=True))}
 
     def _reached(self) -> np.ndarray:
-        """Return, for each velocity (ny, 3): number in its joint, first coordinate, end of its coordinates."""
+        """Return, for each velocity (ny, 3): its index in the joint, the first coordinate of the joint, and the index
+        after the last."""
         out = np.zeros((self.program.ny, 3))
         for k in self.program.graph.links:
             for v in range(k.v.start, k.v.stop):
@@ -74,7 +75,7 @@ class VelocitySpace(Method):
         return {"x": join(*q, y[p.nq : first] + w, y[first:])}
 
     def _jacobian(self, build: Build, at: Places, rate: Function, sizes: Mapping[str, int]) -> While:
-        """Return the native loop that computes the derivatives due."""
+        """Return the native loop that computes the derivatives that are due."""
         p = self.program
         differences = one_sided(at, rate, sizes, p.nq, p.nv, self._row, (MOVED, SPED))
         return While("differences", at["columns"], (build("ways", self._ways), differences))

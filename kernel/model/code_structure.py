@@ -19,13 +19,13 @@ def structure(program: Program, *method: object) -> str:
     ropes, forces = [r.name for r in s.all_ropes], [f.name for f in s.forces]
 
     def of(x: Measured | Threshold) -> object:
-        """Return the code of a measured object: the number of a body, or the indices of a joint coordinate."""
+        """Return what the traced code uses of a measured object: its body's number, or its coordinate's indices."""
         if x.of and (kind := x.kind if isinstance(x, Measured) else x.quantity) in ("angle", "joint", "speed"):
             return number(x.of) if kind == "angle" else along(x.name, x.of, x.coordinate)
         return None
 
     def of_signal(h: Threshold) -> object:
-        """Return the inputs of a guard's formula, and its number of values."""
+        """Return what the traced code uses of a guard's formula: quantity, inputs, and number of values."""
         wind = forces.index(h.of) if h.quantity == "wind" else None
         bodies = [number(point.body) for point in points(h, s)]
         over = [ropes.index(r) for r in h.ropes], bodies, len(numbers(h, s)), lines(h, s), wind

@@ -107,8 +107,7 @@ def _value(x: Evaluation, h: Threshold, name: str) -> Any:
 
 
 def collect(x: Evaluation) -> None:
-    """Collect all guards and the derivative of the state, including the energy accounts, in the order of the
-    program."""
+    """Collect all guards and the derivative of the state, with the energy accounts, in the order of the program."""
     p = x.program
     waiting = {label: iter(values) for label, values in x.watched.items()}
     x.guards = [next(waiting[label]) for label in p.guards]
@@ -247,7 +246,7 @@ def evaluate(
     program: Program, t: Scalar, y: Array, P: Array, inside: Scalar | None = None, forces: bool = True
 ) -> Evaluation:
     """Evaluate the equations of a scene at time t [s], state y and parameters P; `inside`: a time within the present
-    step. Without `forces` only poses and velocities of the bodies are computed."""
+    step. If `forces` is false, only poses and velocities of the bodies are computed."""
     q, v = program.nq, program.nq + program.nv
     behind = v + len(program.accounts)
     x = Evaluation(program, t, t if inside is None else inside, P, list(y[:q]), list(y[q:v]), list(y[v:behind]))

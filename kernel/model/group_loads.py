@@ -105,8 +105,8 @@ def _reached(start: str, more: Any) -> set[str]:
 
 
 def base_force(x: Any, own: int) -> tuple[Any, Any, Any]:
-    """Return the resultant force [N] on a base and its position [m] along and across it, with all above it slewed by
-    the angle whose cosine and sine are the first two numbers; `own`: count of the signal's numbers."""
+    """Return the resultant force [N] on a base and its position [m] along and across it, with all bodies above it
+    slewed by an angle, whose cosine and sine are the first two numbers; `own`: count of the signal's numbers."""
     middle, *tips = x.places[:3]
     V: Any = 0.0
     Mx: Any = 0.0
@@ -121,8 +121,8 @@ def base_force(x: Any, own: int) -> tuple[Any, Any, Any]:
 
 
 def _forces(x: Any, own: int, frame: int, each: int) -> Iterator[tuple[Any, Any]]:
-    """Yield the position and force of each weight and of each line's pull; `each`: points of a body, behind those of
-    the frame."""
+    """Yield the position and force of each weight and of each line's pull; `each`: number of points of a body; they
+    follow those of the frame."""
     n = sum(x.lines)
     ends, shares = x.places[len(x.places) - 2 * n :], x.numbers[len(x.numbers) - n :]
     bodies, width = x.places[frame : len(x.places) - 2 * n : each], 1 if each == 1 else 11
@@ -138,7 +138,7 @@ def _forces(x: Any, own: int, frame: int, each: int) -> Iterator[tuple[Any, Any]
 
 
 def track_pressure(x: Any) -> Any:
-    """Return the largest pressure below one track, times and plus a number; infinite if the machine tips."""
+    """Return numbers[6] times the largest pressure below one track plus numbers[7]; infinite if the machine tips."""
     V, along, across = base_force(x, ON_BASES["track pressure"])
     length, apart, breadth, side, times, plus = x.numbers[2:8]
     own = _between(0.0, V / 2.0 * (1.0 + 2.0 * side * across / apart), V)
@@ -150,7 +150,7 @@ def track_pressure(x: Any) -> Any:
 
 
 def corner_load(x: Any) -> Any:
-    """Return the load on one corner of a base, times and plus a number."""
+    """Return numbers[6] times the load on one corner of a base, plus numbers[7]."""
     V, along, across = base_force(x, ON_BASES["corner load"])
     length, width, ahead, left, times, plus = x.numbers[2:8]
     u, v = 2.0 * along / length, 2.0 * across / width
@@ -180,8 +180,8 @@ def joint_moment(x: Any, own: int = 0, each: int = 1) -> Any:
 
 
 def starting_moment(x: Any) -> Any:
-    """Return the moment [N m] about the axis of a joint, and that which accelerates all that it carries at numbers[0]
-    [rad/s2]."""
+    """Return the moment [N m] about the axis of a joint, plus the moment that accelerates the carried bodies at
+    numbers[0] [rad/s2]."""
     middle, tip = x.places[:2]
     axis, inertia = _less(tip, middle), 0.0
     bodies = x.places[2 : len(x.places) - 2 * sum(x.lines)]

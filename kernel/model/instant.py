@@ -1,11 +1,11 @@
-"""A scene at one instant, as the stages of an evaluation fill it, and what can be asked of it then.
+"""A scene at one instant: fields that the stages of an evaluation fill in, and quantities computed from them.
 
 Every field is written by the stages that name it (see `evaluation`); a label is the kind and the name of a law.
 
-The first stages of an evaluation: what drives and winches follow, and where all bodies are and how they move.
+The first stages of an evaluation: references of drives and winches, then poses and twists of all bodies.
 
-Prescribed joints follow commanded masters only, so that places are known before anything is measured; servos and
-winches may follow measured ones as well.  A reference is a profile plus f(s) = k1 s + kc cos s + ks sin s of masters.
+Prescribed joints follow commanded masters only, so that poses are known before anything is measured; servos and winches
+may follow measured ones as well. A reference is a profile plus f(s) = k1 s + kc cos s + ks sin s of masters.
 """
 
 from collections.abc import Callable
@@ -149,8 +149,7 @@ class Evaluation:
         return self.reference(r.name) if r.winch else (self.numbers("reference", r.name)[1], 0.0, 0.0)
 
     def constraint_rows(self) -> ConstraintRows:
-        """Return the constraint rows under the forces known so far; after the accelerations have been computed, the
-        solved rows."""
+        """Return the constraint rows under the forces known so far; after `accelerate`, the solved rows."""
         if self.rows:
             return self.rows
         for r in self.program.system.rigid_ropes:

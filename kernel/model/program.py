@@ -84,7 +84,8 @@ class Program:
         self.calm = calm
 
     def _cut(self, system: System, locked: frozenset[str] | None) -> list[Tree]:
-        """Graph, trees with functions, rows and start poses; returns the trees as they are traced."""
+        """Build the graph, the rows, the trees with their functions and the start poses; return the trees with the
+        numbers that are used for tracing."""
         modes = None
         if any(b.flexible for b in system.bodies):
             from heavylift.kernel.multibody.flexible.tracks import (
@@ -216,7 +217,7 @@ class Program:
 
     @cached_property
     def axial(self) -> list[int]:
-        """For each number of `Evaluation.axial`, the number of the flexible body to which it belongs."""
+        """For each number of `Evaluation.axial`, the index of its flexible body."""
         number = self.graph.number
         return [number(k.body.name) for k, on, _ in self.compressible for _ in range(3 * (2 + len(on)))]
 
@@ -238,7 +239,7 @@ class Program:
         return [(k, x.flexible.beam.length if x and x.flexible.beam else 0.0) for k, x in carriers]
 
     def turned_at_start(self, label: AngleLabel) -> float:
-        """Return the rotation by joints of an angle signal about its axis before the start [rad]."""
+        """Return by how much joints have turned the bodies of an angle signal about its axis before the start [rad]."""
         kind, name, i = label
         if kind == "body":
             a, b, axis = WORLD, name, np.array(AXES[i])

@@ -139,9 +139,9 @@ def _side(x: FormulaContext, axis: int) -> Any:
 
 
 def _gap(x: FormulaContext) -> Any:
-    """Largest separation along face normals or the line of nearest points, a lower bound of the distance (separating
-    axis theorem; Gottschalk, Lin, Manocha, OBBTree, 1996). Nearest points by alternating projections (von Neumann 1950;
-    Bauschke, Borwein 1993)."""
+    """Return the largest separation along face normals or the line of nearest points, a lower bound of the distance
+    (separating axis theorem; Gottschalk, Lin, Manocha, OBBTree, 1996). Nearest points by alternating projections (von
+    Neumann 1950; Bauschke, Borwein 1993)."""
     boxes = [_box(x.places[4 * i : 4 * i + 4], x.numbers[3 * i : 3 * i + 3]) for i in (0, 1)]
     gap = _apart(boxes, boxes[0].axes[0])
     for n in (*boxes[0].axes[1:], *boxes[1].axes):
@@ -178,7 +178,7 @@ def _box(places: Places, halves: Scalars) -> _Box:
 
 
 def _apart(boxes: list[_Box], n: Scalars) -> Any:
-    """Separation of two boxes along a direction; negative if they overlap in it."""
+    """Return the separation of two boxes along the direction n; negative if they overlap along it."""
     gap = abs(_dot([b - a for a, b in zip(boxes[0].middle, boxes[1].middle, strict=True)], n))
     for box in boxes:
         for axis, half in zip(box.axes, box.halves, strict=True):
@@ -241,8 +241,8 @@ COUNTS |= {"place along": 1, "place across": 1, **OF_GROUPS}
 
 
 def scalar(h: ScalarSignal, places: Places, numbers: Scalars, values: Scalars, lines: Sequence[int] = ()) -> Scalar:
-    """Return the value of a signal from the positions of its `points`, its `numbers`, the values of its `names`, and
-    its `lines`."""
+    """Return the value of a signal from the positions of its points, its numbers, the values of its names, and its
+    lines."""
     return ROWS[h.quantity].formula(FormulaContext(places, numbers, values, lines))
 
 

@@ -1,7 +1,8 @@
 """Discrete states of laws, and their changes when a guard becomes negative or by command.
 
 Coordinates and velocities do not change. Elastic energy that a law still stores when it releases (a rope that slackens
-under damping, a sling unhooked, a pad that opens) counts as heat of that law; the simulation books it.
+under damping, a sling unhooked, a pad that opens) counts as heat of that law; the simulation adds it to the energy
+accounts.
 """
 
 from collections.abc import Callable
@@ -84,8 +85,7 @@ class Switches:
         return self._P[self._at["threshold", name]]
 
     def set_brake(self, name: str, engaged: bool, row: SimpleNamespace) -> None:
-        """Close a brake at the joint's present position, or release it; a brake that is closed already keeps its
-        position."""
+        """Close a brake at the joint's present position, or release it; a closed brake keeps its position."""
         if name not in self._brakes:
             raise KernelError(
                 f"'{name}': there is no brake with this name; there are {', '.join(self._brakes) or 'none'}"

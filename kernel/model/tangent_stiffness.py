@@ -1,8 +1,8 @@
 """The tangent stiffness of a scene in one native call: derivatives of the accelerations along every degree of freedom.
 
-Central differences of the traced rate at rest, and LU factors of what they make; loops of native code, so
-that the bits depend on no linear algebra of the machine.  Discrete states are frozen; a column in which a guard falls
-is marked, since a clamp of a law may have entered it.
+Central differences of the traced rate at rest, and LU factors of the matrix that they give; native loops, so that the
+bits depend on no installed library. Discrete states are frozen; a column is marked if a guard became negative during
+its differences, since clamping of a law may falsify it.
 
 Kinetic energy of a scene by bodies and by joint velocities, at one pose, for any velocities there.
 """
@@ -32,11 +32,12 @@ Rate = Callable[..., SimpleNamespace]  # (t (2,), y (ny,), P) -> dy, T, G, ... b
 
 @dataclass(frozen=True)
 class Tangent:
-    """Native functions of a scene; `sizes` of the results of `rate`, the first the derivative (ny,); G: guards.
+    """Native functions of a scene. `sizes`: number of values that `rate` returns in each array, the derivative (ny,)
+    first; n: free degrees of freedom.
 
     `abreast`: largest number of degrees of freedom of a joint; as many evaluations give the coordinate rates of unit
-    velocities, for all joints at once. Block J: per velocity the derivative of all accelerations (nv,), then whether a
-    guard became negative.
+    velocities, for all joints at once. Block G: guards. Block J: per velocity the derivative of all accelerations
+    (nv,), then whether a guard became negative.
     """
 
     nq: int
@@ -59,8 +60,8 @@ class Tangent:
         """Return `tangent`(t, y, P, G, order, columns, work, J), `factorise_tangent`(M), and `solve_tangent`(M, b,
         tail, x).
 
-        order: two weights; columns (nv, 4): the difference step, 0 for a column to skip, and how it displaces q: number
-        of the first evaluation to use, first and last coordinate.
+        order: weights of the two differences; columns (nv, 4): difference step (0: skip this column), number of the
+        evaluation with its coordinate rates, and the range of coordinates that it displaces.
         """
         c = LoopEmitter("factorise_tangent", ["M"])
         self.factors.factorise(c)
@@ -162,12 +163,13 @@ class Tangent:
 def one_sided(
     at: Places, rate: Rate, sizes: Mapping[str, int], nq: int, nv: int, row: int, steps: tuple[float, float]
 ) -> Primitive:
-    """Return the native function `one_sided`(X, P, M): derivatives of the accelerations at the state z, `row` apart in
-    M.
+    """Return the native function `one_sided`(X, P, M): derivatives of the accelerations at the state z, in columns of M
+    with stride `row`.
 
     One-sided differences of `steps`, first by displacements, then, if X asks for more than nv columns, by velocities. X
     holds the state z with its accelerations `here`, the time `now` with a time `within` its step, the coordinate rates
-    `way0`, ... of unit velocities of several joints each, and for each displacement its way, first and last coordinate.
+    `way0`, `way1`, ... of unit velocities of several joints each, and for each displacement the number of its `way` and
+    its range of coordinates.
     """
     ny, distances = sizes["dy"], at["way0"].start
     c = LoopEmitter("one_sided", ["X", "P", "M"])

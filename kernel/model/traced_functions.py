@@ -73,7 +73,7 @@ def profile(t: Array, p: Array) -> Outputs:
 
 
 def tree_functions(k: int, tree: Tree, ends: tuple[int, ...], held: tuple[int, ...], formulation: str) -> SharedTree:
-    """Trace the functions of one kind of tree: poses of the bodies on which laws act, accelerations, poses with
+    """Trace the functions of one kind of tree: poses of bodies on which laws act, accelerations, poses with
     energies."""
     nv, fixed = tree.v.stop - tree.v.start, len(tree.prescribed_dofs)
     dynamics = formulated(formulation)

@@ -1,9 +1,9 @@
 """Angles over several turns: a rotation gives them within +-180 degrees, an integral selects the turn.
 
-Each has a place in the state behind the energy accounts, whose derivative is the angle's rate; the angle is that of the
-rotation plus the whole turns that bring it nearest to the integral. So it is exact as long as the integral's error is
-less than half a turn, and its history is part of the state: of dense output, snapshots and islands. At the start the
-turns are those of the joints in between whose axes are parallel to the angle's.
+The integral of an angle's rate is a number of the state, after the energy accounts; the angle is that of the rotation
+plus the whole turns that bring it nearest to the integral. So the angle is exact as long as the integral's error is
+less than half a turn, and its history is part of the state: of dense output, snapshots and islands. At the start, the
+turns are those of the joints between the bodies whose axes are parallel to the angle's axis.
 """
 
 from collections.abc import Callable, Iterator
@@ -34,8 +34,7 @@ def on_turn(wrapped: Scalar, counted: Scalar) -> Scalar:
 
 
 def starting(wrapped: float, turned: float) -> float:
-    """Return the angle [rad] that equals `wrapped` modulo 2 pi and is nearest to the rotation `turned` of the
-    joints."""
+    """Return the angle [rad] that equals `wrapped` modulo 2 pi and is nearest to the joints' rotation `turned`."""
     # EVEN: half a turn counts upwards even where rounding makes it a little less
     return wrapped + TURN * floor((turned - wrapped) / TURN + 0.5 + EVEN)
 
@@ -83,7 +82,7 @@ def hinge(graph: "Graph", poses: Poses, a: str, b: str) -> np.ndarray | None:
 
 
 def turned_at_start(graph: "Graph", poses: Poses, a: str, b: str, axis: np.ndarray) -> float:
-    """Return the rotation [rad] of b relative to a about a world axis, as the sum of the angles of the joints between
+    """Return the rotation [rad] of b relative to a about a world axis: the sum of the angles of the joints between
     them."""
     along = [(x, q) for x, q in between(graph, poses, a, b) if x is not None]
     return float(sum((x @ axis) * q for x, q in along if np.linalg.norm(np.cross(x, axis)) <= PARALLEL))

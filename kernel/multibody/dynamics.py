@@ -100,8 +100,7 @@ class Equations:
         return dict(enumerate(a)), np.array(reaction)
 
     def given(self, k: int) -> dict[int, Scalar]:
-        """Return the entries of row k of H, which belongs to a prescribed degree of freedom, in the columns of the free
-        ones."""
+        """Return the entries of row k of H, of a prescribed degree of freedom, in the columns of the free ones."""
         free = self.tree.free_dofs
         return {l: self.H[max(k, l), min(k, l)] for l in free if (max(k, l), min(k, l)) in self.H}
 
@@ -185,7 +184,7 @@ def joint_space_inertia(tree: Tree, K: Kinematics, I: list[Array]) -> dict[tuple
 def _mode_inertia(
     tree: Tree, K: Kinematics, I: list[Array], H: dict[tuple[int, int], Scalar], k: int, mode: int
 ) -> None:
-    """Fill the row of a mode in H: the deformation of its body, and the bodies that this carries."""
+    """Fill the row of a mode in H: entries from the deformation of its body, and from bodies on this body."""
     i = tree.body_of_dof[k]
     b, own = tree.bodies[i], elastic(tree, K, i)
     moved = {j: I[j] @ K.carried[j][mode] for j, child in enumerate(tree.bodies) if child.parent == i}

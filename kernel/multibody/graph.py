@@ -178,7 +178,8 @@ def _depth_first(bodies: Mapping[str, Body], carrier: Mapping[str, Joint]) -> li
 
 
 def _lost(bodies: Mapping[str, Body], carrier: Mapping[str, Joint], found: set[str]) -> str:
-    """Describe why the first unreachable body has no way to the ground: no joint carries it, or a circle."""
+    """Describe why an unreachable body, the first one, is not connected to the ground: no joint carries it, or its
+    joints form a circle."""
     body = next(b for b in bodies if b not in found)
     above: list[str] = []
     while body in carrier and body not in above:

@@ -3,9 +3,9 @@
 Joints locked during a run: a locked joint is a prescribed one at rest: its velocities leave the free degrees of freedom
 of a *variant* of the scene's code, while layouts of state and parameters stay. If it is locked in motion, an impulse L
 on the prescribed degrees of freedom changes the velocities of the whole tree at once, H dv = G^T L with dv = -v on the
-locked ones and 0 on the driven ones (Featherstone 2008, section 11.7). The work of L is -v L / 2 of heat in a lock, v L
-of a drive's work. Closed loops and rigid ropes add their impulses by a projection in the same metric, so that both act
-as one impulse.
+locked ones and 0 on the driven ones (Featherstone 2008, section 11.7). L produces the heat -v L / 2 in a lock, and does
+the work v L in a drive. Closed loops and rigid ropes add their impulses by a projection in the same metric, so that
+both act as one impulse.
 
 Fixed joints: the mass of a body behind a fixed joint is added to the rigid body that carries it, before anything is
 traced. The body keeps its pose, also for laws that act on it, but has no mass or inertia, so that the code contains

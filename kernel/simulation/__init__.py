@@ -2,9 +2,9 @@
 
 simulation           the run as a whole, made of the following parts
 events               events: located, previewed, taken
-commands             commands to a run and their receivers
+commands             commands to a run, and the interface of their receivers
 integrator           steps: tentative, committed, forced to an instant
-recorder             samples, checked on the way; rests
+recorder             samples and their checks; periods of rest
 held_rows            constraint rows: closed at the start, impulses at events
 snapshots            complete states from which a run can continue
 call_protocol        the allowed sequence of calls

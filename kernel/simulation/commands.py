@@ -58,8 +58,8 @@ class CommandSwitches:
         self._events.forget()
 
     def set_follow(self, actuator: str, master: str, f: tuple[float, float, float]) -> None:
-        """Make an actuator follow k1 s + kc cos s + ks sin s of a master's value s from now on; the master "" releases
-        it."""
+        """Make an actuator follow k1 s + kc cos s + ks sin s from now on, where s is the value of a master ("": no
+        master)."""
         self._standing("set_follow")
         self.references.set_follow(actuator, self._native.epoch, master, f, self.masters_now())
 
@@ -113,8 +113,7 @@ class CommandSwitches:
         self._events.heat(row)
 
     def set_signal(self, name: str, value: float) -> None:
-        """Set the driven signal of a force to a value; raises KernelError for a signal that only profiles may
-        change."""
+        """Set the driven signal of a force to a value; raises KernelError for a signal that only profiles change."""
         self._standing("set_signal")
         if name not in steered(self._native.program.system):
             raise KernelError(f"'{name}' is not a driven signal of a force; move it by a profile")
@@ -149,7 +148,7 @@ class CommandSwitches:
         gap = self._too_short(rope)
         if not gap <= 0.0:
             P[:] = before
-            raise KernelError(f"{where}: {gap * 1e3:.0f} mm too short to be hooked there; bring the hook closer")
+            raise KernelError(f"{where}: it is {gap * 1e3:.0f} mm too short to be hooked there; bring the hook closer")
         self.admit("hook")
         if L0 is not None:
             self.references.set_value(rope, native.epoch, L0)
@@ -173,7 +172,7 @@ class CommandSwitches:
         gap = ReevingLaw().put_on(rope, p, long, poses_of(native.program, native.row()))
         if not gap <= 0.0:
             p[:] = before
-            raise KernelError(f"{where}: {gap * 1e3:.0f} mm too short to be hooked there; bring the hook closer")
+            raise KernelError(f"{where}: it is {gap * 1e3:.0f} mm too short to be hooked there; bring the hook closer")
         self.admit("hook")
         angles, row = native.program.angles, native.row()
         counted = native.state[len(native.state) - len(angles) :]
@@ -182,7 +181,7 @@ class CommandSwitches:
                 counted[i] = row.turned[i]  # what it turned while it was off is no turn
 
     def _ends(self, rope: str, a: Vector | None, b: Vector | None) -> list[Vector | None]:
-        """Return new ends a and b of a rope's first line as P holds them: in a flexible body's station frame."""
+        """Return new ends a and b of a rope's first line as stored in P: on a flexible body relative to the station."""
         system, graph = self._native.program.system, self._native.program.graph
         lines = {r.name: r.lines[0] for r in system.straight_ropes}
         lines |= {r.name: Line(r.a, r.b) for r in system.reevings}
@@ -251,7 +250,7 @@ class CommandTarget(ABC):
 
     @abstractmethod
     def _addressed(self, what: str, kind: str, name: str) -> CommandSwitches:
-        """Return the commands of the simulation that has this law."""
+        """Return the command receiver of the simulation that contains the law of this name."""
 
     def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
         """Start a trapezoid speed profile from the present value and speed (see `References.set_profile`)."""
@@ -263,8 +262,8 @@ class CommandTarget(ABC):
         self._addressed("set_signal", "reference", name).set_signal(name, value)
 
     def set_follow(self, actuator: str, master: str, f: tuple[float, float, float]) -> None:
-        """Make an actuator follow k1 s + kc cos s + ks sin s of a master's value s from now on; the master "" releases
-        it."""
+        """Make an actuator follow k1 s + kc cos s + ks sin s from now on, where s is the value of a master ("": no
+        master)."""
         self._addressed("set_follow", "reference", actuator).set_follow(actuator, master, f)
 
     def set_brake(self, brake: str, engaged: bool) -> None:

@@ -69,7 +69,7 @@ class Events:
                 switched.append(found)
 
     def look(self) -> None:
-        """Turn guards that are negative after a jump into immediate events."""
+        """Turn the guards that are negative after a jump into an event at the present time."""
         self.fallen = self._below()
         self.t_ns = self._native.epoch if self.fallen else FOREVER_NS
 
@@ -105,7 +105,7 @@ class Events:
             self._integrator.take_back()
 
     def take(self) -> tuple[list[int], int]:
-        """Commit the step up to the event; return its negative guards and its time. Raises KernelError for too many
+        """Commit the step up to the event; return its negative guards and time. Raises KernelError for too many
         events."""
         fallen, t_ns = self.fallen, self.t_ns
         self.forget()
@@ -123,7 +123,7 @@ class Events:
         return events
 
     def switch(self, fallen: list[int], t_ns: int) -> list[StateChange]:
-        """Switch the laws of negative guards in a fixed order, then all rigid ropes and contacts together; return the
+        """Switch the laws of negative guards in a fixed order, then rigid ropes and contacts together; return the
         changes."""
         native, guards = self._native, self._native.program.guards
         # one row for all laws, so that no law sees the switched state of another
@@ -147,15 +147,16 @@ class Events:
 
     def heat(self, before: SimpleNamespace) -> None:
         # a switch keeps coordinates and velocities; elastic energy that a law forgets becomes its heat
-        """Book the energy that switched laws released as their heat; energy that they gained is subtracted from it."""
+        """Count the stored energy that switched laws have lost since `before` as their heat, and energy gained as
+        negative heat."""
         native = self._native
         first = native.program.nq + native.program.nv
         stored = native.method.row_layout.at["stored"]
         native.state[first : first + len(before.stored)] += before.stored - native.raw()[stored]
 
     def hear(self, events: list[StateChange], t_ns: int) -> None:
-        """Log events; add a note for a beam at its first limit, and let a rope that switches too often continue without
-        events."""
+        """Log events. Add a note for a beam at its first limit, and make a rope that switches too often continue
+        without events."""
         native = self._native
         self.log += [(t_ns, e) for e in events]
         for e in events:

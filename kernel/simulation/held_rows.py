@@ -33,7 +33,7 @@ class HeldRows:
             self._pivots = native.part("pivot").copy()
 
     def measure(self) -> None:
-        """Record how independent the rows are now, as the reference for later checks."""
+        """Record how independent the constraint rows are now, as the reference for later checks."""
         if len(self._native.program.constraints):
             self._pivots = self._native.close(self._native.state.copy())[3]
 
@@ -58,8 +58,7 @@ class HeldRows:
             raise error
 
     def locked(self, t: float) -> KernelError | None:
-        """Return the error that explains why no step could be taken, if constraint rows are the reason; otherwise
-        None."""
+        """Return the error that explains why no step could be taken, if constraint rows are the reason; else None."""
         native = self._native
         if not len(native.program.constraints):
             return None
@@ -68,8 +67,7 @@ class HeldRows:
         return locked(native.program, self._pivots, pivot, t, self._moving() if apart else [])
 
     def torn(self, rope: str) -> str:
-        """Return, as part of a sentence, why a rigid rope switches endlessly between taut and slack; "" if no drive is
-        the cause."""
+        """Return, as part of a sentence, why a rigid rope switches endlessly; "" if no drive is the cause."""
         native, system = self._native, self._native.program.system
         row = len(native.program.constraints.of) + [r.name for r in system.rigid_ropes].index(rope)
         movable = bool(native.instant().constraint_rows().movable[row])

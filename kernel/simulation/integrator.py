@@ -1,7 +1,7 @@
-"""Steps between events: tentative until they are committed, forced to an instant, taken back.
+"""Steps between events: tentative until they are committed, forced to a given time, or taken back.
 
-Local time is float seconds since the last event or command (the epoch); each begins a new *stretch* of local time, so
-that long runs do not lose precision.
+Local time is float seconds since the last event or command (the epoch); each epoch begins a new *stretch* of local
+time, so that long runs do not lose precision.
 """
 
 import numpy as np
@@ -29,7 +29,7 @@ class Integrator:
         self._fixed, self._name = fixed, native.method.method.name
 
     def commit(self) -> None:
-        """Commit the tentative step with samples and peaks."""
+        """Commit the tentative step with its samples and peaks."""
         native = self.native
         native.call("commit")
         if "top" in native.at:
@@ -46,7 +46,7 @@ class Integrator:
         self._recorder.drain()
 
     def led(self, t: float) -> None:
-        """Advance to local time t in forced steps: a single one, or halves of it if the method fails."""
+        """Advance to local time t in forced steps: one step, or repeatedly halved ones if the method fails."""
         # each half ends in a committed state, from which the rest is tried again
         ends = [t]
         while ends:
@@ -114,8 +114,7 @@ class Integrator:
         self._references.write(t_ns)
 
     def pass_break(self) -> None:
-        """Commit the step and recompute the derivative where one piece of a profile or history ends and the next
-        begins."""
+        """Commit the step and recompute the derivative where a piece of a profile or history ends."""
         native = self.native
         self.commit()
         self._references.histories.write(native.epoch, native["t"])

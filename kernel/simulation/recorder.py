@@ -1,7 +1,7 @@
-"""Samples of a run: rows of the native table become rows of the run, and are checked on the way.
+"""Samples of a run: rows of the native table are checked and become rows of the run.
 
-Samples lie on a grid of integer nanoseconds and are numbered; events have rows of their own. All samples of a rest are
-stored as one row, and repeated on demand.
+Samples lie on a grid of integer nanoseconds and are numbered; events have rows of their own. All samples of a period of
+rest are stored as one row, and repeated on demand.
 """
 
 import numpy as np
@@ -52,7 +52,7 @@ class SampleRecorder:
             native.notes.append(Note(t_ns, message))
 
     def _notable(self, rows: np.ndarray) -> np.ndarray:
-        """Return which rows (n, columns) may need a message, apart from energies."""
+        """Return which rows (n, columns) need a check one by one; energies are not considered here."""
         native = self._native
         at, program = native.method.row_layout.at, native.program
         if self.steps:
@@ -61,7 +61,7 @@ class SampleRecorder:
         return notable | compressed(native, rows) if program.compressible else notable
 
     def _take(self, rows: np.ndarray) -> None:
-        """Take samples (n, columns) without anything notable, unless their energies are."""
+        """Store samples (n, columns) that need no check one by one, unless their energies need one."""
         if not len(rows):
             return
         if not self.energy.fine(rows):
@@ -76,15 +76,14 @@ class SampleRecorder:
         self.number += len(rows)
 
     def _look(self, rows: np.ndarray) -> None:
-        """Check and take samples (n, columns) one by one."""
+        """Check and store samples (n, columns) one by one."""
         for row in rows:
             self.energy.see(row[None])
             self.keep(self.next_ns, row)
             self.number += 1
 
     def keep(self, t_ns: int, row: np.ndarray) -> None:
-        """Store a row that native code has written as a sample; raises KernelError if a winch has wound up its whole
-        rope."""
+        """Store a row that native code has written as a sample; raises KernelError if a rope is completely wound up."""
         native = self._native
         at = native.method.row_layout.at
         check_lengths(native.program, t_ns * 1e-9, row[at["length"]])
@@ -106,8 +105,8 @@ class SampleRecorder:
     # ---- rests --------------------------------------------------------------------------------------------
 
     def rest(self, t_ns: int) -> None:
-        """Record a rest up to t_ns as one row, which `unroll` repeats; raises KernelError for compression that
-        lasts."""
+        """Record a period of rest up to t_ns as one row, which `unroll` repeats; raises KernelError for lasting
+        compression."""
         first = self.next_ns
         if first > t_ns:
             return
@@ -125,7 +124,7 @@ class SampleRecorder:
                 return
 
     def unroll(self, start_ns: int = 0) -> bool:
-        """Write the next samples of a rest, from a given time on, as rows; return whether more remain."""
+        """Write the next samples of a period of rest, from a given time on, as rows; return whether more remain."""
         if self.rested is None:
             return False
         first, end, row = self.rested

@@ -1,8 +1,8 @@
 """Runs one compiled system in integer time: steps, located events, samples.
 
 Event times are rounded up to the next nanosecond and the state is integrated to that nanosecond. Steps depend on the
-history of commands and state events only: `run(until)` never cuts a step, the one that passes `until` stays tentative,
-and a command inside it discards it.
+history of commands and state events only: `run(until)` never cuts a step: a step that passes `until` stays tentative,
+and a command inside the step discards it.
 
     next_ns        time of the next located event, or of the end of the tentative step
     run(until)     commit steps up to `until`; stops at a subscribed event
@@ -193,8 +193,7 @@ class Simulation(CommandTarget):
         return self.events.preview()
 
     def fire(self) -> list[StateChange]:
-        """Integrate to the located event and switch the laws of all negative guards in a fixed order; return the
-        events."""
+        """Integrate to the located event and switch the laws of negative guards in a fixed order; return the events."""
         if not self.events.fallen:
             self.order.check_settled("fire", self.epoch)
             raise KernelError("no event has been located; run first")
@@ -308,7 +307,6 @@ class Simulation(CommandTarget):
         return kept(self, self.native)
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Continue, bit for bit, from a snapshot of the same system and options; the simulation must have been
-        started."""
+        """Continue, bit for bit, from a snapshot of the same system and options. The simulation must have started."""
         self.order.check_begun()
         go_on(self, self.native, snapshot)

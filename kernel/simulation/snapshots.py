@@ -96,7 +96,7 @@ def back(run: object, marked: Snapshot) -> None:
 
 
 def foreign() -> KernelError:
-    """Return the error for a snapshot that belongs to another scene."""
+    """Return the error for a snapshot of another scene."""
     return KernelError(
         "the snapshot was not taken from this scene with these options; restore it in a simulation of the same system, "
         "method, tolerance and sample period"

@@ -119,8 +119,7 @@ class Event(msgspec.Struct, frozen=True, order=True, array_like=True, gc=False):
 
 
 class AtomicResult(msgspec.Struct, frozen=True):
-    """Result of an atomic model at the end of a run: path of the model, class name and encoded bytes of the result
-    message."""
+    """Result of an atomic model at the end of a run: path of the model, class name and bytes of the result message."""
 
     path: str
     type: str
@@ -128,7 +127,7 @@ class AtomicResult(msgspec.Struct, frozen=True):
 
     @property
     def value(self) -> Message:
-        """Return a new copy of the message."""
+        """Return a new copy of the result message."""
         return decode(self.type, self.payload)
 
 
@@ -147,8 +146,8 @@ class Steppable(Protocol):
 
     @property
     def lookahead(self) -> Mapping[str, int]:
-        """Lookahead [ns] of each output port "model.port": NEVER if it sends nothing to other nodes, 0 if it is not
-        listed."""
+        """Lookahead [ns] of each output port "model.port": NEVER for a port that sends nothing to other nodes; a port
+        that is not listed has 0."""
 
     @property
     def slack(self) -> list[Slack]:
@@ -181,8 +180,8 @@ class Steppable(Protocol):
         transitions before `until`, as long as none of them sends an event to another node."""
 
     def among(self) -> list[Event]:
-        """Return the events since the last call that were sent between models of this node or have no receiver, in
-        total order."""
+        """Return the events since the last call sent between models of this node or without receiver, in total
+        order."""
 
 
 @runtime_checkable

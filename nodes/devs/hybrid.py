@@ -50,7 +50,8 @@ class Hybrid(Atomic):
     tolerance, longest, horizon = 1e-10, 0.1, 10.0
     sampled = 0
     _crowd: tuple[int, int, int, tuple[int, ...]] = 0, 0, -1, ()
-    """Of events that crowd: how many, how many later ones in a row, when the last was [ns], of which guards."""
+    """Events that follow each other closely: their number, the later events that do not, the time of the last [ns],
+    their guards."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
@@ -210,8 +211,7 @@ class Hybrid(Atomic):
         return (at, tuple(i for i in found if found[i] == at)) if found else None
 
     def _first(self, step: "_Step", i: int, low: int, high: int) -> int:
-        """Return the first time [ns] at which guard i is not positive, given that it is positive at `low` and not at
-        `high`."""
+        """Return the first time [ns] at which guard i is not positive, given that it is at `low` and not at `high`."""
         while high - low > 1:
             middle = (low + high) // 2
             if self._guards(step.at(middle))[i] > 0:

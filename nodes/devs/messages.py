@@ -83,7 +83,7 @@ class Message(msgspec.Struct, frozen=True, metaclass=_MessageType):
     """Base class of everything that a port can carry, used as in `class HoistDone(Message): id: int`."""
 
     units: typing.ClassVar[Mapping[str, str]] = {}
-    """Units of its fields, for those who watch a run; "m or rad" where it depends on what is meant."""
+    """SI units by field name, for displays; "m or rad" if the unit depends on the joint or actuator concerned."""
 
     def __reduce__(self) -> tuple[object, ...]:
         """Pickle the message as its encoded bytes, so that messages of earlier versions of a module can be

@@ -262,8 +262,7 @@ class Coupled(Model):
         return super().add_in(name, type)
 
     def add_out(self, name: str, type: type[M], lookahead: int = 0) -> OutPort[M]:
-        """Add an output port and return it; a coupled model's port gets its lookahead from the atomic models that feed
-        it."""
+        """Add an output port and return it; a coupled model's port gets its lookahead from the atomics that feed it."""
         self._reachable("add_out")
         if lookahead:
             raise ModelError(f"{self.path}: port {name}: declare the lookahead on the atomic that sends")

@@ -138,8 +138,7 @@ class InPort(Port[Carried]):
 
 
 class OutPort(Port[Message], Generic[Sent]):
-    """An output port of a model instance; `exits`: routes to other nodes, `inner`: routes to receivers in the same
-    node."""
+    """An output port of a model instance; `exits`: routes to other nodes, `inner`: routes within the node."""
 
     __slots__ = ("_sent", "exits", "inner", "lookahead")
 
@@ -209,8 +208,7 @@ def checked_type(type: type[M]) -> type[M]:
 
 
 class Bag(Protocol):
-    """The inputs at one logical time: x[port] is the list of messages at an input port, in order; empty if there are
-    none."""
+    """The inputs at one logical time: x[port] is the list of messages at an input port, in order; may be empty."""
 
     def __getitem__(self, port: InPort[M], /) -> list[M]: ...
     def __contains__(self, port: object, /) -> bool: ...

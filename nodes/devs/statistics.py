@@ -53,8 +53,7 @@ class TimeWeighted:
         self._area = 0.0  # [ns] times value
 
     def set(self, value: float, now: Tag) -> None:
-        """Set the value from the time `now` on; raises ModelError if it is not finite or `now` is before the last
-        change."""
+        """Set the value from the time `now` on; raises ModelError if it is not finite or `now` is in the past."""
         if not isfinite(value):
             raise _no_observation(value)
         self._area, self._changed, self.value = self._until(now), now.t, value
@@ -75,8 +74,7 @@ class TimeWeighted:
 
 
 def stream(seed: int, name: str) -> Random:
-    """Return a random generator that is independent for each seed and name; the name may be the path of an atomic
-    model."""
+    """Return a random generator that is independent for each seed and name; the name may be a model's path."""
     return Random(f"{seed}/{name}")
 
 

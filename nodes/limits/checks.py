@@ -60,15 +60,14 @@ def checks_of(
     if any(_irregular(m.system) for m in plan.machines) and not any(x.quantity == SEA_STATE for x in others):
         message = "an irregular sea: one seed is no verdict; `heavylift run --replications 30` runs others"
         found.append(Check(quantity=SEA_STATE, subject="all", state="amber", why=NOT_CHECKED, sentence=message))
-    hulls = [m.name for m in plan.machines if any(isinstance(f, Radiation) for f in m.system.forces)]
-    if len(hulls) > 1:
-        message = f"waves between {' and '.join(hulls)}: not included; each floats as if it were alone"
-        found.append(Check(quantity="interaction", subject="all", state="amber", why=NOT_CHECKED, sentence=message))
-    for m in plan.machines:
-        waves = [x.waves for force in m.system.forces if (x := getattr(force, "signal", None)) and x.waves]
-        if waves and not any(x.by[0] for x in waves):
-            message = f"slow drift of {m.name}: not included; its data have no mean drift"
-            found.append(Check(quantity="slow drift", subject=m.name, state="amber", why=NOT_CHECKED, sentence=message))
+    waters = {m.name: [x.waves for f in m.system.forces if (x := getattr(f, "signal", None)) and x.waves]
+              for m in plan.machines if any(isinstance(f, Radiation) for f in m.system.forces)}  # fmt: skip
+    open_ = [("slow drift", name, f"slow drift of {name}: not included; `heavylift hull --drift` adds its data")
+             for name, waves in waters.items() if waves and not any(x.by[0] for x in waves)]  # fmt: skip
+    if len(waters) > 1:
+        message = f"waves between {' and '.join(waters)}: not included; each floats as if alone, keep them far apart"
+        open_.append(("interaction", "all", message))
+    found += [Check(quantity=x, subject=of, state="amber", why=NOT_CHECKED, sentence=y) for x, of, y in open_]
     return sorted(found, key=lambda check: STATES.index(check.state))
 
 
@@ -92,7 +91,7 @@ def _of_limit(plan: Plan, use: Use, errors: Errors | None) -> Check:
         message += f", at the worst of {limit.inputs}" if use is not met else ""
         where = (use.action and plan.actions[use.action - 1].where) or where
     inputs = f"at the worst of {limit.inputs}" if use is not met else ""
-    basis = "; ".join(part for part in (limit.source, limit.note, inputs) if part)
+    basis = "; ".join(part for part in (limit.source, limit.note, use.source, inputs) if part)
     value = shown(limit, met.value) + (f", at worst {shown(limit, use.value)}" if inputs else "")
     return Check(
         quantity=limit.quantity, subject=limit.subject, state=state, why=why, value=use.value, unit=limit.unit,
@@ -103,7 +102,7 @@ def _of_limit(plan: Plan, use: Use, errors: Errors | None) -> Check:
 
 def _state_of(use: Use, error: float | None, accepted: bool, *, at_rest: bool) -> tuple[State, str, str]:
     """Return the state of a limit's check, the reason if the state is amber, and a sentence for the reader. `error`:
-    error estimate of the value in its unit; `accepted`: the scene accepts assumed limits."""
+    error estimate of the value in its unit; `accepted`: whether the scene accepts assumed limits."""
     limit = use.limit
     name = name_of(limit)
     absent = limit.quantity in ABSENT and not limit.elements
@@ -148,8 +147,7 @@ def state_of(checks: Iterable[Check]) -> State:
 
 
 def line_of(checks: Sequence[Check]) -> str:
-    """Return the verdict as one line: the worst state, the number of checks in each state, and the worst check in
-    words."""
+    """Return the verdict as one line: the worst state, the number of checks in each state, the worst check."""
     n = {state: sum(c.state == state for c in checks) for state in STATES}
     counts = [f"{n['green']} passed", f"{n['red']} red", f"{n['undecided']} undecided"]
     for why in COUNTED:
@@ -188,7 +186,7 @@ def _row(group: list[Check]) -> tuple[Cell, ...]:
 
 
 def _depth(check: Check) -> float:
-    """Return the depth [m] of a contact that nothing allows, at least 1 cm; 0 for everything else."""
+    """Return the penetration [m] of a forbidden contact, at least 1 cm; 0 for all other checks."""
     touches = check.state == "red" and check.quantity == "clearance" and (check.value or 0.0) <= TOUCH
     return max(TOUCH, round(-(check.value or 0.0), 2)) if touches else 0.0
 

@@ -280,5 +280,5 @@ def _end(plan: Plan, state: StaticState, rope: str) -> tuple[Vector, Vector] | N
 
 
 def product(limit: RatedLimit, *, dynamic: bool) -> float:
-    """Return the product of a limit's factors; with `dynamic`, for a simulated load, the dynamic factor is left out."""
+    """Return the product of a limit's factors; if `dynamic` (for a simulated load), without the dynamic factor."""
     return prod(x.value for x in limit.factors if not (dynamic and x.name == "dynamic"))

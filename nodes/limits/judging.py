@@ -52,6 +52,7 @@ class _Worst:
         self._tolerance = YIELDS.get(limit.quantity, 0.0) if dynamic or limit.quantity == "hook height" else 0.0
         self._exact: Use | None = None
         self._inside = False  # what was seen when it occurred
+        self._source = ""
         self._most, self._load = -np.inf, -np.inf  # of uses, and its value: uses beyond a chart are infinite
         self._first: list[tuple[float, Use]] = []  # how bad, rising: each may come near enough to the worst
 
@@ -61,6 +62,7 @@ class _Worst:
         reading = read(plan, limit, signals)
         if reading is None:
             return
+        self._source = reading.source
         xs = axis_of(plan, limit, signals) if limit.chart else None
         if reading.exact:
             value, t = reading.exact
@@ -109,7 +111,9 @@ class _Worst:
             action = _action(signals, k)
             return Use(limit, value, t, signals.stage_at(t, k), limit.use(value, x), action, limit.at(x))
         use = limit.use(value) if limit.known else None
-        return Use(limit, value, t, signals.stage_at(t, k), use, _action(signals, k), tolerance=self._tolerance)
+        return Use(
+            limit, value, t, signals.stage_at(t, k), use, _action(signals, k), None, self._tolerance, self._source
+        )
 
     def use(self) -> Use:
         """Return the highest utilisation of all samples added so far."""

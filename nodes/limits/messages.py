@@ -88,7 +88,7 @@ def sentence(use: Use, ran: bool) -> str:
         and limit.rest
         and " x ".join((shown(limit, limit.rest.value), *(f"{x.name} {x.value:.4g}" for x in limit.factors)))
     )
-    basis = "; ".join(part for part in (limit.source, limit.note, at_rest) if part)
+    basis = "; ".join(part for part in (limit.source, limit.note, use.source, at_rest) if part)
     message = f"{name_of(limit)} {'was' if ran else 'would be'} {shown(limit, use.value)}{used}"
     return f"{message}; {most}{f' ({basis})' if basis else ''}"
 

@@ -66,7 +66,8 @@ TRACKS = {"left": 1.0, "right": -1.0}
 
 
 class MeasuredSignal(NamedTuple):
-    """A signal that a limit checks; with a sling, only while the sling is taut and hooked to the lug, if any."""
+    """A signal that a limit checks; if it has a `sling`, it counts only while the sling is taut and hooked to the `lug`
+    (if any)."""
 
     signal: ScalarSignal
     sling: Tie | None = None
@@ -110,7 +111,7 @@ def signal_of(
     limit: RatedLimit, machines: Sequence[Mechanism], gravity: float, actions: Sequence[Action] = ()
 ) -> ScalarSignal | None:
     """Return the one signal that a limit checks, with gravity [m/s2]; None for quantities of several signals: sling
-    angles with changing lugs, winds, clearance. `actions`: those whose orders start what a drive moves."""
+    angles with changing lugs, winds, clearance. `actions`: those with orders to drives, for moments at the start."""
     kind, (first, *_) = KINDS.get(limit.quantity), (*limit.elements, "")
     if kind and not limit.elements:
         return None
@@ -172,7 +173,7 @@ def _of_base(limit: RatedLimit, x: Footing, gravity: float) -> ScalarSignal:
 
 
 def _about_joint(limit: RatedLimit, machines: Sequence[Mechanism], actions: Sequence[Action]) -> ScalarSignal:
-    """Return the signal of the moment with which the drive or brake of a revolute joint holds what the joint carries;
+    """Return the signal of the moment with which the drive or brake of a revolute joint holds the bodies on the joint;
     for a limit over "start", with the largest ordered acceleration."""
     (child,) = limit.elements
     machine, joint = next((m, j) for m in machines for j in m.system.joints if j.child == child)

@@ -34,6 +34,7 @@ from .signals import EMPTY, Column, SignalColumns, carries, place, signals_of, t
 from .splash import slack_sling, splash_load
 
 RESTS = 1.05  # times the weight of a block: less on its supports is no impact
+SIMULATED, ORDERED = "as simulated", "as ordered"
 TIGHT = 0.02  # of its rated tension: with less a sling holds nothing
 PARTS = 24  # of the way that a machine slews between two instants of a path at rest, which are looked at
 STANDS = 1e-9  # [m] between two samples of a rope whose winch stands
@@ -46,6 +47,7 @@ class Reading:
 
     values: Column
     exact: tuple[float, float] | None = None
+    source: str = ""  # where the values come from, if that differs
 
 
 def read(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
@@ -54,7 +56,9 @@ def read(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | Non
         return _design(plan, limit, signals)
     reduction, kind = REDUCTIONS.get(limit.quantity, "largest"), KINDS.get(limit.quantity)
     if reduction == "ordered speed":
-        return Reading(_ordered_speed(plan, limit, signals))
+        ran = signals.peaks.get(f"{limit.subject} {limit.quantity}")
+        ordered = Reading(_ordered_speed(plan, limit, signals), source=ORDERED)
+        return Reading(np.full(len(signals.t), np.nan), ran, SIMULATED) if ran else ordered
     if reduction == "splash zone":
         return _splash(plan, limit, signals)
     given = None
@@ -203,7 +207,7 @@ def _while_slewing(plan: Plan, limit: RatedLimit, x: ScalarSignal, signals: Sign
 
 def range_at_rest(values: Column, signals: SignalColumns, elements: tuple[str, ...]) -> Column | None:
     """Return the difference (n,) between the highest and the lowest value of a signal since the winch of a rope
-    stopped; None without its lengths. A rest of the winch may have begun in a part of the run before this one."""
+    stopped; None without its lengths. The winch may have stopped in an earlier part of the run."""
     length = signals.lengths.get(elements[0])
     if length is None or not signals.dynamic:
         return None
@@ -287,8 +291,7 @@ def _hooked(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> dict[str, 
 
 
 def _design(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
-    """Return the static load times its factors; in a run, the simulated load times the factors without the dynamic
-    one."""
+    """Return the static load times its factors; in a run, the simulated load times all but the dynamic one."""
     if limit.rest is None or (signals.dynamic and limit.rest.alone):
         return None
     found = read(plan, msgspec.structs.replace(limit, quantity=BASES[limit.quantity]), signals)

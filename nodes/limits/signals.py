@@ -64,8 +64,7 @@ class SignalColumns:
         return np.array([False, *(name == stage for _, name in self.stages)], dtype=bool)[at]
 
     def lugs(self, sling: str) -> list[tuple[str, NDArray[np.bool_]]]:
-        """Return the lugs to which a sling is hooked, each with a mask (n,) of the samples at which it is hooked
-        there."""
+        """Return the lugs to which a sling is hooked, each with a mask (n,) of the samples at which it is there."""
         return self.once(("lugs", sling), lambda: self._lugs(sling))
 
     def _lugs(self, sling: str) -> list[tuple[str, NDArray[np.bool_]]]:
@@ -117,7 +116,7 @@ class _Line(Protocol):
 
 
 def hooked_in(plan: Plan, rigs: Sequence[tuple[float, Sequence[_Line]]]) -> list[Hooked]:
-    """Return, from the recorded rope lines, the time [s] from which each sling is hooked to each lug."""
+    """Return, for each sling and lug, the time [s] from which the sling is hooked there, from recorded rope lines."""
     known = plan.machines
     slings = {tie.rope for machine in known for tie in machine.ties}
     lugs = {(point.body, *point.p): name for name, point in lug_places(known).items()}

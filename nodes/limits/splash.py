@@ -1,8 +1,9 @@
 """Passing the splash zone: slack slings, and the largest load on a hook, while a block is lowered into water.
 
-At a depth the static weight is that less the buoyancy. The amplitude of the water's dynamic force, which the scene
-gives, acts upward and downward beside what the run has found. DNV-RP-N103 keeps slings taut by a dynamic force upward
-of at most 0.9 of the static weight. Between two samples, the corners of both curves are looked at, too.
+The static weight at a depth is the weight less the buoyancy there. The amplitude of the water's dynamic force, given in
+the scene, is added to the simulated forces, upward and downward. DNV-RP-N103 requires an upward dynamic force of at
+most 0.9 of the static weight, so that slings stay taut. Both curves are also evaluated at their corners between two
+samples.
 """
 
 from collections.abc import Callable
@@ -51,8 +52,8 @@ class SplashZone:
         return np.asarray(np.interp(depth, x, force))
 
     def along(self, f: Callable[[Column, Column], Column], rest: Column) -> Column:
-        """Return the largest f(depth, rest) since the sample before, (n,): nan outside of the zone, or where the block
-        does not hang. `rest` changes linearly from sample to sample."""
+        """Return, for each sample (n,), the largest f(depth, rest) since the sample before; nan outside the zone, or if
+        the block does not hang. `rest`: a quantity that changes linearly from sample to sample."""
         d, hangs = self.depth, self.hangs
         values = np.where(hangs & (d >= 0.0) & (d <= self.corners[-1]), f(d, rest), np.nan)
         for x in self.corners:
@@ -65,7 +66,7 @@ class SplashZone:
 
 
 def slack_sling(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column:
-    """Return the dynamic force upward over the static weight in water (n,)."""
+    """Return the upward dynamic force divided by the static weight in water (n,)."""
     zone = _zone(plan, limit, signals)
 
     def share(depth: Column, missing: Column) -> Column:
@@ -76,7 +77,7 @@ def slack_sling(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column
 
 
 def splash_load(plan: Plan, limit: RatedLimit, signals: SignalColumns, load: Column) -> Column:
-    """Return the load on a hook [kg] with its share of the amplitude (n,); `load`: that without it."""
+    """Return the load on a hook [kg] (n,), including its share of the amplitude; `load`: the load without it."""
     zone = _zone(plan, limit, signals)
     pull, all_ = zone.pulls[limit.elements[0]], zone.pull
     share = np.divide(pull, all_, out=np.zeros(len(pull)), where=all_ > 0.0) / plan.gravity
@@ -89,8 +90,7 @@ def _zone(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> SplashZone:
 
 
 def _pull(plan: Plan, block: str, rope: str, signals: SignalColumns) -> tuple[Column, Column]:
-    """Return the vertical force (n,) [N] of the slings of a hook on a block, and whether any of them is hooked to
-    it."""
+    """Return the vertical force (n,) [N] of a hook's slings on a block, and whether any of them is hooked to it."""
     total, hangs = np.zeros(len(signals.t)), np.zeros(len(signals.t), dtype=bool)
     lugs = {name: x for name, x in lug_places(plan.machines).items() if x.body == block}
     for tie in ties_on(plan.machines, hooks_of(plan.machines)[rope]):

@@ -67,7 +67,7 @@ SHARING = {
 
 
 def daf(place: str | None, mass: float) -> tuple[float, str] | None:
-    """Return the dynamic amplification factor for a mass [kg] at a place, and its source; None for an unknown one."""
+    """Return the dynamic amplification factor for a mass [kg] at a place, and its source; None for an unknown place."""
     if place not in DAF:
         return None
     (a, b), *others = DAF[place]
@@ -141,8 +141,7 @@ EN_13889, LARGEST_SHACKLE = "EN 13889", 25e3  # its shackles end there [kg]
 
 
 class Termination(NamedTuple):
-    """Properties of a sling termination: factor KT of EN 13414-1, None if it does not apply, and the factor of 0027/ND
-    7.7.1."""
+    """Properties of a sling termination: factor KT of EN 13414-1 (None: does not apply), factor of 0027/ND 7.7.1."""
 
     kt: float | None
     factor: float

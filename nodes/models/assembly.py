@@ -54,7 +54,7 @@ class Ending(Atomic):
         self.finished.send(m.Finished())
 
     def internal(self) -> None:
-        """Wait: nothing follows."""
+        """Wait for input, since no message is left to send."""
         self.passivate()
 
 
@@ -115,7 +115,8 @@ class CommanderModel(Coupled):
                 self.connect(commander.to[name], self.ports.get(out) or self.add_out(out, m.Order))
 
     def _begin_others(self, whole: Commander, lists: tuple[ActionList, ...]) -> None:
-        """Couple the commander of the whole scene with those of the lifts: it begins them and receives their ends."""
+        """Couple the commander of the whole scene with those of the lifts: it starts the lifts and receives the
+        messages about their ends."""
         about = {whole.owners.get(name, name) for name in concerned(whole.plan)}
         begins = {order.lift for action in whole.plan.actions for order in action.orders if isinstance(order, Begin)}
         for each in (each for each in lists if each.machines):
@@ -141,7 +142,7 @@ NodeModel: TypeAlias = CommanderModel | RealObject | UserModelNode
 
 
 def build(plan: Plan, names: Iterable[str] | None = None) -> dict[str, NodeModel]:
-    """Build the models of a plan by node name (all or `names`); actors that follow logs get them."""
+    """Build the models of a plan by node name: all, or those in `names`; drives that follow a log get their log."""
     names = names or (COMMANDER, *machines(plan), *(own.name for own in plan.models))
     crossed, known = watched(plan), {machine.name: machine for machine in plan.machines}
     models = {name: _built(plan, name, known.get(name), crossed.get(name, ())) for name in names}

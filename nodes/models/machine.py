@@ -54,7 +54,7 @@ class MachineModel(RealObject):
             self._latch(latch)
 
     def _latch(self, latch: BrakeLatch) -> None:
-        """Connect the slings of a latch with its brake."""
+        """Connect the slings of a latch with the brake of the latch."""
         groups = [group for group in self.children.values() if isinstance(group, Group)]
         actors = [(group, actor) for group in groups for actor in group.children.values()]
         locks = ((of, x) for of, x in actors if isinstance(x, LatchActor) and x.element == latch.brake)

@@ -87,7 +87,7 @@ class SetPointDelay(Atomic):
         self.point: SetPoint | None = None
 
     def external(self, e: int, x: Bag) -> None:
-        """Keep the next set-point that is not to be skipped, and wait for the delay."""
+        """Store the next set-point that is not to be skipped, and wait for the delay."""
         for point in x[self.into]:
             if self.heard % self.of == self.number:
                 if self.point is not None:

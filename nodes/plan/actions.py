@@ -70,8 +70,7 @@ class CrossingCondition(Term, frozen=True, kw_only=True, tag="crossing"):
 
 
 class AfterCondition(Term, frozen=True, kw_only=True, tag="after"):
-    """Condition: this many seconds have passed since the previous action began or, in `until`, since the order
-    began."""
+    """Condition: so many seconds have passed since the previous action began or, in `until`, since the order began."""
 
     seconds: float
 
@@ -247,14 +246,14 @@ ActorCommand: TypeAlias = Motion | Follow | StopOrder | Hookup | UnhookSling | B
 
 
 def for_actor(order: Move | Follow | StopOrder | Hookup | UnhookSling | BrakeOrder, **more: Any) -> ActorCommand:
-    """Return the part of an order that its actor needs, with the fields `more`. The line of the scene is left out,
-    because a run must not depend on it."""
+    """Return the part of an order that its actor needs; `more`: values of further fields. The line of the scene is left
+    out, because a run must not depend on line numbers."""
     kind = Motion if isinstance(order, Move) else type(order)
     return kind(**{name: getattr(order, name) for name in kind.__struct_fields__ if name != "where"} | more)
 
 
 class Touch(Item, frozen=True, kw_only=True):
-    """Two objects that may touch, by name ("world" is the ground); `stays`: also after this stage."""
+    """Two objects that may touch, by name ("world" is the ground); `stays`: whether also after this stage."""
 
     names: tuple[str, str]
     stays: bool = False

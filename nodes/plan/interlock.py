@@ -35,7 +35,7 @@ class Interlock(Item, frozen=True, kw_only=True):
     text: str = ""
     tells: str = ""
     hooks: tuple[str, ...] = msgspec.field(default_factory=tuple)
-    """Ropes of hooks whose chart or load it watches: their limits are checked, and no reason to refuse a scene."""
+    """Hook ropes whose load or chart this interlock watches: overloads of these hooks do not make a scene invalid."""
 
     def message(self, bypassed: bool = False) -> tuple[State, str]:
         """Return the state of the check (red, or a note if the interlock stops nothing and only reports what its author

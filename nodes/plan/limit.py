@@ -76,7 +76,7 @@ TOUCHING: tuple[Quantity, ...] = ("lift-off speed", "landing speed")
 
 class RestLoad(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     """Static load on a part when its utilisation is highest, with its limit `bound` and its stage, or a clearance at
-    rest; `alone`: the limit already includes dynamics."""
+    rest; `alone`: whether the limit already includes dynamics."""
 
     value: float
     bound: float
@@ -89,11 +89,10 @@ class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
 
     `value` [unit] is a single limit, `between` a lower and an upper one; `chart` holds points (x, value), where `over`
     names x, and the limit is interpolated between them unless x is a radius or an angle. Without any of these the limit
-    is unknown. With `least`, values below the limit exceed it. A value above `warning` is reported though allowed.
-    `factor`: design factor, or product of partial factors, between the limit and the `breaking` force [N]. `elements`:
-    ropes, slings or bodies from which the quantity is evaluated. `spread`: increase of the static utilisation at the
-    worst corner of uncertain `inputs`, as a fraction of it or, if `adds`, as a difference; for a clearance, its
-    decrease [m].
+    is unknown. If `least`, the limit is a lower bound. A value above `warning` is reported though allowed. `factor`:
+    design factor, or product of partial factors, between the limit and the `breaking` force [N]. `elements`: ropes,
+    slings or bodies from which the quantity is evaluated. `spread`: increase of the static utilisation at the worst
+    corner of uncertain `inputs`, as a fraction of it or, if `adds`, as a difference; for a clearance, its decrease [m].
     """
 
     subject: str
@@ -148,8 +147,7 @@ class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         return self.chart[-1][1]
 
     def excess(self, value: float, x: float = 0.0) -> float:
-        """Return by how much a value exceeds the limit, in the unit of the limit; negative if it is within the
-        limit."""
+        """Return by how much a value exceeds the limit, in the unit of the limit; negative within the limit."""
         if self.between is not None:
             return max(value - self.between[1], self.between[0] - value)
         return self.at(x) - value if self.least else value - self.at(x)
@@ -187,6 +185,7 @@ class Use:
     action: int = 0  # number of the action that led there, from 1; 0: the start, or not known
     bound: float | None = None  # the limit there, of a chart
     tolerance: float = 0.0  # so much beyond the limit is still at it [unit]
+    source: str = ""  # where the value comes from: "as simulated", "as ordered"
 
     @property
     def beyond(self) -> bool:
@@ -213,8 +212,7 @@ class Use:
 
     @property
     def excess(self) -> float:
-        """Amount by which the value exceeds the limit and its tolerance [unit of the limit]; negative within the
-        limit."""
+        """Amount by which the value exceeds limit and tolerance [unit of the limit]; negative within the limit."""
         if self.value is None or self.bound is None:
             return self.limit.excess(self.value or 0.0) - self.tolerance
         return (self.bound - self.value if self.limit.least else self.value - self.bound) - self.tolerance

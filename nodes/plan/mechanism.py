@@ -102,8 +102,8 @@ class Cargo(Item, frozen=True, kw_only=True):
 
     Its mass [kg], centre of mass and lugs [m], moments of inertia about the centre of mass [kg m2], edges of its box
     [m] (zeros if not given), the face on which each support is, and the rotation at the start [rad] if its attitude is
-    reported; `marks`: lines in the scene that define its lugs and, under "", its centre of mass; `amplitude`: of the
-    water's dynamic force [N] over the depth of its lowest point [m].
+    reported; `marks`: lines in the scene that define its lugs and, under "", its centre of mass; `amplitude`: amplitude
+    of the water's dynamic force [N] over the depth of the body's lowest point [m].
     """
 
     body: str
@@ -119,8 +119,8 @@ class Cargo(Item, frozen=True, kw_only=True):
 
 
 class Heavy(Item, frozen=True, kw_only=True):
-    """A rope that has mass at some model levels: `line` is the mass per length [kg/m] of all its falls, which are the
-    first of its lines.
+    """A rope that has mass at some model levels: `line` is the mass per length [kg/m] of all falls together. The falls
+    come first among the rope's lines.
 
     At the start, in the world frame: `ends`, the mean upper and lower ends of the falls; `beside`, the offsets of the
     falls from these means; `lead`, the length of the rope in its other lines [m]; `below`, the load on the rope [kg];
@@ -267,8 +267,7 @@ class Mechanism(Item, frozen=True, kw_only=True, forbid_unknown_fields=False):  
 
 
 def frames_on_hooks(machines: Sequence[Mechanism]) -> dict[str, Hoist]:
-    """Return the machines without hooks that are fixed to the eye of another machine's hook, by name, each with this
-    hook."""
+    """Return the machines without hooks that are fixed to another machine's hook eye, by name, each with this hook."""
     eyes = {hook.eye.body: hook for machine in machines for hook in machine.hooks}
     bodies = ((machine.name, body.name) for machine in machines if not machine.hooks for body in machine.system.bodies)
     return {name: eyes[body] for name, body in bodies if body in eyes}

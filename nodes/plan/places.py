@@ -13,8 +13,7 @@ COMMAND = "command"  # what stands in place of the line of a command
 
 
 def place(plan: Plan, at: tuple[int, ...]) -> str:
-    """Return `file:line:column` of an action or of an order at (action, order); if lines are unknown, the numbers in
-    words."""
+    """Return `file:line:column` of an action or of an order at (action, order); the numbers in words if unknown."""
     action, order = _split(at)
     if action == ASIDE:
         return COMMAND

@@ -88,7 +88,7 @@ class Plan(Item, frozen=True, kw_only=True):
 
     @property
     def first(self) -> int:
-        """The number of the first action; in a plan with one of several lists, actions are counted in the whole
+        """The number of the first action; in a plan with one of several lists, actions keep the numbers of the whole
         scene."""
         return self.lists[0].first if self.lists else 0
 
@@ -111,8 +111,7 @@ def encode(plan: Plan) -> bytes:
 
 
 def decode(data: bytes) -> Plan:
-    """Decode a plan from canonical JSON of unknown origin; raises msgspec.ValidationError if the JSON is not a valid
-    plan."""
+    """Decode a plan from canonical JSON of unknown origin; raises msgspec.ValidationError for an invalid plan."""
     plan = _DECODER.decode(data)
     named(functions(plan))
     return plan

@@ -1,5 +1,4 @@
-"""Models written by users that run beside the kernel: their signals, the actuators that they control, and their
-delay."""
+"""Models written by users that run beside the kernel: their signals, the controlled actuators, and the delay."""
 
 import msgspec
 from heavylift.kernel.description.signals import ScalarSignal

@@ -20,17 +20,17 @@ class Verb:
     kinds: tuple[Kind, ...]
     becomes: Becomes
     sign: int = 0
-    """Of the coordinate that it moves, as hoisting shortens a rope; 0: the number says it."""
+    """Sign of the coordinate's change by this verb, as hoisting shortens a rope; 0: the sign is in the order."""
     units: Literal["sliding", "turning", "either"] = "sliding"
-    """Of way, speed and ramp."""
+    """Whether distance, speed and ramp have units of length, of angle, or of either."""
     along: Literal["", "x", "y"] = ""
-    """Axis of the crane along which it carries what hangs there."""
+    """Axis of the crane along which this verb carries the hanging load."""
     engages: bool = False
     ways: tuple[str, str] = ("", "")
-    """Words for its ways along the coordinate, upwards and downwards."""
+    """Words for the directions of motion along the coordinate, upwards and downwards."""
     module: str = ""
-    """Of a verb with a meaning of its `own`: has `phrase(reader)`, what stands behind the verb, and
-    `orders(actors, phrase, where)`, the orders of the plan that it becomes."""
+    """Module of a verb whose meaning is its `own`: `phrase(reader)` reads the words after the verb, and `orders(actors,
+    phrase, where)` returns the orders of the plan."""
 
 
 FORWARD = ("forward", "back")

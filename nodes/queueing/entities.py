@@ -39,7 +39,7 @@ class NetworkPart(Atomic):
 
 
 class Waiting:
-    """A queue sorted in the order of service: by priority if the discipline says so, then by turn number."""
+    """A queue in the order of service: by priority if the discipline says so, then by service key (see `turn_of`)."""
 
     def __init__(self, discipline: str = "first in, first out") -> None:
         if discipline not in get_args(Discipline):
@@ -51,19 +51,19 @@ class Waiting:
         return len(self.heap)
 
     def put(self, turn: int, since: int, left: int, entity: Entity) -> None:
-        """Add an entity with its turn number; it has waited since the time `since` [ns], and `left` [ns] of an
+        """Add an entity with its service key; it has waited since the time `since` [ns], and `left` [ns] of an
         interrupted service remain (-1: none was interrupted)."""
         heappush(self.heap, (entity.priority if self._by_priority else 0, turn, since, left, entity))
 
     def take(self) -> tuple[int, int, int, Entity]:
-        """Remove the first entry and return its turn number, waiting-since time [ns], remaining service time [ns] and
+        """Remove the first entry and return its service key, waiting-since time [ns], remaining service time [ns] and
         entity."""
         return heappop(self.heap)[1:]
 
 
 def turn_of(discipline: str, count: int) -> int:
-    """Return the turn number, smallest first, of the entity that is the `count`-th to arrive, under a queueing
-    discipline."""
+    """Return the service key of the `count`-th arrival under a queueing discipline; entities with smaller keys are
+    served first."""
     return -count if discipline == "last in, first out" else count
 
 

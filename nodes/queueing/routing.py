@@ -11,8 +11,7 @@ from heavylift.nodes.queueing.entities import Entity, NetworkPart, Waiting, shar
 
 
 class MonitorStatistics(Message):
-    """Number of entities that left the monitored section; mean and largest number of entities in it; mean time in it
-    [s]."""
+    """Number of entities that left the monitored section; mean and largest number in it; mean time in it [s]."""
 
     units: ClassVar[Mapping[str, str]] = {"number": "1", "time": "s"}
     left: int
@@ -77,8 +76,7 @@ class Branch(_Forwarding):
 
 
 class Join(_Forwarding):
-    """Reunites the `parts` of an entity: when that many entities with the same number have arrived, it sends the last
-    one."""
+    """Reunites the `parts` of an entity: when that many with the same number have arrived, it sends the last one."""
 
     into, out = In(Entity), Out(Entity)
 

@@ -145,8 +145,7 @@ class Server(NetworkPart):
         self.later(now + seconds(self.failures.up.draw(self.random)), unit, "fails")
 
     def begin(self, now: int, turn: int, since: int, left: int, entity: Entity) -> None:
-        """Start serving an entity on the first idle unit; the service takes `left` [ns], or a random time if `left` is
-        -1."""
+        """Start serving an entity on the first idle unit; the service takes `left` [ns] (-1: a random time)."""
         unit = heappop(self.idle)
         if left < 0:
             self.waits.add((now - since) / 1e9)
@@ -155,7 +154,7 @@ class Server(NetworkPart):
         self.serving[unit] = (self.later(end, unit, "served"), end, turn, since, entity)
 
     def interrupt(self, unit: int, now: int) -> None:
-        """Interrupt the service on a unit and put the entity back into the queue, with its earlier turn number."""
+        """Interrupt the service on a unit and put the entity back into the queue, with its earlier service key."""
         _, end, turn, since, entity = self.serving[unit]  # type: ignore[misc]
         self.interrupted += 1
         self.release(unit)
@@ -184,7 +183,7 @@ class Server(NetworkPart):
         heappush(self.idle, unit)
 
     def turn(self) -> int:
-        """Return the turn number of the next arriving entity."""
+        """Return the service key of the next arriving entity."""
         self.marks += 1
         return turn_of(self.discipline, self.marks)
 

@@ -31,8 +31,7 @@ class WaitingStatistics(Message):
 
 
 class SinkStatistics(Message):
-    """Number of entities that arrived; mean, standard deviation, minimum and maximum of their time in the network
-    [s]."""
+    """Number of entities that arrived; mean, standard deviation, least and largest time in the network [s]."""
 
     units: ClassVar[Mapping[str, str]] = {"mean": "s", "deviation": "s", "least": "s", "most": "s"}
     count: int

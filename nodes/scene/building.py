@@ -78,8 +78,8 @@ def facts(scene: schema.Scene) -> SceneFacts:
 def build(
     path: Path, name: str, text: str, overrides: Sequence[str], passing: bool = False, followed: bool = True
 ) -> LoadedScene:
-    """Build the scene of a text with settings. `passing`: the scene is one of many variants, which are not loaded
-    again; without `followed`, its equilibrium path is not computed."""
+    """Build the scene of a text with settings. If `passing`, the scene is one of many variants, which are not loaded
+    again. The equilibrium path is computed only if `followed`."""
     source = extended(path, name, text, path.parent)
     if not source.data:
         raise_faults(source, source.faults)
@@ -129,7 +129,7 @@ def _built(
         return loaded
 
     def other(values: Mapping[InData, Data]) -> LoadedScene:
-        """Return the scene with other values, whose limits are not checked before."""
+        """Return the scene with other values; its limits are not checked first."""
         own = replace(source, data=deepcopy(given), faults=[])
         for at, value in values.items():
             own.at(at[:-1])[at[-1]] = value  # type: ignore[index]
@@ -149,8 +149,8 @@ def _built(
 def _planned(
     source: SourceText, scene: schema.Scene, known: LoadedScene, followed: bool = True, nominal: bool = False
 ) -> LoadedScene:
-    """Build the plan of a valid scene and return it added to the data in `known`; if `nominal`, static overloads are
-    checked as well."""
+    """Build the plan of a valid scene and return it added to the data in `known`. If `nominal`, check static overloads,
+    too."""
     builder = build_machines(source, scene)
     check_parts(source, scene)
     machines = tuple(builder.machines)

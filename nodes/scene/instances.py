@@ -178,8 +178,7 @@ def _split(rope: str) -> tuple[str, str]:
 
 
 def _begins_each_once(source: SourceText, scene: Scene, listed: Sequence[Action]) -> None:
-    """Add errors of the common action list: orders to machines, a lift that is begun twice, a lift that is never
-    begun."""
+    """Add errors of the common action list: orders to machines, a lift begun twice, a lift never begun."""
     begun: list[str] = []
     for order in (order for action in listed for order in action.orders):
         at = source.path_of(order.where)

@@ -79,8 +79,8 @@ def loaded(scene: LoadedScene | str | Path) -> LoadedScene:
 def parse(
     text: str, name: str = "scene.yaml", overrides: Sequence[str] = (), passing: bool = False, followed: bool = True
 ) -> LoadedScene:
-    """Return the scene of a YAML text; `passing`: it is one of many variants; without `followed`, its equilibrium path
-    is not computed."""
+    """Return the scene of a YAML text. If `passing`, it is one of many variants; its equilibrium path is computed only
+    if `followed`."""
     from .building import build
 
     return replace(build(Path(name), name, text, overrides, passing, followed), typed=name)

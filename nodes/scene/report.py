@@ -216,7 +216,7 @@ def _changes(rows: Sequence[tuple[Cell, ...]]) -> tuple[tuple[Cell, ...], ...]:
 
 
 def _limits(built: plan.Plan, checks: Sequence[Check]) -> list[str]:
-    """Return, as lines of text, the list of checks, worst first, and the amplification factors of standards."""
+    """Return as lines of text: the checks, worst first, and the dynamic amplification factors that standards give."""
     lines = _printed([table_of(checks, title="Checks on the path at rest")]) or [""]
     required = dynamics_required(built)
     lines += [f"  dynamic amplification foreseen: {required[0]:g} ({required[1]})"] if required else []

@@ -141,7 +141,7 @@ def _rows(A: np.ndarray) -> Any:
 
 
 def _around(headings: np.ndarray, X: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return headings, and their loads, that go once around the hull if they are not those of one side."""
+    """Return headings and loads, extended to a closed turn around the hull unless the headings cover just one side."""
     if headings.min() >= 0.0 and headings.max() <= np.pi + EXACTLY:
         return headings, X
     turned, at = np.unique((headings % (2.0 * np.pi)).round(DIGITS), return_index=True)

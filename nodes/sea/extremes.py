@@ -92,8 +92,7 @@ def _fits(x: NDArray[np.float64], place: float, scale: float) -> bool:
 
 
 def _by_order(x: NDArray[np.float64], part: float) -> Extreme:
-    """Return the quantile and its bound from the order of the values: the number of values below a quantile is
-    binomial."""
+    """Return the quantile and its bound from the order of the values: the number below a quantile is binomial."""
     from scipy.stats import binom
 
     n = len(x)

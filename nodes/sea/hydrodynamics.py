@@ -26,8 +26,7 @@ SIDES = (1.0, -1.0, 1.0, -1.0, 1.0, -1.0)  # how loads change where a wave comes
 
 
 class FitError(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Largest errors of the fitted radiation model, relative to the largest added mass and the largest damping of each
-    mode."""
+    """Largest errors of the fitted radiation model, relative to the largest added mass and damping of each mode."""
 
     added_mass: float
     damping: float
@@ -62,7 +61,7 @@ class MeanDrift(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 class Hydrodynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """The hydrodynamics of a hull at one draught. `metacentres`: heights of the transverse and the longitudinal
-    metacentre above the waterline [m]; `symmetric`: port and starboard are alike, so the headings cover only half a
+    metacentre above the waterline [m]; If `symmetric`, port and starboard are alike, so the headings cover only half a
     turn."""
 
     version: int
@@ -144,8 +143,7 @@ def read_hydrodynamics(text: bytes, file: str) -> Hydrodynamics:
 
 
 def _between(places: Sequence[float], x: float) -> tuple[int, float]:
-    """Return the index of the interval of ascending places in which x lies, and the fraction (0 to 1) at which x lies
-    in it."""
+    """Return the index of the interval of ascending places that contains x, and the fraction (0 to 1) of x in it."""
     i = min(max(bisect_right(places, x) - 1, 0), len(places) - 2)
     return i, min(max((x - places[i]) / (places[i + 1] - places[i]), 0.0), 1.0)
 

@@ -65,8 +65,7 @@ class CoupledModes:
         self.wanted = self.rows(K / np.outer(self.size, self.size))
 
     def rows(self, K: np.ndarray) -> np.ndarray:
-        """Return the damping and added mass in K (..., n, m, m) as one vector, each relative to the largest value of
-        its mode."""
+        """Return the damping and added mass in K (..., n, m, m) as one vector, each relative to its mode's largest."""
         parts = K.real, K.imag / self.w[:, None, None] / self._ratio
         flat = [x[..., self._upper[0], self._upper[1]].reshape(*K.shape[:-3], -1) for x in parts]
         return np.concatenate(flat, axis=-1)

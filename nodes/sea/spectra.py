@@ -117,8 +117,8 @@ def components(
 
 
 def wave_number(frequency: float, gravity: float, depth: float | None = None) -> float:
-    """Return the wave number k [rad/m] of a wave with a frequency w [rad/s] on water of a depth h [m], from w^2 = g k
-    tanh(k h); None: deep water, w^2 = g k."""
+    """Return the wave number k [rad/m] of a wave with a frequency w [rad/s] on water of the depth h [m], from w^2 = g k
+    tanh(k h); for depth None, deep water, from w^2 = g k."""
     deep = frequency * frequency / gravity
     if depth is None:
         return deep

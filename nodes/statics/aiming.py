@@ -46,8 +46,7 @@ def goal_states(built: plan.Plan, path: Followed) -> list[StaticState]:
 
 
 def goal(built: plan.Plan, action: plan.Action, before: StaticState) -> StaticState:
-    """Return the state at the ends of those moves of an action whose end position is known, for straight drives and
-    hooks."""
+    """Return the state at the ends of an action's moves whose end position is known, for straight drives and hooks."""
     own = [actuator.name for machine in built.machines for actuator in machine.actuators]
     now = {name: before.references[name] for name in own if name in before.references}
     for move in (m for m in action.orders if isinstance(m, Move)):
@@ -152,8 +151,7 @@ def _tops(built: plan.Plan, whole: System, body: str, state: StaticState) -> lis
 
 
 def _way(joint: Joint, state: StaticState, top: Vector, to: Vector) -> float | None:
-    """Return how far a joint must move until a point that it carries is above another point; None if it cannot get
-    there."""
+    """Return how far a joint must move until a point that it carries is above another point; None if it cannot."""
     axis = axis_of(joint, state)
     if joint.kind == "prismatic":
         level = axis[0] * axis[0] + axis[1] * axis[1]

@@ -55,8 +55,7 @@ def rigged(built: plan.Plan, first: StaticState) -> plan.Plan:
 
 
 def _rested(machine: plan.Mechanism, bodies: set[str], first: StaticState) -> plan.Mechanism:
-    """Return a machine with the given bodies in their poses at rest, together with the bodies that hang on them by
-    joints."""
+    """Return a machine with the given bodies in their poses at rest, with the bodies that hang on them by joints."""
     hung = {*bodies} - {machine.name}
 
     def joint(x: Joint) -> Joint:

@@ -81,7 +81,7 @@ class StaticRun:
         self.stages: list[str] = []
         """Names of the stages that have begun."""
         self.tripped: list[tuple[float, str]] = []
-        """When [s] interlocks tripped."""
+        """Times [s] at which interlocks tripped, with their names."""
         self.over = self.ended = False
         self._last = Tag(-1)
         self._turned: list[int] = []
@@ -195,8 +195,8 @@ class StaticRun:
         self.acted += [self._begun()] * (commander.index - before)
 
     def _check_stability(self) -> None:
-        """Compute and store the smallest stiffness of the equilibrium at the end of an action, which is negative if it
-        is unstable."""
+        """Compute and store the smallest stiffness of the equilibrium at the end of an action; negative if it is
+        unstable."""
         self.states[-1] = dataclasses.replace(self.states[-1], stiffness=self.path.stiffness())
 
     def _begun(self) -> Acted:

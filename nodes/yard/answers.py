@@ -143,8 +143,7 @@ def contract_states(yard: Yard, values: Values) -> dict[str, str]:
 
 
 def state_of(yard: Yard, values: Values) -> str:
-    """Return red if a contract date is missed or a lift cannot be carried out, else the worst state of a contract
-    date."""
+    """Return red if a contract date is missed or a lift cannot be carried out, else the worst contract state."""
     found = {*contract_states(yard, values).values()}
     if impossible(yard) or _red_runs(values):
         return "red"
@@ -228,8 +227,7 @@ def spans(yard: Yard, values: Values) -> list[tuple[float, float, bool]]:
 
 
 def _schedule(yard: Yard, values: Values, whole: bool) -> Table:
-    """Return the table with start and end of each critical activity, or of all of them if the table is to be
-    `whole`."""
+    """Return the table with start and end of each critical activity, or of all activities if `whole`."""
     rows = [
         (one.block, one.step, at_end(yard, start), at_end(yard, end), *(("yes" if critical else "",) if whole else ()))
         for one, (start, end, critical) in zip(yard.activities, spans(yard, values), strict=True)

@@ -175,14 +175,13 @@ class Dispatcher(Atomic):
         if kept and wake == NEVER and not self.running and not (any(self.calms) and WEATHER in self.causes):
             waits = self.activities[kept[0][1]]
             raise ModelError(
-                f"{waits.name} waits for ever for {self.causes[kept[0][1]]}, as blocks that keep it wait for others; "
-                "let an earlier step give it back, or have more of it"
+                f"{waits.name} waits for ever for {self.causes[kept[0][1]]}: blocks that hold it wait for others; "
+                "release it at an earlier step, or add units"
             )
         self.hold_in(0 if self.begun or self.changed or self.telling else wake if wake == NEVER else wake - now)
 
     def calm_for(self, n: int, now: int) -> bool:
-        """Return whether the wind allows a lift to begin now, and does so until its expected end or the end of the
-        forecast."""
+        """Return whether the wind allows a lift from now to its expected end, or to the end of the forecast."""
         end = self.calm[self.limited[n]] if self.calm else -1
         one = self.activities[n]
         return end > now and end >= min(now + self.weather.forecast, one.works.add(now, one.expected))

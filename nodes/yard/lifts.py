@@ -90,8 +90,7 @@ def winds(plan: Plan, factor: float | None) -> tuple[float, float, float]:
 
 
 def at_rest(order: LiftOrder) -> Lift:
-    """Return the results of a lift followed along its equilibrium path; a lift that cannot be carried out has the state
-    red."""
+    """Return the results of a lift followed along its equilibrium path; an impossible lift is red."""
     try:
         scene = of_scene(order)
     except HeavyliftError as error:

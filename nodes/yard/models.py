@@ -68,7 +68,7 @@ class YardStep(Atomic):
         self.hold_in(self.due[0][0] - now if self.due else NEVER)
 
     def lift(self, n: int, now: int) -> None:
-        """Begin the lift of a rigged block, or let it wait for less wind."""
+        """Begin the ordered activities; stop lifts, or let them continue, as the wind demands."""
         one = self.activities[n]
         assert one.lift
         left = seconds(one.lift.seconds)
@@ -82,7 +82,7 @@ class YardStep(Atomic):
             heappush(self.due, (one.works.add(now, left), n))
 
     def stop(self, now: int) -> None:
-        """Stop lifts in too much wind, and continue those that are allowed again."""
+        """Begin the lift of a rigged block, or let the block wait for less wind."""
         for end, n in [*self.due]:
             one = self.activities[n]
             if one.lift and n not in self.rigging and self.speed > one.lift.stop and end > now:
@@ -114,7 +114,7 @@ class YardStep(Atomic):
         self.hold_in(self.due[0][0] - now if self.due else NEVER)
 
     def confluent(self, x: Bag) -> None:
-        """Let the new wind decide of lifts that begin now."""
+        """Handle the new wind first, so that it decides which lifts begin now."""
         self.speed = x[self.wind][-1].speed if x[self.wind] else self.speed
         super().confluent(x)
 
@@ -172,7 +172,7 @@ def coupled(yard: Yard, seed: int = 0, rule: str = "", carry_out: CarryOut | Non
 
 
 def settled(one: Activity, seed: int) -> Activity:
-    """Return an activity with the working time that is drawn for it, for seed 0 with the expected one."""
+    """Return an activity with its working time: drawn at random or, for seed 0, expected."""
     return replace(one, takes=Fixed(one.takes.draw(stream(seed, one.name)) if seed else one.takes.mean))
 
 

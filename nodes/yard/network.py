@@ -32,8 +32,7 @@ Span = tuple[int, int]  # [ns] start and finish
 
 @dataclass(frozen=True)
 class Need:
-    """Units of a resource that an activity occupies from its beginning until the activity with number `until` is
-    done."""
+    """Units of a resource that an activity occupies from its beginning until activity number `until` is done."""
 
     resource: str
     units: int
@@ -137,8 +136,7 @@ def sequence(yard: Yard) -> list[int]:
 
 
 def ranks(yard: Yard, rule: str = "") -> list[int]:
-    """Return the position of each activity in the order of a priority rule; by default of the yard's own rule or
-    order."""
+    """Return the position of each activity in the order of a priority rule; by default the yard's own."""
     numbers = range(len(yard.activities))
     known, values = dates(yard), list[int]()
     if not rule and yard.plan:

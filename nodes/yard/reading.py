@@ -106,7 +106,7 @@ class _Reading(Taking):
         )  # fmt: skip
 
     def calendars(self) -> dict[str, tuple[Shift, ...]]:
-        """Return the working intervals of each shift; under "" those of all shifts or, if there are none, the whole
+        """Return the working intervals of each shift; under "" those of all shifts or, without shifts, the whole
         day."""
         self.mapping(("calendar",), OF_CALENDAR)
         of_day = self.mapping(("calendar", "shifts"))

@@ -20,8 +20,7 @@ class Taking:
         self.source = source
 
     def take(self, path: Path, of: Callable[[Any], T], usual: Any, mark: Mark | None = None, value: Data = None) -> T:
-        """Return the result of the function `of` for the value at a path; `usual` if there is no value, or an invalid
-        one."""
+        """Return the result of the function `of` for the value at a path; `usual` for a missing or invalid value."""
         value = self.source.at(path) if value is None else value
         if value is None:
             return cast(T, usual)
@@ -32,8 +31,7 @@ class Taking:
             return cast(T, usual)
 
     def cell(self, cells: dict[str, TableCell], column: str, at: Path, of: Callable[[str], T], usual: Any) -> T:
-        """Return the result of the function `of` for the cell in a column; `usual` if there is no cell, or an invalid
-        one."""
+        """Return the result of the function `of` for the cell in a column; `usual` for a missing or invalid cell."""
         found = cells.get(column)
         return self.take((*at, column), of, usual, found.mark, found.text) if found else cast(T, usual)
 
@@ -56,8 +54,8 @@ class Taking:
             self.source.fault(path, f"there is no {what} '{word}'", closest(str(word), [x for x in among if x]))
 
     def table(self, path: Path, root: FilePath | None = None) -> tuple[list[TableColumn], list[list[TableCell]]]:
-        """Return the column heads and the rows of the table named at a path, from a folder (default: that of the yard
-        file); empty lists if there was an error."""
+        """Read the table file that the value at a path names, in the folder `root` (default: that of the yard file).
+        Return its column heads and rows; both are empty lists if there was an error."""
         try:
             found = table(root or self.source.root, str(self.source.at(path)))
             return found.head, found.rows

@@ -173,7 +173,7 @@ def test_energy_lost_without_heat_ends_a_run_with_error_control():
     s.run(4 * SECOND)
     s.P[s.program.parameters.at["spring", "spring"].start] *= 0.5
     with pytest.raises(
-        KernelError, match=r"J are gone without heat, more than 5 % of the largest energy exchanged so far"
+        KernelError, match=r"J were lost without heat, more than 5 % of the largest energy exchanged so far"
     ):
         bit_by_bit(s, 4, 9)
 

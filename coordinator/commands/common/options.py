@@ -260,7 +260,8 @@ def deadline_s(text: str) -> float:
     return seconds
 
 
-def fails(state: str, strict: bool, fail_on: str) -> bool:
-    """Return whether a verdict with this `state` makes the exit code 1, given --strict or --fail-on `fail_on`."""
+def end_by(strict: bool, fail_on: str, *states: str) -> None:
+    """End the command with exit code 1 if the `state` of a verdict is too bad for --strict or --fail-on `fail_on`."""
     worst = {"red": 1, "undecided": 2, "amber": 3}
-    return worst.get(state, 4) <= max(2 * strict, worst.get(fail_on, 0))
+    if min(worst.get(state, 4) for state in (*states, "")) <= max(2 * strict, worst.get(fail_on, 0)):
+        raise typer.Exit(1)

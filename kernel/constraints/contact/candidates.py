@@ -57,15 +57,14 @@ class OrientedBox:
         return [self.c + sum(s * h * e for s, h, e in zip(v, self.h, self.axes, strict=True)) for v in VERTICES]
 
     def outside(self, x: Array, body: Side) -> tuple[Array, Array]:
-        """Return the distance (3,) of a point x of `body` beyond the nearer face along each axis of the box, and its
+        """Return the distance (3,) of a point x of `body` beyond the nearer face along each axis of the box, with its
         rate."""
         d = self.axes @ (x - self.c)
         v = self.axes @ (body.velocity(x) - self.side.velocity(x))
         return abs(d) - self.h, np.array([select(e > 0.0, u, -u) for e, u in zip(d, v, strict=True)], dtype=object)
 
     def depth(self, x: Array, body: Side) -> Witness:
-        """Return the signed distance of a point of `body` from the surface of the box, the largest over the axes, and
-        its rate."""
+        """Return the signed distance of a point of `body` from the box (the largest over the axes), and its rate."""
         s, v = self.outside(x, body)
         # the largest over three axes: negative inside; the maximum is the nearer face's distance
         first = s[0] > s[1]
@@ -73,8 +72,8 @@ class OrientedBox:
         return select(gap > s[2], gap, s[2]), select(gap > s[2], rate, v[2])
 
     def height(self, x: Array, body: Side, faces: list[Scalar]) -> Witness:
-        """Return the height of a point of `body` above that one of the box's faces which `faces` (3) marks, if the
-        point lies over this face; otherwise the result of `depth`."""
+        """Return the height of a point of `body` above the marked face of the box, if the point lies over this face;
+        otherwise the result of `depth`. `faces`: 3 flags, one per axis of the box."""
         s, v = self.outside(x, body)
         gap, rate = self.depth(x, body)
         for k, face in enumerate(faces):
@@ -145,7 +144,8 @@ def box_box(first: Array, second: Array, A: Array, B: Array) -> list[Witness]:
 
 
 def _faces(apart: list[Scalar]) -> list[Scalar]:
-    """Mark the separating axis of two boxes that overlap along the others, so that flush boxes do not catch."""
+    """Return 3 flags, one per axis: whether two boxes overlap along both other axes and are separated most along this
+    one. The flags prevent flush boxes from catching on each other."""
     over = [x < -NEAR for x in apart]
     return [(apart[k] >= maximum(apart[k - 2], apart[k - 1])) & over[k - 2] & over[k - 1] for k in range(3)]
 
@@ -186,8 +186,8 @@ def edge(box: OrientedBox, i: int, signs: tuple[float, float]) -> Any:
 
 
 def _edges(a: OrientedBox, b: OrientedBox, x: Direction, most: Scalar) -> list[Witness]:
-    """Return the witnesses of crossing edge pairs that no other direction separates further. All is linear in the
-    midpoints p, q of the edges: their crossing lies at p + s a_i = q + t b_j + gap n."""
+    """Return the witnesses of the pairs of crossing edges along whose common normal the boxes are separated most. All
+    is linear in the midpoints p, q of the edges: their crossing lies at p + s a_i = q + t b_j + gap n."""
     along, across = a.axes[x.i], b.axes[x.j]
     crossing = x.sine > CROSSING
     # parameters of the crossing along both edges, from two linear equations
@@ -221,8 +221,7 @@ def passes(c: Contact) -> bool:
 
 
 def reach(c: Contact, first: Array, second: Array, A: Array, B: Array) -> Any:
-    """Return the longest step [s] in which the shapes cannot pass through each other, from their present poses and
-    speeds."""
+    """Return the longest step [s] in which the shapes cannot pass through each other, from the present state."""
     (R_a, half_a), (R_b, half_b) = _extent(c.a, first), _extent(c.b, second)
     both_boxes = not isinstance(c.a, Ball) and not isinstance(c.b, Ball)
     # two boxes can pass once the smaller half extent has been crossed
@@ -237,7 +236,7 @@ def reach(c: Contact, first: Array, second: Array, A: Array, B: Array) -> Any:
 
 
 def _extent(shape: Shape, p: Array) -> tuple[Scalar, Scalar]:
-    """Radius of the bounding sphere and smallest half extent of a shape [m]."""
+    """Return the radius of the bounding sphere and the smallest half extent of a shape [m]."""
     if isinstance(shape, Ball):
         return p[3], p[3]
     h = p[12:15]

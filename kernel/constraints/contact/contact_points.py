@@ -38,8 +38,8 @@ class SlotAt:
     slot.
 
     BACK: backward speed along the slip direction U [m/s] at which a slip ends; larger for a slip that has just begun,
-    which must not end at once. SLIPS: whether the contact slides away; a contact at its friction limit may also be held
-    by others.
+    which must not end at once. SLIPS: whether the contact slides; at its friction limit, a contact may still be held in
+    place by other contacts.
     """
 
     ON, STICK = range(HELD, HELD + 2)
@@ -197,7 +197,7 @@ def _functions(c: Contact, pair: ContactPair, kind: str, n: int) -> tuple[Functi
 
 
 def _touch(gap: Scalar, rate: Scalar) -> Any:
-    """Return a candidate's guard: negative where it touches; at once if it approaches, later if it penetrates."""
+    """Return the guard of a candidate: negative at once if the shapes touch and approach, later if they penetrate."""
     # two cases: gap and approach, or a deeper gap at rest; a place just left must not fire again by round-off
     return minimum(maximum(gap + DEPTH, rate + RESTING), maximum(gap + SUNK, rate + DEPTH))
 

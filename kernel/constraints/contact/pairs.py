@@ -110,7 +110,7 @@ def _ball_on_box(i: int, a: np.ndarray, b: np.ndarray, A: np.ndarray, B: np.ndar
 
 
 def _frame_of_ball_on_box(h: Array, A: Array, B: Array) -> ContactFrame:
-    """Return the frame of a ball on a face, an edge or a corner of a box, as the slot states."""
+    """Return the frame of a ball on a face, an edge or a corner of a box; the numbers h of the slot select which."""
     g = h[1:]
     kinds = frames.face(g[:FACE], A, B), frames.edge(g[:EDGE], A, B), frames.corner(g[:CORNER], A, B)
     return _chosen(h[0], kinds)
@@ -134,7 +134,7 @@ def _two_boxes(i: int, a: np.ndarray, b: np.ndarray, A: np.ndarray, B: np.ndarra
 
 
 def _frame_of_boxes(h: Array, A: Array, B: Array) -> ContactFrame:
-    """Return the frame of two boxes: a face of B, a face of A or crossing edges, as the slot states."""
+    """Return the frame of two boxes; the numbers h of the slot select a face of B, one of A, or crossing edges."""
     g = h[1:]
     on_b, on_a = frames.face(g[:FACE], A, B), _turned(frames.face(g[:FACE], B, A))
     crossed = frames.edges(g[:EDGES], A, B)
@@ -219,7 +219,7 @@ def gap(c: Contact, a: Pose, b: Pose) -> float:
 
 
 def _solid(s: Shape, at: Pose) -> tuple[np.ndarray, np.ndarray, float]:
-    """Centre (3,), half edges as rows (n, 3) in the world, and radius of a shape; for a plane a point [m]."""
+    """Return centre (3,), half edges as rows (n, 3) in the world, and radius of a shape; for a plane a point [m]."""
     place, R = at
     middle = place + (R * np.array(s.p)).sum(axis=1)
     if not isinstance(s, Box):

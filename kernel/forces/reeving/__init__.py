@@ -2,7 +2,7 @@
 
 law       the entry of the force table
 groups    parts of a rope that slip together, and their strains; edges of several bodies
-nodes     sheaves, edges and ends as numbers; initial course of a rope
+nodes     sheaves, edges and ends as numbers; initial path of a rope
 sheaves   geometry over sheaves: tangents and arcs; geometry along edges, unrolled
 """
 

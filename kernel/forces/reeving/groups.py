@@ -101,7 +101,7 @@ class Groups:
         return [named(f"sum{self._sums}_{i + 1}", x) for i, x in enumerate(sums)]
 
     def mean_rates(self) -> list[Scalar]:
-        """Return, for each part of the rope, the mean over its group of N s', unstretched length times strain rate."""
+        """Return, for each part of the rope, the mean over its group of N s': unstretched length times strain rate."""
         together = self._total(_times(self.unstretched, self.rates))
         return [a / b for a, b in zip(together, self._group, strict=True)]
 
@@ -126,8 +126,7 @@ def _times(*columns: Sequence[Scalar]) -> list[Scalar]:
 
 
 def slip_ratio(s: Sheave, q: Array, wrap: tuple[Scalar, Scalar] | None) -> tuple[Scalar, Scalar]:
-    """Return the tension ratio of a slipping sheave and the rate of this ratio; `wrap`: wrap angle [rad] with its
-    rate."""
+    """Return the tension ratio of a slipping sheave and the rate of this ratio; `wrap`: wrap angle [rad], its rate."""
     ratio, rate = (q[11], 0.0) if s.efficiency < 1.0 else (1.0, 0.0)
     if wrap and s.friction > 0.0:
         angle, turning = wrap

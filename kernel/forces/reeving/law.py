@@ -225,7 +225,7 @@ class ReevingLaw(ForceLaw[Reeving]):
         lies[leavable(f)] = 0.0
 
     def put_on(self, f: Reeving, p: np.ndarray, L0: float, poses: Poses) -> float:
-        """Hang the rope, slack, from a to b; return the length [m] by which its unstretched length L0 is too short."""
+        """Hang the rope, slack, from a to b; return by how much its unstretched length L0 is too short [m]."""
         p[ReevingAt.HEAD :] = self.numbers(structs.replace(f, hooked=True), poses)[ReevingAt.HEAD :]
         p[ReevingAt.TAUT] = 0.0
         return self.start_length(f, poses) - L0

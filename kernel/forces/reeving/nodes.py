@@ -1,4 +1,4 @@
-"""Nodes of a rope over sheaves or edges: their numbers in P, the path over them, and its initial course."""
+"""Nodes of a rope over sheaves or edges: their numbers in P, and the path of the rope over them, also at the start."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def way_over(
 
 
 def _there(f: Reeving, poses: Poses) -> tuple[list[list[float]], list[Array], list[SheavePoint]]:
-    """Return numbers of all nodes, their bodies at rest and the nodes in a pose, with arcs not yet divided."""
+    """Return, in a given pose: numbers of all nodes, their bodies at rest, and the nodes, with arcs not yet divided."""
     given = [[*s.at.p, *s.axis, 1.0, 0.0, 0.0, s.radius, s.friction, 1.0 / s.efficiency, *s.span] for s in all_nodes(f)]
     bodies = [_body(*poses(p.body)) for p in f.points]
     nodes = [node_of(x, exact(q), body) for x, q, body in zip(all_nodes(f), given, bodies, strict=True)]

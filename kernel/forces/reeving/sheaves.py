@@ -108,7 +108,7 @@ class RopePath:
         self.turned: list[Scalar] = []
         self.turning: list[Scalar] = []
         self.wraps: dict[int, tuple[Scalar, Scalar]] = {}
-        """Of every node that turns the rope: its wrap [rad] and the rate of that."""
+        """For each node that turns the rope: wrap angle [rad] and its rate."""
         self.lengths = self._pieces()
         for i, turns in enumerate(turning):
             if turns:
@@ -217,7 +217,7 @@ class Unrolled:
         counted: Array | None = None,
         apart: bool = False,
     ) -> None:
-        """Compute the path; `apart`: the edges are on several bodies that slide along one another."""
+        """Compute the path; if `apart`, the edges are on several bodies that slide along one another."""
         self._on, edge = on, nodes[1]
         n = edge.axis
         dn = cross(edge.w, n)
@@ -248,9 +248,9 @@ class Unrolled:
             shorter * (dx + slope * rise) - rate
             for dx, rise, rate in zip(plane.rates, _rises(rates, apart), self.rates, strict=True)
         ]
-        """Of each part the rate of its material line less that of its length [m/s]."""
+        """For each part: rate of its material line minus rate of its length [m/s]."""
         self.spans: list[tuple[Scalar, Scalar]] = []
-        """Of each edge, from its point, where along its axis the rope comes and where it goes [m]."""
+        """For each edge: positions along its axis, from its point, at which the rope arrives and leaves [m]."""
         self.parts: list[RopeSegment] = []
         begin, end = heights[0], heights[0]
         for i, part in enumerate(plane.parts):
@@ -269,7 +269,7 @@ class Unrolled:
         return self._plane.watches()
 
     def within(self, ends: Sequence[Array]) -> list[Scalar]:
-        """Return, for each edge, the guard that the rope stays between the edge's ends (lower, upper) [m]."""
+        """Return, for each edge, the guard of its ends: how far inside (lower, upper) the rope stays [m]."""
         out = []
         for here, (comes, goes), (lower, upper) in zip(self._on[1:-1], self.spans, ends, strict=True):
             inside = minimum(minimum(comes, goes) - lower, upper - maximum(comes, goes))

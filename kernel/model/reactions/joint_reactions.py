@@ -127,7 +127,7 @@ def _between(pose: Pose, values: Mapping[int, float], found: dict[Key, float]) -
 
 
 def _put(found: dict[Key, float], name: str, R_WJ: np.ndarray, p: np.ndarray, F: np.ndarray) -> None:
-    """Put the six components of wrench F at a joint, p from the tree's point, into `found`."""
+    """Put the six components of wrench F at a joint into `found`; p: position of the joint from the tree's point."""
     arm = cross(p, F[3:])
     size = norm([float(x) for x in (*F, *arm)])
     for k, f in enumerate((F[3:], F[:3] - arm)):
@@ -182,8 +182,8 @@ class Reactions(dict[str, Reaction]):
 
 
 def reactions(simulation: Running, least: bool = True) -> Reactions:
-    """Return the reactions of all joints by name at the present time; loop joints come last. `least`: undetermined
-    components get the values of least norm, not those of the solver of the motion."""
+    """Return the reactions of all joints by name at the present time; loop joints come last. If `least`, undetermined
+    components get the values of least norm, else those of the solver of the motion."""
     program, x = simulation.program, simulation.instant()
     dv = x.dy[program.nq : program.nq + program.nv]
     found = Reactions()

@@ -193,7 +193,7 @@ def _closed(pose: Pose) -> Pose | None:
 
 
 def _generic(pose: Pose, n: int, g: RowGroup, rank: int) -> int:
-    """Return the generic rank of a group of rows: evaluated at nearby poses if this pose may be singular."""
+    """Return the generic rank of a group of rows: also evaluated at nearby poses if this pose may be singular."""
     if rank == len(g.rows) or rank == len(g.columns):
         return rank  # a regular pose: the rank cannot be less, and near by it cannot be more
     motions = g.motions

@@ -130,6 +130,6 @@ def sentence(body: str, joint: str, t: float, turns: bool, use: float, refused: 
 
 
 def _most(parts: np.ndarray) -> set[int]:
-    """Return the nodes with the largest motion of a mode; `parts`: (n, 3, m)."""
+    """Return the nodes where a mode has its largest motion; `parts`: motions (n, 3, m) of n nodes in m modes."""
     moved = sizes(parts.transpose(2, 0, 1))
     return {int(i) for size in moved if np.any(size) for i in np.flatnonzero(size > (1.0 - TIES) * size.max())}

@@ -117,7 +117,7 @@ def with_stations(system: System) -> tuple[System, dict[str, FlexibleModes]]:
 
 @cache
 def _names(kind: Any) -> tuple[str, ...]:
-    """Fields of a class of data; () of any other."""
+    """Return the field names of a class of data; () for any other class."""
     return tuple(f.name for f in fields(kind)) if is_dataclass(kind) else ()
 
 

@@ -108,7 +108,7 @@ def _named(i: int, B: Array) -> Array:
 
 
 def _on_bodies(parents: list[int], F: list[Array]) -> list[Array]:
-    """Return the forces (6,) on each body: of its joint minus those of joints that it carries (eqs (1)-(4))."""
+    """Return the force (6,) on each body: that of its joint minus those of the joints on it (eqs (1)-(4))."""
     out = list(F)
     # each joint force acts on its child and, reversed, on its parent: Newton's third law
     for i, p in enumerate(parents):

@@ -197,7 +197,7 @@ def _unplaced(part: Tree) -> Tree:
 
 
 def _common(tree: Tree, limbs: Sequence[Limb]) -> Tree:
-    """Return the common tree of limbs: numbers that are equal in all of them stay structure."""
+    """Return the common tree of limbs: numbers that are equal in all of them stay constants of the code."""
     part = _part(tree, limbs[0].bodies)
     places = np.array([tree.bodies[limb.bodies[0]].p_PJ for limb in limbs])
     p = [x[0] if structural(x[0]) and (x == x[0]).all() else 0.5 for x in places.T]

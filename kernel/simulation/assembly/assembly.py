@@ -131,14 +131,14 @@ def locked(
 
 
 def _cause(program: Program, row: int, moving: Sequence[str]) -> str:
-    """Describe the cause of a lost row, as part of a sentence; `moving`: prescribed drives in motion."""
+    """Describe, in part of a sentence, why a row can no longer be satisfied; `moving`: prescribed drives in motion."""
     trees = _tied(program, row)
     bodies = [b for tree in trees for b in tree.bodies]
     dofs = {k for tree in trees for k in range(tree.v.start, tree.v.stop)}
     own = [d for d in program.system.drives if d.name in moving and program.driven(d)[1] in dofs]
     if len(own) > 1:
         names = " and ".join(f"'{d.name}'" for d in own)
-        return f"drives {names} move what one loop ties together and contradict each other; stop one or make it a servo"
+        return f"drives {names} move the same loop and contradict each other; stop one or make it a servo"
     masses = sorted((float(b.mass), b.name) for b in bodies if float(b.mass) > 0.0)
     if masses and masses[-1][0] > APART * masses[0][0]:
         (light, name), (heavy, other) = masses[0], masses[-1]
@@ -150,8 +150,8 @@ def _cause(program: Program, row: int, moving: Sequence[str]) -> str:
 
 
 def torn(program: Program, rope: str, movable: bool, moving: Sequence[str]) -> str:
-    """Return, as part of a sentence, why a rigid rope switches endlessly between taut and slack; "" if no drive is the
-    cause."""
+    """Return, as part of a sentence, why a rigid rope switches endlessly between taut and slack; "" if no drive causes
+    it."""
     if not moving:
         return ""
     names = " and ".join(f"'{name}'" for name in moving)

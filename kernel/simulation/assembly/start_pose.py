@@ -97,7 +97,7 @@ def _followed(pose: Pose, free: Sequence[Sequence[bool]]) -> Pose:
 
 
 def _aside(g: RowGroup, free: Sequence[bool], n: int) -> list[float]:
-    """Return the n-th start of the dependent coordinates, with other angles."""
+    """Return start values number n for the dependent coordinates, with angles other than those of the pose."""
     angles = (may and by == 1.0 for may, by in zip(free, g.columns_by, strict=True))
     return [ASIDE * n * (k + 1) % 3.0 if angle else 0.0 for k, angle in enumerate(angles)]
 

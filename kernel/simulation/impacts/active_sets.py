@@ -151,7 +151,7 @@ class ContactSets:
         return out
 
     def _rest(self, act: Act) -> None:
-        """Remove remaining gaps of a nanometre and negligible speeds, so that sliding begins from rest."""
+        """Remove gaps of about a nanometre and negligible speeds left by impulses, so that sliding begins from rest."""
         _, speed, _ = act.survey()
         for x in self._slots:
             if x.on and _moves(speed, x):
@@ -167,7 +167,8 @@ class ContactSets:
         return self._settled(ContactProblem(problem.A, b, _friction(on), np.zeros((len(on), 2))), on, t).x
 
     def _held(self, problem: Condensed, on: list[Unilateral], x: np.ndarray, slow: set[int]) -> np.ndarray:
-        """Return the impulses that end the motion of `slow` contacts together with those that push and stick."""
+        """Return further impulses that end the motion of `slow` contacts, while contacts with impulses x still push and
+        stick."""
         extra = np.zeros(len(x))
         if slow:
             after = problem.after(x)
@@ -245,7 +246,7 @@ def _holds(
     f: FrictionSolution,
     loops: list[int],
 ) -> bool:
-    """Return whether released contacts stay open under the forces f of the others."""
+    """Return whether the contacts without forces stay open under the forces f of the `others`."""
     problem, x = Condensed(A, free, _rows(on), loops), np.zeros(3 * len(on))
     for i, s in enumerate(others):
         k = on.index(s)
@@ -255,7 +256,7 @@ def _holds(
 
 
 def _length(x: Any, y: Any) -> Any:
-    """Length of one or many vectors (x, y)."""
+    """Return the length of one or many vectors (x, y)."""
     return np.sqrt(x * x + y * y)
 
 

@@ -44,7 +44,7 @@ class ContactProblem:
     mu: np.ndarray
     moving: np.ndarray
     size: np.ndarray | None = None
-    """(3m,) in proportion to which constraint rows that are redundant share forces (None: to the diagonal)."""
+    """Softness (3m,) of the rows: redundant rows share forces in proportion to it (None: to the diagonal of A)."""
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,8 @@ def settle(c: ContactProblem) -> FrictionSolution:
 def _begin(
     c: ContactProblem, given: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[int, float]]:
-    """Return initial sticking contacts, sliding directions, shares, prior forces, and sides of the last solution."""
+    """Return which contacts stick at first, sliding directions, friction shares, prior forces, and the sides of the
+    pivoting solution."""
     stick, u, share = ~given & (c.mu > 0.0), c.moving.copy(), np.ones((len(c.mu), 2))
     prior = np.zeros(3 * len(c.mu))
     if not stick.any():
@@ -164,8 +165,8 @@ def _across(c: ContactProblem, i: int, u: np.ndarray) -> np.ndarray:
 def _turn(c: ContactProblem, f: FrictionSolution, turns: np.ndarray, u: np.ndarray) -> float:
     """Do a Newton step for the directions of contacts that begin to slide, u x w_t = 0; return the largest angle.
 
-    The normal forces and the constrained tangents follow: rows w_n = 0, w_t = 0 against columns x_n, x_t, and the
-    angles.
+    The unknowns are also the normal forces and the sticking tangents: equations w_n = 0, w_t = 0, unknowns x_n, x_t and
+    the angles.
     """
     rows, columns, right = [], [], []
     for i in np.flatnonzero(f.push):

@@ -182,7 +182,7 @@ def _rate(block: np.ndarray) -> float:
 
 
 def _move(a: list[list[float]], w: list[float], x: list[float], n: int, new: list[float]) -> float:
-    """Give one contact new forces; return their largest change."""
+    """Set the forces of one contact from row n on, and update w; return the largest change of a force."""
     most = 0.0
     for k, value in enumerate(new, n):
         d = value - x[k]

@@ -86,7 +86,7 @@ def resolve(program: Program, t: float, among: float, y: np.ndarray, P: np.ndarr
 
 
 def _ended(A: np.ndarray, speed: np.ndarray, first: int, still: np.ndarray) -> np.ndarray:
-    """Return the impulses that stop the ropes `still` and the loops."""
+    """Return the impulses that stop the motion of the ropes `still` and of the loops."""
     rows = [*range(first), *(first + np.flatnonzero(still))]
     x = np.zeros(len(speed))
     free = np.full(len(rows), np.inf)

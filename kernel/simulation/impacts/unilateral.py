@@ -1,10 +1,10 @@
 """Unilateral constraints at an event: slots of contacts, and rigid ropes.
 
-Both have three rows, normal first, with -1 for a tangent that does not exist, so that the solver treats a rope as a
-contact without friction whose gap is its slack. Their states are numbers of P, which only this module writes.
+Slots and ropes have three rows each, normal first, with -1 for a missing tangent: for the solver a rope is a contact
+without friction whose gap is the slack. The states are numbers of P, which only this module writes.
 
-It also assigns touching candidates to slots, and frees the slots of places that have left their face. A candidate whose
-witness is at most `TOUCH` at an event touches at that instant; if there are more than slots, the fastest come first.
+The module also assigns touching candidates to slots, and frees the slots of places that have left their face. A
+candidate touches if its witness is at most `TOUCH` at an event; if slots are short, the fastest candidates get them.
 New contacts stick until the solver decides.
 """
 
@@ -56,7 +56,7 @@ class Unilateral(ABC):
     @property
     @abstractmethod
     def on(self) -> bool:
-        """Whether it may push or pull."""
+        """Whether the constraint may push or pull."""
 
     @abstractmethod
     def let_go(self) -> None:
@@ -150,7 +150,7 @@ class UnilateralRope(Unilateral):
         self._state[RigidAt.TAUT] = 0.0
 
     def keep(self, stick: bool, moves: bool, slips: bool, share: np.ndarray, u: np.ndarray, prior: np.ndarray) -> None:
-        """Do nothing, since a rope that is taut has no friction state."""
+        """Do nothing: a rope has no friction, so a taut rope has no further state."""
 
 
 def ropes_of(program: "Program", numbers: Numbers) -> list[UnilateralRope]:
@@ -202,7 +202,7 @@ def touch(sites: list[Site], slots: list[Slot], numbers: Numbers, ends: Ends, fe
     stick at first.
 
     `fell`: candidates, counted through all sites, whose guards report a touch. At the end of an edge, round-off may
-    select another candidate here than the guard did.
+    make another candidate touch here than the one of the guard.
     """
     first = 0
     for s in sites:
@@ -251,14 +251,14 @@ def _within(f: ContactFrame, h: np.ndarray) -> bool:
 
 
 def _adds(f: ContactFrame, places: list[tuple[ContactFrame, Slot]]) -> bool:
-    """Return whether a candidate constrains something new. At a corner on an edge, many candidates are one place that
-    is constrained in two directions."""
+    """Return whether a candidate constrains a new direction. At a corner on an edge, many candidates lie at one place,
+    and two of them constrain it fully."""
     here = [g for g, _ in places if _near(f, g)]
     return len(here) < 2 and all(np.abs(f.F[0] - g.F[0]).max() > SAME for g in here)
 
 
 def _second(places: list[tuple[ContactFrame, Slot]]) -> Slot | None:
-    """Return a slot that constrains a second direction at some place, and may be reassigned; None if there is none."""
+    """Return a reassignable slot, one that constrains a second direction at some place; None if there is none."""
     found = (x for k, (f, x) in enumerate(places) if any(_near(f, g) for g, _ in places[:k]))
     return next(found, None)
 

@@ -21,7 +21,7 @@ def begin(s: StepState, ahead: Evaluated) -> None:
 
 
 def remember(s: StepState) -> None:
-    """Keep the last accepted step as the previous one, before the next attempt."""
+    """Store the last accepted step as the previous one, before the next attempt."""
     taken = s.t > s.t0
     s.tg, s.Ga, s.Gb = select(taken, s.t0, s.tg), select(taken, s.Gb, s.Ga), select(taken, s.G, s.Gb)
 

@@ -155,12 +155,13 @@ class Stepping:
         return Function("halt", body, {"X": self.layout.size, "P": OPAQUE})
 
     def _projecting(self, name: str, part: Callable[..., None]) -> Function:
-        """Return a function of blocks X, in scalars, and P from `part(s, project)`; `project` is None without rows."""
+        """Return a native function of the blocks X (scalars) and P that runs `part(s, project)`; `project` may be
+        None."""
         f = self.f_project
         return self._plain(name, lambda s, P: part(s, (lambda t, y: f(t=[t], y=y, P=P)) if f else None))
 
     def _plain(self, name: str, part: Callable[..., None]) -> Function:
-        """Return a function of the blocks X, in scalars, and P from `part(s, P)`."""
+        """Return a native function of the blocks X (in scalars) and P that runs `part(s, P)`."""
 
         def body(X: Value, P: Value) -> dict[str, Value]:
             s = self.plain.unpack(X, StepState)
@@ -172,14 +173,14 @@ class Stepping:
     def _on_method(
         self, name: str, part: Callable[..., Value], matrices: bool = False, plain: bool = False
     ) -> Function:
-        """Return a function from a part of a method, `part(s, rate)`; `plain`: with the state in scalars."""
+        """Return a native function that runs a part of the method, `part(s, rate)`. If `plain`, X is in scalars."""
         return self._on_block(name, lambda s, rate, row: part(s, rate), matrices=matrices, plain=plain)
 
     def _on_block(
         self, name: str, part: Callable[..., Value], table: bool = False, matrices: bool = False, plain: bool = False
     ) -> Function:
-        """Return a function of the blocks X and P (and M, and the table) from `part(s, rate, row)`. `part` returns the
-        row for the table, or what is written to M."""
+        """Return a native function of the blocks X and P (and M, and the table) that runs `part(s, rate, row)`. `part`
+        returns the row for the table, or the new contents of M."""
         layout = self.plain if plain else self.layout
 
         def body(X: Value, P: Value, M: Value = None) -> dict[str, Value]:

@@ -1,7 +1,7 @@
 """The native state of one simulation: the block X, the parameters P, the table of samples, and its native functions.
 
-Each set of locked joints and calmed ropes is a variant with code of its own, compiled on first use; the layouts of X
-and P are the same in all. The module also has the options of a simulation.
+Each set of locked joints and calmed ropes has code of its own, compiled on first use; the layouts of X and P are the
+same for all sets. The module also defines the options of a simulation.
 """
 
 from collections.abc import Callable
@@ -33,11 +33,11 @@ from .native_functions import Oracle, Stepping
 class Options:
     """Options of a simulation.
 
-    `tolerance`: of a step, relative to 1 + |y|; `sample_ns`: period of samples; `h_max`: longest step [s], None: the
-    method's; `native=False` runs the same code on floats (slow reference); `opt`: LLVM's level; `cache`: of machine
-    code; `method`: one of `kernel.methods.METHODS`; `step`: length of fixed steps [s]; `formulation`: one of
-    `kernel.multibody.formulations.FORMULATIONS`; `fused`: products are added unrounded, a little faster, with bits that
-    depend on the processor.
+    `tolerance`: largest error of a step, relative to 1 + |y|; `sample_ns`: period of samples [ns]; `h_max`: longest
+    step [s] (None: as the method chooses); `native=False` runs the same code on floats (slow reference); `opt`:
+    optimisation level of LLVM; `cache`: use the cache of machine code; `method`: one of `kernel.methods.METHODS`;
+    `step`: length of fixed steps [s]; `formulation`: one of `kernel.multibody.formulations.FORMULATIONS`; `fused`:
+    products are added unrounded, a little faster, with bits that depend on the processor.
     """
 
     tolerance: float = 1e-7

@@ -1,9 +1,9 @@
 """Maxima of tensions between the ends of steps: whether a step may contain one, and how high it is.
 
 Tensions at the ends of the last two accepted steps (before the first step of a stretch the rate replaces one of them)
-bound the maximum in the last one; if they rise past all earlier ones, the rate at the end tells whether the maximum was
-passed. Only if it may be the highest of the run, by more than the tolerance, are tensions evaluated in the dense
-output, which is as accurate as the ends: the maximum is that of a polynomial through `NODES` of them.
+bound the maximum in the last one; if they rise past all earlier ones, the rate at the end shows whether the maximum was
+passed. If the maximum may be the highest of the run, by more than the tolerance, the dense output is evaluated at
+`NODES` times, as accurately as at the ends, and the maximum of a polynomial through these tensions is taken.
 """
 
 import numpy as np
@@ -30,7 +30,7 @@ def begin(s: StepState, ahead: Evaluated) -> None:
 
 
 def remember(s: StepState) -> None:
-    """Keep the last accepted step as the previous one, before the next attempt."""
+    """Store the last accepted step as the previous one, before the next attempt."""
     # a rejected attempt must not shift the history
     taken = s.t > s.t0
     s.ta, s.Ta, s.Tb = select(taken, s.t0, s.ta), select(taken, s.Tb, s.Ta), select(taken, s.T, s.Tb)
@@ -44,7 +44,8 @@ def watch(s: StepState, taken: Value) -> None:
 
 
 def _bounds(s: StepState, end: Value) -> tuple[list[Value], list[Value]]:
-    """Return whether each rope's maximum in the step to `end` may be the highest, and whether it still rises."""
+    """Return, for each rope, whether the maximum in the step to `end` may be the highest so far, and whether the
+    tension may still rise to one."""
     h, before = end - s.t0, s.t0 - s.ta
     # SEEN times the second difference of unequal intervals bounds the curvature
     over, twice, whole = 1.0 / h, 1.0 / before, SEEN / (end - s.ta)

@@ -1,4 +1,4 @@
-"""The columns of a sample row, as one table: everything recorded of one instant, and of the steps to it.
+"""The columns of a sample row, as one table: all recorded values of one instant and of the steps before it.
 
 The native code writes rows in this order; `samples` shows them as channels, and islands are merged column by column.
 
@@ -83,7 +83,7 @@ def _law(group: str, unit: str, frame: str) -> ColumnGroup:
 
 
 def _signals(i: int) -> Callable[[SampleInstant], list[Value]]:
-    """Return a function that reads values (0) or rates (1) of the signals of elastic ropes."""
+    """Return a function that reads the values (i = 0) or rates (i = 1) of the signals of elastic ropes."""
     return lambda x: [x.x.signals[r.name][i] for r in x.program.system.ropes]
 
 
@@ -225,8 +225,8 @@ def kick(s: StepState, P: Value, f: Function) -> None:
 
 
 def halted(x: Evaluation) -> Value:
-    """Return the state (ny,) with all locked joints at rest; heat and work of the impulses are added to the energy
-    accounts."""
+    """Return the state (ny,) with all locked joints at rest; the energy accounts include heat and work of the
+    impulses."""
     p = x.program
     v, accounts = list(x.v), dict(zip(p.accounts, x.accounts, strict=True))
     locks = {lock.joint: lock.name for lock in p.system.locks}

@@ -169,7 +169,7 @@ def published(method: Stepping, rows: np.ndarray) -> np.ndarray:
 
 
 class _Derivatives(RawRows):
-    """Derivatives (n, columns) of one raw row, of which all topics but poses are linear."""
+    """Derivatives (n, columns) of the channels at the raw row `at`; all channels but poses are linear in a raw row."""
 
     def __init__(self, method: Stepping, rows: np.ndarray, at: RawRows) -> None:
         super().__init__(method, rows)

@@ -98,8 +98,7 @@ def passing(s: StepState, r: Evaluated) -> Value:
 
 
 def go_on(s: StepState, status: Value) -> None:
-    """Set the status, and whether the loop continues: it does while there is no event and budget, sample space and time
-    are left."""
+    """Set the status, and continue the loop only without an event and while budget, sample space and time are left."""
     s.status = status
     s.run = select(status > RUNNING, 0.0, s.more)
 

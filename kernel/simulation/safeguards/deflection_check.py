@@ -72,8 +72,8 @@ def compressed(native: NativeState, rows: np.ndarray) -> np.ndarray:
 
 
 def _loaded(native: NativeState, rows: np.ndarray) -> Iterator[tuple[Link, list[Link], np.ndarray]]:
-    """Return each flexible body, the bodies on it, and (n, number of those + 2, 3): forces, acceleration and angular
-    velocity of its frame."""
+    """Yield each flexible body, the bodies on it, and an array (n, bodies on it + 2, 3): forces of these bodies [N],
+    acceleration [m/s2] and angular velocity [rad/s] of the frame."""
     whole = rows[:, native.method.row_layout.at["axial"]].reshape(len(rows), -1, 3)
     return ((link, on, whole[:, at]) for link, on, at in native.program.compressible)
 
@@ -128,7 +128,7 @@ def _compressed(part: float, softens: bool, held: bool) -> str:
 
 
 def _held(program: Program, i: int) -> bool:
-    """Return whether anything but joints, loads and wind acts on a body or on bodies that it carries."""
+    """Return whether an element other than joints, loads and wind acts on a body or on the bodies that it carries."""
     links, carried = program.graph.links, {i}
     for j in range(i + 1, len(links)):
         if links[j].parent in carried:

@@ -1,4 +1,4 @@
-"""Errors that end a run, in one sentence each: what is exhausted, left, undefined or too stiff, and when.
+"""Errors that end a run, in one sentence each, with cause and time.
 
 `t` is the time since the start of the run [s] throughout. Errors of lost loops are in `assembly.assembly`, those of
 unstable fixed steps in `methods.stability`.

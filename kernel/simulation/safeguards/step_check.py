@@ -3,11 +3,11 @@ balance.
 
 A step that distorts most of the motion is refused, since the result would not be the motion of the scene. At events,
 and when a rope has become much shorter, the scene is linearised; each oscillation has the amplitude that the present
-state gives it about its equilibrium. The share of energy in oscillations that the step does not resolve, weighted with
-the error of each after RADIANS, or after it has died away if that is sooner, but at least after one step, must not
-exceed WRONG. Below that, a note states what is missed. If a step is refused or has collapsed, the fastest motion is
-named with its body and with the law that holds it: the law whose stored energy curves most along the motion, or which
-produces most heat from it, per radian.
+state gives it about its equilibrium. The share of energy in oscillations that the step does not resolve must not exceed
+WRONG; each is weighted with its error after RADIANS, or after it has decayed if that is sooner, but at least after one
+step. Below WRONG, a note states the distorted oscillations. If a step is refused or has collapsed, the fastest motion
+is named with its body and with the law that holds it: the law whose stored energy curves most along the motion, or
+which produces most heat from it, per radian.
 """
 
 from collections.abc import Callable
@@ -156,7 +156,7 @@ def _check_followed(native: NativeState, J: np.ndarray, step: float, t: float, m
 
 
 def _energies(native: NativeState, J: np.ndarray) -> list[tuple[complex, float]]:
-    """Return the eigenvalues of oscillations with their shares of energy."""
+    """Return the eigenvalues of the oscillations, each with its share of the energy of motion."""
     p, y = native.program, native.state.copy()
     n, speeds = p.nq + p.nv, slice(p.nq, p.nq + p.nv)
     rate = native.rate(native.state.copy())[0][:n]
@@ -173,7 +173,7 @@ def _energies(native: NativeState, J: np.ndarray) -> list[tuple[complex, float]]
 
 
 def _wrong(method: Method, modes: list[tuple[complex, float]], step: float) -> float:
-    """Return the share of energy in motions that the step distorts, weighted with their errors after some time."""
+    """Return the share of energy in oscillations that the step distorts, weighted as the module describes."""
 
     def error(s: complex) -> float:
         lasts = max(min(RADIANS, abs(s) / max(-s.real, 1e-300)), abs(s) * step)
@@ -251,7 +251,7 @@ class EnergyCheck:
             native.notes.append(Note(round(t * 1e9), message))
 
     def _held(self, rows: np.ndarray, highest: np.ndarray) -> np.ndarray:
-        """Return the largest elastic energy (n,) of a rope at its peak tension (n, ropes) [J]."""
+        """Return the largest elastic energy of a rope (n,) [J], computed from the peak tensions (n, ropes) [N]."""
         T = highest[:, : len(self._softness)]
         held: np.ndarray = (T * T * rows[:, self._at["length"]] * self._softness).max(axis=1, initial=0.0)
         return held

@@ -63,8 +63,7 @@ def sorted_bag(m: Atomic) -> dict[InPort[Message], list[Message]]:
 def spoken(
     tag: Instant, sources: Sequence[Port[Message]], values: Sequence[Message], inner: bool = False
 ) -> list[Event]:
-    """Return, in total order, the events sent at a logical time to other nodes, or with `inner` those sent to receivers
-    in the same node."""
+    """Return, in total order, the events sent at a logical time to other nodes or, if `inner`, within this node."""
     left = [
         # the total order of events: source, port, then place in the port's bag
         (target.owner.name, target.name, number, value)
@@ -125,8 +124,7 @@ class Schedule:
     def __init__(
         self, atomics: list[Atomic], last: Instant, present: Present, known: Collection[Atomic] = frozenset()
     ) -> None:
-        """Schedule the atomic models after the logical time `last`; models that are not in `known` are started
-        first."""
+        """Schedule the atomic models after the logical time `last`; models not in `known` are started first."""
         self.atomics = atomics
         self.times: list[int] = []  # heap of the times [ns] with a slot
         self.slots: dict[int, list[int]] = {}
@@ -194,8 +192,7 @@ class Schedule:
                 self._renew(now)
 
     def _enter(self, m: Atomic, now: int) -> None:
-        """Add an atomic model to the schedule at its own time; if that is `now` [ns], it is due at the next
-        microstep."""
+        """Add an atomic model to the schedule at its own time; if that is `now` [ns], at the next microstep."""
         if m._t <= now:
             self.soon.append(m._index)
         else:

@@ -43,8 +43,8 @@ def frozen(value: object, around: Sequence[object] = ()) -> bytes:
 
 
 def thawed(data: bytes, around: Sequence[object] = ()) -> Any:
-    """Deserialise a value that `frozen` serialised with the same `around`; raises TypeError or LookupError for other
-    bytes."""
+    """Deserialise a value that `frozen` serialised with the same `around`; raises TypeError or LookupError for
+    others."""
     return _Thawer(around).unfold(msgspec.msgpack.decode(data))
 
 
@@ -253,7 +253,9 @@ def _method(owner: object, name: str) -> object:
     found = next((vars(base)[name] for base in cls.__mro__ if name in vars(base)), None)
     function = getattr(found, "__func__", found)
     if found is None or not isinstance(function, FunctionType) or not _of_models(function.__module__):
-        raise TypeError(f"{name} is not a method that a model defines in {cls.__name__}")
+        raise TypeError(
+            f"{name} of {cls.__name__} cannot be saved: only methods of models can be; call a method of the model"
+        )
     return found.__get__(None if owner is cls else owner, cls)
 
 
@@ -267,7 +269,7 @@ def _class(name: list[Any], fits: Callable[[type], bool]) -> Any:
     """Return the class with this module and name; raises TypeError if there is none or `fits` rejects it."""
     found = _named(*name[:2])
     if not isinstance(found, type) or not fits(found):
-        raise TypeError(f"{name[1]} of {name[0]} is not a class of this kind")
+        raise TypeError(f"{name[1]} of {name[0]} is not a class of the kind that is saved here; take a new snapshot")
     return found
 
 

@@ -79,7 +79,8 @@ _still: dict[type, bool] = {}  # whether values of a class cannot change in plac
 
 
 State = tuple[Atomic, list[object] | None, dict[str, object], dict[str, bytes]]
-"""What a model refers to if nothing of it can change in place; else its attributes, and the bytes of those that can."""
+"""An atomic model; its referenced objects if none can be changed in place, else None; then its attributes by name, and
+the bytes of those attributes that can be changed in place."""
 
 
 class Witness:

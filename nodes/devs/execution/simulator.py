@@ -80,8 +80,7 @@ class Simulator:
         self._begin(())
 
     def _begin(self, known: Collection[Atomic]) -> None:
-        """Continue from the last logical time with the present atomic models; models that are not in `known` are
-        started."""
+        """Continue from the last logical time with the present atomic models; models not in `known` are started."""
         self._witness.meet(self.atomics)
         self._due, self._spoken = None, False  # whether lambda has run for it
         self._schedule = Schedule(self.atomics, self._last, self._present, known)
@@ -121,8 +120,7 @@ class Simulator:
         return spoken(tag, text.sources, text.values) if leaving(text.sources) else []
 
     def among(self) -> list[Event]:
-        """Return the events since the last call that were sent between the models or have no receiver, in total
-        order."""
+        """Return the events since the last call sent between the models or without receiver, in total order."""
         return [event for at in self._observed.among() for event in spoken(*at, inner=True)]
 
     def inject(self, port: str, value: Message) -> None:
@@ -265,7 +263,9 @@ class Simulator:
             try:
                 change()
             except ModelError as error:
-                raise ModelError(f"{error} (a change of {where.path} at {Tag(*self._last)})") from None
+                raise ModelError(
+                    f"{error} (in a change of the structure of {where.path} at {Tag(*self._last)})"
+                ) from None
         self._present.live = True
         self._adopt()
         # others rely on the lookaheads declared in HELLO

@@ -22,7 +22,7 @@ from .rules import Witness, fail
 
 
 class Transition(NamedTuple):
-    """A transition of an atomic model at a logical time, with the messages that it received and sent as pairs (port,
+    """A transition of an atomic model at a logical time, with its received and sent messages as pairs (port,
     message)."""
 
     tag: Tag
@@ -143,9 +143,9 @@ class Border:
         ports = [port for m in atomics for port in outs(m)]
         # checks of promises cost time: only where a port has made one
         self.promises = any(port.lookahead for port in ports)
-        """Whether there is one to keep."""
+        """Whether any port has a lookahead, so that outputs must be checked."""
         self.noted = any(port.inner for port in ports)
-        """Whether something is said that does not leave and yet is put on record."""
+        """Whether a port sends messages that stay in this node and are recorded."""
         self._speakers = speakers(atomics)
         self.spoken = bool(self._speakers) or self.noted
         self._least = min((ahead for _, ahead in self._speakers), default=NEVER)
@@ -155,11 +155,11 @@ class Border:
             for exit, _ in (*port.exits, *port.inner):
                 self._promised[exit] = min(self._promised[exit], port.lookahead)
         self.lookahead = {f"{port.owner.name}.{port.name}": ahead for port, ahead in self._promised.items()}
-        """Of each out port "model.port" the smallest of the atomics' ports that lead there; NEVER without one [ns]."""
+        """For each out port "model.port", the smallest lookahead [ns] of the atomic models' ports that lead there;
+        NEVER if none does."""
 
     def quiet(self, tag: Tag) -> Tag:
-        """Return the earliest logical time after `tag` at which an event can leave the node, if none leaves at
-        `tag`."""
+        """Return the earliest logical time after `tag` at which an event can leave the node if none does at `tag`."""
         # nothing leaves at `tag`: by lookahead, or the next tag at which an atomic with outgoing ports is due
         soonest, t = after(tag, self._least), tag.t
         if soonest.t == t:

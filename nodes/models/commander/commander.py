@@ -103,7 +103,7 @@ class Commander(Orders):
         return closed
 
     def _next_action(self) -> bool:
-        """Begin the next action if its condition holds, or report that the list is done; return whether an action
+        """Begin the next action if its condition holds, or report the end of the list; return whether an action
         began."""
         plan = self.plan
         if self.index == self.end:

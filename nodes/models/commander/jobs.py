@@ -68,7 +68,7 @@ def barred(jobs: list[CommanderJob], stops: Iterable[BarredActuator]) -> list[tu
 
 
 def make_way(jobs: list[CommanderJob], actor: str) -> None:
-    """Raise OrderRejected if an actor that gets an order is busy; an actor that ramps down or has stopped at a limit is
+    """Raise OrderRejected if an actor that gets an order is busy; one that ramps down or has stopped at a limit is
     free."""
     for job in list(jobs):
         if job.actor == actor and job.limit:

@@ -63,8 +63,7 @@ class Machines:
                 raise OrderRejected(f"{actuator} is controlled by the model {who} and takes no other orders")
 
     def followers(self, order: Turn, lugs: Mapping[str, str], master: str = TURN) -> list[Follow]:
-        """Return the actuators that must follow a turn, with their laws; raises OrderRejected if a hook cannot follow
-        it."""
+        """Return the actuators that must follow a turn, with their laws; raises OrderRejected if a hook cannot."""
         return followers(self.parts, lugs, order.block, master)
 
     def moved(self, order: Order, lugs: Mapping[str, str]) -> list[Joint]:
@@ -117,8 +116,7 @@ class Machines:
 
 
 def sling_fault(order: Order, hooked: Container[str], lugs: Mapping[str, str], parted: Container[str]) -> str:
-    """Return the reason why a sling cannot be hooked (already hooked or broken) or unhooked (not hooked), or "" if it
-    can."""
+    """Return why a sling cannot be hooked (already hooked or broken) or unhooked (not hooked); "" if it can."""
     match order:
         case Hookup() if order.sling in parted:
             return f"{order.sling} is broken and cannot be hooked again"

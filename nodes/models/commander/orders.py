@@ -81,8 +81,7 @@ class Orders(Atomic):
             self._tell(move.actuator, self.ids, (LED,), scene.for_actor(move, speed=speed))
 
     def _give(self, order: scene.Order, at: tuple[int, int]) -> None:
-        """Translate an order of the scene into orders to actors; `at`: number of the action and number of the order in
-        it."""
+        """Translate an order of the scene into orders to actors; `at`: numbers of the action and of the order in it."""
         self.known.check(order, self.picture, self.lugs)
         self.known.check_led(order, self.lugs)
         match order:
@@ -126,8 +125,7 @@ class Orders(Atomic):
                 self._tell(order.brake, job.id, at, scene.for_actor(order))
 
     def _stop(self, order: scene.StopOrder, at: tuple[int, int]) -> None:
-        """Stop an actuator, the actuators that move together with it, and any turn that it follows; their orders
-        end."""
+        """Stop an actuator, the actuators that move together with it, and a turn that it follows; their orders end."""
         actor = order.actuator
         for job in (job for job in self.jobs if actor in (f.actuator for f in job.followers)):
             if not job.halting:

@@ -39,8 +39,8 @@ def standing(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
 
 
 class Pass(NamedTuple):
-    """A step of the model reduction, applied to one machine; its guard returns the reason why it changes no motion in a
-    whole plan, or "" if it may."""
+    """A step of the model reduction, applied to one machine. `guard` returns "" if the step may change the motion of a
+    plan, else the reason why it cannot."""
 
     name: str
     apply: Callable[[Mechanism, Fidelity], Mechanism]

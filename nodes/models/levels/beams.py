@@ -76,7 +76,7 @@ def _bending(body: Body, row: Bend, start: tuple[float, ...]) -> Body:
 
 
 def _rest(row: Bend, modes: Modes, loads: list[BeamLoad]) -> tuple[float, ...]:
-    """Return the modal coordinates at which a beam is at rest under its loads and weight, including the effect of axial
+    """Return the modal coordinates at which a beam is at rest under its loads and weight, with the effect of axial
     forces."""
     n, beam = len(modes.mass), row.flexible.beam
     assert beam is not None
@@ -182,7 +182,7 @@ def _on_girder(girder: Bend, joint: Joint, down: float) -> Joint:
 
 def sag(machine: Mechanism, girder: Bend, *, heavy: bool) -> float:
     """Return the static deflection at midspan [m]: F / (pi^4 EI / 2 L^3) with F = sum of P sin(pi y / L) + 2 m g / pi,
-    for the loads P at y; `heavy`: hook ropes have mass."""
+    for the loads P at y; `heavy`: whether hook ropes have mass."""
     g, system = machine.system.gravity, machine.system
     bodies, joints = {b.name: b for b in system.bodies}, {j.name: j for j in system.joints}
     lengths = {rope.name: rope.L0 for rope in system.all_ropes}

@@ -1,7 +1,7 @@
-"""Cases in which a simplification does not change the motion: no order moves what it fixes, or the lift is
+"""Cases in which a simplification does not change the motion: no order moves the simplified parts, or the lift is
 mirror-symmetric.
 
-Each guard reads a whole plan and returns the reason why its pass changes no motion, or "" if it knows none. A lift is
+Each guard reads a whole plan and returns "" if its pass may change the motion, else the reason why it cannot. A lift is
 mirror-symmetric about a vertical plane if each body is its own mirror image, and each rope, sling and support has a
 partner: then nothing leaves the plane, and a model of the motion in this plane is exact.
 """
@@ -24,8 +24,8 @@ SIMPLE = ("free", "fixed", "prismatic", "revolute")
 
 
 def guard_locked(plan: Plan) -> str:
-    """Return the reason why locking joints cannot change the motion (no order moves the drives that hold them, or
-    symmetry), or "" if it might."""
+    """Return "" if locking joints may change the motion, else the reason why it cannot: no order moves the drives that
+    hold them, or symmetry."""
     drives = {drive.joint: drive for machine in plan.machines for drive in machine.system.drives}
     moved, names = ordered(plan), {*plan.fidelity.locked}
     joints = [joint for machine in plan.machines for joint in machine.system.joints if joint.name in names]
@@ -38,20 +38,19 @@ def guard_locked(plan: Plan) -> str:
 
 
 def unless(models: Callable[[Mechanism], bool]) -> Callable[[Plan], str]:
-    """Return a guard for a pass that has nothing to change because no machine has the parts for which `models` returns
-    true."""
+    """Return a guard for a pass that has nothing to change because `models` returns true for no machine's parts."""
     return lambda plan: "" if any(map(models, plan.machines)) else NONE
 
 
 def guard_supports(plan: Plan) -> str:
-    """Return the reason why leaving out supports cannot change the motion (no block is turned to another face), or ""
-    if it might."""
+    """Return "" if leaving out supports may change the motion, else the reason why it cannot: no block is turned to
+    another face."""
     return "" if any(isinstance(order, Turn) for action in plan.actions for order in action.orders) else UNTURNED
 
 
 def guard_motion(plan: Plan) -> str:
-    """Return the reason why restricting the motion to a plane cannot change it (the lift is mirror-symmetric), or "" if
-    it might."""
+    """Return "" if restricting the motion to a plane may change it, else the reason why it cannot: the lift is
+    mirror-symmetric."""
     return MIRRORED if plan.fidelity.motion != "spatial" and _Mirror(plan).holds() else ""
 
 
@@ -67,8 +66,7 @@ def ordered(plan: Plan) -> set[str]:
 
 
 class _Mirror:
-    """Test of a plan for mirror symmetry about the vertical plane of its motion, which goes through the first free
-    body."""
+    """Test of a plan for mirror symmetry about the vertical plane of its motion through the first free body."""
 
     def __init__(self, plan: Plan) -> None:
         self.plan, self.motion, self.ordered = plan, plan.fidelity.motion, ordered(plan)

@@ -22,8 +22,7 @@ ONE = ("prismatic", "revolute")  # what can be locked
 
 
 def locking(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """Return the machine with its locked joints replaced by rigid connections; the drives of these joints refuse
-    orders."""
+    """Return the machine with its locked joints replaced by rigid connections; drives of these joints refuse orders."""
     system = machine.system
     moving = (joint for joint in system.joints if joint.kind != "fixed" and joint.q0)  # what closes a loop follows it
     known = {joint.name: joint for joint in moving if joint.name in fidelity.locked}

@@ -69,8 +69,8 @@ class DriveActor(LiveActor):
         super().external(e, x)
 
     def heed(self, trip: m.Trip) -> None:
-        """Block a direction, and stop motion in it, when an interlock trips; free the direction when the interlock is
-        reset."""
+        """If an interlock trips, block a direction and stop motion in this direction; if it is reset, free the
+        direction."""
         if (stopped := self.stops.get(trip.interlock)) is None:
             return
         why = f"interlock {trip.interlock}"
@@ -174,7 +174,7 @@ class DriveActor(LiveActor):
             self.stop("", accel or self.emergency)
 
     def stop(self, limit: str, accel: float | None = None) -> None:
-        """Ramp down now because of a limit, with the deceleration `accel` or, without it, that of the move."""
+        """Ramp down now because of a limit, with the deceleration `accel` (None: that of the move)."""
         x, v = self.reference()
         accel = accel or self.accel
         self.halting, self.limit, self.rows = True, limit, ()

@@ -53,7 +53,7 @@ class LoadCell(LiveActor):
 
 class Inclinometer(LiveActor):
     """Reports when the angle of the body `element` passes a multiple of 30 degrees. It watches the next multiple above,
-    and the last one below minus one degree, so that it does not report repeatedly at one angle."""
+    and the next below less one degree, so that it does not report repeatedly at one angle."""
 
     def __init__(self, name: str, element: str, start: float) -> None:
         self.up, self.down = f"{element}.attitude-up", f"{element}.attitude-down"

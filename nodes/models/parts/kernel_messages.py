@@ -22,8 +22,7 @@ class KernelInput(Message, frozen=True):
 
 
 class SetProfile(KernelInput, frozen=True):
-    """Ramp up to the signed `speed`, cruise, and ramp down so that the displacement is `distance` (None: keep
-    going)."""
+    """Ramp up to the signed `speed`, cruise, ramp down so that the displacement is `distance` (None: keep going)."""
 
     command: ClassVar[str] = "set_profile"
     units: ClassVar[Mapping[str, str]] = {"speed": SPEED, "accel": ACCELERATION, "distance": PLACE}
@@ -34,7 +33,7 @@ class SetProfile(KernelInput, frozen=True):
     distance: float | None = None
 
     def part(self, piece: str, share: float) -> "SetProfile":
-        """Return the input for one piece of a rope, which has this share of its length."""
+        """Return the input for one piece of a rope; `share`: the piece's share of the rope's length."""
         distance = None if self.distance is None else self.distance * share
         return SetProfile(piece, self.start_ns, self.speed * share, self.accel * share, distance)
 
@@ -49,7 +48,7 @@ class SetFollow(KernelInput, frozen=True):
     law: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def part(self, piece: str, share: float) -> "SetFollow":
-        """Return the input for one piece of a rope, which has this share of its length."""
+        """Return the input for one piece of a rope; `share`: the piece's share of the rope's length."""
         k1, kc, ks = self.law
         return SetFollow(piece, self.master, (k1 * share, kc * share, ks * share))
 

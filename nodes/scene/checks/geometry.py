@@ -220,8 +220,7 @@ def _overstretched(tie: plan.Tie, rope: Rope, beam: Vector, lug: Vector) -> str:
 
 
 def _meet(built: plan.Plan, before: Places, after: Places) -> Violations:
-    """Yield an error for machines on the same rails or girder that overlap or pass each other, unless they pass side by
-    side."""
+    """Yield an error for machines on the same rails or girder that overlap or pass each other, unless side by side."""
     sliding = [
         (machine, joint, drive.name)
         for machine in built.machines

@@ -154,7 +154,7 @@ def _spoken(x: CheckedOrder) -> Violations:
                 and set(term.names) <= slings
                 and not set(term.names) & set(lugs)
             ):
-                message = f"'{term.text}' says nothing here: none of {len(term.names)} slings is hooked then"
+                message = f"'{term.text}' cannot hold here: none of {len(term.names)} slings is hooked"
                 yield term.text, term.where, message
 
 
@@ -282,7 +282,7 @@ def _between(x: CheckedOrder, body: str, slings: Container[str]) -> bool:
 
 
 def _lean(x: StaticState, body: str) -> float:
-    """Return the angle [rad] between the vertical and that axis of a body that is closest to it."""
+    """Return the angle [rad] between the vertical and the axis of a body that is closest to the vertical."""
     R = x.poses[body][1]
     upright = min(1.0, max(abs(R[2][i]) for i in range(3)))
     return float(atan2(sqrt(1.0 - upright * upright), upright))

@@ -230,8 +230,7 @@ def _rope(
 
 
 def placed(builder: SceneBuilder, name: str, given: MachineKeys) -> MachineKeys:
-    """Return the keys of a machine in which each joint with `start: above its lugs` starts above the lugs of its
-    load."""
+    """Return the keys of a machine in which joints with `start: above its lugs` start above the lugs of their load."""
 
     def start(joint: str) -> dict[str, float]:
         above = getattr(given.joints[joint], "start", 0.0) == ABOVE

@@ -136,7 +136,7 @@ class Checking:
                 self.fault((*self.base, "bodies", body), message, on_key=True)
 
     def _connected(self) -> set[str]:
-        """Return the bodies that joints connect to the world, followed in either direction."""
+        """Return the bodies that are connected to the world by joints, in either direction."""
         found, before = {k.WORLD, *self.carried}, 0
         while len(found) > before:
             before = len(found)
@@ -146,8 +146,7 @@ class Checking:
         return found
 
     def _solid(self, body: str) -> bool:
-        """Return whether a body has all moments of inertia, or may get them from bodies that it carries, a box or a
-        beam."""
+        """Return whether a body has all moments of inertia, or may get them from carried bodies, a box or a beam."""
         carries = any(joint.parent == body for joint in self.given.joints.values())
         given = self.given.bodies[body]
         return carries or bool(given.beam or given.matrices or given.box) or all(given.inertia[:3])

@@ -21,11 +21,10 @@ OFF = 1e-6  # [m] from the middle of a body, by rounding
 
 
 class ElasticParts(Checking):
-    """The parts of a mechanism that `elastic` names, with faults for those that cannot be so."""
+    """The parts of a mechanism that `elastic` names, with errors for parts that cannot be elastic."""
 
     def servos(self, made: tuple[k.Joint, ...]) -> Iterator[Servo]:
-        """Yield the drives that can be compliant; a drive on which weight acts is an error, since it would begin to
-        move."""
+        """Yield the drives that can be compliant; a drive on which weight acts is an error: it would begin to move."""
         joints = {joint.name: joint for joint in made}
         for name, x in self.given.elastic.items():
             if not isinstance(x, ServoKeys):

@@ -67,7 +67,7 @@ def check_laws(checks: Checking) -> None:
 
 
 def check_dimensions(checks: Checking, path: Path, law: Base, *, turns: bool) -> None:
-    """Add errors if the units of a law do not fit its coordinate; `turns`: the coordinate is an angle."""
+    """Add errors if the units of a law do not fit its coordinate; `turns`: whether it is an angle."""
     for name, field in type(law).model_fields.items():
         found = quantity((*field.metadata, field.annotation))
         if found and isinstance(either := found.dimension, units.Either):
@@ -88,7 +88,7 @@ def _fits(checks: Checking, path: Path, dimension: Dimension) -> None:
 
 
 def check_curve(checks: Checking, path: Path, force: CharacteristicKeys, turns: bool) -> None:
-    """Add errors if the units of a characteristic curve do not fit its joint; `turns`: the coordinate is an angle."""
+    """Add errors if the units of a characteristic curve do not fit its joint; `turns`: whether it is an angle."""
     place = (units.LENGTH, units.ANGLE) if force.over == "position" else (units.SPEED, units.RATE)
     for i in range(len(force.curve)):
         for j, dimensions in enumerate((place, (units.FORCE, units.MOMENT))):
@@ -122,7 +122,7 @@ def laws_of(given: mechanics.Parts[Any]) -> dict[str, tuple[Any, ...]]:
 
 
 def _place(checks: Checking, drive: mechanics.DriveKeys, x: float | None) -> str:
-    """Return a place of a drive as text: that of a joint that turns in degrees, others in metres without a unit."""
+    """Return a position of a drive as text: in degrees if its joint is revolute, else in metres without the unit."""
     turns = getattr(checks.given.joints.get(drive.joint), "type", "") == "revolute"
     return f"{degrees(x or 0.0):.4g} deg" if turns else f"{x or 0.0:g}"
 

@@ -94,8 +94,8 @@ class Levelling:
         return sum(share * self._rises(x, hooks) for share, (x, _) in zip(shares, above, strict=True))
 
     def moves(self, path: Path, phrase: OrderPhrase, block: str, found: Sequence[OrderTarget]) -> list[Pair]:
-        """Return the moves of the hooks that hoist, then of those that lower; add an error if the hooks hold nothing of
-        the block, or all of it."""
+        """Return the moves of the hooks that hoist, then of those that lower; add an error if these hooks hold none or
+        all of the block's attachment points."""
         actors = {actor.name: actor for actor in found}
         holds = [self.hangs[sling] for sling in sorted(self.held) if self.hangs[sling][1].body == block]
         places = [(end.p, self._rises(on, actors)) for on, end in holds]

@@ -32,6 +32,7 @@ def rated_limits(builder: SceneBuilder) -> tuple[RatedLimit, ...]:
         *_rig(builder),
         *lug_limits(builder),
         *_supports(builder, lifting),
+        *_fenders(builder),
         *_splashes(builder, [row for row in rows if row.quantity == "hook load"]),
     ]
     return (*rows, *_ropes(builder))
@@ -97,6 +98,17 @@ def _supports(builder: SceneBuilder, lifting: bool) -> Iterator[RatedLimit]:
         yield RatedLimit(quantity="impact", unit="N", value=most * weight, factor=most, source=of, **both)  # type: ignore[arg-type]
 
 
+def _fenders(builder: SceneBuilder) -> Iterator[RatedLimit]:
+    """Yield the limits of the reactions of fenders."""
+    for name, given in builder.scene.fenders.items():
+        most, note = given.capacity, "" if given.capacity else "give its 'capacity'"
+        yield RatedLimit(
+            subject=name, quantity="support load", unit="kg", value=most / builder.scene.gravity if most else None,
+            elements=(name,), source="the scene" if most else "", note=note,
+            where=builder.source.where(("fenders", name)),
+        )  # fmt: skip
+
+
 def _splashes(builder: SceneBuilder, hooks: Sequence[RatedLimit]) -> Iterator[RatedLimit]:
     """Yield the limits of blocks in the splash zone: of slack slings, and of the load on each hook."""
     for machine in builder.machines:
@@ -112,8 +124,7 @@ def _splashes(builder: SceneBuilder, hooks: Sequence[RatedLimit]) -> Iterator[Ra
 
 
 def _ropes(builder: SceneBuilder) -> Iterator[RatedLimit]:
-    """Yield the limits of ropes that the scene gives; a rope of a mechanism without a limit gets a row without a
-    value."""
+    """Yield the limits of ropes that the scene gives; a mechanism's rope without limit gets a row without value."""
     slings = {tie.rope for machine in builder.machines for tie in machine.ties}
     hooks = {hook.rope for machine in builder.machines for hook in machine.hooks}
     known = [rope.name for machine in builder.machines for rope in machine.system.all_ropes]

@@ -36,8 +36,8 @@ def build_actions(builder: SceneBuilder) -> tuple[plan.Action, ...]:
 def build_orders(
     builder: SceneBuilder, path: Path, target: str, phrase: phrases.OrderPhrase
 ) -> tuple[actions.Order, ...]:
-    """Return the orders that a phrase gives to a target during a run; errors are added to the source. Where slings hang
-    then is known to the commander alone: an order to unhook names all places where they can hang."""
+    """Return the orders that a phrase gives to a target during a run; errors are added to the source. Only the
+    commander knows where slings hang during a run, so an order to unhook names all places where they can hang."""
     resolver = _Resolver(builder)
     resolver.hangs = {rope for slings in resolver.rigged.values() for rope in slings}
     words = target if target in resolver.targets else target.replace(".", " ", 1)  # events say "west.H1"

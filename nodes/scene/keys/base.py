@@ -44,8 +44,7 @@ def checked_name(word: str) -> str:
 
 
 def part_name(name: str) -> str:
-    """Return the name of a part, which may have the name of its machine as prefix; raises ValueError if it is
-    invalid."""
+    """Return the name of a part, which may have the name of its machine as prefix; ValueError if invalid."""
     return ".".join(checked_name(word) for word in name.split("."))
 
 

@@ -33,7 +33,7 @@ def geared(source: SourceText) -> None:
         try:
             for name, item in _items(source, str(file)).items():
                 if name in items:
-                    raise SceneError(f"{file} has the item '{name}', which another file has, too")
+                    raise SceneError(f"{file} has the item '{name}', which another file has, too; rename one")
                 items[name] = item
         except (SceneError, ValueError, OSError) as error:
             message = getattr(error, "strerror", None) or str(error)
@@ -110,7 +110,7 @@ def _items(source: SourceText, file: str) -> dict[str, dict[str, Data]]:
     for row in items.rows:
         name = row[0].text
         if name in found:
-            raise SceneError(f"{file}:{row[0].mark.line}: the item '{name}' is there twice")
+            raise SceneError(f"{file}:{row[0].mark.line}: the item '{name}' is listed twice; keep one")
         item: dict[str, Data] = {}
         for i in (i for i in range(1, len(row)) if row[i].text):
             column = items.head[i]

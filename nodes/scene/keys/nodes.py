@@ -45,7 +45,7 @@ Parameter = Annotated[float | bool | str, BeforeValidator(_parameter)]
 
 
 class ModelKeys(Base):
-    """A user's model: the signals that it samples and the orders that it gives; `delay`: time until its set-points take
+    """A user's model: the signals that it samples and the orders that it gives; `delay`: until its set-points take
     effect."""
 
     model: str  # module:name, or file.py:name or unit.fmu in the folder of the scene

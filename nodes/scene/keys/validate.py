@@ -229,8 +229,7 @@ def override(source: SourceText, setting: str) -> None:
 
 
 def default_list(source: SourceText, path: Path) -> list[Data] | None:
-    """Return the default value of a path that the scene does not set, if it is a list of numbers or words; else
-    None."""
+    """Return the default value of a path that the scene does not set, if it is a list of numbers or words."""
     trial = deepcopy(source)
     try:
         alike(trial)

@@ -81,8 +81,8 @@ class GroundTest(Term, frozen=True):
 
 
 class CrossTest(Term, frozen=True):
-    """Condition: a measured quantity reaches a value [SI units]; `turning`: the value was written as an angle; `share`:
-    it was written in % of the rated value."""
+    """Condition: a measured quantity reaches a value [SI units]; `turning`: whether the value was written as an angle;
+    `share`: whether in % of the rated value."""
 
     quantity: str
     of: str
@@ -109,7 +109,7 @@ class SwingRamp:
 class OrderPhrase:
     """An order as it was written; the verb determines which of the values it has [SI units].
 
-    `turning`: the speed was written as an angular speed. `lugs`: in the order of the target's slings.
+    `turning`: whether the speed was written as an angular speed. `lugs`: in the order of the target's slings.
     """
 
     verb: str

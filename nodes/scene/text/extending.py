@@ -1,5 +1,5 @@
-"""Scenes that extend others: the data of a scene are merged over those of the scene that it extends. Entries that are
-`like` others.
+"""Scenes that extend others: the data of a scene are merged over those of the scene that it extends; entries that are
+`like` other entries.
 
 An entry with `like` contains only the differences: `two: {like: one, hook: west H2, lugs: [A3, A4]}`.
 """

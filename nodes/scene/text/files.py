@@ -32,8 +32,7 @@ def content(path: Path, most: int = LARGEST) -> bytes:
 
 
 def within(root: Path, path: Path) -> Path:
-    """Return a path, resolved; raises ValueError if it is outside the folder `root` or has characters that cannot be
-    printed."""
+    """Return a path, resolved; raises ValueError if it is outside the folder `root` or not printable."""
     try:
         found = path.resolve()
         if found.is_relative_to(root.resolve()):

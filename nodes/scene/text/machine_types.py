@@ -120,7 +120,7 @@ def expand(source: SourceText) -> bool:
             continue
         header = "frame type" if frame else "machine type"
         if kind.data.get(header) != VERSION:
-            message = f"'{word}' is no {header}: it begins with '{header}: {VERSION}'"
+            message = f"'{word}' is not a {header}: such a file begins with '{header}: {VERSION}'"
             source.fault((*at, "type"), message)
             computed = False
             continue

@@ -38,8 +38,7 @@ Triangle = tuple[Vector, Vector, Vector]
 
 @dataclass(frozen=True)
 class MeshProperties:
-    """Volume [m3] of a shape, its centroid [m], and Ixx, Iyy, Izz, Ixy, Ixz, Iyz about the centroid for density 1
-    [m5]."""
+    """Volume [m3] of a shape, centroid [m], and Ixx, Iyy, Izz, Ixy, Ixz, Iyz about the centroid for density 1 [m5]."""
 
     volume: float
     middle: Vector
@@ -97,8 +96,7 @@ def _lengths(values: Sequence[float]) -> list[Data]:
 
 
 def _check_size(file: str, size: Sequence[float], given: Data) -> None:
-    """Raise SceneError if the size of a shape does not fit that of the block, for example because it is in another
-    unit."""
+    """Raise SceneError if the size of a shape does not fit that of the block, for example in another unit."""
     if isinstance(given, list):
         wanted = [LENGTH.read(x) for x in given]
         if any(abs(a - b) > SAME * b for a, b in zip(size, wanted, strict=True)):
@@ -113,7 +111,7 @@ def _check_size(file: str, size: Sequence[float], given: Data) -> None:
 
 
 def _read(source: SourceText, file: str) -> list[Triangle]:
-    """Return the triangles of a file, oriented outwards, with z upwards; raises SceneError unless they form a closed
+    """Return the triangles of a file, oriented outwards, with z upwards; raises SceneError unless they close a
     surface."""
     kind = file.rpartition(".")[2].lower()
     if kind not in ("stl", *YUP):

@@ -107,8 +107,8 @@ class SourceText:
         return self.files.index(mark.file) if mark.file in self.files else len(self.files)
 
     def where(self, path: Path) -> str:
-        """Return the place of a path as `file:line:column`, without the folder of the file; `path_of` converts it back;
-        "" if it is not in a file."""
+        """Return the place of a path as `file:line:column`, with the file's name only, which `path_of` converts back;
+        "" if the path is in no file."""
         mark = self.mark(path, on_key=True)
         if not mark.file:
             return ""

@@ -178,7 +178,7 @@ def unreadable(error: ReaderError, text: str) -> tuple[str, Place]:
 
 
 def _opened(lines: Sequence[str], at: Place) -> tuple[str, Place] | None:
-    """Explain text after a closing quote; if it is known, the place is that of the quote that closes too late. None if
+    """Explain text after a closing quote, and return its place, or that of the quote that closes too late; None if
     there is no such text."""
     before = "\n".join([*lines[: at[0]], lines[at[0]][: at[1]]]).rstrip(" ")
     quote = before[-1:]

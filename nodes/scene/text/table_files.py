@@ -95,8 +95,8 @@ def with_unit(text: str, unit: str) -> str:
 
 
 def row_names(root: FilePath, file: str) -> list[str]:
-    """Return the names of the rows of a table in order, each of them once; raises SceneError if the table cannot be
-    read."""
+    """Return the names of the rows of a table in order, each of them once; raises SceneError for an unreadable
+    table."""
     return list(dict.fromkeys(row[0].text for row in table(root, file).rows))
 
 

@@ -133,8 +133,7 @@ def _charts(read: SceneTable) -> tuple[list[Data], dict[Path, Mark]]:
 
 
 def _wins(source: SourceText, path: Path, named: Mark) -> bool:
-    """Return whether a value written in the scene takes precedence over a table; `named`: place of the reference to the
-    table."""
+    """Return whether a value written in the scene takes precedence over a table; `named`: place of the table's name."""
     return source.layer(source.mark(path, on_key=True)) >= source.layer(named)
 
 
@@ -234,7 +233,9 @@ def _answers(source: SourceText, base: Path, given: dict[str, Data], key: str) -
         heads = {column.key: i for i, column in enumerate(read.head)}
         known = {**kinds, **WAVE, **{f"{x} phase": units.ANGLE for x in kinds}}
         if others := [c.key for c in read.head if c.unit and c.key not in known]:
-            raise SceneError(f"{file}: a vessel has no {key} of '{others[0]}': {closest(others[0], known)}")
+            raise SceneError(
+                f"{file}: unknown column '{others[0]}' in the {key} of a vessel: {closest(others[0], known)}"
+            )
         moved = [x for x in kinds if x in heads]
         if lacking := [f"{x} phase" for x in moved if f"{x} phase" not in heads]:
             raise SceneError(f"{file} has no column '{lacking[0]} [deg]'")

@@ -46,7 +46,7 @@ class MachineType:
 
 
 class Expansion:
-    """Expansion of the crane or frame at the path `at` of a scene by its type."""
+    """Replaces the crane or frame at the path `at` of a scene by the parts of its type."""
 
     def __init__(self, source: SourceText, at: Path, crane: Mapping[str, Data], kind: MachineType) -> None:
         self.source, self.at, self.name, self.kind = source, at, str(at[-1]), kind
@@ -126,8 +126,7 @@ class Expansion:
         return made
 
     def _sections(self) -> dict[str, Data]:
-        """Return all sections of the type's parts; its description is left out, and its interlocks are added to the
-        scene."""
+        """Return all sections of the type's parts, without its description; its interlocks are added to the scene."""
         made = {name: self._made(x, (name,), (name,)) for name, x in self.kind.data.items() if name not in HEADER}
         self._interlocks()
         return made

@@ -88,7 +88,7 @@ def standard(stated: Stated, quantity: Quantity) -> float:
 
 def half_width(text: str, units: Mapping[str, Fraction], how: str = "+-", relative: bool = True) -> tuple[float, float]:
     """Return a half-width such as `3 %` or `10 t` as (fraction of the value, amount in SI units), one of which is 0.
-    Raises ValueError for an invalid text. `relative`: % means a fraction of the value."""
+    Raises ValueError for an invalid text. If `relative`, % means a fraction of the value."""
     number, unit = number_and_unit(text)
     width, text = float(number) if number else math.nan, f"{how} {text.strip()}".strip()
     if not 0.0 <= width < math.inf:

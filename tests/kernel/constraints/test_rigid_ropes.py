@@ -153,7 +153,7 @@ def test_a_rigid_rope_is_unhooked_and_hooked_again():
     assert q[-1, 1] == pytest.approx(-20.0 - G / 2.0, rel=EXACT)
     with pytest.raises(KernelError) as e:
         s.hook("rope")
-    assert str(e.value) == "rope 'rope' at 2.000 s: 4903 mm too short to be hooked there; bring the hook closer"
+    assert str(e.value) == "rope 'rope' at 2.000 s: it is 4903 mm too short to be hooked there; bring the hook closer"
     s.hook("rope", L0=26.0)
     s.settle()
     s.run(4 * SECOND)

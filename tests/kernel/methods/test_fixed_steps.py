@@ -79,7 +79,7 @@ def test_energy_created_by_a_fixed_step_ends_the_run():
     put_aside(s)
     at = s.program.parameters.at["spring", "spring"]
     s.P[at.start] *= 4.0  # behind the back of the guard that looks before the run
-    with pytest.raises(KernelError, match=r"J have come out of nothing, more than 50 %"):
+    with pytest.raises(KernelError, match=r"J were created from nothing, more than 50 %"):
         hand_over(s, 60 * SECOND)
 
 

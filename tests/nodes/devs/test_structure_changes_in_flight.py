@@ -115,7 +115,8 @@ def test_impossible_changes_are_reported_with_place_and_time() -> None:
     simulator = started(coupled("yard", [Remover("x", "nobody", seconds(2))]))
     with pytest.raises(ModelError) as error:
         simulator.run(seconds(5))
-    message = "site.yard: there is no child nobody to remove; it has x (a change of site.yard at (2 s, 0))"
+    change = "in a change of the structure of site.yard at (2 s, 0)"
+    message = f"site.yard: there is no child nobody to remove; it has x ({change})"
     assert str(error.value) == message
 
 

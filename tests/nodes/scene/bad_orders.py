@@ -14,7 +14,7 @@ ORDERS = {
         "turnover",
         [("B hooks: unhook\n", "B hooks: unhook\n  - when: all B slings slack\n    wait: 1 s\n")],
         "when: all",
-        "actions[9].when: 'all B slings slack' says nothing here: none of 4 slings is hooked then",
+        "actions[9].when: 'all B slings slack' cannot hold here: none of 4 slings is hooked",
     ),
     "equality on reals": (
         "turnover",

@@ -95,7 +95,10 @@ BAD = {
     ("8 s", TABLE.replace("0.25", "0.2x")): "barge.csv:2:14: error: vessels.barge.responses.surge: '0.2 m/m x'",
     ("8 s", TABLE.replace("surge [m/m]", "surge [t]")): "'0.25 t' is not a valid motion per wave amplitude",
     ("8 s", TABLE.replace("roll phase [deg]", "phase of roll")): "barge.csv has no column 'roll phase [deg]'",
-    ("8 s", TABLE.replace("roll", "role")): "barge.csv: a vessel has no responses of 'role': did you mean 'roll'?",
+    (
+        "8 s",
+        TABLE.replace("roll", "role"),
+    ): "barge.csv: unknown column 'role' in the responses of a vessel: did you mean 'roll'?",
     ("8 s", TABLE.replace("loaded,150,10", "loaded,150,8")): "barge.csv has several rows of one wave, such as line 3",
 }
 

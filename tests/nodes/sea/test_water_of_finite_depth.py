@@ -80,7 +80,7 @@ def test_the_phase_lag_of_given_vessel_motions_is_wave_number_times_distance_at_
 def test_hydrodynamic_data_of_deep_water_are_refused_at_15_m_and_accepted_at_60_m_depth() -> None:
     """Waves of 8 s are 100 m long."""
     with pytest.raises(
-        SceneError, match=r"(?s)it holds on deep water; on water 15 m deep .* 0.8\d+ times as long.*hull --depth"
+        SceneError, match=r"(?s)its data are for deep water; on water 15 m deep .* 0.8\d+ times as long.*hull --depth"
     ):
         parse(SCENE % (15, 0.0, FILE))
     assert parse(SCENE % (60, 0.0, FILE)).plan.machines

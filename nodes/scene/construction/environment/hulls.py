@@ -23,7 +23,7 @@ AFLOAT = 0.02  # of the displacement, by which the weight may differ from that o
 
 
 def hydrodynamics_of(builder: SceneBuilder, name: str, file: str) -> Hydrodynamics | None:
-    """Return the hydrodynamic data in a vessel's file; if the file cannot be read, add an error to the scene and return
+    """Return the hydrodynamic data in a vessel's file; if it cannot be read, add an error to the scene and return
     None."""
     source, at = builder.source, ("vessels", name, "floating", "hydrodynamics")
     known = {path.stem: path for path in sorted(vessels_folder().glob("*.json"))}
@@ -73,7 +73,7 @@ def check_depth(
     ratio = theirs / own
     if abs(ratio - 1.0) > SHALLOW:
         there, here = (f"water {x:g} m deep" if x else "deep water" for x in (hull.depth, depth))
-        message = f"it holds on {there}; on {here} the waves are {ratio:.3g} times as long"
+        message = f"its data are for {there}; on {here} the waves are {ratio:.3g} times as long"
         at = ("vessels", name, "floating", "hydrodynamics")
         builder.source.fault(at, message, "compute it for this depth: `heavylift hull --depth`")
 

@@ -180,8 +180,7 @@ def _check_load(builder: SceneBuilder, name: str, displacement: float, built: li
 def _water(
     builder: SceneBuilder, name: str, given: Vessel, floating: Floating, standing: Masses
 ) -> tuple[Bushing | Load | Radiation | Stream, ...]:
-    """Return the water forces on a free vessel: buoyancy, hydrostatics with mooring and damping, radiation, and wave
-    loads."""
+    """Return the water forces on a free vessel: buoyancy, hydrostatics with mooring and damping, radiation, waves."""
     scene, waves = builder.scene, builder.scene.waves
     mass = sum(mass for mass, _ in standing)
     weight = scene.gravity * mass

@@ -99,8 +99,7 @@ def _less(p: Vector, q: Vector) -> Vector:
 def equalising(
     name: str, given: Equaliser, sheave: k.Point, R: np.ndarray, ends: tuple[k.Point, k.Point], at: kinematics.Poses
 ) -> Reeving:
-    """Return the rope of an equaliser over its sheave, which is on a body with the rotation R; `ends`: its lower
-    ends."""
+    """Return the rope of an equaliser over its sheave, on a body with the rotation R; `ends`: its lower ends."""
     p, q = (kinematics.place(end, at).tolist() for end in ends)
     d = norm([q[0] - p[0], q[1] - p[1]])
     axis = [(p[1] - q[1]) / d, (q[0] - p[0]) / d, 0.0] if d > SPREAD else [0.0, 1.0, 0.0]

@@ -52,8 +52,8 @@ class _Rows:
         self.base: Path = ("machines", machine.name) if machine.name in builder.scene.machines else ("mechanism",)
 
     def row(self, path: Path, place: str, /, **more: object) -> RatedLimit:
-        """Return the limit that a key gives. If a parameter of the scene sets the key, the scene is its source and
-        line; else the type is, with the line `place` of the part."""
+        """Return the limit that a key gives. Its source and line are in the scene if a parameter there sets the key,
+        else in the type, at the line `place` of the part."""
         at, crane = (*self.base, *path), self.yard.scene.cranes.get(self.machine.name)
         source = f"type {crane.type}" if crane else "its type"
         if self.yard.source.written(at) != at:

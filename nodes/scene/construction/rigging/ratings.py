@@ -131,8 +131,7 @@ def _lug(builder: SceneBuilder, lug: str, most: float | None, slings: list[str],
 
 
 def bridle_limit(builder: SceneBuilder, sling: str, where: str, *, bent: bool) -> RatedLimit:
-    """Return the limit of the angle between a sling and the vertical; a sling that is `bent` over an edge or sheave has
-    none."""
+    """Return the limit of the angle between a sling and the vertical; none if it is `bent` over an edge or sheave."""
     limits, row = builder.scene.limits, {"subject": sling, "unit": "rad", "elements": (sling,), "where": where}
     if bent:
         note = "it bends over an edge or a sheave, where no angle to the vertical counts"
@@ -155,8 +154,7 @@ def sling_limits(builder: SceneBuilder, given: SlingType, name: str, where: str,
 def _assembly(
     builder: SceneBuilder, name: str, given: SlingKeys, slings: tuple[str, ...], where: str
 ) -> Iterator[RatedLimit]:
-    """Yield the limits of a certified assembly of slings, or a note on load sharing if there are more than three
-    legs."""
+    """Yield the limits of a certified assembly of slings, or a note on load sharing for more than three legs."""
     scene, sling = builder.scene, given.sling
     if given.over_edges or len({*given.holders}) > 1:
         return

@@ -28,8 +28,7 @@ NOWHERE = k.Point("")
 
 
 class RiggingTree:
-    """All rigging of a scene; errors are added to those of its source. `taken`: hooks that already carry frames of
-    `rig`."""
+    """All rigging of a scene; errors are added to those of its source. `taken`: hooks with frames of `rig`."""
 
     def __init__(self, source: SourceText, scene: Scene, around: k.System, taken: Container[str]) -> None:
         blocks = scene.all_blocks
@@ -56,15 +55,13 @@ class RiggingTree:
     # ---- names --------------------------------------------------------------------------------------------
 
     def upper(self, word: str) -> k.Point | None:
-        """Return the point to which the upper end of a sling is attached, from the words in the scene; None if it is
-        unknown."""
+        """Return the point to which the upper end of a sling is attached, from the scene's words; None if unknown."""
         words = " ".join(word.split())
         hook = words.replace(".", " ", 1) if words in self.hooks else words
         return self.ends.get(hook) or self.points.get(words)
 
     def lower(self, word: str) -> k.Point | None:
-        """Return the point to which the lower end of a sling is attached, from the words in the scene; None if it is
-        unknown."""
+        """Return the point to which the lower end of a sling is attached, from the scene's words; None if unknown."""
         return self.lugs.get(word) or self.points.get(word)
 
     def missing(self, word: str) -> tuple[str, str]:

@@ -214,8 +214,7 @@ class Conditions:
         return (self._watching(ropes), ScalarSignal(kind, ropes=ropes)) if ropes else None
 
     def _watching(self, ropes: Sequence[str]) -> str:
-        """Return the model that watches these ropes: the model that they belong to or, if there are several, the
-        block."""
+        """Return the model that watches these ropes: the one that they belong to or, if several, the block."""
         models = sorted({self.subjects.ropes[rope] for rope in ropes})
         return "block" if len(models) > 1 and self.yard.scene.block else models[0]
 

@@ -25,8 +25,7 @@ MOVES = ("drive", "hook", "winch")  # kinds of actors that can be stopped
 
 
 def build_interlocks(yard: SceneBuilder) -> tuple[Interlock, ...]:
-    """Return the interlocks of the scene and of its machine types; one that stops several machines is built once for
-    each."""
+    """Return the interlocks of the scene and of its machine types; one that stops several is built once for each."""
     if not yard.scene.interlocks:
         return ()
     builder = _Builder(yard)

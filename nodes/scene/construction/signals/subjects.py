@@ -119,7 +119,7 @@ class Subjects:
 
 
 def _boxes(builder: SceneBuilder) -> dict[str, tuple[str, Point, Vector]]:
-    """Return the boxes of loads, portals, the floor and machine bodies, as (watching model, centre, half-extents) by
+    """Return the boxes of loads, portals, floor and machine bodies, as (watching model, centre, half-extents) by
     name."""
     found: dict[str, tuple[str, Point, Vector]] = {}
     for cargo in builder.cargo:

@@ -74,7 +74,7 @@ class BeamKeys(Stiffness):
 
 
 class GirderKeys(Base):
-    """The part of a body that bends, at some model levels, as a beam along the body's y axis, between legs at y = 0 and
+    """The part of a body that bends, at some model levels, as a beam along its y axis between legs at y = 0 and
     `span`."""
 
     slides: list[str] = Field(default_factory=list)  # joints of what slides on it

@@ -85,8 +85,7 @@ class AnyJoint(Base):
         return tuple(found)
 
     def built(self, name: str) -> k.Joint:
-        """Return the kernel's joint; coordinates and speeds that are not given are computed if the joint closes a
-        loop."""
+        """Return the kernel's joint; if it closes a loop, missing coordinates and speeds are computed."""
         written = self.model_fields_set
         q0, v0 = (self.values(keys) if written & {*keys} else () for keys in (POSITIONS, SPEEDS))
         axes = [getattr(self, key.replace(" ", "_")) for key in self.directions]
@@ -149,7 +148,7 @@ TYPES: dict[k.JointKind, tuple[str, dict[str, Any]]] = {  # of the other joints:
 
 
 ABOVE: Literal["above its lugs"] = "above its lugs"
-"""Start of what slides along y: above the lugs that hang there at the start, else in the middle of its range."""
+"""Start value of a joint that slides along y: above the lugs of the load below, else in the middle of its range."""
 
 
 def _model(kind: k.JointKind, about: str, own: dict[str, Any]) -> Any:

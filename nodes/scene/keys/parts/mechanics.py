@@ -105,7 +105,7 @@ class Over(keys_of(Sheave, "edge", "span")):  # type: ignore[misc]
 
     @property
     def plain(self) -> bool:
-        """Whether it is a point without radius and friction."""
+        """Whether this is a point without radius and friction."""
         return not (self.radius or self.friction) and self.efficiency == 1.0
 
 

@@ -99,7 +99,7 @@ def test_a_rope_hooked_again_takes_the_path_between_its_new_ends():
 
 def test_a_rope_over_sheaves_can_be_hooked_only_if_it_is_long_enough():
     s = led(L0=6.0)
-    with pytest.raises(KernelError, match=r"^rope 'r' at 0\.000 s: 7\d\d mm too short to be hooked there"):
+    with pytest.raises(KernelError, match=r"^rope 'r' at 0\.000 s: it is 7\d\d mm too short to be hooked there"):
         s.hook("r")
     s.hook("r", b=(2.0, 0.0, -1.0))
     s.settle()

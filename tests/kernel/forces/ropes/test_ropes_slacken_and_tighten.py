@@ -69,7 +69,7 @@ def test_a_sling_can_be_hooked_only_if_it_is_long_enough():
     before = s.P.copy()
     with pytest.raises(KernelError) as e:
         s.hook("rope")
-    assert str(e.value) == "rope 'rope' at 0.000 s: 250 mm too short to be hooked there; bring the hook closer"
+    assert str(e.value) == "rope 'rope' at 0.000 s: it is 250 mm too short to be hooked there; bring the hook closer"
     with pytest.raises(KernelError, match="750 mm too short"):
         s.hook("rope", a=(0.0, 0.0, 0.5))
     with pytest.raises(KernelError, match=r"rope 'rope' at 0\.000 s: length -1 m; it must be positive"):

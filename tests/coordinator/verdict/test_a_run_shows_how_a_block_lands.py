@@ -1,0 +1,73 @@
+"""Speeds at lift-off and landing after a run are those of the simulation, on every crane type, and say so."""
+
+from __future__ import annotations
+
+from math import sqrt
+from random import Random
+
+import pytest
+from heavylift.coordinator.ladder import Played, play
+from heavylift.kernel.description import Check
+from lift_of_a_type import Lift
+
+G = 9.80665
+STIFF = 0.03  # of a speed: ropes, booms and pads spring back and forth as a load is lifted and set down
+SAG = 0.1  # of the speed of a drop: what the ropes had stretched is no height
+
+
+def row(checks: list[Check], quantity: str) -> Check:
+    (found,) = (x for x in checks if x.quantity == quantity)
+    return found
+
+
+def lifted(lift: Lift, speed: float, least: str = "20 m/min") -> Played:
+    """The lift with another speed of lift-off and landing [m/min]."""
+    text = lift.text
+    for until in ("lifted", "landed"):
+        before, _, after = text.partition(f" until {until}")
+        start = before.rindex("all hooks: ")
+        verb = before[start:].split()[2]
+        text = f"{before[:start]}all hooks: {verb} {speed!r} m/min until {until}{after}"
+    return play(lift.read(f"limits={{touch: {least}}}", text=text).plan)
+
+
+@pytest.mark.large(beyond=3)
+def test_a_soft_lift_has_the_speeds_of_its_winches(lift: Lift) -> None:
+    speed = Random(lift.text).uniform(0.3, 0.8)
+    scene = lift.read()
+    assert row(scene.checks, "landing speed").basis.endswith("as ordered")
+    checks = list(lifted(lift, speed).verdict.checks)
+    for quantity in ("lift-off speed", "landing speed"):
+        found = row(checks, quantity)
+        assert 60.0 * (found.value or 0.0) == pytest.approx(speed, rel=STIFF)
+        assert "as simulated" in found.basis
+
+
+@pytest.mark.large(beyond=3)
+def test_a_drop_has_the_speed_of_a_free_fall(lift: Lift) -> None:
+    """sqrt(2 g h) from so high above the supports, and nothing had ordered it."""
+    height = Random(f"{lift.text} drop").uniform(0.1, 0.3)
+    text = lift.beginning("").replace("  - stage: up\n    all hooks: hoist 1 m/min by 1 m\n", "")
+    ropes = [tie.rope for machine in lift.read().plan.machines for tie in machine.ties]
+    parted = ", ".join(f"{rope}: release" for rope in ropes)
+    drop = f"  - all hooks: hoist 1 m/min by {height!r} m\n  - wait: 5 s\n  - {{{parted}}}\n  - wait: 2 s\n"
+    checks = play(lift.read(text=text + drop).plan).verdict.checks
+    found = row([*checks], "landing speed")
+    assert found.value == pytest.approx(sqrt(2.0 * G * height), rel=SAG)
+    assert found.state == "red"
+    assert [x.state for x in checks if x.quantity == "landing"] == ["red"]
+
+
+@pytest.mark.large(beyond=3)
+def test_a_landing_beyond_the_limit_is_red_however_it_was_ordered(lift: Lift) -> None:
+    checks = list(lifted(lift, 2.4, "2.1 m/min").verdict.checks)
+    assert (row(checks, "landing speed").state, row(checks, "lift-off speed").state) == ("red", "red")
+    assert "as simulated" in row(checks, "landing speed").sentence
+
+
+def test_a_block_that_a_turn_sets_down_is_red_after_a_run_too(lift: Lift) -> None:
+    turn = "  - stage: turn\n    block: turn 20 deg/min to 15 deg\n  - wait: 1 s\n"
+    if not lift.text.count("crane: {type: goliath") + lift.text.count("crane: {type: twin"):
+        pytest.skip("it cannot turn a block")
+    checks = play(lift.read(text=lift.beginning(turn)).plan).verdict.checks
+    assert [x.stage for x in checks if x.quantity == "landing" and x.state == "red"] == ["turn"]
