@@ -1,4 +1,4 @@
-"""How a command is stopped: by a signal, or because the reader of its output has gone.
+"""Stopping a command: by a signal, or because the reader of its output has gone.
 
 SIGINT (Ctrl-C), SIGTERM, SIGHUP and SIGQUIT raise `Interrupted` in the main thread, and the run ends in order. Python
 prints and discards exceptions raised in `__del__` or in callbacks of the garbage collector, weak references or foreign
@@ -88,7 +88,8 @@ class Stopping:
             del error  # whom only this frame holds would never be lost
 
     def _lost(self, what: sys.UnraisableHookArgs) -> None:
-        """Suppress the message of an Interrupted that was raised where Python discards it; it is raised again later."""
+        """Suppress the message of an Interrupted that was raised where Python discards it; a timer raises the exception
+        again."""
         if what.exc_type is not Interrupted:
             self._unraisable(what)
 

@@ -5,7 +5,6 @@ sites. Limits get the stiffness that MuJoCo gives them for the inertia at the st
 sentence.
 """
 
-from collections.abc import Sequence
 from copy import copy
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -27,7 +26,7 @@ from heavylift.kernel.description.mechanics import (
 from heavylift.kernel.errors import SceneError, error_text, extra
 
 from .mujoco_shapes import Box, boxes_of
-from .mujoco_tendons import WrappedTendons
+from .mujoco_tendons import WrappedTendons, row_of
 
 LARGEST = 16_000_000  # bytes of a file
 FREE, BALL, SLIDE, HINGE = range(4)
@@ -92,7 +91,7 @@ def import_model(path: str | Path | Any) -> ImportedModel:
     be read."""
     library = extra("mujoco", SceneError("models of MuJoCo need its package; install heavylift[mujoco]"))
     importer = _Importer(library, copy(path) if isinstance(path, library.MjModel) else _read(library, Path(path)))
-    boxes = boxes_of(importer.m, importer.body, importer.missing)
+    boxes = boxes_of(importer.m, importer.body, importer.missing, importer.matrix)
     return ImportedModel(importer.found(), boxes)
 
 
@@ -162,26 +161,26 @@ class _Importer:
     def _tree(self, i: int) -> None:
         """Convert body i and its joints; between two joints of a body there is a massless body."""
         m = self.m
-        R = self._matrix(m.body_iquat[i])
+        R = self.matrix(m.body_iquat[i])
         inertia = R * m.body_inertia[i] @ R.T
-        own = Body(self.body[i], float(m.body_mass[i]), _row(m.body_ipos[i]), _rows(0.5 * (inertia + inertia.T)))
-        place, turn, parent = m.body_pos[i], self._matrix(m.body_quat[i]), self.body[m.body_parentid[i]]
+        own = Body(self.body[i], float(m.body_mass[i]), row_of(m.body_ipos[i]), _rows(0.5 * (inertia + inertia.T)))
+        place, turn, parent = m.body_pos[i], self.matrix(m.body_quat[i]), self.body[m.body_parentid[i]]
         held = [k for k in range(m.njnt) if m.jnt_bodyid[k] == i]
         if not held:
-            self.joints.append(Joint(f"{own.name}-fixed", "fixed", parent, own.name, _row(place), _rows(turn)))
+            self.joints.append(Joint(f"{own.name}-fixed", "fixed", parent, own.name, row_of(place), _rows(turn)))
         for n, k in enumerate(held):
             child = own.name if n == len(held) - 1 else f"{own.name}-{n + 1}"
             if child != own.name:
                 self.bodies.append(Body(child, 0.0))
             kind, anchor = KINDS[int(m.jnt_type[k])], m.jnt_pos[k]
             if kind == "free":
-                x, y, z, qw, qx, qy, qz = _row(m.qpos0[m.jnt_qposadr[k] :][:7])
+                x, y, z, qw, qx, qy, qz = row_of(m.qpos0[m.jnt_qposadr[k] :][:7])
                 self.joints.append(Joint(self.joint[k], "free", self.body[0], child, q0=(x, y, z, qx, qy, qz, qw)))
             else:
                 q0 = (0.0, 0.0, 0.0, 1.0) if kind == "spherical" else (0.0,)
-                at, axis = _row(place + turn @ anchor), _row(m.jnt_axis[k])
+                at, axis = row_of(place + turn @ anchor), row_of(m.jnt_axis[k])
                 self.joints.append(
-                    Joint(self.joint[k], kind, parent, child, at, _rows(turn), axis, q0=q0, p_CJ=_row(anchor))
+                    Joint(self.joint[k], kind, parent, child, at, _rows(turn), axis, q0=q0, p_CJ=row_of(anchor))
                 )
             parent, place, turn = child, np.zeros(3), np.eye(3)
         self.bodies.append(own)
@@ -243,7 +242,7 @@ class _Importer:
                     )
             elif plain and on == ON_SITE and target[1] < 0 and not any(bias):
                 point, R = self._site(target[0])
-                push, twist = (_row(gain * R @ gear[at]) for at in (slice(0, 3), slice(3, 6)))
+                push, twist = (row_of(gain * R @ gear[at]) for at in (slice(0, 3), slice(3, 6)))
                 out.append(forces.Load(name, point, push, twist, "body", control))
             else:
                 self._lacks(
@@ -302,9 +301,10 @@ class _Importer:
     def _site(self, i: int) -> tuple[Point, np.ndarray]:
         """Return the point of site i on its body, and its axes in the frame of the body."""
         m = self.m
-        return Point(self.body[m.site_bodyid[i]], _row(m.site_pos[i])), self._matrix(m.site_quat[i])
+        return Point(self.body[m.site_bodyid[i]], row_of(m.site_pos[i])), self.matrix(m.site_quat[i])
 
-    def _matrix(self, quaternion: np.ndarray) -> np.ndarray:
+    def matrix(self, quaternion: np.ndarray) -> np.ndarray:
+        """Return the rotation of a quaternion (w, x, y, z)."""
         R = np.zeros(9)
         self.library.mju_quat2Mat(R, quaternion)
         return R.reshape(3, 3)
@@ -342,9 +342,5 @@ def _reference(solref: np.ndarray, solimp: np.ndarray) -> tuple[float, float]:
     return 1.0 / (most * most * first * first * second * second), 2.0 / (most * first)
 
 
-def _row(x: Sequence[float] | np.ndarray) -> Any:
-    return tuple(float(e) for e in x)
-
-
 def _rows(R: np.ndarray) -> Any:
-    return tuple(_row(r) for r in R)
+    return tuple(row_of(r) for r in R)

@@ -1,6 +1,6 @@
 """Boxes that enclose the geoms of a MuJoCo model, for drawings and clearances."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import pairwise
 from typing import Any
 
@@ -12,9 +12,11 @@ THIN = 1e-3  # [m] of a box
 Box = tuple[tuple[float, float, float], tuple[float, float, float]]
 
 
-def boxes_of(model: Any, bodies: list[str], missing: list[str]) -> dict[str, list[Box]]:
+def boxes_of(
+    model: Any, bodies: list[str], missing: list[str], matrix: Callable[[np.ndarray], np.ndarray]
+) -> dict[str, list[Box]]:
     """Return, by body, boxes (centre and edges [m]) along the body's axes that enclose its geoms: those that collide,
-    or all if none does. Geoms without a size are added to `missing`."""
+    or all if none does. Geoms without a size are added to `missing`; `matrix` turns a quaternion into a rotation."""
     found: dict[str, list[Box]] = {}
     of_body: dict[int, list[int]] = {}
     for g in range(model.ngeom):
@@ -25,13 +27,13 @@ def boxes_of(model: Any, bodies: list[str], missing: list[str]) -> dict[str, lis
             if int(model.geom_type[g]) in (PLANE, HFIELD) or int(model.geom_type[g]) > MESH:
                 missing.append(f"shape of geom {g} of body '{bodies[body]}': planes, height fields and distance fields")
             else:
-                found.setdefault(bodies[body], []).extend(_boxes(model, g))
+                found.setdefault(bodies[body], []).extend(_boxes(model, g, matrix(model.geom_quat[g])))
     return found
 
 
-def _boxes(m: Any, g: int) -> Iterator[Box]:
+def _boxes(m: Any, g: int, R: np.ndarray) -> Iterator[Box]:
     """Yield the boxes of one geom; a mesh has several, in slices along its longest edge."""
-    R, p, size, kind = _matrix(m.geom_quat[g]), m.geom_pos[g], m.geom_size[g], int(m.geom_type[g])
+    p, size, kind = m.geom_pos[g], m.geom_size[g], int(m.geom_type[g])
     if kind == MESH:
         k = int(m.geom_dataid[g])
         first = m.mesh_vertadr[k]
@@ -77,14 +79,3 @@ def _sliced(corners: np.ndarray, faces: np.ndarray) -> Iterator[Box]:
 def _box(low: np.ndarray, high: np.ndarray) -> Box:
     centre, size = 0.5 * (low + high), np.maximum(high - low, THIN)
     return tuple(float(x) for x in centre), tuple(float(x) for x in size)  # type: ignore[return-value]
-
-
-def _matrix(quaternion: np.ndarray) -> np.ndarray:
-    w, x, y, z = quaternion
-    return np.array(
-        [
-            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
-            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
-            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
-        ]
-    )

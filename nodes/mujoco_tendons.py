@@ -21,6 +21,7 @@ SLIDE, HINGE = 2, 3  # kinds of joints
 SITE, SPHERE, CYLINDER = 3, 4, 5  # of a tendon's path
 ENDLESS = (-1000.0, 1000.0)  # ends of a cylinder, which wraps beyond its own [m]
 SAME = 1e-9  # of directions, and lengths relative to those of the tendon
+ROUNDED = 1e-25  # [m, kg m2]; a scene refuses numbers below 1e-30
 POSES = 16  # besides that of the file
 
 
@@ -98,11 +99,11 @@ class WrappedTendons:
         bodies = [int(m.site_bodyid[first]), int(m.geom_bodyid[g]), int(m.site_bodyid[last])]
         level = max(abs((a - c) @ n), abs((b - c) @ n)) <= SAME
         R = d.xmat[bodies[1]].reshape(3, 3)
-        at = Point(self.bodies[bodies[1]], _row(m.geom_pos[g]))
+        at = Point(self.bodies[bodies[1]], row_of(m.geom_pos[g]))
         if level and self._planar(bodies, n):
-            return Sheave(at, _row(R.T @ n), radius)
+            return Sheave(at, row_of(R.T @ n), radius)
         if kind == CYLINDER and alone:
-            return Sheave(at, _row(R.T @ n), radius, edge="cylinder", span=ENDLESS)
+            return Sheave(at, row_of(R.T @ n), radius, edge="cylinder", span=ENDLESS)
         return None
 
     def _planar(self, bodies: list[int], n: np.ndarray) -> bool:
@@ -123,7 +124,7 @@ class WrappedTendons:
         return found
 
     def _site(self, i: int) -> Point:
-        return Point(self.bodies[int(self.m.site_bodyid[i])], _row(self.m.site_pos[i]))
+        return Point(self.bodies[int(self.m.site_bodyid[i])], row_of(self.m.site_pos[i]))
 
 
 def _flat(x: np.ndarray, n: np.ndarray) -> np.ndarray:
@@ -131,5 +132,6 @@ def _flat(x: np.ndarray, n: np.ndarray) -> np.ndarray:
     return np.asarray(x - (x @ n) * n)
 
 
-def _row(x: np.ndarray) -> Any:
-    return tuple(float(e) for e in x)
+def row_of(x: np.ndarray) -> Any:
+    """Return numbers as a tuple, without those that only rounding has left."""
+    return tuple(float(e) if abs(e) > ROUNDED else 0.0 for e in x)

@@ -1,4 +1,4 @@
-"""Where processes of other hosts connect to a run, by TLS with certificates on both sides, and which of them may join.
+"""Connections of processes on other hosts to a run, by TLS with certificates on both sides; permission to join.
 
     process -> coordinator   ASK at join/NAME            its name, version, code, host, and the run and scene it wants
     coordinator -> process   ANSWER                      the run, or the reason of a refusal

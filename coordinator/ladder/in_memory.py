@@ -42,8 +42,8 @@ Judged = tuple[RecordedVerdict, Sequence[Use]]  # a verdict, and the maximum uti
 class Played:
     """A finished run of a plan in memory: layout, times (n,) [ns] and rows (n, width) of the samples; events in total
     order; rope lines with the time [ns] from which they are valid; `apart`: samples of single lifts, by name; notes of
-    the kernel with times [ns]; ropes that went slack; end [ns]; what the action list still waited for; `dense`: rows at
-    the requested instants; number of GRANTs; wall and CPU time before and during the run [s]."""
+    the kernel with times [ns]; ropes that went slack; end [ns]; conditions for which the action list still waited;
+    `dense`: rows at the requested instants; number of GRANTs; wall and CPU time before and during the run [s]."""
 
     plan: Plan
     mechanics: System

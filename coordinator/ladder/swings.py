@@ -1,4 +1,4 @@
-"""Swings of a signal in a stage, from its samples: amplitude and period, and what may hide between the samples."""
+"""Swings of a signal in a stage, from its samples: amplitude and period, and the amplitude hidden between samples."""
 
 from dataclasses import dataclass
 from math import atan2, cos, pi, sin, sqrt

@@ -188,8 +188,7 @@ def _by(quantity: dict[str, Asked], errors: Errors) -> dict[Asked, float]:
 def _worth(
     ladder: Ladder, true: ModelLevel, finest: Sequence[ModelLevel], quantity: dict[str, Asked], measuring: Measuring
 ) -> dict[str, dict[Asked, float]]:
-    """Return the errors of the reference itself, due to its steps and its level, as far as the runs for them were
-    made."""
+    """Return the step error and level error of the reference, as far as the runs that measure them were made."""
     looser = finest[max(0, min(REFERENCE, len(finest) - 1) - 1)]
     others = {"its steps": looser} | ({"its level": true.on(ladder.poorer)} if ladder.poorer else {})
     known = {

@@ -1,4 +1,4 @@
-"""How observers find a run: `run.json` in its private directory, locked while the run lives; and an operator's orders.
+"""Announcement of a run to observers: `run.json` in its private directory, locked while it runs; an operator's orders.
 
 Nobody but its owner may enter the directory. The lock distinguishes a run in progress from the leftovers of a killed
 one. An order is a query on the run's control key. A command that waits for a paused run gets a reply at once, and

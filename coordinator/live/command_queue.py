@@ -1,4 +1,4 @@
-"""Where a run receives an operator's orders: pause, step, continue, rate, stop, commands.
+"""Queue of an operator's orders to a run: pause, step, continue, rate, stop, commands.
 
 Orders arrive in a thread of the bus or of the terminal; the coordinator handles them between two rounds. A command gets
 the first whole nanosecond at which nothing is decided yet (`OpenCoordinator.safe`), is synced to a journal beside the

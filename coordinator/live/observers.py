@@ -1,4 +1,4 @@
-"""What observers of a run receive: every committed event in total order, and samples; and how they read it.
+"""Data for observers of a run, every committed event in total order and samples; and the observers that read them.
 
 An event is appended to a journal in the run's private directory, where its position is its number, then published on
 the bus, which drops it for a slow or frozen subscriber. An `Observer` only reads the journal, at its own speed: a late

@@ -21,8 +21,8 @@ REST_s = 1e-6  # shortest rest: less may be lost in rounding the clock
 
 
 class Lateness(NamedTuple):
-    """How late grants were in a real-time run: their number, the largest and mean lateness [s], and the share more than
-    10 ms late."""
+    """Lateness of grants in a real-time run: number of late grants, largest and mean lateness [s], share of grants more
+    than 10 ms late."""
 
     rounds: int
     max: float

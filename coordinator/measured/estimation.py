@@ -172,8 +172,8 @@ Simulate = Callable[[Floats], list[Curve]]
 def simulator(
     begun: Beginning, inputs: Sequence[Input], channels: list[LogChannel], rows_hz: float, say: Callable[[str], None]
 ) -> Simulate:
-    """Return a function from input values (m,) to simulated channels; it raises HeavyliftError for values that cannot
-    run."""
+    """Return a function from input values (m,) to simulated channels; that function raises HeavyliftError for values
+    that cannot run."""
     hz = begun.scene.plan.samples_hz
     rate = min(max(SAMPLES[0], rows_hz, hz), max(SAMPLES[1], hz))
 

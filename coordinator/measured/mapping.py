@@ -1,4 +1,4 @@
-"""Which column of a log is which channel of a recording: `cell_H1: rope/tension/west.H1 [kN] +- 5 kN`.
+"""Assignment of log columns to channels of a recording: `cell_H1: rope/tension/west.H1 [kN] +- 5 kN`.
 
 A map is a YAML file of such lines, or each line an option `cell_H1=...`. The unit may be in the log's head instead. The
 sensor's uncertainty after `+-`, in the channel's units or in %, is at a level of 95 %. `clock: time [s]` names the

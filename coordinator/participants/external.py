@@ -22,7 +22,8 @@ MESSAGES = 500  # characters of why it has failed
 
 
 class External:
-    """The models of one node that an external program runs, as the coordinator checks them."""
+    """The models of one node that an external program runs: their declarations, and checks of the program's
+    messages."""
 
     def __init__(self, node: str, models: Sequence[Model], couplings: Iterable[Coupling], microsteps: int) -> None:
         self.node = node

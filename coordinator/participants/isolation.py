@@ -74,7 +74,7 @@ def _bound(children: Sequence[Model]) -> list[str]:
 
 
 def _common(child: Model, held: Sequence[object], first: Mapping[int, str]) -> bool:
-    """Return whether an earlier child holds any of the objects, too; `first`: the first owner of each object."""
+    """Return whether an earlier child also holds any of these objects; `first`: the first owner of each object."""
     return any(first.get(id(x), child.name) != child.name for x in held)
 
 

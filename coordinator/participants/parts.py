@@ -15,7 +15,8 @@ from heavylift.nodes.devs.execution.rules import LIMIT
 
 
 class ScenePart(msgspec.Struct, frozen=True, tag="scene"):
-    """Configuration of a node of a scene: its models and the encoded plan, reduced to what they need."""
+    """Configuration of a node of a scene: its models, and the encoded plan reduced to the parts that these models
+    need."""
 
     plan: bytes
 

@@ -100,7 +100,7 @@ class Recalled:
 
     @property
     def next_time(self) -> Tag:
-        """Logical time of the next recorded event, or of the kernel."""
+        """Logical time of the next recorded event or, after the last one, of the kernel."""
         return self._events[-1].tag if self._events else self._kernel.next_time
 
     @property
@@ -124,7 +124,7 @@ class Recalled:
         return self._kernel.results(end)
 
     def outputs(self) -> list[Event]:
-        """Return the recorded outputs at `next_time`, or those of the kernel."""
+        """Return the recorded outputs at `next_time` or, after the last recorded event, those of the kernel."""
         if not self._events:
             return self._kernel.outputs()
         tag = self.next_time
@@ -145,7 +145,7 @@ class Recalled:
             self._kernel.advance(tag, bag, until)
 
     def foretell(self) -> None:
-        """Publish the samples of a scene at rest in advance, if the kernel began at the start of the run."""
+        """If the kernel began at the start of the run, let it publish samples of a scene at rest in advance."""
         if not self._past.used:
             self._kernel.foretell()
 

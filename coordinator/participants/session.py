@@ -39,7 +39,7 @@ class Session(Generic[Kernel]):
         hear: Callable[[Event], None] = lambda event: None,
         end: Tag | None = None,
     ) -> None:
-        """`make` creates the kernel from its configuration; `hear` receives committed events; `end` replaces that of
+        """`make` creates the kernel from its configuration; `hear` receives committed events; `end` replaces the end of
         the plan. A plan without an end is extended while a driving model is scheduled."""
         self.models = models = build(plan)
         self.config = configured(plan, models)

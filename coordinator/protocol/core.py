@@ -31,7 +31,8 @@ AHEAD = 256  # of what a node has said: what may be held while it goes on
 
 
 class Coordinator:
-    """Call `hello` for each node and `done` for each DONE, and send what `ready` returns, until `over` is set."""
+    """Call `hello` for each node's HELLO and `done` for each DONE, and send the grants that `ready` returns, until
+    `over` is set."""
 
     def __init__(
         self,
@@ -130,8 +131,8 @@ class Coordinator:
         self._moved(node)
 
     def working(self, name: str, t_ns: int) -> None:
-        """(6) Record that a node which publishes samples has reached `t_ns` [ns] within its grant, so its later outputs
-        are not earlier than this."""
+        """(6) Record that a node which publishes samples has reached `t_ns` [ns] within its grant, so the node's later
+        outputs are not earlier."""
         node = self._node(name)
         if node.running:
             for tags, at in ((self._tags, 2 * self._n + node.rank), (self._floors, node.rank)):

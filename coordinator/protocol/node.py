@@ -42,7 +42,7 @@ class Node:
         self, name: str, model: Steppable, finish: Callable[[Tag], str] = lambda end: "", samples: bool = False,
         hashed: bool = True,
     ) -> None:  # fmt: skip
-        """`samples`: the model publishes its progress while it works, so the node waits for a DONE before it continues;
+        """`samples`: the model publishes its progress during its work, so the node ends a grant at the first output;
         `hashed`: each DONE carries a hash of what was done."""
         self._samples, self._hashed = samples, hashed
         self.name, self.model, self.epoch, self._finish = name, model, 0, finish
@@ -144,7 +144,8 @@ class Node:
         return GrantDone(grant.gseq, stop, spoken, due, offer, self._quiet, self._hash, model.last)
 
     def _checkpoint(self) -> Checkpoint:
-        """Return the state that determines the next answer; it includes the last DONE, by which it can be verified."""
+        """Return the state that determines the next answer, together with the last DONE, by which a replacement is
+        verified."""
         if not isinstance(self.model, Keepable) or self._done is None:
             return Checkpoint(self._gseq, why=f"{self.name} has a model whose state cannot be saved")
         try:

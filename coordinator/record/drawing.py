@@ -215,8 +215,9 @@ def _catenary(line: MooringLine, gravity: float, at: kinematics.Poses) -> Iterat
 
 
 class RopeLines:
-    """The rope lines of a scene at the present time of its run; `bent`: points on beams are referred to the stations in
-    the run's samples. Mooring lines keep the curve of the start, up to their last piece, which ends at the fairlead."""
+    """The rope lines of a scene at the present time of its run; if `bent`, points on beams refer to stations whose
+    deflection the samples contain. Mooring lines keep the curve of the start, up to their last piece, which ends at the
+    fairlead."""
 
     def __init__(self, systems: list[System], bent: bool = True) -> None:
         ropes = [r for s in systems for r in s.all_ropes]

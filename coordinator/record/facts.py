@@ -46,7 +46,8 @@ def facts_of(scene: "LoadedScene", nodes: Sequence[str], placement: Placement) -
 
 
 def supports(plan: Plan) -> list[dict[str, object]]:
-    """Return the supports of bodies: name, body, point in its frame, height of the pad [m], what it stands on."""
+    """Return the supports of bodies: name, body, point in the body's frame, height of the pad [m], and the body
+    below."""
     found = [support for machine in plan.machines for support in machine.system.supports]
     return [{"name": s.name, "body": s.point.body, "p": s.point.p, "height": s.height, "on": s.on} for s in found]
 

@@ -50,8 +50,8 @@ MERGED = "merged.json"  # the whole scene, where its own text is not all of it
 @dataclass(frozen=True)
 class RunResult:
     """Result of a run: simulated and wall time, digest, peak tension [N] and its time [s] of each rope, error of the
-    energy balance, grants, what the action list still waited for at the time bound, `budget` of the wall time, lateness
-    in real time, notes of the kernel, verdict, and the path of the `recording`."""
+    energy balance, grants, conditions for which the action list still waited at the time bound, `budget` of the wall
+    time, lateness in real time, notes of the kernel, verdict, and the path of the `recording`."""
 
     sim_s: float
     wall_s: float

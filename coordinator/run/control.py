@@ -1,4 +1,4 @@
-"""A control of a system: a function of the time and of what is sampled, called at a fixed period.
+"""A control of a system: a function of time and sampled values that is called at a fixed period.
 
 Signals take their new value at once. Drives and winches reach their new speed one period later, at constant
 acceleration, so that prescribed motions have no jumps of speed.

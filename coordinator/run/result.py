@@ -36,8 +36,8 @@ class StageSpan(NamedTuple):
 @dataclass(frozen=True, eq=False, repr=False)
 class Result:
     """Results of a run: sample times (n,) [s]; signals by name; stages; peak tension [N] and time [s] of each rope;
-    recorded events; notes of the kernel with times [s]; what the action list still waited for. Verdict and digest are
-    computed on first use.
+    recorded events; notes of the kernel with times [s]; conditions for which the action list still waited. Verdict and
+    digest are computed on first use.
 
     Times repeat where an event or order coincides with a sample: the first row is before it, the last one after it.
     `at` has other times, each once.

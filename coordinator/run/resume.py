@@ -46,7 +46,7 @@ class RecordingOfModelError(RecordingError):
 
 @dataclass(frozen=True)
 class Beginning:
-    """What remains of a run that was cut off: scene, events on disk, operator commands, version."""
+    """The readable part of a run that was cut off: scene, events on disk, operator commands, version."""
 
     scene: LoadedScene
     events: list[Event]
@@ -113,7 +113,8 @@ class Checked(Relay):
     def __init__(
         self, events: list[Event], parted: Callable[[Deviation], RecordingError], watch: RunObserver, end: Tag = _START
     ) -> None:
-        """Events before `end` must equal these; `parted` makes the error for a deviation."""
+        """`events`: recorded events that the run must repeat; all events before `end` are compared; `parted` returns
+        the error for a deviation."""
         self._follower, self._count = EventComparison(events), len(events)
         self._parted, self._watch, self._end = parted, watch, end
 

@@ -161,7 +161,8 @@ class _Again:
         return new.result.get("digest", "")
 
     def _as_far_as_it_goes(self, new: Recording) -> str:
-        """Compare a recording that was cut off as far as it goes; returns the digest, or ""."""
+        """Compare the existing part of a recording that was cut off; return "", since such a recording has no
+        digest."""
         old = self._old
         self._others += complaints(old)
         self._others += [x for x in facts(old, new, LATER) if x.startswith("run.")] + [*attachments(old, new)]

@@ -111,8 +111,8 @@ class StallDetector:
         self._debts: dict[str, _Debt] = {}
 
     def lost(self, process: str, since: float, now: float) -> str | None:
-        """Return in what way a process was lost that has owed an answer since the time `since` [monotonic s]; "" if it
-        is not lost, None if it is too early to say."""
+        """For a process that has owed an answer since the time `since` [monotonic s], return how the process was lost;
+        "" if it is not lost, None if it is too early to say."""
         debt = self._debts.get(process)
         if debt is None or debt.since != since:
             debt = self._debts[process] = _Debt(since, since)

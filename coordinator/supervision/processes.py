@@ -137,7 +137,8 @@ class Processes(AbstractContextManager["Processes"]):
             self._change.notify_all()
 
     def _loss(self) -> str:
-        """Return how the process manager was lost, or ""; it stays a zombie so that its process group is not reused."""
+        """Return how the process manager was lost, or "" if it runs; a lost one stays a zombie, so that its process
+        group is not reused."""
         with self._change:
             if not self._lost and (how := ended(self._keeper)) is not None:
                 self._errors.seek(0)
@@ -202,7 +203,7 @@ class Processes(AbstractContextManager["Processes"]):
         return next((line.strip() for line in main.splitlines() if line.strip().startswith("File")), "")
 
     def deaths(self) -> dict[str, str]:
-        """Return in what way each ended process has ended, with its last line of output."""
+        """Return for each ended process how it ended, with its last line of output."""
         if lost := self._loss():  # who is there may go on as long as nobody needs a keeper
             return {name: lost for name in self._commands if self.state(name) in GONE}
         with self._change:

@@ -148,7 +148,7 @@ def limits_of_all(
     replications: int = 0,
 ) -> list[FoundLimit]:
     """Find the limits of several numbers, each varied alone, in parallel processes; `say` reports the runs; `fails`:
-    the mildest state that ends a search; with `replications`, each value is run with so many seeds."""
+    the mildest state that ends a search; `replications`: number of seeds with which each value is run."""
 
     def message(name: str, value: str, row: Row) -> None:
         status = "green" if row["status"] == "done" else f"{row['status']}: {reason(row)}"

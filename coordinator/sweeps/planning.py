@@ -63,7 +63,8 @@ class _Outlook:
 
 
 class _Search:
-    """Search for the shortest timing; `parts`: fraction by which each step is taken; `why`: what limits it."""
+    """Search for the shortest timing; `parts`: fraction to which each step is taken; `why`: the reason that limits each
+    step."""
 
     def __init__(self, scene: LoadedScene, until: float, say: Callable[[str], None]) -> None:
         self.scene, self.until, self.say = scene, until, say
@@ -110,7 +111,8 @@ class _Search:
                 self.why[step] = why
 
     def _taken(self, step: TimingStep, others: Parts) -> tuple[float, _Outlook, str]:
-        """Return how far a step can be taken together with others, the static check of it, and what limits it."""
+        """Return the largest allowed fraction of a step together with others, its static check, and the reason for the
+        limit."""
         found = self.outlook({**others, step: 1.0})
         if not found.why:
             return 1.0, found, step.why

@@ -163,9 +163,8 @@ def verdict_of_seeds(scene: LoadedScene, seeds: Sequence[int], runs: Sequence[Se
             continue
         limit, known = use.limit, error_of(use, scene.errors)
         if known is not None or found.above > -use.excess > -found.above:  # else its error stays unknown
-            errors[f"use of {limit.subject} {limit.quantity}"] = hypot(
-                _share(use, known or 0.0), _share(use, found.above)
-            )
+            shares = _share(use, known or 0.0, of_value=True), _share(use, found.above)
+            errors[f"use of {limit.subject} {limit.quantity}"] = hypot(*shares)
         if not isfinite(found.above):
             message = f"{limit.quantity} of {limit.subject}: {found.how}"
             others.append(finding("amber", limit.quantity, limit.subject, message, why=NOT_CHECKED, value=use.value))
@@ -221,12 +220,14 @@ def _quantile(seen: Sequence[Use], find: Callable[[list[float]], Extreme]) -> tu
     return found, replace(near, value=value, use=limit.use(value))
 
 
-def _share(use: Use, above: float) -> float:
-    """Return the distance of the confidence bound from the quantile as a relative error of the utilisation, the form
-    that `error_of` reads."""
+def _share(use: Use, above: float, *, of_value: bool = False) -> float:
+    """Return the distance of the confidence bound from the quantile, or an error in the unit of the limit if
+    `of_value`, as a relative error of the utilisation, the form that `error_of` reads."""
     value, of = abs(use.value or 0.0), use.use or 0.0
-    if use.limit.between is not None or use.bound is not None:
+    if not of_value and (use.limit.between is not None or use.bound is not None):
         share = above
+    elif use.limit.between is not None:
+        share = 2.0 * above / (use.limit.between[1] - use.limit.between[0])
     else:
         share = above * of / value if value and of else above / abs(use.limit.at() or 1.0)
     return share / max(1.0, of) if isfinite(of) and isfinite(share) else 0.0

@@ -114,7 +114,7 @@ class Study(AbstractContextManager["Study"]):
         return [variant for variant in self.plan.variants if variant.number not in self.rows]
 
     def append(self, rows: Sequence[Row]) -> None:
-        """Append rows; they are on disk when this returns."""
+        """Append rows to the study; when this returns, the rows are on disk."""
         if not rows:
             return
         import pyarrow

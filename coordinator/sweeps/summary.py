@@ -1,4 +1,4 @@
-"""Statistics of the rows of a study: counts by status, limits, and which input moves which result.
+"""Statistics of the rows of a study: counts by status, limits, and the effect of each input on each result.
 
 Also the sampling designs, as quantiles, and the sensitivity indices from them: with SALib, from the extra `sweep`.
 

@@ -91,7 +91,7 @@ class Timeline:
         self._message = {node: together(some) for node, (_, some) in hosted.items()}
         order = sorted(hosted, key=lambda node: min(map(models.index, hosted[node][1])) if models else 0)
         self.lanes = {self._message[node]: Lane(self._message[node], hosted[node][0]) for node in order}
-        """By the models of a node, in the order of the run."""
+        """Lanes by node, in the order of the run."""
         with recording.reading():
             messages = sorted(_messages(recording), key=lambda message: message.summary.wall_ns)
         if not any(message.kind == "GRANT" for message in messages):

@@ -53,7 +53,7 @@ class Exchange:
         self._publishers[node].put(self._writers[node].frame(payload))
 
     def keep(self, node: str, request: bytes) -> None:
-        """Request a checkpoint from a node; it arrives like any other message."""
+        """Request a checkpoint from a node; the checkpoint arrives like any other message of the node."""
         Exchange.send(self, node, request)
 
     def _arrived(self, sample: zenoh.Sample) -> None:

@@ -1,4 +1,4 @@
-"""Keys of a run on the bus, its users and names, and the frame of every message: who says it, in which run, undamaged.
+"""Keys of a run on the bus, its users and names, and the frame of every message: sender, run, number, checksum.
 
 heavylift/<run>/in | out | samples/<process>/<node>      one coordinator, one node per key
 heavylift/<run>/alive | ask/<process>/<epoch>            is it there; does it make progress

@@ -232,7 +232,7 @@ class Hub(Exchange):
         self._queryable = self._session.declare_queryable(key(self.run, topic), handler)
 
     def supervise(self, deaths: Callable[[], Mapping[str, str]]) -> None:
-        """Monitor the processes of the run; `deaths` returns in what way each has ended and is called in a thread."""
+        """Monitor the processes of the run; `deaths` returns how each process ended, and is called in a thread."""
         self._liveness.supervise(deaths)
 
     def notice(self) -> None:

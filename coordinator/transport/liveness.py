@@ -23,8 +23,8 @@ GRACE_s = 0.3  # how long a lost connection waits for the reason of its process'
 
 
 class News(NamedTuple):
-    """Report that a process has joined (`lost` is None), or in what way it was lost; `epoch`: its number among the
-    processes of this name."""
+    """Report that a process has joined (`lost` is None), or how it was lost; `epoch`: its number among the processes of
+    this name."""
 
     process: str
     epoch: int
@@ -78,7 +78,7 @@ class LivenessMonitor:
             self.notice()
 
     def supervise(self, deaths: Callable[[], Mapping[str, str]]) -> None:
-        """Set the function `deaths`, which returns in what way each ended process has ended."""
+        """Set the function `deaths`, which returns for each ended process how it ended."""
         self._deaths = deaths
 
     def notice(self) -> None:

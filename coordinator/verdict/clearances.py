@@ -110,7 +110,7 @@ def _red(c: Clearance) -> bool:
 
 
 def _the(thing: str) -> str:
-    """Return a thing with its article, unless it has a name."""
+    """Return the name of a thing, with an article if the name is that of a kind."""
     common = thing in ("block", GROUND, "supports") or thing.partition(" ")[0] in ("rope", "portal", "upper", "lower")
     return f"the {thing}" if common else thing
 

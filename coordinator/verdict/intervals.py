@@ -110,9 +110,9 @@ FINEST = 2.0**-20  # part of the time between two samples that is not cut any mo
 
 @dataclass(frozen=True)
 class Stretches:
-    """Intervals of samples for pairs of shapes (indices), from sample `first` to `last` (inclusive): bound of their
-    relative motion about the middle sample, lower bound of their distance [m], number of the pair of parts to which
-    they belong."""
+    """Intervals of samples for pairs of shapes (indices), from sample `first` to `last` (inclusive): bound of the
+    relative motion of each pair about the middle sample [m], lower bound of its distance [m], number of the pair of
+    parts to which the shapes belong."""
 
     a: Indices
     b: Indices

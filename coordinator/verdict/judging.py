@@ -1,4 +1,4 @@
-"""All checks of a run in one table, and the line of the verdict."""
+"""All checks of a run in one table, and the summary line of the verdict."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace

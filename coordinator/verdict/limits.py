@@ -83,8 +83,8 @@ def impacts(plan: Plan, past: RunHistory) -> dict[str, tuple[float, float]]:
 
 
 def touches(plan: Plan, past: RunHistory) -> dict[str, tuple[float, float]]:
-    """Return, by name, the largest speed [m/s] with which a block comes down from a height, without its bounces, and
-    the largest speed of its hooks as it lifts off, from the lengths of their ropes; each with its time [s]."""
+    """Return, by name, the largest landing speed of each block, except bounces, and the largest winding speed of its
+    hooks at lift-off [m/s], each with its time [s]."""
     found: dict[str, tuple[float, float]] = {}
     for block, part, i, touched in _arrivals(plan, past):
         speeds = _sinking(plan, part, touched, i) if touched else _wound(plan, block, part, i)
@@ -119,8 +119,8 @@ Touched = Sequence[tuple[Support, float]]  # supports with their forces [N]
 
 
 def _arrivals(plan: Plan, past: RunHistory) -> Iterator[tuple[str, History, int, Touched]]:
-    """Yield each block that lifts off, or comes down by more than a bounce, with the part of the history, the number of
-    the sample in it, and the supports that touch then: none as it lifts off."""
+    """Yield each landing of a block, except bounces, and each lift-off: block, part of the history, number of the
+    sample in that part, and the supports that touch then (none at lift-off)."""
     pads = {s.name: s for m in plan.machines for s in m.system.supports}
     for limit in (x for x in plan.limits if x.quantity == "landing speed"):
         own, top = [pads[name] for name in limit.elements if name in pads], -inf
@@ -153,7 +153,8 @@ def _sinking(plan: Plan, part: History, touched: Touched, i: int) -> list[float]
 
 
 def _wound(plan: Plan, block: str, part: History, i: int) -> list[float]:
-    """Return the speeds [m/s] of the hooks that hold a block at sample i, as their winches wind the ropes before."""
+    """Return the speeds [m/s] at which the hooks that hold a block are wound up at sample i, from the rope lengths just
+    before."""
     hooked = hooked_in(plan, [(rig.t_ns * 1e-9, rig.lines) for rig in part.rigs])
     now = next((lugs for start, lugs in reversed(hooked) if start <= part.t[i]), {})
     (lugs,) = (cargo.lugs for machine in plan.machines for cargo in machine.cargo if cargo.body == block)
@@ -167,7 +168,7 @@ def _wound(plan: Plan, block: str, part: History, i: int) -> list[float]:
 
 
 def _before(part: History, i: int) -> int:
-    """Return the number of the last sample before sample i by at least the span of a speed."""
+    """Return the number of the last sample that is at least SPAN before sample i."""
     return max(0, int(np.searchsorted(part.t, part.t[i] - SPAN, side="right")) - 1)
 
 

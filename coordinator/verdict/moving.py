@@ -87,7 +87,7 @@ def _place(p: Floats, R: Floats, x: Vector) -> Floats:
 
 @dataclass(frozen=True)
 class Moving:
-    """A shape over n samples: a solid given by its centre, or a strand given by its ends, on their bodies; `there`
+    """A shape over n samples: a solid given by its centre, or a strand given by its ends, all fixed to bodies; `there`
     (n,): whether the shape exists and can be checked."""
 
     shape: Solid | Strand

@@ -154,7 +154,7 @@ class OpenScene:
 
     def save(self, text: str, version: str) -> dict[str, Any]:
         """Write the scene if it still has this version; return its text, its new version, and the serial number of the
-        message with both: pages leave out older ones, which may still be on their way."""
+        message with both: pages ignore older messages that arrive later."""
         with self._lock:
             path = self._writable()
             write(path, text, version)
@@ -165,7 +165,7 @@ class OpenScene:
         return {"text": text, "version": version_of(text), "number": number}
 
     def edit(self, edits: list[tuple[list[str | int], str | int | None]], version: str) -> dict[str, Any]:
-        """Change values of the scene, all or none, if it still has this version; return what `save` does.
+        """Change values of the scene, all or none, if it still has this version; return the same as `save`.
 
         If the value is an integer, the list item at the path is moved to this index.
         """

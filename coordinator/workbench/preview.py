@@ -1,4 +1,4 @@
-"""From the text of a scene to what pages show of it: the start pose at once, then the path at rest and its checks.
+"""Preview of a scene's text on pages: the start pose at once, then the static path and its checks.
 
 The start pose is shown even if the actions cannot be carried out; a path that ends early is shown up to its end.
 """

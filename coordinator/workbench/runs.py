@@ -101,7 +101,8 @@ class SceneRun:
                 self._process.kill()
 
     def _hear(self, process: subprocess.Popen[str], do: str) -> None:
-        """Send what a run prints; when it has succeeded, its results come before its progress."""
+        """Send the output of a run to pages as it comes; after success, send its results before its messages on
+        progress."""
         lines, found, progress, file = list[str](), list[str](), list[str](), self._file
         known: dict[str, Any] = {"do": do, "file": file.name, "live": False}
         self._say("run", {"running": True, "lines": [], **known})

@@ -1,4 +1,4 @@
-"""The workbench's server on 127.0.0.1: requests need the word in the address, and come from this machine's own page.
+"""The workbench's server on 127.0.0.1: requests need the secret word in the address and come from its own page.
 
 GET of the word's folder is the page, of `events` in it the messages of the open scene as Server-Sent Events, of
 `live` those of the run that goes on; of `drawings/NUMBER/STATE` the drawings of a state, of `recording/NAME` what is

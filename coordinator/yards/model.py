@@ -1,4 +1,4 @@
-"""A yard file as a model to be run."""
+"""A yard file as a DEVS model."""
 
 from collections.abc import Sequence
 

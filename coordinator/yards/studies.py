@@ -1,4 +1,5 @@
-"""What-if of a yard: variants side by side, how far a number may go, what each resource and each spread costs.
+"""What-if studies of a yard: comparison of variants, the limit of a number, the cost in days of each resource and
+spread.
 
 All variants use common random numbers: the duration drawn for a block is the same in each variant.
 """

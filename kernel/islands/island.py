@@ -115,9 +115,13 @@ class Island(Simulation):
         while len(self.marks) > 1 and self.marks[1][0] <= before_ns:
             self.marks.pop(0)
 
+    def passed(self, t_ns: int) -> bool:
+        """Return whether the island has passed a time [ns] to which it can be rolled back."""
+        return bool(self.marks) and self.began > t_ns
+
     def rewind(self, t_ns: int) -> None:
         """Roll back to a time [ns] that the island has already passed."""
-        if self.marks and self.began > t_ns:
+        if self.passed(t_ns):
             while len(self.marks) > 1 and self.marks[-1][0] > t_ns:
                 self.marks.pop()
             back(self, self.marks[-1][1])

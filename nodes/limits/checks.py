@@ -60,15 +60,14 @@ def checks_of(
     if any(_irregular(m.system) for m in plan.machines) and not any(x.quantity == SEA_STATE for x in others):
         message = "an irregular sea: one seed is no verdict; `heavylift run --replications 30` runs others"
         found.append(Check(quantity=SEA_STATE, subject="all", state="amber", why=NOT_CHECKED, sentence=message))
-    hulls = [m.name for m in plan.machines if any(isinstance(f, Radiation) for f in m.system.forces)]
-    if len(hulls) > 1:
-        message = f"waves between {' and '.join(hulls)}: not included; each floats as if it were alone"
-        found.append(Check(quantity="interaction", subject="all", state="amber", why=NOT_CHECKED, sentence=message))
-    for m in plan.machines:
-        waves = [x.waves for force in m.system.forces if (x := getattr(force, "signal", None)) and x.waves]
-        if waves and not any(x.by[0] for x in waves):
-            message = f"slow drift of {m.name}: not included; its data have no mean drift"
-            found.append(Check(quantity="slow drift", subject=m.name, state="amber", why=NOT_CHECKED, sentence=message))
+    waters = {m.name: [x.waves for f in m.system.forces if (x := getattr(f, "signal", None)) and x.waves]
+              for m in plan.machines if any(isinstance(f, Radiation) for f in m.system.forces)}  # fmt: skip
+    open_ = [("slow drift", name, f"slow drift of {name}: not included; `heavylift hull --drift` adds its data")
+             for name, waves in waters.items() if waves and not any(x.by[0] for x in waves)]  # fmt: skip
+    if len(waters) > 1:
+        message = f"waves between {' and '.join(waters)}: not included; each floats as if alone, keep them far apart"
+        open_.append(("interaction", "all", message))
+    found += [Check(quantity=x, subject=of, state="amber", why=NOT_CHECKED, sentence=y) for x, of, y in open_]
     return sorted(found, key=lambda check: STATES.index(check.state))
 
 

@@ -61,13 +61,16 @@ def capytaine(path: Path) -> Coefficients:
     modes, point = _named(data, path), data.get("rotation_center", np.zeros(3)).ravel()
     if point[:2].any():
         raise SceneError(f"{path}: its rotations are about {point.tolist()}; compute them about a point of the z axis")
-    w = data["omega"]
-    finite, infinite = np.isfinite(w) & (w > 0.0), np.isinf(w)
+    w, both = data["omega"], np.ix_(modes, modes)
+    A, B = (data[key].reshape(len(w), 6, 6)[:, both[0], both[1]] for key in ("added_mass", "radiation_damping"))
+    X = data["excitation_force"].reshape(2, len(w), -1, 6)[..., modes]
+    solved = np.isfinite(A).all(axis=(1, 2))  # Capytaine writes NaN where it finds no solution
+    finite = np.isfinite(w) & (w > 0.0) & solved & np.isfinite(X).all(axis=(0, 2, 3))
+    infinite = np.isinf(w) & solved
     if not infinite.any():
         raise SceneError(f"{path}: it has no infinite frequency, whose added mass is needed; add it to 'omega'")
-    order, both = np.argsort(w[finite]), np.ix_(modes, modes)
-    A, B = (data[key].reshape(len(w), 6, 6)[:, both[0], both[1]] for key in ("added_mass", "radiation_damping"))
-    X = data["excitation_force"].reshape(2, len(finite), -1, 6)[:, finite][:, order][..., modes].swapaxes(1, 2)
+    order = np.argsort(w[finite])
+    X = X[:, finite][:, order].swapaxes(1, 2)
     given = {"rho": DENSITY, "g": GRAVITY, "water_depth": inf}
     rho, g, depth = (float(data[key].ravel()[0]) if key in data else x for key, x in given.items())
     z = float(data["center_of_mass"].ravel()[2]) if "center_of_mass" in data else 0.0

@@ -55,7 +55,7 @@ class DrawnHook(NamedTuple):
 
 
 class DrawnInstant(NamedTuple):
-    """What is drawn of one instant: positions at a time [s]; mass [kg] of the block; the smallest clearance if it
+    """The drawn data of one instant: time [s] and positions; mass [kg] of the block; the smallest clearance if it
     occurs at this time."""
 
     title: str

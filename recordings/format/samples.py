@@ -157,7 +157,8 @@ def decode_batch(payload: bytes, layout: SampleLayout) -> Batch:
 
 
 class Field(msgspec.Struct, frozen=True):
-    """How a signal is stored in the messages of `/samples`: name, message field, unit, and a name for each column."""
+    """Storage of a signal in the messages of `/samples`: name of the signal, message field, unit, and a name for each
+    column."""
 
     signal: str
     field: str
@@ -241,7 +242,7 @@ def _picked(channel: SampleChannel) -> tuple[SampleChannel, list[int]]:
 
 
 class Rounding:
-    """Rounding of the columns of these channels; it must be called with the rows of a run in their order."""
+    """Rounding of the columns of these channels; the object must be called with the rows of a run in their order."""
 
     def __init__(self, channels: list[SampleChannel], recalled: int = 0, most: Sequence[float] = ()) -> None:
         """Prepare the rounding; the first `recalled` rows are rounded already, and `most` are the largest values of

@@ -53,8 +53,8 @@ def old_type(data: dict[str, Any]) -> bool:
 
 
 def driven(actuator: str) -> str:
-    """Return what an actuator moves in words for planners, such as a crane or a trolley; else the name of the
-    actuator."""
+    """Return the planners' name of the part that an actuator moves, such as a crane or a trolley; without one, the
+    actuator's name."""
     crane, called = called_of(actuator)
     return f"the {called} of {crane}" if called else crane
 

@@ -1,4 +1,4 @@
-"""A signal over time, in the form in which people and other programs get it.
+"""A signal over time, for users and other programs.
 
 signal = Recording("run.mcap")["rope/tension"]
 signal.t, signal["west.H1"], signal.unit      # (n,) [s], (n,), "N"

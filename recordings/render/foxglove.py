@@ -1,4 +1,4 @@
-"""The Foxglove websocket of a run that goes on: samples, poses, ropes, boxes and events for Foxglove and Lichtblick.
+"""The Foxglove websocket of a run in progress: samples, poses, ropes, boxes and events for Foxglove and Lichtblick.
 
 The server listens on this machine only, its address holds a random word, and of web pages only these viewers may
 connect, since any site in a browser can try such a port. It sends the four messages of protocol `foxglove.sdk.v1` that

@@ -178,7 +178,7 @@ def _figure(rec: Recording, curves: Curves, stages: Sequence[tuple[float, str]])
 
 
 def subtitle(rec: Recording) -> list[str]:
-    """Return the lines below the title: scene, duration, what was asked and modelled, and integration steps."""
+    """Return the lines below the title: scene, duration, requested quantities, modelled effects, integration steps."""
     facts = [rec.run.get("scene", rec.path.stem), f"{duration(rec.fact('sim_s', 0.0))} simulated"]
     message = settings(rec.run)
     facts += [message[name] for name in ("asked", "steps") if name in message]

@@ -111,8 +111,7 @@ def banded(axes: Axes, times: Sequence[float], last: float) -> Iterator[tuple[fl
 
 
 def spread(wanted: Sequence[float], highest: Sequence[float], gap: float) -> list[float]:
-    """Return positions as near as possible to the wanted ones that are at least `gap` apart, each at most at its
-    `highest`."""
+    """Return positions at least `gap` apart and at most `highest`, as near as possible to the wanted ones."""
     blocks: list[tuple[float, int]] = []  # mean place of labels that touch, how many they are
     for i, place in enumerate(wanted):
         blocks.append((place - i * gap, 1))

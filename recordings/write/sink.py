@@ -274,8 +274,8 @@ class RowWriter:
 
 
 def note_peaks(peaks: dict[str, Peak], layout: SampleLayout, times: Sequence[int], rows: NDArray[np.float64]) -> None:
-    """Update the peak tension of each rope: from all accepted steps if the rows contain it; for ropes over sheaves from
-    the samples, of the most loaded part."""
+    """Update the peak tension of each rope: from the peaks of all accepted steps if rows contain them, else from
+    samples; for ropes over sheaves from samples of the most loaded part."""
     found = [x for x in (layout.find("rope/peak") or layout.find("rope/tension"), layout.find(REEVING)) if x]
     when = layout.find("rope/peak_time")
     for tension in found:

@@ -195,7 +195,8 @@ class Recorder:
         self._drain()
 
     def checkpoint(self, at: tuple[int, int], state: bytes) -> None:
-        """Attach the state of the mechanics, complete up to this logical time; it is not part of the digest."""
+        """Attach the state of the mechanics after everything before this logical time; attachments are not part of the
+        digest."""
         self._sink.checkpoint(at, state)
 
     def log(self, t_ns: int, level: str, name: str, message: str) -> None:

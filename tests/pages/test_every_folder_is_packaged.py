@@ -22,7 +22,7 @@ def test_the_list_of_packages_is_complete() -> None:
 
 
 @pytest.mark.parametrize("folder", FOLDERS, ids=str)
-def test_a_folder_missing_in_the_list_of_packages_is_noticed(folder: Path) -> None:
+def test_the_packaging_test_detects_a_folder_missing_in_the_list_of_packages(folder: Path) -> None:
     modules = sorted(p.name for p in (ROOT / folder).glob("*.py"))
     assert len(modules) <= MOST
     if len(folder.parts) == 1:

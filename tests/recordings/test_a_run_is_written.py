@@ -247,7 +247,9 @@ def test_a_full_disk_is_reported_in_one_sentence(begin: Begin, tmp_path: Path) -
     )
 
 
-def test_undeclared_messages_are_refused_by_the_writer(begin: Begin, batch: Batch, tmp_path: Path) -> None:
+def test_events_on_undeclared_ports_and_topics_declared_twice_are_refused_by_the_recorder(
+    begin: Begin, batch: Batch, tmp_path: Path
+) -> None:
     rec = begin()
     refused: dict[str, Callable[[], None]] = {
         "event of west.moved: this port was not announced; call add_port first": lambda: rec.event(

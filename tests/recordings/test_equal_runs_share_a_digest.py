@@ -107,7 +107,7 @@ def test_data_spooled_to_a_file_give_the_same_digest(monkeypatch: pytest.MonkeyP
 
 
 @pytest.mark.filterwarnings("error")
-def test_all_files_are_closed_explicitly() -> None:
+def test_computing_a_digest_leaves_no_file_open() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         gc.collect()  # of what other tests left

@@ -61,7 +61,7 @@ def test_a_recorded_plan_of_an_earlier_version_gives_a_note_on_its_unread_parts(
     assert ("plan", message) in scene_table(rec, plan_of(rec.attachments))
 
 
-def test_a_present_plan_is_read_without_a_note() -> None:
+def test_a_recorded_plan_of_the_present_version_is_read_without_a_note() -> None:
     assert not unread(plan_of({"resolved.json": encode(load("lift").plan)}))
     assert not unread({}), "a DEVS model has none"
 

@@ -59,7 +59,7 @@ def test_a_failing_library_is_named_in_the_error(
     assert "damaged" not in answer
 
 
-def test_an_installed_extra_that_fails_to_import_is_named(library: Callable[[str], None]) -> None:
+def test_an_installed_extra_that_fails_to_import_is_reported_by_name(library: Callable[[str], None]) -> None:
     missing = RecordingError("install it")
     library("raise ValueError('numpy.dtype size changed')")
     with pytest.raises(RecordingError, match=r"oldlib is installed but fails \(numpy\.dtype size changed\)"):
@@ -118,7 +118,9 @@ def test_for_content_changed_by_another_program_no_command_suggests_recover(reco
 
 @pytest.mark.parametrize("text", NO_NUMBERS)
 @pytest.mark.parametrize("name", ["sim_s", "wall_s", "samples", "peaks", "rated"])
-def test_infinite_values_in_a_recording_end_in_a_sentence(name: str, text: str, recorded: Path, tmp_path: Path) -> None:
+def test_infinite_values_in_a_recording_end_with_a_one_sentence_error(
+    name: str, text: str, recorded: Path, tmp_path: Path
+) -> None:
     path = altered(recorded, tmp_path / "no.mcap", lambda parts: parts.metadata["result"].update({name: text}))
     distances: list[Callable[[], object]] = [
         lambda: info(path),

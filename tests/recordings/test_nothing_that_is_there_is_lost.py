@@ -278,7 +278,7 @@ NOTICED = {
 
 @pytest.mark.parametrize("at", ["the next flush", "the end"])
 @pytest.mark.parametrize("harm", NOTICED, ids=lambda f: f.__name__)
-def test_changes_of_the_file_during_a_run_are_noticed(
+def test_changes_of_the_recording_by_others_during_a_run_are_detected(
     harm: Obstacle, at: str, begin: Begin, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if at == "the next flush":

@@ -1,4 +1,4 @@
-"""The command line as a whole: how help looks, and how a command ends, with one sentence where something is wrong.
+"""The command line as a whole: how help looks, and how a command ends, with one sentence if there is an error.
 
 A command's docstring is `What it does.    heavylift name ...`: what stands behind the four blanks is its example and
 is printed on a line of its own.  Commands stand below the heading of the file that they are written in.

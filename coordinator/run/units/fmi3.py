@@ -1,8 +1,8 @@
 """A scene as a slave of FMI 3.0 with event mode and early return, by pythonfmu3.
 
 If the master uses event mode and allows early returns, a step ends at the first event in it, rounded up to the
-nanosecond: outputs are those right after the event. pythonfmu3 does not pass early returns on; the small C library
-`early_return.c`, compiled by the export, does.
+nanosecond: outputs are those before the event, and after the update of event mode those after it. pythonfmu3 does not
+pass early returns on; the small C library `early_return.c`, compiled by the export, does.
 """
 
 import shutil
@@ -15,6 +15,7 @@ from typing import Any
 from xml.etree.ElementTree import Element
 
 from heavylift.kernel.errors import ModelError
+from heavylift.nodes.devs import seconds
 from heavylift.recordings.format.text import GENERATOR
 from pythonfmu3 import DefaultExperiment, Float64, Fmi3Causality, Fmi3Slave, Fmi3Variability, FmuBuilder, String
 from pythonfmu3.enums import Fmi3Status
@@ -76,7 +77,8 @@ class SceneUnit3(Fmi3Slave):  # type: ignore[misc]
         self._of.ready()
 
     def update_discrete_states(self) -> Updated:
-        """Report that all is updated: the run executes its events before a step returns."""
+        """Show what the events at which the step has ended have changed; nothing is left to update."""
+        self._of.run.settle()
         return Updated(False, False, False, False, False, 0.0)
 
     def do_step(self, current_time: float, step_size: float) -> Fmi3StepResult:
@@ -85,8 +87,9 @@ class SceneUnit3(Fmi3Slave):  # type: ignore[misc]
         met = self._of.step(end, lambda why: self.log(why, Fmi3Status.error), stops)
         if met is None:
             return Fmi3StepResult(Fmi3Status.discard)
-        reached = self._of.run.now / 1e9 if met else end
-        self._step |= dict(zip(LOCAL[1:], (float(met), float(met), reached), strict=True))
+        early = met and self._of.run.now < seconds(end)
+        reached = self._of.run.now / 1e9 if early else end
+        self._step |= dict(zip(LOCAL[1:], (float(met), float(early), reached), strict=True))
         return Fmi3StepResult(Fmi3Status.ok)
 
     def _get_fmu_state(self) -> dict[str, Any]:

@@ -61,7 +61,7 @@ class UnitVariable(NamedTuple):
 
 
 class SteppedScene:
-    """The scene stored in a folder, which runs step by step; `command`: what an operator said last."""
+    """The scene stored in a folder, which runs step by step; `command`: the last command text."""
 
     def __init__(self, folder: Path) -> None:
         self._kept = msgspec.msgpack.decode((folder / KEPT).read_bytes(), type=UnitScene)
@@ -90,8 +90,8 @@ class SteppedScene:
         self.run, self._stale = SteppableRun(plan, answer), False
 
     def declared(self, text: Any, real: Any, causality: Any, discrete: object, variability: Any) -> list[Any]:
-        """Return the command, its answer, the last event and all numbers as variables of a library for FMI: its classes
-        of texts and numbers, its causalities, its discrete variability, and the variability of each kind of number."""
+        """Return the variables of the unit as objects of an FMI library: the command, its answer, the last event, and
+        all numbers. `text`, `real`: the library's classes of variables; `variability`: that of each kind of number."""
         give, answers = partial(setattr, self, "command"), {"answer": "refused", "event": "event"}
         made = [text("command", start="", causality=causality.input, variability=discrete,
                      getter=partial(getattr, self, "command"), setter=give)]  # fmt: skip

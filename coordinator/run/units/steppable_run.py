@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import msgspec
+import numpy as np
 from heavylift.coordinator.participants.configuration import COMMAND, OPERATOR, WIND, driven_winds
 from heavylift.coordinator.participants.kernel_node import KernelNode
 from heavylift.coordinator.participants.session import Session
@@ -33,6 +34,7 @@ class SteppableRun:
         """Time beyond which no step may go [ns]."""
         self.given: list[tuple[str, int | float | str, str]] = []
         self.events, self.event = 0, ""
+        self._heard = 0, ""  # the same, with the event at which a step has ended
         self._from = self._found = FOREVER.t  # events after the first end a step, which they set to the second [ns]
         led = [(own.name, x) for own in plan.models if own.model == OUTSIDE for x in own.leads]
         self.speeds = {x.move.actuator: 0.0 for _, x in led}
@@ -48,12 +50,12 @@ class SteppableRun:
         self._at = {f"{c.topic}/{name}": c.start + i for c in layout.channels for i, name in enumerate(c.names)}
         ropes = [name.removeprefix("rope/tension/") for name in self._at if name.startswith("rope/tension/")]
         self.peaks = dict.fromkeys(ropes, 0.0)
-        self._look()
+        self.settle()
 
     def _hear(self, event: Event) -> None:
         if isinstance(event.value, OperatorAnswer):
             self.refused = event.value.refused
-        self.events, self.event = self.events + 1, f"{event.source} {event.port}"
+        self._heard = self._heard[0] + 1, f"{event.source} {event.port}"
         if event.t > self._from:
             self._found = min(self._found, event.t)
 
@@ -64,8 +66,8 @@ class SteppableRun:
                 self._core.inject(Event(t, 0, OPERATOR, port, i, type(value).__name__, encode(value)))
 
     def set_speed(self, actuator: str, speed: float) -> None:
-        """Set the speed [m/s or rad/s] of a drive or winch from now on, at most its limit; it is reached by its
-        ramp."""
+        """Set the speed [m/s or rad/s] of a drive or winch from now on, at most its limit; the speed is reached along
+        the ramp of the drive."""
         port, most = self._aims[actuator]
         speed = min(max(speed, -most), most) if most else speed
         if speed != self.speeds[actuator]:
@@ -93,7 +95,7 @@ class SteppableRun:
                 self.set_wind(value)
             else:
                 self.set_speed(name, value)
-        self._look()
+        self.settle()
 
     def order(self, text: str) -> None:
         """Give a command at the present time; `refused` says why if it is refused."""
@@ -106,18 +108,21 @@ class SteppableRun:
         self._inject(COMMAND, answer)
 
     def go(self, to_ns: int, events: bool = False) -> bool:
-        """Advance to a time [ns] or, if `events`, to the first event before that time; return whether there was an
-        event. Raises HeavyliftError if the run fails, or if the time lies in the past or beyond the end."""
+        """Advance to a time [ns] or, if `events`, to the first event up to that time; return whether there was one,
+        whose effects the values do not include before `settle`. Raises HeavyliftError if the run fails, or if the time
+        lies in the past or beyond the end."""
         if self._failed:
             raise ModelError(self._failed)
         if to_ns < self.now:
             raise ModelError(f"the unit is at {self.now / 1e9} s and cannot go back to {to_ns / 1e9} s")
         self._check_end(to_ns)
         self._from, self._found = self.now if events else FOREVER.t, FOREVER.t
+        last, row = min(to_ns, self._core.end.t - 1), np.zeros(0)
         try:
-            while events and self._found == FOREVER.t and (first := self._core.first.t) < to_ns:
+            while events and self._found == FOREVER.t and (first := self._core.first.t) <= last:
+                row = self._shown(first)
                 self._advance(first + 1)  # nothing works ahead of an event
-            met = self._found < to_ns
+            met = self._found <= to_ns
             done = self._found + 1 if met else to_ns
             over = self._advance(done)
             self.now = self._found if met else min(to_ns, self._core.end.t)
@@ -127,7 +132,10 @@ class SteppableRun:
             if over is not None and not self._over and self.now == self._core.end.t:
                 self._kernel.finish(self._core.end)
                 self._over = True
-            self._look()
+            if met:
+                self._row = published(self._kernel.simulation.method, row[None])[0]
+            else:
+                self.settle()
         except HeavyliftError as error:
             self._failed = str(error)
             raise
@@ -149,11 +157,14 @@ class SteppableRun:
         if to_ns > ends[what]:
             raise ModelError(f"the {what} ends at {ends[what] / 1e9:g} s, and no step may go to {to_ns / 1e9} s")
 
-    def _look(self) -> None:
-        """Update the values to the present time, or to the end of the run."""
+    def _shown(self, t_ns: int) -> np.ndarray:
         simulation = self._kernel.simulation
-        shown = simulation.shown(simulation.epoch if self._over else max(self.now, simulation.epoch))
-        self._row = published(simulation.method, shown[None])[0]
+        return simulation.shown(simulation.epoch if self._over else max(t_ns, simulation.epoch))
+
+    def settle(self) -> None:
+        """Update the values to the present time, or to the end of the run, after the events there."""
+        self.events, self.event = self._heard
+        self._row = published(self._kernel.simulation.method, self._shown(self.now)[None])[0]
         _, _, most = self._kernel.said
         for rope, known in self.peaks.items():
             message = most[self._at[f"rope/peak/{rope}"]] if len(most) and f"rope/peak/{rope}" in self._at else 0.0

@@ -32,6 +32,7 @@ def rated_limits(builder: SceneBuilder) -> tuple[RatedLimit, ...]:
         *_rig(builder),
         *lug_limits(builder),
         *_supports(builder, lifting),
+        *_fenders(builder),
         *_splashes(builder, [row for row in rows if row.quantity == "hook load"]),
     ]
     return (*rows, *_ropes(builder))
@@ -95,6 +96,17 @@ def _supports(builder: SceneBuilder, lifting: bool) -> Iterator[RatedLimit]:
             row = {**both, "value": limits.touch, "unit": "m/s", "source": by}
             yield RatedLimit(quantity=quantity, **row)  # type: ignore[arg-type]
         yield RatedLimit(quantity="impact", unit="N", value=most * weight, factor=most, source=of, **both)  # type: ignore[arg-type]
+
+
+def _fenders(builder: SceneBuilder) -> Iterator[RatedLimit]:
+    """Yield the limits of the reactions of fenders."""
+    for name, given in builder.scene.fenders.items():
+        most, note = given.capacity, "" if given.capacity else "give its 'capacity'"
+        yield RatedLimit(
+            subject=name, quantity="support load", unit="kg", value=most / builder.scene.gravity if most else None,
+            elements=(name,), source="the scene" if most else "", note=note,
+            where=builder.source.where(("fenders", name)),
+        )  # fmt: skip
 
 
 def _splashes(builder: SceneBuilder, hooks: Sequence[RatedLimit]) -> Iterator[RatedLimit]:

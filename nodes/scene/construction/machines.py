@@ -22,6 +22,7 @@ from heavylift.nodes.statics.static_path import at_rest
 from heavylift.recordings.format.spellings import BEAM, BEAMS
 
 from .beams import on_hook, placed
+from .environment.fenders import fenders_machine
 from .environment.obstacles import obstacles_machine
 from .environment.vessels import afloat, check_decks, vessel_machine
 from .mechanism import build_mechanism
@@ -244,6 +245,10 @@ def build_mechanisms(builder: SceneBuilder, lift: plan.Plan) -> tuple[plan.Mecha
         if source.faults:
             return tuple(built)
         around = merge([around, built[-1].system], scene.gravity)
+    if scene.fenders:
+        built.append(fenders_machine(builder, around))
+        if source.faults:
+            return tuple(built)
     built = afloat(builder, built, around)
     if (air := _wind(source, scene, around)) is not None:
         built.append(build_mechanism(source, air, scene.gravity, around, (WIND,)))

@@ -189,6 +189,20 @@ class Obstacle(Base):
         return self
 
 
+class Fender(Base):
+    """A fender, which pushes a point of a vessel away from its face, and holds it along the face by friction."""
+
+    on: str = "world"  # a quay, or a vessel
+    at: Place  # of its face, in the frame of what it is on
+    facing: Direction  # away from what it is on
+    vessel: str  # that leans on it
+    meets: Place  # point of this vessel
+    stiffness: u.Stiffness
+    damping: u.Damping = 0.0
+    friction: u.Ratio = 0.0
+    capacity: u.Force | None = None  # its rated reaction; left out: it is not checked
+
+
 class Area(Base):
     """Projected areas of a body, seen along its axes."""
 

@@ -15,7 +15,7 @@ from pydantic import AfterValidator, ConfigDict, Field, model_validator
 
 from .actions import ActionLine, Condition, InterlockKeys, Touching
 from .base import Base, Name, Place, ProjectKeys, keys_of
-from .environment import Floor, Obstacle, Vessel, Waves, WindKeys
+from .environment import Fender, Floor, Obstacle, Vessel, Waves, WindKeys
 from .nodes import ModelKeys, Process
 from .parts.flexible import Hull, ModeKeys
 from .parts.machines import FrameParts, MachineKeys, PartName
@@ -203,6 +203,7 @@ class Scene(Base):
     ground: GroundKeys = GroundKeys()
     obstacles: dict[Name, Obstacle] = Field(default_factory=dict)
     vessels: dict[Name, Vessel] = Field(default_factory=dict)
+    fenders: dict[Name, Fender] = Field(default_factory=dict)
     machines: dict[Name, MachineKeys] = Field(default_factory=dict)  # in parts, as types make them
     rigging: dict[Name, Rigging] = Field(default_factory=dict)  # what hangs on their hooks
     gear: dict[str, GearKeys] = Field(default_factory=dict)  # items of rigging by ID, or files of them

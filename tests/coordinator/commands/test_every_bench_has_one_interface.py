@@ -82,7 +82,7 @@ def test_a_benchmark_row_has_eight_keys_and_its_target_bounds_the_ratio_to_the_p
     ]
 
 
-def test_a_benchmark_that_returns_something_other_than_rows_is_named() -> None:
+def test_a_benchmark_that_returns_something_other_than_rows_is_reported_by_name() -> None:
     good = {"name": "a", "value": 1.0, "unit": "s", "peer": "b", "peer_value": 2.0, "ratio": 0.5, "target": None}
     good["met"] = None
     bad = [

@@ -118,7 +118,7 @@ def test_the_help_lists_all_commands_and_exit_codes(capsys: pytest.CaptureFixtur
         *(((name, "no.mcap", *(("-o", "x.csv") * (name == "export"))), 1, "no.mcap") for name in OF_FILES),
     ],
 )
-def test_mistakes_on_the_command_line_end_in_one_sentence(
+def test_mistakes_on_the_command_line_end_with_a_one_sentence_error(
     capsys: pytest.CaptureFixture[str],
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,

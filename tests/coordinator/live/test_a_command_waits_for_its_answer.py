@@ -69,7 +69,7 @@ def test_a_command_is_answered_when_the_run_ends_before_executing_it(tmp_path: P
 
 
 @pytest.mark.parametrize("wait", ["3 kg", "-1 s"])
-def test_the_waiting_time_of_a_command_must_be_a_valid_time(tmp_path: Path, wait: str) -> None:
+def test_an_invalid_waiting_time_of_a_command_is_refused_in_one_line(tmp_path: Path, wait: str) -> None:
     called = [HEAVYLIFT, "command", "x.mcap", WORDS, f"--wait={wait}"]
     done = subprocess.run(called, cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE_s)
     assert (done.returncode, done.stderr.count("\n")) == (1, 1)

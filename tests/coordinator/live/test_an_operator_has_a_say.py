@@ -132,7 +132,7 @@ def test_only_the_operator_may_give_orders() -> None:
 
 
 @pytest.mark.parametrize("arguments", [["--by", "3 kg"], ["--by", "0 s"]])
-def test_the_length_of_a_step_must_be_a_valid_time(tmp_path: Path, arguments: list[str]) -> None:
+def test_an_invalid_length_of_an_operator_step_is_refused(tmp_path: Path, arguments: list[str]) -> None:
     code, _, error = said(tmp_path, "step", "x.mcap", *arguments)
     assert (code, error.count("\n")) == (1, 1)
     assert error.startswith("heavylift: --by")

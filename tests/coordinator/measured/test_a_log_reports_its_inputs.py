@@ -52,7 +52,7 @@ def test_estimated_inputs_are_within_their_uncertainty_on_random_logs() -> None:
         assert 0.7 < np.std(off) < 1.3  # and the uncertainty is no larger than it need be
 
 
-def test_inputs_that_do_not_affect_the_log_are_named() -> None:
+def test_inputs_that_do_not_affect_the_log_are_reported_by_name() -> None:
     found = fitted(np.random.default_rng(1), np.array([1.1e6, 0.6, 1.0, 1.0]), [0, 3])
     assert set(found.values) == {0}
     assert "hardly depends on it" in found.unknown[1]

@@ -227,7 +227,7 @@ def test_an_end_time_that_is_not_a_number_is_refused(until: Any, told: str) -> N
 
 
 @pytest.mark.parametrize(("until", "ticks"), [(0, 0), (2, 2), (2.5, 3), (np.int64(2), 2), (1e300, 5), (None, 5)])
-def test_the_end_time_is_in_seconds(until: Any, ticks: int, own_modules: Path) -> None:
+def test_the_end_time_of_run_models_is_in_seconds(until: Any, ticks: int, own_modules: Path) -> None:
     (own_modules / "ticks.py").write_text(TICKS)
     assert run_models("ticks.py:build", until=until, in_process=True).results["y.t"].n == ticks  # type: ignore[attr-defined]
 

@@ -80,7 +80,7 @@ def test_adding_a_delay_to_a_logical_time_gives_the_next_logical_time() -> None:
     assert chain((2, 1), (0, 3)) == (2, 4)
 
 
-def test_invalid_couplings_are_named() -> None:
+def test_invalid_couplings_are_reported_by_name() -> None:
     with pytest.raises(ProtocolError, match=r"^coupling a\.o -> x\.i: there is no node x$"):
         distances(["a"], [link("a", "x")], {})
     with pytest.raises(

@@ -59,7 +59,7 @@ def test_a_node_that_sends_earlier_than_its_lookahead_is_reported_with_its_port(
     )
 
 
-def test_a_late_message_ends_the_run_and_is_named() -> None:
+def test_a_late_message_ends_the_run_and_is_reported_by_name() -> None:
     (node,) = started(Clockwork("a", [5]))
     node.hello()
     node.handle(Grant(1, Tag(6), None, True, []))

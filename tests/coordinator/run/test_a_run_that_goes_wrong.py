@@ -44,13 +44,13 @@ main()
 """
 
 
-def test_ctrl_c_during_start_up_ends_in_one_sentence():
+def test_ctrl_c_during_start_up_ends_with_a_one_sentence_error():
     done = subprocess.run([sys.executable, "-c", IMPATIENT], capture_output=True, text=True, timeout=PATIENCE_s)
     assert (done.returncode, done.stderr) == (130, "heavylift: stopped\n")
 
 
 @pytest.mark.large
-def test_a_node_whose_every_successor_is_killed_is_named(tmp_path):
+def test_a_node_whose_every_successor_is_killed_is_reported_by_name(tmp_path):
     run = start(tmp_path, "run", "turnover")
     until(run, "load")
     while run.poll() is None:

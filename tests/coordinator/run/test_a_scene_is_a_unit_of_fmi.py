@@ -121,6 +121,26 @@ def test_an_fmu_keeps_its_last_values_after_the_run() -> None:
     assert run["pose/load/qy"] == last
 
 
+@pytest.mark.large(beyond=4)
+@pytest.mark.parametrize("name", ["damper", "lift", "girder", "sling-break", "jib", "in-turn", "floating", "tandem"])
+def test_steps_that_end_at_events_change_no_bit_of_the_run(name: str) -> None:
+    """Also where models sample signals, and where islands run ahead of each other."""
+    plan, r = load(name, ("end=15 s",)).plan, np.random.default_rng(len(name))
+    whole, stepped = SteppableRun(plan, lambda text: b""), SteppableRun(plan, lambda text: b"")
+    whole.go(seconds(15))
+    met: list[int] = []
+    ends = sorted({*(seconds(t) for t in r.uniform(0.0, 15.0, 9)), *(seconds(0.5 * k) for k in range(1, 31))})
+    while ends:
+        if stepped.go(ends[0], events=True):
+            stepped.settle()
+            met.append(stepped.now)
+        else:
+            ends.pop(0)
+    assert met == sorted({event.t for event in play(plan).events} - {0})
+    assert stepped.events == whole.events
+    assert [stepped[name] for name in stepped.columns] == [whole[name] for name in whole.columns]
+
+
 def test_a_scene_without_a_stated_end_ends_with_its_actions(tmp_path: Path) -> None:
     (tmp_path / "arm.yaml").write_text(ENDLESS)
     scene = load(tmp_path / "arm.yaml")

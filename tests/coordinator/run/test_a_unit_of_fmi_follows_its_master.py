@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
 from heavylift.coordinator.run.units import export
-from heavylift.kernel import SceneError
-from heavylift.nodes.devs import seconds
+from heavylift.kernel import SceneError, allowed
+from heavylift.nodes import Fmu, drive
+from heavylift.nodes.devs import ms, seconds
 from heavylift.nodes.scene import LoadedScene, load
 
 SCENE = """heavylift: 1
@@ -40,6 +41,7 @@ mechanism:
   joints: {guide: {type: prismatic, child: load, axis: [0, 0, 1], start: -29.5 m}}
   ropes: {fall: {start: {body: world}, end: {body: load}, length: 30 m, EA: 94 MN, damping: 20 kN s/m}}
 """
+BETWEEN_m, BETWEEN_N = 1e-8, 0.01  # interpolation between samples of 10 Hz, of 30 m and 100 kN
 SAME = 1e-7  # of runs with other steps and a tolerance of 1e-9
 ANGLE, TRAVEL = "joint.position.pivot.angle", "joint.position.rail.travel"
 
@@ -153,7 +155,7 @@ def test_a_saved_fmu_state_restored_in_another_instance_continues_bit_for_bit(un
 
 @pytest.mark.parametrize("step", [0.8, 0.05])
 def test_a_step_of_fmi_3_returns_at_every_located_event(step, tmp_path):
-    """None is lost however many lie in one step; outputs there are those right after the event."""
+    """None is lost however many lie in one step; outputs there are those before and after the event."""
     pytest.importorskip("pythonfmu3")
     (tmp_path / "drops.yaml").write_text(DROPS)
     drops = load(tmp_path / "drops.yaml")
@@ -164,13 +166,51 @@ def test_a_step_of_fmi_3_returns_at_every_located_event(step, tmp_path):
         str(export(drops, tmp_path / "drops.fmu", fmi="3")), stop_time=4.0, output_interval=step,
         output=["pose.load.z", "tension.fall"], use_event_mode=True, early_return_allowed=True, record_events=True,
     )  # fmt: skip
+    before = {seconds(float(row["time"])): (row["pose.load.z"], row["tension.fall"]) for row in reversed(rows)}
     after = {seconds(float(row["time"])): (row["pose.load.z"], row["tension.fall"]) for row in rows}
     grid = [seconds(step * k) for k in range(round(4.0 / step) + 1)]
     returned = sorted({*after} - {*grid})
     assert returned == [t for t in times if t not in grid]
-    want = result.at([t / 1e9 for t in returned])
-    assert [after[t][0] for t in returned] == pytest.approx(want["pose/load"]["z"], abs=1e-9)
-    assert [after[t][1] for t in returned] == pytest.approx(want["rope/tension"]["fall"], rel=1e-6, abs=1e-3)
+    for found, left in (before, True), (after, False):
+        want = result.at([t / 1e9 for t in returned], before=left)
+        assert [found[t][0] for t in returned] == pytest.approx(want["pose/load"]["z"], abs=BETWEEN_m)
+        assert [found[t][1] for t in returned] == pytest.approx(want["rope/tension"]["fall"], abs=BETWEEN_N)
+    assert any(after[t][1] > before[t][1] + 1e4 for t in returned), "a rope that tightens jumps to its damping"
+
+
+def test_a_master_without_event_mode_loses_only_the_instants_of_events(tmp_path):
+    """As OMSimulator does by its issue 1609: it opts out of event mode, so results are those of communication points,
+    and a jump is smeared over a step. A master with event mode has two rows where a value jumps."""
+    pytest.importorskip("pythonfmu3")
+    (tmp_path / "drops.yaml").write_text(DROPS)
+    file = str(export(load(tmp_path / "drops.yaml"), tmp_path / "drops.fmu", fmi="3"))
+    played = {
+        events: fmpy.simulate_fmu(
+            file, stop_time=4.0, output_interval=0.5, output=["pose.load.z", "events"], use_event_mode=events,
+            early_return_allowed=events, record_events=events,
+        )
+        for events in (True, False)
+    }  # fmt: skip
+    assert [float(t) for t in played[False]["time"]] == [0.5 * k for k in range(9)]
+    last = {float(row["time"]): tuple(row) for row in played[True]}
+    assert [last[float(row["time"])] for row in played[False]] == [tuple(row) for row in played[False]]
+    times, counts = played[True]["time"], played[True]["events"]
+    doubled = [i for i in range(1, len(times)) if times[i] == times[i - 1]]
+    assert len(doubled) >= 6
+    assert sum(counts[i] - counts[i - 1] for i in doubled) == counts[-1] - counts[0]
+
+
+def test_events_of_an_exported_scene_reach_a_devs_model_at_their_instants(tmp_path, monkeypatch):
+    """FMI 3 out and in: the unit of a scene as an atomic of heavylift's own."""
+    pytest.importorskip("pythonfmu3")
+    monkeypatch.setenv("HEAVYLIFT_CACHE", str(tmp_path / "cache"))
+    (tmp_path / "drops.yaml").write_text(DROPS)
+    drops = load(tmp_path / "drops.yaml")
+    file = export(drops, tmp_path / "drops.fmu", fmi="3")
+    times = {seconds(e.t) for e in native(drops).events if e.source == "kernel" and 0.0 < e.t < 3.5}
+    with allowed([str(tmp_path)]):
+        sent = drive(Fmu("drops", file, ms(700), ["pose.load.z"]), [], until=seconds(3.5) - 1)
+    assert {tag.t for tag, _, _ in sent} == times | {ms(700) * k for k in range(5)}
 
 
 def test_inputs_that_a_scene_does_not_have_are_refused(tmp_path):

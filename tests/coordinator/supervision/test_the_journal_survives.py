@@ -100,7 +100,7 @@ def test_the_journal_is_deleted_after_an_ordered_end(written: Path) -> None:
     assert not written.exists()
 
 
-def test_an_unwritable_folder_for_the_journal_is_named(tmp_path: Path) -> None:
+def test_an_unwritable_folder_for_the_journal_is_reported_by_name(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match=r"nowhere/run\.journal: the journal cannot be written"):
         Journal(tmp_path / "nowhere" / "run.journal")
 

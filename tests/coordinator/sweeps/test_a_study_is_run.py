@@ -66,7 +66,7 @@ def test_a_row_of_a_study_equals_the_run_with_its_settings(tmp_path: Path) -> No
     assert "6 variants of pendulum: 4 done, 2 refused" in page_of(study_sheet(study))
 
 
-def test_settings_and_extended_scenes_are_part_of_a_study(tmp_path: Path) -> None:
+def test_variants_of_a_study_include_the_settings_and_base_scenes_of_its_scene(tmp_path: Path) -> None:
     (tmp_path / "mine.yaml").write_text("extends: pendulum\nname: mine\nend: 1 s\n")
     mine = load(tmp_path / "mine.yaml", ["samples=10 Hz"])
     study = sweep(mine, ["mechanism.bodies.load.mass={1 kg, -1 kg}"], into=tmp_path / "study", executor=AtOnce())
@@ -166,7 +166,7 @@ def test_a_dead_worker_loses_only_one_variant(tmp_path: Path, monkeypatch: pytes
     assert "lost" not in statuses(studied(tmp_path / "study"))
 
 
-def test_an_external_executor_that_dies_is_named(tmp_path: Path) -> None:
+def test_an_external_executor_that_dies_is_reported_by_name(tmp_path: Path) -> None:
     with pytest.raises(ProtocolError, match="the executor has lost its workers"):
         studied(tmp_path / "study", AtOnce([False, True, True]))
 

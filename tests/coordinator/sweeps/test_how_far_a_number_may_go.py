@@ -68,7 +68,7 @@ def test_a_scene_that_ends_too_soon_is_reported_with_a_remedy(told) -> None:
     )
 
 
-def test_limits_are_also_found_downwards(told) -> None:
+def test_a_limit_below_the_start_value_is_found(told) -> None:
     found = told(lambda x: x >= 400.0, "block.mass=900..300 t")
     assert found.red < 400.0 <= found.green
     assert found.green - found.red <= 3.0

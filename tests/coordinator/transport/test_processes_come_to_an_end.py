@@ -43,7 +43,7 @@ def test_a_killed_node_is_named_with_its_signal_and_the_simulation_time(start: S
     assert "node west is gone" in sentence(hub)  # and again, whoever asks
 
 
-def test_an_exception_in_a_node_is_named_with_its_last_line(start: Start) -> None:
+def test_an_exception_in_a_node_is_reported_with_its_last_line(start: Start) -> None:
     hub, processes = start(west=(), east=())
     hub.send("east", b"raise")
     assert sentence(hub) == (
@@ -53,7 +53,7 @@ def test_an_exception_in_a_node_is_named_with_its_last_line(start: Start) -> Non
     assert "Traceback" in processes.output("east")
 
 
-def test_a_node_that_never_joins_is_named(start: Start) -> None:
+def test_a_node_that_never_joins_is_reported_by_name(start: Start) -> None:
     hub, _ = start(hello=False, west=(), east=("raise-early",))
     with pytest.raises(ProtocolError, match='exit code 1 and last wrote "ValueError: the model has no mass"'):
         hub.send("east", b"x")
@@ -152,7 +152,7 @@ def test_ctrl_c_reaches_a_waiting_coordinator() -> None:
     assert not directory.exists()
 
 
-def test_without_a_process_manager_the_nodes_continue_and_a_lost_node_is_named(start: Start) -> None:
+def test_without_a_process_manager_the_nodes_continue_and_a_lost_node_is_reported_by_name(start: Start) -> None:
     hub, processes = start(west=(), east=())
     processes._keeper.kill()
     hub.send("west", b"still here")

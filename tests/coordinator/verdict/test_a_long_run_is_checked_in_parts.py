@@ -61,7 +61,7 @@ def some(x: SignalColumns, k: slice) -> SignalColumns:
     return replace(x, t=x.t[k], tensions=columns[0], lengths=columns[1], poses=poses, known={})
 
 
-def test_the_worst_value_of_each_limit_is_the_same_in_parts_and_as_a_whole() -> None:
+def test_the_maximum_utilisation_of_each_limit_is_the_same_for_a_run_in_parts_and_as_a_whole() -> None:
     plan = load("lift").plan
     plan = msgspec.structs.replace(plan, limits=LIMITS)
     message = 0
@@ -83,7 +83,9 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Recording:
     return rec
 
 
-def test_the_verdict_is_the_same_in_parts_and_as_a_whole(recorded: Recording, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_verdict_is_the_same_for_a_run_in_parts_and_as_a_whole(
+    recorded: Recording, monkeypatch: pytest.MonkeyPatch
+) -> None:
     expected = verdict_of(recorded)
     for module in (looking, kept):
         monkeypatch.setattr(module, "BLOCK", 50)
@@ -104,7 +106,7 @@ def test_long_runs_are_searched_for_clearances_piece_by_piece(
     assert verdict_of(recorded) == expected
 
 
-def test_a_clearance_bound_found_in_one_part_holds_for_the_whole_run(
+def test_clearance_bounds_are_the_same_for_a_run_in_parts_and_as_a_whole(
     recorded: Recording, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Each stretch is in one part and as wide apart there; what steps may stray is the same."""

@@ -42,7 +42,7 @@ def test_a_block_that_is_hoisted_into_the_boom_is_reported_with_the_boom() -> No
     assert not [c for c in played("crawler").verdict.clearances if c.distance < c.limit]
 
 
-def test_slings_are_checked_for_their_angle() -> None:
+def test_the_angle_of_steep_bridle_slings_is_computed_and_red() -> None:
     """Lugs at +-3 m and +-2 m from the middle, slings of 3.9 m: asin(3.606 / 3.9) but for stretch."""
     run = played("crawler", *STEEP, 'actions=[{crawler main: "hoist 1 m/min until lifted"}, {wait: 1 s}]')
     use = next(u for u in run.uses if u.limit.quantity == "bridle angle")

@@ -88,7 +88,7 @@ def test_distances_lie_between_a_separating_gap_and_the_distance_of_two_points(a
     assert (bounds(a, b) <= near.distance + ROUNDING * size).all()
 
 
-def test_distances_agree_with_coal() -> None:
+def test_distances_of_shapes_agree_with_the_library_coal() -> None:
     a, b = (Placed(*(np.array([row[i + j] for row in KNOWN]) for j in range(4))) for i in (1, 5))
     a, b = (x._replace(R=Rotation.from_rotvec(x.R).as_matrix()) for x in (a, b))
     assert exactly(a, b).distance == pytest.approx(np.array([row[9] for row in KNOWN]), abs=CLOSE)
@@ -133,7 +133,7 @@ def test_the_depth_of_overlapping_boxes_is_the_distance_to_the_nearest_face_of_t
         ),
     ],
 )  # fmt: skip
-def test_distances_agree_with_closed_forms(a: Placed, b: Placed, distance: float) -> None:
+def test_distances_of_shapes_agree_with_closed_forms(a: Placed, b: Placed, distance: float) -> None:
     for one, two in ((a, b), (b, a)):
         found = exactly(one, two)
         assert found.distance[0] == pytest.approx(distance, abs=CLOSE)

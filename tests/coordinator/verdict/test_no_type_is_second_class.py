@@ -74,7 +74,7 @@ def test_a_turn_in_which_all_slings_pull_at_one_line_is_refused_on_every_crane_t
 
 
 @pytest.mark.large(beyond=5)
-def test_a_wall_beside_the_load_is_reported_on_every_crane_type(lift: Lift) -> None:
+def test_a_wall_too_close_to_the_load_is_red_on_every_crane_type(lift: Lift) -> None:
     wall = f"at: [{lift.x + lift.half + 0.1 + 0.5} m, {lift.y} m, 2 m]"
     scene = lift.read(f"obstacles={{wall: {{box: [1 m, 4 m, 4 m], {wall}}}}}", text=lift.beginning("  - wait: 1 s\n"))
     found = play(scene.plan).verdict.findings

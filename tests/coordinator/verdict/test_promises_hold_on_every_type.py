@@ -49,7 +49,7 @@ def test_a_clearance_below_its_limit_at_the_worst_corner_of_uncertain_inputs_is_
 
 
 @pytest.mark.large(beyond=3)
-def test_a_run_reduces_clearances_at_the_worst_corner_as_check_does(lift: Lift) -> None:
+def test_a_run_reduces_clearances_by_the_worst_case_of_uncertain_inputs(lift: Lift) -> None:
     text = lift.beginning(STILL)
     scene = with_worst_clearances(lift.read(wall(lift, 0.7, " +- 0.3 m"), text=text))
     rows = [x for x in play(scene.plan).verdict.checks if x.quantity == "clearance" and "wall" in x.subject]

@@ -62,7 +62,7 @@ def test_a_hanging_load_leans_by_the_push_of_the_wind_over_its_weight(lift: Lift
         assert closed / apart * (1.0 - ALONE) <= tan(check.value or 0.0) <= (tan(own) + closed * apart) * (1.0 + ALONE)
 
 
-def test_the_lean_is_that_of_an_equilibrium_in_such_a_wind(lift: Lift) -> None:
+def test_the_reported_off_lead_of_ropes_in_wind_is_that_of_statics_with_a_wind_force(lift: Lift) -> None:
     random = Random(f"{lift.text} blown")
     speed, area, _ = stated(lift, random)
     along = random.choice(("[1, 0, 0]", "[0, 1, 0]"))
@@ -73,12 +73,12 @@ def test_the_lean_is_that_of_an_equilibrium_in_such_a_wind(lift: Lift) -> None:
     assert found == pytest.approx({hook: blown[hook] for hook in found}, rel=ALONE if len(found) == 1 else SHARED)
 
 
-def test_a_lean_beyond_the_limit_of_the_off_lead_is_red(lift: Lift) -> None:
+def test_an_off_lead_in_wind_beyond_its_limit_is_red(lift: Lift) -> None:
     sets = "limits={off-lead: 1 deg}", "factors={wind: 10 m/s, area: 1e4 m2}"
     assert {(x.state, x.limit) for x in rows(lift.read(*sets))} == {("red", radians(1.0))}
 
 
-def test_a_wind_without_an_area_is_not_checked(lift: Lift) -> None:
+def test_a_wind_factor_without_an_area_is_reported_as_not_checked(lift: Lift) -> None:
     scene = lift.read("factors={wind: 10 m/s}")
     assert not rows(scene)
     assert [x.why for x in scene.checks if (x.quantity, x.subject) == ("factor", "wind")] == [NOT_CHECKED]

@@ -21,14 +21,16 @@ def without_remedy(checks: list[Check]) -> list[str]:
 
 
 @pytest.mark.parametrize("name", sorted({*bundled()} - {"yard"}))
-def test_what_a_bundled_scene_leaves_open_names_its_remedy(name: str) -> None:
+def test_every_unchecked_or_assumed_item_of_a_bundled_scene_names_its_remedy(name: str) -> None:
     checks = load(name).checks
     assert not without_remedy(checks)
     assert all(REMEDY.search(line) for line in open_checks(checks))
 
 
 @pytest.mark.parametrize("practice", [[], ["practice=0027/ND"]])
-def test_what_a_lift_leaves_open_names_its_remedy_on_every_type(lift: Lift, practice: list[str]) -> None:
+def test_every_unchecked_or_assumed_item_of_a_lift_names_its_remedy_on_every_crane_type(
+    lift: Lift, practice: list[str]
+) -> None:
     checks = lift.read(*practice, text=unstated(lift.text)).checks
     assert {x.why for x in checks} >= {NOT_CHECKED, ASSUMED}
     assert not without_remedy(checks)

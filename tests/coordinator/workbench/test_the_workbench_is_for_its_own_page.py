@@ -156,7 +156,7 @@ def test_pages_of_studies_run_no_scripts(page: TestClient, folder: Path) -> None
     assert page.get(f"/{WORD}/folder").json()["studies"] == ["my-lift-limits.html"]
 
 
-def test_a_new_scene_has_a_name_that_scenes_may_have(page: TestClient, folder: Path) -> None:
+def test_the_workbench_refuses_an_invalid_name_for_a_new_scene(page: TestClient, folder: Path) -> None:
     for name in ("Lift A 300t", "ü", "", "../other", "9-lives"):
         answer = page.post(f"/{WORD}/new", json={"name": name, "like": "lift"})
         assert answer.status_code == 409

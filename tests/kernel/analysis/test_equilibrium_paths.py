@@ -100,7 +100,7 @@ def test_the_equilibrium_path_ends_where_the_simulation_comes_to_rest():
 # ---- friction -------------------------------------------------------------------------------------------------
 
 
-def test_friction_keeps_its_state_along_the_path_and_back():
+def test_statics_of_a_slipping_brake_follow_a_servo_with_hysteresis_in_both_directions():
     """A brake that slips at M on a servo kp: it follows M / kp behind, holds over 2 M / kp, and comes back so."""
     M, kp = 2e3, 1e4
     joint = Joint("guide", "prismatic", "world", "load", axis=Y)
@@ -265,7 +265,7 @@ def corrected(monkeypatch):
 
 
 @pytest.mark.parametrize("slack", [1e-3, 0.01, 0.3, 2.0, 7.0])
-def test_events_on_the_path_need_few_equilibria_to_be_located(slack, corrected):
+def test_path_following_locates_an_event_with_few_computed_equilibria(slack, corrected):
     """A guard of a slack rope is a length, of a taut one a force, 1e9 times as steep: no chord between them converges;
     a bracket of hours has 34 halves down to a microsecond."""
     path = following(lifted(slack), ("rope", "pad"))

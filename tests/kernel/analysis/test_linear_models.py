@@ -62,7 +62,7 @@ def test_a_trolley_with_a_pendulum_load_has_the_linear_model_of_the_textbook():
     ]  # fmt: skip
 
 
-def test_the_input_of_a_prescribed_trolley_is_its_acceleration():
+def test_in_a_linear_model_the_input_of_a_prescribed_trolley_is_its_acceleration():
     l, outputs = 5.0, ["joint/position/rail.*", "pose/trolley/x", "joint/position/hook.angle"]
     found = linear_model(started(crane("prescribed", l=l)), ["travel"], outputs)
     assert [(x.name, x.unit) for x in found.states[2:]] == [("reference/travel", "m"), ("reference/travel rate", "m/s")]
@@ -74,7 +74,7 @@ def test_the_input_of_a_prescribed_trolley_is_its_acceleration():
 
 
 @pytest.mark.parametrize("kind", ["servo", "speed"])
-def test_the_input_of_other_drives_is_their_speed(kind):
+def test_in_a_linear_model_the_input_of_servos_and_speed_drives_is_their_speed(kind):
     m, load, l, kp, kv = 3.0, 2.0, 5.0, 4.0, 7.0
     found = linear_model(started(crane(kind, m, load, l)), ["travel"], ["joint/position/rail.travel"])
     assert [(x.name, x.unit) for x in found.inputs] == [("travel", "m/s")]

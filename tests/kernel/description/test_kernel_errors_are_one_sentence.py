@@ -188,7 +188,7 @@ def test_a_drive_that_pushes_a_body_into_the_ground_is_reported_with_the_contact
     )
 
 
-def test_discrete_states_that_switch_without_end_are_named():
+def test_discrete_states_that_switch_without_end_are_reported_by_name():
     """A guard that falls again at the same instant, whatever its law does, for ever."""
     s = started(hung(59.0))
 

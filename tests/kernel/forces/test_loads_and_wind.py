@@ -116,7 +116,7 @@ def test_breakpoints_of_a_force_history_are_step_boundaries():
     assert s.row().v[0] == pytest.approx(v, rel=EXACT)
 
 
-def test_a_scene_at_rest_moves_again_when_its_force_history_does():
+def test_a_scene_at_rest_moves_when_a_force_that_begins_later_acts():
     late = Load("late", Point("load"), (1.0, 0.0, 0.0), signal=InputSignal(times=(100.0, 100.0), values=(0.0, 1.0)))
     s = started(replace(slider(mass=1.0, axis=X), forces=(late,)))
     s.run(102 * SECOND)

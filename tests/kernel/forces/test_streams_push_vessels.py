@@ -37,13 +37,15 @@ def felt(to: float, bow: float = 0.0, table: tuple = TABLE) -> np.ndarray:
 
 @pytest.mark.parametrize("side", [1, -1])
 @pytest.mark.parametrize("bow", [0.0, 0.7])
-def test_a_stream_pushes_by_the_coefficients_of_its_direction_and_alike_from_both_sides(side: int, bow: float) -> None:
+def test_current_loads_follow_the_coefficients_of_their_direction_and_are_mirrored_for_the_other_side(
+    side: int, bow: float
+) -> None:
     for row, angle in zip(TABLE, np.linspace(0.0, np.pi, len(TABLE)), strict=True):
         want = np.array(row) * (1.0, side, side)
         assert felt(bow + side * angle, bow, TABLE) == pytest.approx(want, abs=1e-9)
 
 
-def test_coefficients_between_directions_are_their_trigonometric_polynomial() -> None:
+def test_current_coefficients_between_tabulated_directions_are_interpolated_trigonometrically() -> None:
     """Of a table made of three harmonics each direction has the exact value."""
 
     def exact(b: float) -> tuple[float, float, float]:
@@ -91,7 +93,7 @@ def test_impossible_streams_are_refused_in_one_sentence(sentence: str) -> None:
         started(free(current(0.0, **BAD[sentence])))
 
 
-def test_a_product_of_two_wave_sums_keeps_the_differences_of_their_frequencies() -> None:
+def test_the_slow_product_of_two_wave_sums_contains_only_their_difference_frequencies() -> None:
     """Newman's form: r^2 sum_i sum_j a_i b_j cos((w_i - w_j) t + p_i - q_j)."""
     random, n, ramp, piece = np.random.default_rng(5), 12, 5.0, 0.2
     w = np.sort(random.uniform(0.4, 1.6, n))

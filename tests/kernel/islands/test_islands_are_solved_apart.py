@@ -132,7 +132,9 @@ def answered(commands: list[tuple[int, str, float]], cuts: Random | None, period
                 s.set_profile("rope-b" if e.name == "height-a" else "rope-a", s.epoch, -0.3, 0.5, None)
             s.settle()
         if period and t % period == 0:
+            promised = s.next_ns, s.event
             heard.append(s.shown(t).tobytes())
+            assert (s.next_ns, s.event) == promised
         if orders or t == 6 * SECOND:
             s.interrupt(t)
             for name, speed in orders:

@@ -60,7 +60,7 @@ def test_a_refused_step_to_an_event_is_repeated_in_shorter_steps(method, monkeyp
     assert message.count(False) > 0
 
 
-def test_steps_that_are_never_solved_end_in_one_sentence(monkeypatch):
+def test_steps_that_are_never_solved_end_with_a_one_sentence_error(monkeypatch):
     counted(monkeypatch, lambda: True)
     with pytest.raises(KernelError, match="method 'radau5' finds no solution of its equations"):
         hand_over(started(falling(1), method="radau5"), 2 * SECOND)

@@ -23,7 +23,7 @@ def test_quaternions_of_random_rotations_agree_with_independent_code() -> None:
         np.testing.assert_allclose(quaternions(R), Rotation.from_matrix(R).as_quat(canonical=True), rtol=0, atol=1e-15)
 
 
-def test_a_given_unit_quaternion_is_kept() -> None:
+def test_quaternions_of_inexact_rotations_have_unit_length_and_the_matrices_are_not_changed() -> None:
     for R in (np.diag([1.1, 1.0, 1.0])[None], np.diag([1.1, 1.0, 1.0]) * np.ones((3, 1, 1))):
         before = R.copy()
         np.testing.assert_allclose(quaternions(R), [[0.0, 0.0, 0.0, 1.0]] * len(R), rtol=0, atol=1e-15)

@@ -52,7 +52,7 @@ def sentence(s, t: int) -> str:
 
 
 @pytest.mark.parametrize(("one", "two"), [(1.0, -1.0), (0.5, 1.0), (-0.3, -0.1)])
-def test_drives_that_contradict_each_other_in_a_loop_are_named(one: float, two: float) -> None:
+def test_drives_that_contradict_each_other_in_a_loop_are_reported_by_name(one: float, two: float) -> None:
     s = started(four_bar("prescribed"))
     s.set_profile("one", 0, one, 1.0, None)
     s.set_profile("two", 0, two, 1.0, None)

@@ -56,7 +56,7 @@ def test_native_code_and_python_floats_agree_after_every_step(pair):
     assert max(apart) < SAME, apart
 
 
-def test_the_comparison_run_uses_every_law(pair):
+def test_the_run_that_compares_native_code_with_python_floats_has_events_of_every_law(pair):
     native, _, _ = pair
     row, names = native.row(), [(e.name, e.what) for _, e in native.log]
     assert [name for name, what in names if what == "closed"] == ["pad-1-1", "pad-11", "pad1-1", "pad11"]

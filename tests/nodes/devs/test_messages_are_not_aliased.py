@@ -168,7 +168,9 @@ def test_receivers_own_their_bags_and_decoded_copies() -> None:
         ),
     ],
 )
-def test_invalid_bytes_and_unknown_message_types_are_named(type_: str, payload: bytes, sentence: str) -> None:
+def test_invalid_bytes_and_unknown_message_types_are_reported_by_name(
+    type_: str, payload: bytes, sentence: str
+) -> None:
     simulator = Simulator(Sink("s"), wires=[("x", "o", "s", "into")])
     simulator.start()
     with pytest.raises(ModelError) as caught:

@@ -94,7 +94,7 @@ def test_the_signals_of_a_limit_can_be_thresholds_and_evaluated_along_the_path(n
 
 
 @pytest.mark.parametrize("crane", sorted(library()))
-def test_the_signals_of_limits_are_traced_as_they_are_sampled(
+def test_signals_of_limits_are_equal_as_guards_as_samples_and_in_statics(
     crane: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Over every type: a guard on the value that is read off the first sample has its zero there, and what the columns
@@ -132,7 +132,7 @@ def test_the_signals_of_limits_are_traced_as_they_are_sampled(
         assert values["threshold", name] == pytest.approx(0.0, abs=1e-9), name
 
 
-def test_pull_and_side_force_of_ropes_agree_with_vectors() -> None:
+def test_pull_and_side_force_of_ropes_agree_with_vector_algebra() -> None:
     """T and the weight of its length in the part at the upper end; T d / |d| summed over ropes."""
     random = np.random.default_rng(2)
     for _ in range(50):

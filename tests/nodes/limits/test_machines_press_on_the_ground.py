@@ -134,7 +134,7 @@ def test_every_crane_type_presses_with_its_own_weights_and_its_load(
     assert [ex, ey] == pytest.approx([x, y], abs=1e-6 * size)
 
 
-def test_while_a_crane_slews_its_most_loaded_corner_counts() -> None:
+def test_while_a_crane_slews_ground_pressure_is_checked_at_the_most_loaded_corner() -> None:
     """A crawler's worst track: over 100 degrees of slewing the load passes the side, where its lever is longest."""
     scene = load("crawler")
     (machine,) = (m for m in scene.plan.machines if m.name == "crawler")

@@ -139,7 +139,7 @@ def test_a_sling_has_a_static_and_a_peak_limit() -> None:
     ]
 
 
-def test_the_first_exceeded_limit_is_reported_and_the_others_are_named() -> None:
+def test_the_first_exceeded_limit_is_reported_and_the_others_are_listed() -> None:
     built = bare("lift").plan
     peaks = {f"loader-{i}.sling-1": (1.3e6, 5.0) for i in (1, 2, 3)}
     (message,) = likewise(judged(peaks, built))
@@ -165,7 +165,7 @@ def test_a_load_cell_beyond_its_limit_between_samples_is_red() -> None:
     )
 
 
-def test_limits_are_checked_along_the_equilibrium_path_like_in_the_scene() -> None:
+def test_an_overload_along_the_equilibrium_path_is_red_with_stage_and_line_of_its_order() -> None:
     scene = bare("lift", ["rig.loaders.loader-3.capacity=140 t"])
     (red,) = findings_of(scene.plan, uses_on_path(scene.plan, scene.states), dynamic=False)
     assert (red.word, red.subject, red.stage) == ("red", "loader-3", "up")

@@ -109,7 +109,7 @@ def test_two_moves_of_one_actuator_at_once_are_refused_with_the_number_of_the_se
         context.put(1.0, "order", run(1.0, by=4.0), run(1.0, by=-4.0, id=2)).said()
 
 
-def test_an_actor_ignores_orders_to_others() -> None:
+def test_an_actor_ignores_an_order_to_another_actor() -> None:
     assert drive().put(0.0, "order", Order("y", 1, (0, 0), Motion(speed=1.0, accel=1.0, by=4.0))).said() == []
 
 

@@ -4,6 +4,7 @@ Models come with gymnasium-robotics; those of dm-control and myo-sim (`pip insta
 bounds on MuJoCo would hold here, too) are compared if they are installed.
 """
 
+import re
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from heavylift.kernel.forces.reeving import ReevingLaw
 from mujoco_peer import BODY, TENDON, compared, names_of, switched_off
 
 PACKAGES = "gymnasium_robotics", "dm_control", "myo_sim"
+WHOLE = re.compile("<mujoco[ >]")  # a model, not a part of one
 EXACT = 1e-9  # of accelerations relative to the largest: rounding of ill-conditioned mass matrices; of lengths
 SHORT = 0.3  # length of a rope's spring relative to the tendon: taut in each pose
 STATES, POSES = 2, 20
@@ -26,7 +28,9 @@ def files() -> list[str]:
     for package in PACKAGES:
         if (spec := find_spec(package)) and spec.origin:
             folder = Path(spec.origin).parent
-            whole = (file for file in sorted(folder.rglob("*.xml")) if "<mujoco " in file.read_text("utf-8"))
+            whole = (
+                file for file in sorted(folder.rglob("*.xml")) if re.search("<mujoco[ >]", file.read_text("utf-8"))
+            )
             found += [str(file.relative_to(folder.parent)) for file in whole]
     return found
 

@@ -122,7 +122,7 @@ def test_each_of_several_blocks_is_carried_alone(seed: int) -> None:
         assert done == pytest.approx(gained, abs=BALANCE * most)
 
 
-def test_a_run_with_several_blocks_is_the_same_in_processes(tmp_path: Path) -> None:
+def test_a_run_with_several_blocks_has_one_digest_in_one_and_in_several_processes(tmp_path: Path) -> None:
     scene = parse(drawn(0)[2])
     message = [run(scene, tmp_path / f"{where}.mcap", in_process=where) for where in (True, False)]
     assert message[0].digest == message[1].digest

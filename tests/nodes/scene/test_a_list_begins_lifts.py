@@ -74,7 +74,7 @@ def test_a_lift_begins_when_another_lift_reaches_a_position_or_is_done(folder: P
     assert events[-1].t * 1e-9 >= stages["c: out"] + 6.0
 
 
-def test_each_lift_started_by_a_list_moves_as_alone_but_later(folder: Path, tmp_path: Path) -> None:
+def test_a_lift_started_by_the_list_of_another_moves_as_alone_with_a_time_shift(folder: Path, tmp_path: Path) -> None:
     played = play(load(of(folder)).plan)
     names = {e.type for e in played.events}
     assert not names & {Begun.__name__, Ended.__name__}, "lists talk to each other inside their node"

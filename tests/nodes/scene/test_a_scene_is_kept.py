@@ -44,7 +44,9 @@ def test_reading_a_scene_again_gives_the_cached_plan(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["lift", "in-turn"])  # of one lift, of several
-def test_a_scene_that_is_loaded_again_says_the_same(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_scene_loaded_again_from_the_cache_has_the_same_plan_findings_and_static_states(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("HEAVYLIFT_CACHE", str(tmp_path / "cache"))
     first, again = load(name), load(name)
     assert (again.plan, again.facts, again.settings) == (first.plan, first.facts, first.settings)

@@ -192,7 +192,7 @@ BROKEN = {
 
 
 @pytest.mark.parametrize("file", BROKEN)
-def test_a_broken_mesh_file_ends_in_a_sentence(tmp_path: Path, file: str) -> None:
+def test_a_broken_mesh_file_ends_with_a_one_sentence_error(tmp_path: Path, file: str) -> None:
     data, message = BROKEN[file]
     (tmp_path / file).write_bytes(data)
     (tmp_path / "shaped.yaml").write_text(SCENE % (file, "mass: 60 t"))

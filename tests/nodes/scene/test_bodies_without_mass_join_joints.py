@@ -90,7 +90,7 @@ def test_two_joints_with_a_massless_body_between_move_as_in_mujoco(name: str) ->
         ),
     ],
 )
-def test_a_body_that_carries_nothing_needs_mass(old: str, new: str, told: str) -> None:
+def test_a_massless_body_that_can_move_without_inertia_is_refused(old: str, new: str, told: str) -> None:
     scene = SCENE.format(first=JOINTS["PR"][0], last=JOINTS["PR"][1], laws="")
     assert old in scene
     with pytest.raises(SceneError) as e:

@@ -25,6 +25,7 @@ SIZES = {  # bodies, degrees of freedom, ropes, slings, models, actions
     "jib": (5, 12, 1, 4, 3, 9),
     "lift": (10, 30, 3, 6, 6, 5),
     "linkage": (3, 1, 0, 0, 2, 4),
+    "moored": (6, 18, 1, 4, 5, 6),
     "pendulum": (1, 1, 0, 0, 2, 0),
     "ramp": (1, 6, 0, 0, 2, 0),
     "single-turn": (10, 30, 3, 6, 6, 18),

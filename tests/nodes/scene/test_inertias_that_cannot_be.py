@@ -98,7 +98,7 @@ def test_an_unconnected_body_is_reported_once():
 
 
 @pytest.mark.parametrize("mass", ["-1 kg", ".nan", "1 m"])
-def test_an_invalid_mass_is_reported_at_the_mass(mass):
+def test_an_invalid_mass_is_reported_at_the_line_of_the_mass(mass):
     (message,) = faults("[1 kg m2, 1 kg m2, 1 kg m2]", mass=mass)
     assert message.startswith("scene.yaml:7:13: error: mechanism.bodies.bar.mass: ")
 

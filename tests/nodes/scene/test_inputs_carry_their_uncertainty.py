@@ -87,7 +87,7 @@ def test_a_run_uses_the_nominal_values_of_uncertain_inputs(tmp_path: Path) -> No
     assert first == second
 
 
-def test_an_uncertainty_changes_only_how_limits_are_checked() -> None:
+def test_stating_uncertainties_changes_only_the_limits_in_the_plan() -> None:
     plain = load("lift", ["block.mass=300 t", "rig.sling.EA=445 MN"])
     for text in ("300 t +- 3 %", "290..310 t", "300 t sd 5000 kg"):
         stated = load("lift", [f"block.mass={text}", "rig.sling.EA=445 MN ± 10 %"])

@@ -175,7 +175,7 @@ def test_faults_of_a_joint_are_reported_with_their_line(old, new, told):
     assert any(told in line for line in found), found
 
 
-def test_an_impossible_inertia_is_reported_at_its_body():
+def test_an_impossible_inertia_is_reported_at_the_line_of_its_body():
     wrong = HEAD + "    top: {mass: 1 t, inertia: [1 kg m2, 1 kg m2, 3 kg m2]}\n"
     wrong += "  joints:\n    pin: {type: spherical, child: top}\n"
     with pytest.raises(SceneError) as e:

@@ -118,6 +118,14 @@ def test_actuators_with_feedback_become_drives_and_others_forces(tmp_path):
     assert any("actuators without feedback are forces of factor 0" in x for x in text)
 
 
+def test_numbers_that_only_rounding_has_left_are_zero(tmp_path):
+    model = """<mujoco><worldbody><body name="b" pos="0 1e-33 0"><joint name="j"/><inertial pos="0 0 3e-31" mass="1"
+    diaginertia="1e-5 2e-5 2e-5" quat="1 1e-27 0 0"/></body></worldbody></mujoco>"""
+    (body,) = (x for x in machine(written(tmp_path, model)).system.bodies if x.name == "arm.b")
+    assert body.com == (0.0, 0.0, 0.0)
+    assert body.inertia[1][2] == 0.0
+
+
 def test_features_that_are_not_converted_are_warnings_of_the_check(tmp_path):
     model = """<mujoco><option gravity="0 0 -1.62"/><worldbody><body name="b">
     <joint name="j" armature="0.1" axis="0 1 0"/><geom size="0.1" mass="1"/></body></worldbody></mujoco>"""

@@ -81,14 +81,14 @@ def test_a_mechanism_without_equilibrium_reports_why():
     assert "No rest is known: body 'crate' finds no rest: joint 'float' still accelerates by 2.36" in message
 
 
-def test_an_equilibrium_path_is_cached_by_the_numbers_of_its_plan():
+def test_a_scene_with_another_block_mass_gets_an_equilibrium_path_of_its_own():
     assert load("lift").statics == load("lift").statics
     heavier = load("lift", ["block.mass=310 t"]).statics
     assert heavier != load("lift").statics
     assert heavier.states[-1].tensions["crane.H3"] > load("lift").statics.states[-1].tensions["crane.H3"]
 
 
-def test_an_eccentric_block_starts_in_its_rest_pose():
+def test_a_block_with_eccentric_mass_starts_tilted_in_equilibrium_on_its_pads():
     text = unstated(bundled()["lift"].read_text(encoding="utf-8")).replace(
         "  supports:", "  com: [1 m, 0.5 m, 0 m]\n  supports:"
     )

@@ -76,7 +76,7 @@ def test_an_invalid_wind_is_reported(setting: str, sentence: str) -> None:
         load("lift", [ALONG, setting])
 
 
-def test_wind_on_a_mechanism_uses_another_key() -> None:
+def test_the_mechanism_name_wind_is_refused_if_the_scene_has_wind() -> None:
     with pytest.raises(SceneError, match=r"mechanism\.name: 'wind' is reserved for the wind"):
         load("gust", ["mechanism.name=wind", ALONG, "wind.on={load: {sides: [1 m2, 1 m2, 1 m2]}}"])
 

@@ -44,7 +44,7 @@ def test_every_bundled_type_of_a_vessel_floats_level_with_the_mass_that_it_state
         assert of["source"]
 
 
-def test_a_vessel_whose_motion_is_given_takes_size_and_draught_alone() -> None:
+def test_a_vessel_type_with_given_motions_supplies_size_and_draught_only() -> None:
     given = ", motion: given, responses: {heave: [0.5 m/m, 0 deg]}"
     vessel = parse(SCENE % ("barge-75", 4000, given)).scene.vessels["barge"]
     assert (vessel.draught, vessel.floating) == (2.5, None)
@@ -63,7 +63,7 @@ def test_types_of_vessels_are_listed_and_printed_with_those_of_cranes() -> None:
     assert "vessel type: 1" in runner.invoke(app, ["types", "barge-75"]).stdout
 
 
-def test_two_hulls_side_by_side_are_a_row_that_is_not_checked() -> None:
+def test_wave_interaction_of_two_vessels_is_reported_as_not_checked() -> None:
     both = SCENE.replace("\nactions", "\n  ship: {like: barge, at: [0 m, 60 m, 0 m]}\nactions")
     found = checks_of(parse(both % ("barge-110", 14432, MOORED)).plan, [], [], None, [])
     (row,) = [x for x in found if x.quantity == "interaction"]

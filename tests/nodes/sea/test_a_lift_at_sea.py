@@ -17,7 +17,7 @@ from heavylift.coordinator.run import Beginning, run
 from heavylift.coordinator.run.resume import resume
 from heavylift.coordinator.sweeps import SeedRun, SeedsVerdict, replicated, verdict_of_seeds
 from heavylift.kernel import SceneError
-from heavylift.nodes.limits import RatedLimit, SignalColumns, Use, checks_of, uses_of
+from heavylift.nodes.limits import RatedLimit, SignalColumns, Use, checks_of, error_of, uses_of
 from heavylift.nodes.plan import Plan
 from heavylift.nodes.scene import LoadedScene, load, parse
 from heavylift.nodes.scenes import bundled
@@ -113,6 +113,24 @@ def test_each_kind_of_limit_is_checked_against_the_confidence_bound_of_the_quant
         runs = [SeedRun({"status": "done", "simulated [s]": 60.0}, (use,)) for use in uses]
         (check,) = [x for x in verdict_of_seeds(scene, range(30), runs).checks if x.quantity == "signal"]
         assert (way, check.state) == (way, state)
+
+
+@pytest.mark.parametrize("kind", ["most", "least", "between", "chart"])
+def test_the_error_of_a_run_and_the_bound_of_a_quantile_are_added_in_the_unit_of_each_kind_of_limit(kind: str) -> None:
+    """A load of 100 t of 280 t, measured to 0.3 % of what is allowed: root of the sum of squares, in kilograms."""
+    values = [1e5 + 10.0 * i for i in range(30)]
+    found = extreme([-x for x in values] if kind == "least" else values, 0.9)
+    more = {"between": (-2.8e5, 2.8e5)} if kind == "between" else {"value": 2.8e5, "least": kind == "least"}
+    limit = RatedLimit(subject="crane", quantity="signal", unit="kg", source="test", **more)
+    bound = 2.8e5 if kind == "chart" else None
+    uses = [Use(limit, x, use=x / 2.8e5 if bound else limit.use(x), bound=bound) for x in values]
+    runs = [SeedRun({"status": "done", "simulated [s]": 60.0}, (use,)) for use in uses]
+    scene = replace(lift(), answer=SimpleNamespace(figures={"use of crane signal": 0.003}))
+    (check,) = [x for x in verdict_of_seeds(scene, range(30), runs).checks if x.quantity == "signal"]
+    (use,) = [x for x in verdict_of_seeds(scene, range(30), runs).uses]
+    single = error_of(replace(use, value=check.value, use=check.use), {"use of crane signal": 0.003})
+    assert 0.003 * 0.9e5 < single < 0.003 * 3.0e5 * max(1.0, check.use)
+    assert check.error == pytest.approx(np.hypot(single, found.above), rel=1e-3)
 
 
 def test_a_verdict_over_seeds_lists_the_quantile_of_each_limit_and_every_unfinished_lift(

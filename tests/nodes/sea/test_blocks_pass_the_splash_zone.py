@@ -58,7 +58,7 @@ def test_the_hook_bears_the_weight_less_that_of_the_displaced_water(flooded: Loa
         assert below == pytest.approx(float(static(np.array(depth))), rel=EXACT)
 
 
-def test_the_checks_of_the_zone_are_those_of_the_curves_at_rest(flooded: LoadedScene) -> None:
+def test_static_splash_zone_checks_agree_with_maxima_of_the_load_curves(flooded: LoadedScene) -> None:
     """At rest the amplitude alone acts beside the weight in water; its corner lies between two states of the path."""
     found = by_quantity(uses_on_path(flooded.plan, list(follow(flooded.plan).states)))
     d = np.linspace(0.0, FIRST, 100_001)
@@ -71,7 +71,7 @@ def test_the_checks_of_the_zone_are_those_of_the_curves_at_rest(flooded: LoadedS
     assert found["splash load"].limit.value == found["hook load"].limit.value
 
 
-def test_a_run_counts_its_own_dynamics_beside_the_amplitude(flooded: LoadedScene) -> None:
+def test_a_run_through_the_splash_zone_gives_at_least_the_slack_and_load_of_statics(flooded: LoadedScene) -> None:
     run = play(flooded.plan)
     found, still = (
         by_quantity(run.judge.fine[1]),
@@ -92,7 +92,7 @@ def test_slings_that_become_slack_are_red() -> None:
 
 
 @pytest.mark.parametrize("method", ["dopri5", "radau5"])
-def test_a_body_that_bobs_through_the_corners_of_its_curve_moves_as_scipy_says(method: str) -> None:
+def test_a_buoy_on_a_piecewise_linear_buoyancy_curve_moves_as_in_scipy(method: str) -> None:
     x, force = (0.0, 1.0, 3.0), (0.0, 9e3, 12e3)
     water = Immersion("water", Point("buoy"), 0.5, 0.2, x, force)
     body = Body("buoy", 500.0, inertia=((100.0, 0.0, 0.0), (0.0, 100.0, 0.0), (0.0, 0.0, 100.0)))

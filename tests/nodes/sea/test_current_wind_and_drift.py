@@ -52,7 +52,7 @@ def at_rest(text: str) -> tuple[np.ndarray, float]:
 
 
 @pytest.mark.parametrize("bow", [0.0, 40.0])
-def test_a_current_moves_a_moored_barge_as_far_as_its_mooring_gives_way(bow: float) -> None:
+def test_the_offset_of_a_moored_barge_in_a_current_is_drag_over_mooring_stiffness(bow: float) -> None:
     """Along the bow: k x = 1/2 rho A C U^2, however the barge lies; a current astern has the other coefficient."""
     for to, C in ((bow, 0.4), (bow + 180.0, 0.45)):
         current = f"current: {{speed: 1.2 m/s, heading: {to} deg}}"
@@ -72,7 +72,7 @@ def test_a_wind_abeam_moves_a_moored_barge_aside_and_turns_it() -> None:
     assert yaw == pytest.approx(0.02 * pressure * LENGTH / 4e8, rel=0.05)
 
 
-def test_a_gusty_wind_pushes_a_barge_by_its_history() -> None:
+def test_the_wind_force_on_a_barge_has_the_speed_history_of_the_gusts() -> None:
     gusts = "wind: {speed: 5 m/s, direction: [1, 0, 0], gusts: [[0 s, 5 m/s], [10 s, 20 m/s]]}"
     plan = parse(SCENE % (gusts, "0 deg", "barge-110", STREAM % "wind")).plan
     (wind,) = [f for f in plan.machines[0].system.forces if f.name == "barge.wind"]
@@ -136,7 +136,7 @@ def test_drift_in_an_irregular_sea_is_newmans_sum_over_pairs_of_waves(drifting: 
         assert (A * B.conj()).real.sum() == pytest.approx((a * a * D).sum(), rel=1e-9, abs=1e-9)
 
 
-def test_slow_drift_without_data_is_a_row_that_is_not_checked(drifting: Path) -> None:
+def test_slow_drift_of_a_moored_vessel_without_drift_data_is_reported_as_not_checked(drifting: Path) -> None:
     sea = "seas: {s: {Hs: 1 m, Tp: 8 s, components: 20}}"
     rows = {}
     for hull in ("hull.json", "barge-110"):
@@ -145,7 +145,7 @@ def test_slow_drift_without_data_is_a_row_that_is_not_checked(drifting: Path) ->
     assert rows == {"hull.json": [], "barge-110": [("barge", "amber")]}
 
 
-def test_drift_files_of_wamit_have_their_dimensions(tmp_path: Path) -> None:
+def test_drift_coefficients_from_wamit_files_are_scaled_to_newtons(tmp_path: Path) -> None:
     """Relative to rho g L in surge and sway, rho g L^2 in yaw; only equal headings are mean drift."""
     rows = [
         f"{T} {b} {c} {mode} 9 9 {0.01 * T * mode * (1 if b == c else 5)} 0"

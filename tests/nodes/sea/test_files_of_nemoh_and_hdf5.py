@@ -162,6 +162,19 @@ def test_netcdf_4_files_with_motions_in_any_order_give_the_same_coefficients(
         assert np.abs(one - two).max() <= 30.0 * WRITTEN * max(float(np.abs(one).max()), 1.0), name
 
 
+def test_frequencies_without_a_solution_are_left_out(tmp_path: Path, hull: Coefficients) -> None:
+    """Capytaine writes NaN for long waves on shallow water."""
+    import h5py
+
+    with h5py.File(hdf5(tmp_path / "four.nc", [*range(6)]), "r+") as tree:
+        first = int(np.argmin(tree["omega"][:]))
+        tree["added_mass"][first] = np.nan
+    other = capytaine(tmp_path / "four.nc")
+    assert other.w == pytest.approx(hull.w[1:])
+    assert np.isfinite(other.A).all()
+    assert np.abs(other.X - hull.X[:, 1:]).max() <= 30.0 * WRITTEN * np.abs(hull.X).max()
+
+
 def test_netcdf_with_turns_about_another_axis_or_of_two_bodies_is_refused(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match=r"its rotations are about .* compute them about a point of the z axis"):
         capytaine(hdf5(tmp_path / "off.nc", [*range(6)], 2.0))

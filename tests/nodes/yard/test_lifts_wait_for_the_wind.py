@@ -145,7 +145,7 @@ def test_strong_wind_does_not_stop_rigging_but_delays_the_lift_of_the_rigged_blo
     assert (work.stopped, work.stops) == (3 * 3600.0, 0)
 
 
-def test_a_lift_whose_wind_limit_is_never_met_is_named(tmp_path):
+def test_a_lift_whose_wind_limit_is_never_met_is_reported_by_name(tmp_path):
     with pytest.raises(HeavyliftError, match="A erect waits for ever for weather"):
         ran(load(written(tmp_path, [9] * 48), lifter=three_hours))
 

@@ -53,7 +53,9 @@ HEIGHTS = [0.9] * 10 + [0.95] * 2 + [0.92] * 6 + [0.95] + [0.90] * 12 + [0.5] * 
         (", alpha: {24 h: 0.93}", "25 h", None),
     ],
 )
-def test_a_step_begins_in_the_first_window_that_is_long_enough_within_its_alpha_factor(tmp_path, more, takes, start):
+def test_a_step_begins_in_the_first_weather_window_that_is_long_enough_at_its_alpha_factor(
+    tmp_path, more, takes, start
+):
     of = yard(tmp_path, HEIGHTS, more, takes)
     if start is None:
         with pytest.raises(HeavyliftError, match="A lift needs a window of 25 h, longer than all with an alpha factor"):
@@ -62,7 +64,7 @@ def test_a_step_begins_in_the_first_window_that_is_long_enough_within_its_alpha_
         assert starts(of) == ([start], start)
 
 
-def test_the_window_of_a_step_that_pauses_at_night_lasts_until_its_end(tmp_path):
+def test_the_weather_window_of_a_step_that_pauses_at_night_includes_the_pause(tmp_path):
     """Eight working hours a day: twelve hours of work from Monday 8:00 end on Tuesday at 12:00, after 28 hours."""
     text = YARD.replace("resources:", "calendar: {days: mon-sun, shifts: {day: '08:00-16:00'}}\nresources:")
     heights = [1.5] * 8 + [0.8] * 27 + [1.5] * 21 + [0.8] * 60
@@ -73,7 +75,7 @@ def test_the_window_of_a_step_that_pauses_at_night_lasts_until_its_end(tmp_path)
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_random_seas_give_the_windows_of_a_count_hour_by_hour(tmp_path, seed):
+def test_steps_in_random_seas_begin_in_the_windows_of_an_hourly_count(tmp_path, seed):
     draw = random.Random(seed)
     heights, now = [], 1.0
     for _ in range(24 * 60):
@@ -91,7 +93,7 @@ def test_random_seas_give_the_windows_of_a_count_hour_by_hour(tmp_path, seed):
     assert found == want
 
 
-def test_wind_and_sea_of_series_of_several_years_are_drawn_from_the_same_year():
+def test_wind_and_waves_of_a_replication_are_drawn_from_the_same_year_of_their_series():
     years, found = tuple(float(n // 8760) for n in range(3 * 8760)), []
     for seed in range(1, 12):
         first = []
@@ -104,7 +106,7 @@ def test_wind_and_sea_of_series_of_several_years_are_drawn_from_the_same_year():
     assert {*found} == {0.0, 1.0, 2.0}
 
 
-def test_a_table_with_wind_and_sea_serves_both(tmp_path):
+def test_one_table_with_wind_and_sea_columns_is_read_for_wind_and_for_waves(tmp_path):
     text = YARD.replace("sea: {", "wind: {series: sea.csv}, sea: {")
     of = yard(tmp_path, [f"{n},0.5" for n in range(24)], column="wind [m/s],Hs [m]", text=text).weather
     assert (of.wind.series, of.sea.series) == (tuple(map(float, range(24))), (0.5,) * 24)
@@ -126,6 +128,6 @@ def test_invalid_seas_are_reported_in_one_sentence(tmp_path, change, words):
         yard(tmp_path, **{"heights": HEIGHTS, **change})
 
 
-def test_a_step_that_no_window_is_long_enough_for_is_named(tmp_path):
+def test_a_step_for_which_no_weather_window_is_long_enough_is_reported_by_name(tmp_path):
     with pytest.raises(HeavyliftError, match="A lift waits for ever for weather: in ten years"):
         starts(yard(tmp_path, [0.5] * 11 + [2.0] * 13))

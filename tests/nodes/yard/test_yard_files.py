@@ -125,7 +125,7 @@ def test_invalid_yard_files_are_reported_with_file_row_and_column(folder, file, 
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_corrupted_yard_files_end_in_one_sentence(folder, seed):
+def test_corrupted_yard_files_end_with_a_one_sentence_error(folder, seed):
     draw, whole = random.Random(seed), {name: (folder / name).read_text() for name in ("yard.yaml", "blocks.csv")}
     for _ in range(5):
         name = draw.choice(sorted(whole))

@@ -2,6 +2,7 @@
 
 vessels     vessels in waves, which carry cranes and blocks
 hulls       free vessels with hydrodynamics from a file
+fenders     faces against which vessels lean
 obstacles   floor and boxes that blocks can touch
 footings    bases of machines, and their limits
 touching    intended contacts

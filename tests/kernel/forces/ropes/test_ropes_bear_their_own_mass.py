@@ -41,7 +41,7 @@ def frequencies(system: System) -> list[float]:
     return sorted(2.0 * pi * m.frequency for m in modes(s).oscillations)
 
 
-def test_for_axial_motion_a_third_of_the_rope_mass_counts():
+def test_in_axial_motion_a_third_of_the_rope_mass_moves_with_the_load():
     """Rayleigh's quotient; the exact frequency is that of u tan u = m_rope / m, u = w sqrt(m_rope / k)."""
     axial = frequencies(hung(ELASTIC))[1]
     assert axial == pytest.approx(sqrt(K / (M + OWN / 3.0)), rel=SMALL)

@@ -1,0 +1,119 @@
+"""Fenders between a vessel and a quay: equilibrium and rebound in closed form, and the check of their load."""
+
+from __future__ import annotations
+
+from math import cos, exp, pi, sin, sqrt
+
+import numpy as np
+import pytest
+from heavylift.coordinator.ladder import play
+from heavylift.kernel import SceneError
+from heavylift.kernel.analysis import equilibrium
+from heavylift.kernel.simulation import Simulation
+from heavylift.nodes.limits import uses_on_path
+from heavylift.nodes.models import system
+from heavylift.nodes.scene import LoadedScene, parse
+from heavylift.nodes.statics import follow
+
+G, MASS, K, D, PUSH = 9.80665, 14432e3, 4e6, 2e6, 600e3  # [kg, N/m, N s/m, N], of each of two fenders
+SCENE = """
+heavylift: 1
+name: alongside
+end: %s
+samples: 20 Hz
+method: dopri5
+tolerance: 1e-9
+vessels:
+  barge:
+    mass: 14432 t
+    size: [110 m, 32 m, 8 m]
+    draught: 4 m
+    at: [0 m, %s, 0 m]
+    motion: forces
+    floating: {waterplane: 3500 m2, GM: 5 m, GML: 200 m, mooring: {surge: 400 kN/m, yaw: 400 MN m/rad%s}}
+fenders:
+  fore: {at: [40 m, -20 m, 0 m], meets: [40 m, -16 m, 0 m], stiffness: 4 MN/m,
+         vessel: barge, facing: %s, damping: %s, %s}
+  aft: {at: [-40 m, -20 m, 0 m], meets: [-40 m, -16 m, 0 m], stiffness: 4 MN/m,
+        vessel: barge, facing: %s, damping: %s, %s}
+mechanism:
+  name: tug
+  forces: {tug: {type: load, body: barge, force: [0 kN, %s, 0 kN]}}
+actions: [{wait: 1 s}]
+"""
+CLOSE = 1e-3  # relative
+
+
+def scene(y: str = "-4 m", more: str = "", push: str = "-600 kN", end: str = "20 s", facing: str = "[0, 1, 0]",
+          damping: str = "2 MN s/m", other: str = "capacity: 400 kN") -> LoadedScene:  # fmt: skip
+    one = facing, damping, other
+    return parse(SCENE % (end, y, more, *one, *one, push))
+
+
+def test_two_fenders_share_the_push_of_a_tug_on_the_barge() -> None:
+    """At rest each yields by half of the push over its stiffness, and that is what is held against its capacity."""
+    loaded = scene("-4.05 m")
+    s = Simulation(system(loaded.plan), 1e-9)
+    s.start()
+    equilibrium(s)
+    assert s.row().normal.tolist() == pytest.approx([PUSH / 2.0] * 2, rel=CLOSE)
+    for capacity, beyond in (("400 kN", False), ("290 kN", True)):
+        held = scene("-4.05 m", other=f"capacity: {capacity}")
+        uses = [
+            x for x in uses_on_path(held.plan, list(follow(held.plan).states)) if x.limit.quantity == "support load"
+        ]
+        assert {x.limit.subject for x in uses} == {"fore", "aft"}
+        assert [x.beyond for x in uses] == [beyond] * 2
+        assert uses[0].value * G == pytest.approx(PUSH / 2.0, rel=CLOSE)
+
+
+def test_a_barge_that_drifts_against_its_fenders_rebounds_as_a_damped_half_wave() -> None:
+    """Pushed over 0.5 m, it touches with v; the reaction is that of a mass on a spring and damper, and it leaves."""
+    run = play(scene("-3.5 m", end="12 s").plan)
+    t, force = run.t, run.past.part(0, len(run.t)).tensions["fore"]
+    meets = t[np.flatnonzero(force > 0.0)[0]]
+    assert meets == pytest.approx(sqrt(2.0 * 0.5 * MASS / PUSH), abs=0.06)  # a sample
+    v = PUSH / MASS * sqrt(2.0 * 0.5 * MASS / PUSH)
+    w, decay = sqrt(2.0 * K / MASS), D / MASS
+    wd, rest = sqrt(w * w - decay * decay), PUSH / (2.0 * K)
+    tau = t - sqrt(2.0 * 0.5 * MASS / PUSH)
+    b = (v - decay * rest) / wd
+
+    def moved(x: float) -> tuple[float, float]:
+        """Compression and its rate."""
+        e, c, s = exp(-decay * x), cos(wd * x), sin(wd * x)
+        y = e * (-rest * c + b * s)
+        return rest + y, e * ((rest * decay + b * wd) * c + (rest * wd - b * decay) * s)
+
+    want = [0.0 if x < 0.0 or x > pi / wd else K * moved(x)[0] + D * moved(x)[1] for x in tau]
+    inside = (tau > 0.2) & (tau < 0.6 * pi / wd)
+    assert force[inside] == pytest.approx(np.array(want)[inside], rel=CLOSE)
+
+
+@pytest.mark.parametrize("facing", ["[0, 2, 0]", "[0.6, 0.8, 0]", "[0, 0.8, 0.6]"])
+def test_a_fender_pushes_along_its_own_direction(facing: str) -> None:
+    loaded = scene("-4.05 m", more=", sway: 1 kN/m", facing=facing, damping="0 N s/m")
+    s = Simulation(system(loaded.plan), 1e-9)
+    s.start()
+    n = np.array([float(x) for x in facing.strip("[]").split(",")])
+    n /= np.linalg.norm(n)
+    depth = -(np.array([0.0, -0.05, 0.0]) @ n)
+    assert s.row().normal.tolist() == pytest.approx([K * depth] * 2, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"other": "on: ferry"}, "there is no vessel 'ferry'"),
+        ({"other": "on: barge"}, "a vessel leans on another one"),
+        ({"facing": "[0, 0, 0]"}, "the direction has no length"),
+    ],
+)
+def test_impossible_fenders_are_refused_in_one_sentence(change: dict[str, str], words: str) -> None:
+    with pytest.raises(SceneError, match=words):
+        scene(**change)
+
+
+def test_a_fender_without_a_capacity_is_reported_as_not_checked() -> None:
+    rows = [x for x in scene(other="friction: 0.2").plan.limits if x.subject in ("fore", "aft")]
+    assert [(x.value, x.note) for x in rows] == [(None, "give its 'capacity'")] * 2
