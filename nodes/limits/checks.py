@@ -15,7 +15,7 @@ from math import isfinite
 from heavylift.kernel.description.findings import ASSUMED, NOT_CHECKED, STATES, UNKNOWN, WARNED, Check, State, clock
 from heavylift.kernel.description.forces import Radiation
 from heavylift.kernel.description.mechanics import System
-from heavylift.nodes.plan.limit import Use
+from heavylift.nodes.plan.limit import ROUNDING, Use
 from heavylift.nodes.plan.plan import Plan
 from heavylift.recordings.sheets.sheet import Cell, Marked, Table, words
 from msgspec.structs import replace
@@ -115,7 +115,7 @@ def _state_of(use: Use, error: float | None, accepted: bool, *, at_rest: bool) -
         return "red", "", ""
     if error is None:
         return "amber", UNKNOWN, f"{name}: the error of its value was not measured"
-    if use.excess > -error and error > 0.0:
+    if use.excess > -error and error > ROUNDING * abs(use.value):
         needed = abs(use.excess / use.value) if use.value else 0.0
         message = f"{name}, {shown(limit, use.value)}, is accurate to {100.0 * error / abs(use.value or 1.0):.2g} %"
         return "undecided", "", f"{message}; an accuracy of {100.0 * needed:.2g} % would decide"
