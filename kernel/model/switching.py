@@ -12,7 +12,7 @@ from types import SimpleNamespace
 
 import numpy as np
 from heavylift.kernel.constraints.row_structure import RigidAt
-from heavylift.kernel.description.forces import Reeving
+from heavylift.kernel.description.forces import Reeving, RopeForce
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.force_law import ForceLaw
 from heavylift.kernel.forces.joint_laws import BrakeAt
@@ -122,7 +122,8 @@ class Switches:
             ReevingLaw().take_off(reeving, self.reeving_numbers(name))
             return
         system = self._program.system
-        if any(x.name == name for x in (*system.mooring_lines, *system.tugger_lines)):
+        lines: tuple[RopeForce, ...] = (*system.mooring_lines, *system.tugger_lines)
+        if any(x.name == name for x in lines):
             self._P[self._at[ForceLaw.kind, name]][LineAt.HOOKED] = 0.0
             return
         rigid = self.rigid_numbers(name)
