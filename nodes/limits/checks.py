@@ -14,7 +14,6 @@ from math import inf, isfinite
 
 from heavylift.kernel.description.findings import ASSUMED, NOT_CHECKED, STATES, UNKNOWN, WARNED, Check, State, clock
 from heavylift.kernel.description.forces import Radiation
-from heavylift.kernel.description.mechanics import System
 from heavylift.nodes.plan.limit import ROUNDING, Use
 from heavylift.nodes.plan.plan import Plan
 from heavylift.recordings.sheets.sheet import Cell, Marked, Table, words
@@ -57,8 +56,8 @@ def checks_of(
     if any(m.hooks for m in plan.machines) and any(m.cargo for m in plan.machines) and not _factored(plan):
         message = "practice: none; write 'practice: 0027/ND', or 'factors: {...}'"
         found.append(Check(quantity="factor sheet", subject="all", state="amber", why=NOT_CHECKED, sentence=message))
-    if any(_irregular(m.system) for m in plan.machines) and not any(x.quantity == SEA_STATE for x in others):
-        message = "an irregular sea: one seed is no verdict; `heavylift run --replications 30` runs others"
+    if (sea := sea_of(plan)) and not any(x.quantity == SEA_STATE for x in others):
+        message = f"{sea}: one seed is no verdict; `heavylift run --replications 30` runs others"
         found.append(Check(quantity=SEA_STATE, subject="all", state="amber", why=NOT_CHECKED, sentence=message))
     waters = {m.name: [x.waves for f in m.system.forces if (x := getattr(f, "signal", None)) and x.waves]
               for m in plan.machines if any(isinstance(f, Radiation) for f in m.system.forces)}  # fmt: skip
@@ -71,9 +70,13 @@ def checks_of(
     return sorted(found, key=lambda check: STATES.index(check.state))
 
 
-def _irregular(of: System) -> bool:
-    signals = (getattr(force, "signal", None) for force in of.forces)
-    return any(x.waves for x in of.drives) or any(x.waves for x in signals if x)
+def sea_of(plan: Plan) -> str:
+    """Return a description of the irregular waves of a plan, with their number of components and repeat time; an empty
+    string without any."""
+    of = [m.system for m in plan.machines]
+    moved = [getattr(force, "signal", None) for x in of for force in x.forces] + [x for y in of for x in y.drives]
+    n = len({w for x in moved if x and x.waves for w in x.waves.frequencies})
+    return f"an irregular sea of {n} components at random frequencies, without a repeat time" if n else ""
 
 
 def _factored(plan: Plan) -> bool:

@@ -135,7 +135,15 @@ def _ropes(builder: SceneBuilder) -> Iterator[RatedLimit]:
             subject=name, quantity="rope tension", unit="N", elements=(name,), value=breaking / MOORED, factor=MOORED,
             breaking=breaking, source="assumed: API RP 2SK, quasi-static analysis, no line parted", where=where,
         )  # fmt: skip
-    for name in (name for name in known if name not in {*builder.scene.limits.ropes, *slings, *hooks, *moored}):
+    tugged = [x for machine in builder.machines for x in machine.system.tugger_lines if x.capacity]
+    for x in (x for x in tugged if x.name not in builder.scene.limits.ropes):
+        where = builder.source.where(("mechanism", "forces", x.name))
+        yield RatedLimit(
+            subject=x.name, quantity="rope tension", unit="N", elements=(x.name,), value=x.capacity, source="the scene",
+            note=f"set to {x.tension / 1e3:.6g} kN", where=where,
+        )  # fmt: skip
+    rated = {*builder.scene.limits.ropes, *slings, *hooks, *moored, *(x.name for x in tugged)}
+    for name in (name for name in known if name not in rated):
         where = builder.source.where(("mechanism", "ropes", name))
         note = "give it under 'limits: {ropes: ...}'"
         yield RatedLimit(subject=name, quantity="rope tension", unit="N", elements=(name,), note=note, where=where)

@@ -13,7 +13,9 @@ import pytest
 from heavylift.kernel.description import Force
 
 ROOT = Path(__file__).parents[3]
-LISTED = {kind: {"mechanics.py"} for kind in ("MooringLine", "Reeving", "UserLaw")}  # ropes and the user's code
+LISTED = {
+    kind: {"mechanics.py"} for kind in ("MooringLine", "Reeving", "TuggerLine", "UserLaw")
+}  # ropes and the user's code
 DESCRIPTION = '''
 class EddyBrake(Element, frozen=True, tag=True):
     """An eddy-current brake on a joint: torque = 2 T u / (1 + u^2), u = speed over the critical one (Wouterse 1991)."""
