@@ -10,7 +10,7 @@ none       cannot occur in this scene: a row without a colour
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from math import isfinite
+from math import inf, isfinite
 
 from heavylift.kernel.description.findings import ASSUMED, NOT_CHECKED, STATES, UNKNOWN, WARNED, Check, State, clock
 from heavylift.kernel.description.forces import Radiation
@@ -156,7 +156,10 @@ def line_of(checks: Sequence[Check]) -> str:
     for why in COUNTED:
         if (many := sum(c.why == why and c.state == "amber" for c in checks)) or why in (NOT_CHECKED, ASSUMED):
             counts.append(f"{many} {why}{'s' * (why == WARNED and many > 1)}")
-    worst = next((c.sentence for c in checks if c.state in ("red", "undecided")), "")
+    # what has no utilisation is a finding, such as a contact: worse than any load
+    wrong = [c for c in checks if c.state in ("red", "undecided")]
+    first = min(wrong, key=lambda c: (STATES.index(c.state), -inf if c.use is None else -round(c.use, 3)), default=None)
+    worst = first.sentence if first else ""
     message = "" if any(c.basis for c in checks) else "; the scene has no limits to check: write 'limits'"
     message = f"; worst: {worst}" if worst else message
     return f"{state_of(checks).upper()}: {', '.join(counts)}{message}"

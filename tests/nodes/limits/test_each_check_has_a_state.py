@@ -88,6 +88,16 @@ def test_the_error_of_a_load_is_that_of_its_rope_tensions_by_default() -> None:
 
 
 @pytest.mark.parametrize("seed", range(20))
+def test_the_line_names_a_finding_or_else_the_highest_utilisation(seed: int) -> None:
+    rng = random.Random(seed)
+    uses = [rng.uniform(1.0, 2.0) for _ in range(5)]
+    found = [Check(quantity=f"load {i}", subject="x", state="red", sentence=f"{x}", use=x) for i, x in enumerate(uses)]
+    assert line_of(found).endswith(f"; worst: {max(uses)}")
+    cut = Check(quantity="cut", subject="run", state="red", sentence="a cut")
+    assert line_of(rng.sample([*found, cut], 6)).endswith("; worst: a cut")
+
+
+@pytest.mark.parametrize("seed", range(20))
 def test_contact_that_nothing_allows_is_named_before_narrow_clearances(seed: int) -> None:
     """The deepest contact first, however early and however many things only came near."""
     rng = random.Random(seed)

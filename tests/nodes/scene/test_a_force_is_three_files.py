@@ -156,4 +156,4 @@ def test_each_kind_of_force_has_a_description_a_law_and_a_row_of_the_table(kind:
     found = _naming(kind, "kernel/description", "kernel/forces") - LISTED.get(kind, set())
     assert len(found) == 3, found
     assert {"forces.py", "table.py"} < found
-    assert _naming(kind, "nodes/scene/keys") <= {"forces.py", "ropes.py"}, "keys that differ have one class"
+    assert _naming(kind, "nodes/scene/keys") <= {"forces.py", "ropes.py", "seas.py"}, "keys that differ have one class"
