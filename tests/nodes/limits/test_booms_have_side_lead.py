@@ -6,13 +6,12 @@ from math import atan2, degrees
 
 import numpy as np
 import pytest
-from heavylift.kernel import SceneError
 from heavylift.kernel.description import Line, Point, Rope, ScalarSignal, System
 from heavylift.kernel.model.quantities import numbers, points, scalar
 from heavylift.nodes.limits import signals_of, uses_on_path
 from heavylift.nodes.limits.named import signal_of
 from heavylift.nodes.limits.reading import evaluated
-from heavylift.nodes.scene import LoadedScene, load, parse
+from heavylift.nodes.scene import LoadedScene, parse
 from heavylift.nodes.statics import follow
 
 EXACT = 1e-12
@@ -100,8 +99,3 @@ def test_a_side_lead_beyond_its_limit_is_red() -> None:
     uses = {x.limit.quantity: x for x in uses_on_path(loaded.plan, list(follow(loaded.plan).states))}
     assert uses["off-lead across"].beyond
     assert not uses["off-lead"].beyond
-
-
-def test_a_side_lead_without_a_boom_is_refused() -> None:
-    with pytest.raises(SceneError, match="no hook has one of its own"):
-        load("hall", ["limits.off-lead across=1 deg"])
