@@ -44,7 +44,8 @@ def scene_limits(builder: SceneBuilder) -> Iterator[RatedLimit]:
     where = builder.source.where(("limits",)) if written_ or not builder.cranes else builder.cranes[0].where
     hooks = bool(builder.cranes)
     keys = [hook for machine in builder.scene.machines.values() for hook in machine.hooks.values()]
-    distances = {distance for distance in WAYS if not any(getattr(hook, distance) for hook in keys)}
+    booms = any(hook.axis for machine in builder.machines for hook in machine.hooks)
+    distances = {distance for distance in WAYS if not booms and not any(getattr(hook, distance) for hook in keys)}
     heaves = {"heave"} if builder.scene.vessels and hooks else set[str]()
     checked = {"ropes", "wind", "signals", *heaves, *(limits.model_fields_set - distances - {"heave"} if hooks else ())}
     for key in sorted(limits.model_fields_set - checked):
