@@ -26,7 +26,7 @@ POSES = 16  # besides that of the file
 
 
 class WrappedTendons:
-    """Converter of the wrapped tendons of a model; `data`: its kinematics in the pose of the file, `bodies`: names."""
+    """Converter of the wrapped tendons of a model; `data`: kinematics in the pose of the file, `bodies`: body names."""
 
     def __init__(self, library: Any, model: Any, bodies: list[str]) -> None:
         self.m, self.bodies, self.data = model, bodies, library.MjData(model)

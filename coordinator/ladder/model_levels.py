@@ -80,6 +80,8 @@ class ModelLevel:
     def level(self) -> str:
         """The modelled effects in words."""
         at = self.plan.fidelity
+        if at.water == "one frequency":
+            return f"{self.on(msgspec.structs.replace(at, water='memory')).level}, water at one frequency"
         if not left_out(at_level(self.plan, LADDER[0])):
             return "as it is written"
         ropes = f"ropes of {at.lumps} lumps" if at.ropes == "massive" else f"{at.ropes} ropes"
@@ -133,6 +135,13 @@ class Ladder:
     def full(self) -> list[Fidelity]:
         """All model levels, including those that the scene excludes; witnesses are chosen from them."""
         return levels(self.plan)
+
+    @property
+    def compared(self) -> list[Fidelity]:
+        """All model levels and, of a plan with vessels in waves, the finest one with radiation at one frequency."""
+        flat = msgspec.structs.replace(self.full[-1], water="one frequency")
+        same = system(at_level(self.plan, flat)) == system(at_level(self.plan, self.full[-1]))
+        return self.full if same else [flat, *self.full]
 
     @cached_property
     def levels(self) -> list[Fidelity]:

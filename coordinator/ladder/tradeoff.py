@@ -139,7 +139,7 @@ def measure(
         raise SceneError(f"{scene.path.name}: its run has none of the quantities that serve to compare model levels")
     rows, out = list[Row](), 0
     for candidate in (
-        r for level in ladder.full for r in ladder.candidates(level)[::DECADE][: REFERENCE + 1] if r.key != true.key
+        r for level in ladder.compared for r in ladder.candidates(level)[::DECADE][: REFERENCE + 1] if r.key != true.key
     ):
         row = _row(scene, candidate, true, quantity, measuring) if left() > 0.0 else None
         out += row is None

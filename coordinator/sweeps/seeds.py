@@ -19,7 +19,7 @@ from heavylift.coordinator.ladder.choosing import level_of
 from heavylift.coordinator.supervision.pool import Pool, cores
 from heavylift.kernel.description.findings import NOT_CHECKED, Check, finding
 from heavylift.kernel.errors import SceneError
-from heavylift.nodes.limits.checks import SEA_STATE, checks_of, error_of, line_of, state_of, table_of
+from heavylift.nodes.limits.checks import SEA_STATE, checks_of, error_of, line_of, sea_of, state_of, table_of
 from heavylift.nodes.limits.messages import shown
 from heavylift.nodes.plan.limit import RatedLimit, Use
 from heavylift.nodes.scene import LoadedScene
@@ -171,6 +171,7 @@ def verdict_of_seeds(scene: LoadedScene, seeds: Sequence[int], runs: Sequence[Se
         how[limit.quantity, limit.subject] = found.how if found.above else ""
         rows.append((use.use, _row(seen, use, found, seeds)))
     state = f"{name} over {len(seeds)} seeds; limits are checked with its bound at 95 % confidence"
+    state += f"; {sea}" if (sea := sea_of(scene.plan)) else ""
     others.append(Check(quantity=SEA_STATE, subject="all", state="green", shown=name, basis=state, sentence=state))
     checks = [_named(x, name, how) for x in checks_of(scene.plan, uses, others, errors, ())]
     return SeedsVerdict(name, seeds, runs, checks, bounds, [row for _, row in sorted(rows, key=lambda x: -x[0])])

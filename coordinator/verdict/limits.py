@@ -142,14 +142,19 @@ def _lowest(poses: Floats, own: Sequence[Support]) -> Floats:
 
 
 def _sinking(plan: Plan, part: History, touched: Touched, i: int) -> list[float]:
-    """Return how fast [m/s] a block sinks at sample i onto the ground, or else the supports that touch, with their
-    forces [N], onto a deck that moves: by their dampers."""
-    body = touched[0][0].point.body
+    """Return how fast [m/s] a block sinks at sample i towards the ground or deck that it touches by supports, with
+    their forces [N]; where its velocity is unknown, by the dampers of the supports."""
+    body, deck = touched[0][0].point.body, next((pad.on for pad, _ in touched if pad.on), "")
     names = [f"{j.name}.v{axis}" for m in plan.machines for j in m.system.joints if j.child == body for axis in "xyz"]
-    if any(pad.on for pad, _ in touched) or not {*names} <= {*part.speeds}:
+    k, rises = _before(part, i), 0.0
+    if not {*names} <= {*part.speeds} or (deck and (deck not in part.poses or k == i)):
         return [force / pad.d for pad, force in touched if pad.d > 0.0]
+    if deck:
+        (now, then), (R, before) = part.poses[deck][[i, k], :3], matrices(part.poses[deck][[i, k], 3:])
+        place = R.T @ (part.poses[body][i, :3] - now)
+        rises = float(((R - before) @ place + now - then)[2] / (part.t[i] - part.t[k]))
     down = matrices(part.poses[body][i : i + 1, 3:])[0, 2]
-    return [-float(sum(down[k] * part.speeds[name][i] for k, name in enumerate(names)))]
+    return [rises - float(sum(down[n] * part.speeds[name][i] for n, name in enumerate(names)))]
 
 
 def _wound(plan: Plan, block: str, part: History, i: int) -> list[float]:

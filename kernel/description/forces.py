@@ -14,7 +14,7 @@ from .units import IDENTITY, Line, Matrix, Point
 
 __all__ = [
     "Bushing", "Characteristic", "Force", "Immersion", "InputSignal", "Load", "Matrix6", "MooringLine", "Radiation",
-    "Reeving", "Sheave", "Spring", "Stream", "Torsion", "UserLaw", "Wave", "WaveSum", "Wind",
+    "Reeving", "RopeForce", "Sheave", "Spring", "Stream", "Torsion", "TuggerLine", "UserLaw", "Wave", "WaveSum", "Wind",
 ]  # fmt: skip
 
 Row6 = tuple[u.Number, u.Number, u.Number, u.Number, u.Number, u.Number]
@@ -353,7 +353,34 @@ class MooringLine(Element, frozen=True, tag=True):
         return self.length
 
 
+class TuggerLine(Element, frozen=True, tag=True):
+    """A tugger line from a winch at a to a load at b: a massless rope that the winch keeps at a set tension.
+
+    T = tension (1 + spread x / sqrt(1 + x^2)) with x = l' / speed of its length l: the winch pays out at a higher and
+    takes in at a lower tension, which damps the load. Beyond its stroke, `shortest` to `longest`, the run ends.
+    """
+
+    name: str
+    a: Point
+    b: Point
+    tension: u.AxialStiffness
+    spread: u.Ratio = 0.0  # below 1
+    speed: u.LineSpeed = 0.05  # at which 0.7 of the spread is reached
+    shortest: u.Gap = 0.0
+    longest: u.Gap = 0.0  # 0: there is rope enough
+    capacity: u.Tension = 0.0  # of winch, rope and attachment; 0: not known
+    hooked: bool = True  # at the start
+    winch = False  # that is given orders
+    L0 = 0.0  # a winch that has any length
+
+    @property
+    def lines(self) -> tuple[Line, ...]:
+        """The straight line from winch to load."""
+        return (Line(self.a, self.b),)
+
+
+RopeForce = Reeving | MooringLine | TuggerLine
 Force = (
     Load | Wind | Stream | Spring | Torsion | Bushing | Radiation | Characteristic | Immersion
-    | UserLaw | Reeving | MooringLine
+    | UserLaw | RopeForce
 )  # fmt: skip

@@ -18,7 +18,7 @@ from typing import Any, Literal, get_args
 
 from .contacts import Contact
 from .flexible import Flexible
-from .forces import Force, Matrix6, MooringLine, Reeving, UserLaw
+from .forces import Force, Matrix6, MooringLine, Reeving, RopeForce, TuggerLine, UserLaw
 from .laws import (
     Brake as Brake,
     Drive as Drive,
@@ -49,7 +49,7 @@ JointKind = Literal[
 ]  # fmt: skip
 
 
-AnyRope = Rope | RigidRope | Reeving | MooringLine
+AnyRope = Rope | RigidRope | RopeForce
 
 
 @dataclass(frozen=True)
@@ -189,9 +189,14 @@ class System:
         return tuple(f for f in self.forces if isinstance(f, MooringLine))
 
     @property
+    def tugger_lines(self) -> tuple[TuggerLine, ...]:
+        """The tugger lines, which are kept among the forces."""
+        return tuple(f for f in self.forces if isinstance(f, TuggerLine))
+
+    @property
     def all_ropes(self) -> tuple[AnyRope, ...]:
-        """All ropes: elastic and rigid ones of straight lines, those over sheaves, then mooring lines."""
-        return *self.straight_ropes, *self.reevings, *self.mooring_lines
+        """All ropes: elastic and rigid ones of straight lines, those over sheaves, mooring lines, then tugger lines."""
+        return *self.straight_ropes, *self.reevings, *self.mooring_lines, *self.tugger_lines
 
     @property
     def straight_ropes(self) -> tuple[Rope | RigidRope, ...]:

@@ -7,8 +7,8 @@ from .units import Point
 
 Quantity = Literal[
     "height", "height difference", "height over", "tension", "load", "vertical load", "moment", "angle", "joint",
-    "speed", "length", "wind", "swing along", "swing across", "off-lead", "slope", "radius", "gap", "use",
-    "use by place", "pull", "reserve", "side along", "side across", "place along", "place across",
+    "speed", "length", "wind", "swing along", "swing across", "boom lead", "side lead", "off-lead", "slope", "radius",
+    "gap", "use", "use by place", "pull", "reserve", "side along", "side across", "place along", "place across",
     "track pressure", "corner load", "tipping", "joint moment", "starting moment",
 ]  # fmt: skip
 
@@ -35,6 +35,8 @@ class ScalarSignal:
     "swing along", "swing across": angle of ropes[0] to the vertical in the planes x, z and y, z [rad], positive if
                     its lower end is ahead in +x or +y; "off-lead": the angle in the rope's own vertical plane;
                     "slope": the same, whichever end is the upper one
+    "boom lead", "side lead": the same in the vertical plane of a boom, through `origin` and the upper end of ropes[0],
+                    positive outwards, and across that plane, positive to its left [rad]
     "vertical load" vertical part of the tension of ropes[0] times numbers[0]
     "pull"          force in the part at the upper end of ropes[0]: numbers[0] times its tension plus
                     numbers[1] [N/m] times its length [N]; "reserve": numbers[2] over this force [1]
@@ -51,7 +53,7 @@ class ScalarSignal:
                     with that which accelerates it at numbers[0] [rad/s2]
 
     If the lines of a rope run in several directions, only those that end on the body of `point` count; with both
-    `origin` and `point` the line between them is used.
+    `origin` and `point` the line between them is used, except by the leads of booms.
     """
 
     quantity: Quantity

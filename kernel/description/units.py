@@ -37,6 +37,7 @@ Push = Annotated[float, Unit("force")]  # [N]
 Twist = Annotated[float, Unit("moment")]  # [N m]
 Stiffness = Annotated[float, Unit("stiffness", "zero")]  # [N/m]
 Damping = Annotated[float, Unit("damping", "zero")]  # [N s/m]
+LineSpeed = Annotated[float, Unit("speed", "positive")]  # [m/s]
 TurnStiffness = Annotated[float, Unit("torsional stiffness", "zero")]  # [N m/rad]
 TurnDamping = Annotated[float, Unit("torsional damping", "zero")]  # [N m s/rad]
 

@@ -17,6 +17,7 @@ from heavylift.kernel.description.forces import (
     Reeving,
     Spring,
     Torsion,
+    TuggerLine,
     UserLaw,
     Wind,
 )
@@ -188,6 +189,9 @@ _FORMULAS: dict[type, tuple[tuple[str, str, str, str], ...]] = {
         ("T", "EA (l/N - 1) + c s'", r"EA\,(l/N - 1) + c\,\dot{s}", "per part, while taut, else 0"),
         ("T", "T_before exp(mu wrap)/efficiency", r"T_{\mathrm{before}}\,e^{\mu\,\mathrm{wrap}}/\eta",
          "behind a sheave that slips along the rope"),
+    ),
+    TuggerLine: (
+        ("T", "T0 (1 + s x/sqrt(1 + x^2))", r"T_0\,(1 + s\,x/\sqrt{1 + x^2})", "x = l'/v; along the line"),
     ),
     MooringLine: (
         ("f", "-H (b - a)/|b - a| - V ez",

@@ -20,8 +20,9 @@ CLOSED = 1e-7  # of its length, by which the ends of a line may be missed before
 TINY = 1e-160  # keeps 0/0 away
 
 
-class MooringAt:
-    """Indices of a line's numbers; `HOOKED`: 0 if the line has broken, `HANGS`: 1 if no part lies on the seabed."""
+class LineAt:
+    """Indices of a line's numbers; `HOOKED`: 0 if it has broken or is released, `HANGS`: 1 if no part of a mooring line
+    lies on the seabed."""
 
     HOOKED, HANGS = range(6, 8)
 
@@ -58,7 +59,7 @@ class MooringLaw(ForceLaw[MooringLine]):
         self, f: MooringLine, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar
     ) -> LawOutput:
         (x_a, p_a, _), (x_b, p_b, _) = attachment(ends[0], p[:3], "a"), attachment(ends[1], p[3:6], "b")
-        on, hangs, L, EA, w, friction, breaking = p[MooringAt.HOOKED :]
+        on, hangs, L, EA, w, friction, breaking = p[LineAt.HOOKED :]
         s, on, hangs = p_b - p_a, on > 0.0, hangs > 0.0
         weight, far = w * L, sqrt(s[0] * s[0] + s[1] * s[1] + TINY)
         x, z, k = far / L, s[2] / L, 0.5 * weight / EA
@@ -99,14 +100,10 @@ class MooringLaw(ForceLaw[MooringLine]):
             why = "its fairlead is at or below the seabed, or its ends are too far apart: the catenary is not solved"
             raise LawBreakdown(f"mooring line '{f.name}'", why)
         if guard == "breaking":
-            p[MooringAt.HOOKED] = 0.0
+            p[LineAt.HOOKED] = 0.0
             return "parted", float(shown[0])
-        p[MooringAt.HANGS] = 1.0 - p[MooringAt.HANGS]
-        return ("uplift" if p[MooringAt.HANGS] else "grounded"), float(shown[0])
-
-    def take_off(self, f: MooringLine, p: np.ndarray) -> None:
-        """Release the line at its fairlead."""
-        p[MooringAt.HOOKED] = 0.0
+        p[LineAt.HANGS] = 1.0 - p[LineAt.HANGS]
+        return ("uplift" if p[LineAt.HANGS] else "grounded"), float(shown[0])
 
     def shows(self, f: MooringLine) -> list[SampledQuantity]:
         # a line is a rope whose parts are at the fairlead and at the anchor

@@ -24,6 +24,7 @@ from .reeving import ReevingLaw
 from .ropes import RopeLaw
 from .springs import BushingLaw, SpringLaw, TorsionLaw
 from .streams import StreamLaw
+from .tugger import TuggerLaw
 from .user_laws import UserLawEntry
 
 LISTS = ("guards", "shown", "turned", "turning")
@@ -46,6 +47,7 @@ FORCES: dict[type, ForceLaw[Any]] = {
     kinds.UserLaw: UserLawEntry(),
     kinds.Reeving: ReevingLaw(),
     kinds.MooringLine: MooringLaw(),
+    kinds.TuggerLine: TuggerLaw(),
 }
 
 
@@ -83,7 +85,7 @@ class SharedForce:
 
 
 def shared(laws: tuple[Law, ...], setting: Setting) -> tuple[SharedForce, ...]:
-    """Return the laws of a scene with their shared functions."""
+    """Return the force laws of a scene; laws of equal shape share one function."""
     graph, poses = setting.graph, setting.poses
     functions: dict[str, Function] = {}
     out = []

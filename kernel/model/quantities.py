@@ -102,6 +102,13 @@ def _off_lead(x: FormulaContext) -> Any:
     return atan2(sqrt(dx * dx + dy * dy), drop)
 
 
+def _boom_lead(x: FormulaContext, side: bool) -> Any:
+    (dx, drop), (dy, _) = _aside(x, 0), _aside(x, 1)
+    *ends, axis = x.places
+    u, v = (sum((k * (p[i] - axis[i]) for k, p in zip(x.numbers, ends[::2], strict=True)), 0.0) for i in (0, 1))
+    return atan2((u * dy - v * dx if side else u * dx + v * dy) / sqrt(u * u + v * v), drop)
+
+
 def _slope(x: FormulaContext) -> Any:
     (dx, drop), (dy, _) = _aside(x, 0), _aside(x, 1)
     return atan2(sqrt(dx * dx + dy * dy), abs(drop))
@@ -212,6 +219,8 @@ ROWS: dict[str, QuantityFormula] = {
     "moment": QuantityFormula(_moment, ("rope", "point", "origin")),
     "swing along": QuantityFormula(lambda x: atan2(*_aside(x, 0)), ("rope",)),
     "swing across": QuantityFormula(lambda x: atan2(*_aside(x, 1)), ("rope",)),
+    "boom lead": QuantityFormula(lambda x: _boom_lead(x, side=False), ("rope", "origin")),
+    "side lead": QuantityFormula(lambda x: _boom_lead(x, side=True), ("rope", "origin")),
     "off-lead": QuantityFormula(_off_lead, ("rope",)),
     "slope": QuantityFormula(_slope, ("rope",)),
     "vertical load": QuantityFormula(_vertical_load, ("rope",)),
@@ -232,8 +241,9 @@ ROWS: dict[str, QuantityFormula] = {
     "wind": QuantityFormula(_one),
 }
 SIDES = ("side along", "side across")
+LEADS = ("boom lead", "side lead")
 LINED = (  # quantities of the lines of ropes
-    "swing along", "swing across", "off-lead", "slope", "vertical load", "pull", "reserve", *SIDES,
+    "swing along", "swing across", *LEADS, "off-lead", "slope", "vertical load", "pull", "reserve", *SIDES,
 )  # fmt: skip
 OF_GROUPS = {**ON_BASES, **ABOUT_JOINTS}  # of all bodies that a base or joint carries
 COUNTS = {"gap": 6, "load": 2, "vertical load": 1, "pull": 2, "reserve": 3}  # numbers it has
@@ -249,7 +259,8 @@ def scalar(h: ScalarSignal, places: Places, numbers: Scalars, values: Scalars, l
 def points(h: ScalarSignal, system: System) -> tuple[Point, ...]:
     """Return the points whose positions the formula takes."""
     if h.quantity in LINED:
-        return tuple(p for rope in _lines(h, system) for line in rope for p in (line.a, line.b))
+        more = (h.origin,) if h.quantity in LEADS and h.origin else ()
+        return (*(p for rope in _lines(h, system) for line in rope for p in (line.a, line.b)), *more)
     if h.quantity in OF_GROUPS:
         return carried_group(h, system).points
     given = [p for p in (h.point, h.origin)[: _places(h)] if p is not None]
@@ -323,7 +334,7 @@ def _places(h: ScalarSignal) -> int:
 
 def _lines(h: ScalarSignal, system: System) -> tuple[tuple[Line, ...], ...]:
     """Return the lines of the signal's ropes that count, or the line from origin to point."""
-    if h.point and h.origin:
+    if h.point and h.origin and h.quantity not in LEADS:
         return ((Line(h.origin, h.point),),)
     known = {rope.name: rope.lines for rope in system.straight_ropes}
     asked = h.ropes if h.quantity in SIDES else h.ropes[:1]

@@ -12,10 +12,11 @@ from types import SimpleNamespace
 
 import numpy as np
 from heavylift.kernel.constraints.row_structure import RigidAt
-from heavylift.kernel.description.forces import Reeving
+from heavylift.kernel.description.forces import Reeving, RopeForce
 from heavylift.kernel.errors import KernelError
+from heavylift.kernel.forces.force_law import ForceLaw
 from heavylift.kernel.forces.joint_laws import BrakeAt
-from heavylift.kernel.forces.mooring import MooringLaw
+from heavylift.kernel.forces.mooring import LineAt
 from heavylift.kernel.forces.reeving import ReevingLaw
 from heavylift.kernel.forces.ropes import RopeAt
 
@@ -120,8 +121,10 @@ class Switches:
         if (reeving := self.reeving(name)) is not None:
             ReevingLaw().take_off(reeving, self.reeving_numbers(name))
             return
-        if (line := next((x for x in self._program.system.mooring_lines if x.name == name), None)) is not None:
-            MooringLaw().take_off(line, self._P[self._at[MooringLaw.kind, name]])
+        system = self._program.system
+        lines: tuple[RopeForce, ...] = (*system.mooring_lines, *system.tugger_lines)
+        if any(x.name == name for x in lines):
+            self._P[self._at[ForceLaw.kind, name]][LineAt.HOOKED] = 0.0
             return
         rigid = self.rigid_numbers(name)
         if rigid is not None:

@@ -10,12 +10,11 @@ none       cannot occur in this scene: a row without a colour
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from math import isfinite
+from math import inf, isfinite
 
 from heavylift.kernel.description.findings import ASSUMED, NOT_CHECKED, STATES, UNKNOWN, WARNED, Check, State, clock
 from heavylift.kernel.description.forces import Radiation
-from heavylift.kernel.description.mechanics import System
-from heavylift.nodes.plan.limit import Use
+from heavylift.nodes.plan.limit import ROUNDING, Use
 from heavylift.nodes.plan.plan import Plan
 from heavylift.recordings.sheets.sheet import Cell, Marked, Table, words
 from msgspec.structs import replace
@@ -57,8 +56,8 @@ def checks_of(
     if any(m.hooks for m in plan.machines) and any(m.cargo for m in plan.machines) and not _factored(plan):
         message = "practice: none; write 'practice: 0027/ND', or 'factors: {...}'"
         found.append(Check(quantity="factor sheet", subject="all", state="amber", why=NOT_CHECKED, sentence=message))
-    if any(_irregular(m.system) for m in plan.machines) and not any(x.quantity == SEA_STATE for x in others):
-        message = "an irregular sea: one seed is no verdict; `heavylift run --replications 30` runs others"
+    if (sea := sea_of(plan)) and not any(x.quantity == SEA_STATE for x in others):
+        message = f"{sea}: one seed is no verdict; `heavylift run --replications 30` runs others"
         found.append(Check(quantity=SEA_STATE, subject="all", state="amber", why=NOT_CHECKED, sentence=message))
     waters = {m.name: [x.waves for f in m.system.forces if (x := getattr(f, "signal", None)) and x.waves]
               for m in plan.machines if any(isinstance(f, Radiation) for f in m.system.forces)}  # fmt: skip
@@ -71,9 +70,13 @@ def checks_of(
     return sorted(found, key=lambda check: STATES.index(check.state))
 
 
-def _irregular(of: System) -> bool:
-    signals = (getattr(force, "signal", None) for force in of.forces)
-    return any(x.waves for x in of.drives) or any(x.waves for x in signals if x)
+def sea_of(plan: Plan) -> str:
+    """Return a description of the irregular waves of a plan, with their number of components and repeat time; an empty
+    string without any."""
+    of = [m.system for m in plan.machines]
+    moved = [getattr(force, "signal", None) for x in of for force in x.forces] + [x for y in of for x in y.drives]
+    n = len({w for x in moved if x and x.waves for w in x.waves.frequencies})
+    return f"an irregular sea of {n} components at random frequencies, without a repeat time" if n else ""
 
 
 def _factored(plan: Plan) -> bool:
@@ -115,7 +118,7 @@ def _state_of(use: Use, error: float | None, accepted: bool, *, at_rest: bool) -
         return "red", "", ""
     if error is None:
         return "amber", UNKNOWN, f"{name}: the error of its value was not measured"
-    if use.excess > -error and error > 0.0:
+    if use.excess > -error and error > ROUNDING * abs(use.value):
         needed = abs(use.excess / use.value) if use.value else 0.0
         message = f"{name}, {shown(limit, use.value)}, is accurate to {100.0 * error / abs(use.value or 1.0):.2g} %"
         return "undecided", "", f"{message}; an accuracy of {100.0 * needed:.2g} % would decide"
@@ -153,7 +156,10 @@ def line_of(checks: Sequence[Check]) -> str:
     for why in COUNTED:
         if (many := sum(c.why == why and c.state == "amber" for c in checks)) or why in (NOT_CHECKED, ASSUMED):
             counts.append(f"{many} {why}{'s' * (why == WARNED and many > 1)}")
-    worst = next((c.sentence for c in checks if c.state in ("red", "undecided")), "")
+    # what has no utilisation is a finding, such as a contact: worse than any load
+    wrong = [c for c in checks if c.state in ("red", "undecided")]
+    first = min(wrong, key=lambda c: (STATES.index(c.state), -inf if c.use is None else -round(c.use, 3)), default=None)
+    worst = first.sentence if first else ""
     message = "" if any(c.basis for c in checks) else "; the scene has no limits to check: write 'limits'"
     message = f"; worst: {worst}" if worst else message
     return f"{state_of(checks).upper()}: {', '.join(counts)}{message}"

@@ -65,6 +65,9 @@ CORNERS = {"front left": (1.0, 1.0), "front right": (1.0, -1.0), "rear left": (-
 TRACKS = {"left": 1.0, "right": -1.0}
 
 
+OF_BOOMS: dict[Kind, Kind] = {"swing along": "boom lead", "swing across": "side lead"}
+
+
 class MeasuredSignal(NamedTuple):
     """A signal that a limit checks; if it has a `sling`, it counts only while the sling is taut and hooked to the `lug`
     (if any)."""
@@ -150,6 +153,8 @@ def signal_of(
             )
         case "side across":
             return ScalarSignal("side along" if limit.over == "along" else kind, ropes=ropes)
+    if hook.axis and kind in OF_BOOMS:
+        return ScalarSignal(OF_BOOMS[kind], ropes=ropes, point=hook.eye, origin=hook.axis)
     return ScalarSignal(kind, ropes=ropes, point=hook.eye)
 
 

@@ -64,7 +64,7 @@ class SignalColumns:
         return np.array([False, *(name == stage for _, name in self.stages)], dtype=bool)[at]
 
     def lugs(self, sling: str) -> list[tuple[str, NDArray[np.bool_]]]:
-        """Return the lugs to which a sling is hooked, each with a mask (n,) of the samples at which it is there."""
+        """Return the lugs to which a sling is hooked, each with a mask (n,) of the samples at which it hangs there."""
         return self.once(("lugs", sling), lambda: self._lugs(sling))
 
     def _lugs(self, sling: str) -> list[tuple[str, NDArray[np.bool_]]]:

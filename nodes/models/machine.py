@@ -9,7 +9,7 @@ own. Actors have the names of their mechanical elements, and send in the alphabe
 import re
 from dataclasses import replace
 
-from heavylift.kernel.description.forces import Force, MooringLine, Reeving
+from heavylift.kernel.description.forces import Force, RopeForce
 from heavylift.kernel.description.mechanics import GROUPS, JOINTS, WORLD, AnyRope, RigidRope, Rope, System, Threshold
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.models.parts.drive import DriveActor, HeldActor
@@ -122,7 +122,7 @@ class MachineModel(RealObject):
             actors.append(LoadCell(f"{self._name(hook.rope)}-load", f"{hook.rope}.load", (hook.rope,), rated))
         for cell in (cell for cell in self.mechanism.cells if cell.body == body):
             actors.append(LoadCell(self._name(cell.name), cell.name, cell.ropes, cell.rated))
-        for force in (f for f in system.forces if not isinstance(f, Reeving | MooringLine) and _first(f) == body):
+        for force in (f for f in system.forces if not isinstance(f, RopeForce) and _first(f) == body):
             actors.append(LawModel(self._name(force.name), System(forces=(force,))))
         supports = tuple(s for s in system.supports if s.point.body == body)
         contacts = tuple(c for c in system.contacts if c.a.body == body)
@@ -143,7 +143,7 @@ class MachineModel(RealObject):
         laws = System(
             ropes=tuple(r for r in parts if isinstance(r, Rope)),
             rigid_ropes=tuple(r for r in parts if isinstance(r, RigidRope)),
-            forces=tuple(r for r in parts if isinstance(r, Reeving | MooringLine)),
+            forces=tuple(r for r in parts if isinstance(r, RopeForce)),
         )
         if not rope.winch:
             return SlingActor(self._name(rope.name), rope.name, laws)

@@ -10,7 +10,7 @@ from itertools import groupby, pairwise
 from math import degrees, pi, sqrt
 from typing import TYPE_CHECKING
 
-from heavylift.kernel.description.findings import Check, State, clock, findings
+from heavylift.kernel.description.findings import Check, State, findings
 from heavylift.kernel.description.forces import Reeving
 from heavylift.kernel.description.mechanics import Rope
 from heavylift.nodes.limits.checks import governing, likewise, line_of, open_checks, state_of, table_of
@@ -251,10 +251,7 @@ def _chosen(move: Move, unit: str) -> str:
 
 
 def _lines(checks: Sequence[Check]) -> list[str]:
-    found = [
-        (x, f", at {clock(x.t, 1)}" if x.quantity == "clearance" and x.t else "") for x in likewise(findings(checks))
-    ]
-    return [f"{x.word}: {x.sentence}{at}{f' ({x.stage})' if x.stage else ''}" for x, at in found]
+    return [f"{x.word}: {x.message}" for x in likewise(findings(checks))]
 
 
 def _ends(statics: Followed) -> list[StaticState]:

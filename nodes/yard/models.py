@@ -37,9 +37,9 @@ class StepWork(Message):
 
 
 class YardStep(Atomic):
-    """Carries out one step for all blocks, each in its own expected time; a lift follows this time, in which its block
-    is rigged. Wind delays lifts, stops them and lets them continue; `carry_out` simulates lifts whose results depend on
-    the wind when they begin."""
+    """Carries out one step for all blocks, each in its own expected time; this time is for rigging, and the lift of the
+    block follows. Wind delays lifts, stops them and lets them continue; `carry_out` simulates lifts whose results
+    depend on the wind when they begin."""
 
     work, wind, done = In(ActivityStart), In(WindChange), Out(ActivityEnd)
 

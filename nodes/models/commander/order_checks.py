@@ -63,7 +63,7 @@ class Machines:
                 raise OrderRejected(f"{actuator} is controlled by the model {who} and takes no other orders")
 
     def followers(self, order: Turn, lugs: Mapping[str, str], master: str = TURN) -> list[Follow]:
-        """Return the actuators that must follow a turn, with their laws; raises OrderRejected if a hook cannot."""
+        """Return the actuators that must follow a turn, with their laws; OrderRejected if a hook cannot follow."""
         return followers(self.parts, lugs, order.block, master)
 
     def moved(self, order: Order, lugs: Mapping[str, str]) -> list[Joint]:

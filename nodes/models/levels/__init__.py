@@ -4,6 +4,7 @@ machine.
 joints    locked joints, motion in a plane, compliant drives
 beams     flexible bodies, with the parts that hang on them or slide on them
 ropes     hook ropes that are rigid, with mass at their ends or as chains of lumps; rigid slings
+water     radiation of vessels at one frequency
 supports  only the supports that carry a load at the start
 guards    reasons why a pass cannot change the motion: no order moves what it fixes, or the lift is mirror-symmetric
 listing   the model level of a machine of a plan, and a list of what it leaves out
@@ -26,6 +27,7 @@ from .beams import beams
 from .guards import guard_locked, guard_motion, guard_supports, unless
 from .joints import locking, planar, yielding
 from .ropes import heavy, rigid_slings
+from .water import radiating, without_memory
 
 __all__ = ["PASSES", "modelled"]
 
@@ -55,6 +57,7 @@ PASSES = (
     Pass("ropes", heavy, unless(lambda machine: any(not row.why for row in machine.heavy))),
     Pass("slings", rigid_slings, unless(lambda machine: bool(machine.ties))),
     Pass("supports", standing, guard_supports),
+    Pass("water", without_memory, unless(lambda machine: bool(radiating(machine)))),
 )
 
 

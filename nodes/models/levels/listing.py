@@ -35,6 +35,7 @@ def left_out(plan: Plan) -> tuple[str, ...]:
         (f"each rope of {at.lumps} lumps", heavy and at.ropes == "massive"),
         (f"motion {at.motion} the rails alone", at.motion != "spatial" and "motion" not in none),
         (f"{len(at.locked)} joint{'s' * (len(at.locked) > 1)} locked", bool(at.locked) and "locked" not in none),
+        ("memory of radiated waves", at.water == "one frequency" and "water" not in none),
         ("supports of other faces", at.pads == "standing" and "supports" not in none),
     ]
     return tuple(word for word, out in words if out)

@@ -44,7 +44,8 @@ def scene_limits(builder: SceneBuilder) -> Iterator[RatedLimit]:
     where = builder.source.where(("limits",)) if written_ or not builder.cranes else builder.cranes[0].where
     hooks = bool(builder.cranes)
     keys = [hook for machine in builder.scene.machines.values() for hook in machine.hooks.values()]
-    distances = {distance for distance in WAYS if not any(getattr(hook, distance) for hook in keys)}
+    booms = any(hook.axis for machine in builder.machines for hook in machine.hooks)
+    distances = {distance for distance in WAYS if not booms and not any(getattr(hook, distance) for hook in keys)}
     heaves = {"heave"} if builder.scene.vessels and hooks else set[str]()
     checked = {"ropes", "wind", "signals", *heaves, *(limits.model_fields_set - distances - {"heave"} if hooks else ())}
     for key in sorted(limits.model_fields_set - checked):
@@ -135,7 +136,15 @@ def _ropes(builder: SceneBuilder) -> Iterator[RatedLimit]:
             subject=name, quantity="rope tension", unit="N", elements=(name,), value=breaking / MOORED, factor=MOORED,
             breaking=breaking, source="assumed: API RP 2SK, quasi-static analysis, no line parted", where=where,
         )  # fmt: skip
-    for name in (name for name in known if name not in {*builder.scene.limits.ropes, *slings, *hooks, *moored}):
+    tugged = [x for machine in builder.machines for x in machine.system.tugger_lines if x.capacity]
+    for x in (x for x in tugged if x.name not in builder.scene.limits.ropes):
+        where = builder.source.where(("mechanism", "forces", x.name))
+        yield RatedLimit(
+            subject=x.name, quantity="rope tension", unit="N", elements=(x.name,), value=x.capacity, source="the scene",
+            note=f"set to {x.tension / 1e3:.6g} kN", where=where,
+        )  # fmt: skip
+    rated = {*builder.scene.limits.ropes, *slings, *hooks, *moored, *(x.name for x in tugged)}
+    for name in (name for name in known if name not in rated):
         where = builder.source.where(("mechanism", "ropes", name))
         note = "give it under 'limits: {ropes: ...}'"
         yield RatedLimit(subject=name, quantity="rope tension", unit="N", elements=(name,), note=note, where=where)

@@ -88,8 +88,7 @@ class _Start:
         return msgspec.structs.replace(row, gravity=gravity, loads=tuple(self._loads(row, stations, gravity)))
 
     def _station(self, row: Bend, body: str) -> Joint | None:
-        """Return the joint by which a body is attached to a beam, directly or through other bodies; None if it is
-        not."""
+        """Return the joint that attaches a body to a beam, directly or through other bodies; None if there is none."""
         joint = self.carried.get(body)
         while joint is not None and joint.parent != row.body:
             joint = self.carried.get(joint.parent)

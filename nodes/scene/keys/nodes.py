@@ -45,8 +45,7 @@ Parameter = Annotated[float | bool | str, BeforeValidator(_parameter)]
 
 
 class ModelKeys(Base):
-    """A user's model: the signals that it samples and the orders that it gives; `delay`: until its set-points take
-    effect."""
+    """A user's model: the signals that it samples and the orders that it gives; `delay`: time until set-points act."""
 
     model: str  # module:name, or file.py:name or unit.fmu in the folder of the scene
     period: u.Duration  # of samples; of a unit of FMI its step

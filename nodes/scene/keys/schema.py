@@ -127,8 +127,8 @@ class LiftLimits(Base):
     """Default limits of all machines; the value `unknown` means that a limit is reported as not checked."""
 
     off_lead: OffLead = u.ANGLE.read("3 deg")  # of ropes that carry a load; assumed
-    off_lead_along: OffLead | None = None  # along the rails, instead of off-lead
-    off_lead_across: OffLead | None = None  # across the rails, instead of off-lead
+    off_lead_along: OffLead | None = None  # along the rails or in the plane of a boom, instead of off-lead
+    off_lead_across: OffLead | None = None  # across the rails; side lead of a boom
     clearance: u.Gap = u.LENGTH.read("0.5 m")  # between what can meet; assumed
     bridle_warning: u.Swing = u.ANGLE.read("45 deg")  # of slings to the vertical: beyond it they are reported
     bridle: u.Swing = u.ANGLE.read("60 deg")  # of slings to the vertical; EN 13414-1

@@ -201,7 +201,8 @@ class Expansion:
             return None
 
     def _blamed(self, text: str) -> str:
-        """Return the first given parameter of a formula that can be computed with the type's own values; else ""."""
+        """If a formula has a result with the type's own values, return the first given parameter in this formula; else
+        ""."""
         named = [key for key in self.given if re.search(rf"\b{re.escape(key)}\b", text)]
         try:
             Parameters(self.kind.parameters, {}).computed(text[1:])

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from heavylift.coordinator.participants.mechanics_at import at_rest
+from heavylift.coordinator.participants import at_rest
 from heavylift.kernel.analysis import Poses, linear_model
 from heavylift.nodes.scene import new_scene_with, parse
 from heavylift.nodes.scene.text import library

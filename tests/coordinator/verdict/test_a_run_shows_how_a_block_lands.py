@@ -8,6 +8,7 @@ from random import Random
 import pytest
 from heavylift.coordinator.ladder import Played, play
 from heavylift.kernel.description import Check
+from heavylift.nodes.limits import checks_of
 from lift_of_a_type import Lift
 
 G = 9.80665
@@ -71,3 +72,14 @@ def test_a_block_that_a_turn_sets_down_is_red_after_a_run_too(lift: Lift) -> Non
         pytest.skip("it cannot turn a block")
     checks = play(lift.read(text=lift.beginning(turn)).plan).verdict.checks
     assert [x.stage for x in checks if x.quantity == "landing" and x.state == "red"] == ["turn"]
+
+
+@pytest.mark.large(beyond=3)
+def test_a_lift_that_is_ordered_at_its_limit_is_decided(lift: Lift) -> None:
+    """A speed read off lengths is as exact as these, which is no error of the run."""
+    speed = 0.5
+    run = lifted(lift, speed, f"{speed!r} m/min")
+    row_ = next(use for use in run.uses if use.limit.quantity == "lift-off speed")
+    error = {f"use of {row_.limit.subject} lift-off speed": 1e-12}
+    (check,) = checks_of(run.plan, [row_], (), error, ())[:1]
+    assert (check.quantity, check.state) == ("lift-off speed", "green")

@@ -8,7 +8,8 @@ import mujoco
 import numpy as np
 import pytest
 from heavylift.kernel import KernelError
-from heavylift.kernel.description import Body, Joint, Line, Point, Rope, ScalarSignal, System, guard_of
+from heavylift.kernel.description import Body, Joint, Line, Point, Rope, ScalarSignal, System, guard_of, merge
+from heavylift.kernel.islands import islands_of
 from heavylift.kernel.simulation.native import reader
 from small_scenes import G, started
 
@@ -92,6 +93,25 @@ def test_a_base_bears_what_stands_on_it_and_the_ropes_that_pull_at_that(seed: in
     V = G * (crane + load) - pull[2]
     x, y = moments[1] / V, -moments[0] / V
     assert found == pytest.approx([V / 4 * (1 + 2 * a * x / 6.0 + 2 * b * y / 5.0) for a, b in corners], rel=1e-9)
+
+
+def test_guards_over_loads_couple_only_what_is_carried() -> None:
+    """Two separate arms stay two islands, each with its own guard; a rope from one to the other couples them."""
+    arms = []
+    for name in "ab":
+        text = arm(1)[0]
+        bodies = tuple(replace(b, name=f"{name}{b.name}") for b in text.bodies)
+        own = {"world": "world"} | {b.name: f"{name}{b.name}" for b in text.bodies}
+        joints = tuple(
+            replace(j, name=f"{name}{j.name}", parent=own[j.parent], child=own[j.child]) for j in text.joints
+        )
+        guard = guard_of(f"{name}-guard", ScalarSignal("joint moment", of=f"{name}j1"))
+        arms.append(System(bodies, joints, thresholds=(guard,)))
+    both = merge(arms, G)
+    islands = islands_of(both)
+    assert [[x.name for x in island.thresholds] for island in islands] == [["a-guard"], ["b-guard"]]
+    rope = Rope("tie", (Line(Point("ab3"), Point("bb3")),), 1e6, 9.0)
+    assert len(islands_of(replace(both, ropes=(rope,)))) == 1
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any, get_args
 
 import pytest
-from heavylift.coordinator.commands.common import fails
+import typer
+from heavylift.coordinator.commands.common import end_by
 from heavylift.kernel.description import NOT_CHECKED, STATES, UNKNOWN, Check
 from heavylift.nodes.limits import ABSENT, RatedLimit, checks_of, likewise, line_of, table_of
 from heavylift.nodes.plan import Quantity, Use
@@ -19,6 +20,15 @@ from lifting import bare
 QUANTITIES = ("hook height", "hook load", "off-lead", "sling tension")
 PLAN = bare("lift").plan
 STEP = 1e-6  # of a value, in which its use changes as along its tangent
+
+
+def ends(state: str, strict: bool, fail_on: str) -> bool:
+    """Whether a command with a verdict of this state ends with exit code 1."""
+    try:
+        end_by(strict, fail_on, state)
+    except typer.Exit as error:
+        return error.exit_code == 1
+    return False
 
 
 def drawn(rng: random.Random) -> Use:
@@ -78,6 +88,16 @@ def test_the_error_of_a_load_is_that_of_its_rope_tensions_by_default() -> None:
 
 
 @pytest.mark.parametrize("seed", range(20))
+def test_the_line_names_a_finding_or_else_the_highest_utilisation(seed: int) -> None:
+    rng = random.Random(seed)
+    uses = [rng.uniform(1.0, 2.0) for _ in range(5)]
+    found = [Check(quantity=f"load {i}", subject="x", state="red", sentence=f"{x}", use=x) for i, x in enumerate(uses)]
+    assert line_of(found).endswith(f"; worst: {max(uses)}")
+    cut = Check(quantity="cut", subject="run", state="red", sentence="a cut")
+    assert line_of(rng.sample([*found, cut], 6)).endswith("; worst: a cut")
+
+
+@pytest.mark.parametrize("seed", range(20))
 def test_contact_that_nothing_allows_is_named_before_narrow_clearances(seed: int) -> None:
     """The deepest contact first, however early and however many things only came near."""
     rng = random.Random(seed)
@@ -129,8 +149,8 @@ def test_a_check_with_an_unknown_limit_names_the_key_to_write() -> None:
     [("red", "red undecided amber"), ("undecided", "undecided amber"), ("amber", "amber"), ("green", "")],
 )
 def test_a_verdict_at_least_as_bad_as_the_state_of_fail_on_gives_exit_code_1(state: str, failing: str) -> None:
-    assert [word for word in ("red", "undecided", "amber") if fails(state, False, word)] == failing.split()
-    assert fails(state, True, "") == (state in ("red", "undecided")), "--strict"
+    assert [word for word in ("red", "undecided", "amber") if ends(state, False, word)] == failing.split()
+    assert ends(state, True, "") == (state in ("red", "undecided")), "--strict"
 
 
 def test_a_value_beyond_its_limit_by_more_than_the_tolerance_is_red() -> None:

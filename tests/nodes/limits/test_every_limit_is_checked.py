@@ -113,6 +113,6 @@ def test_a_limit_that_no_check_uses_is_a_fault_of_the_scene() -> None:
     with pytest.raises(
         SceneError, match=r"limits\.off-lead along: this limit checks nothing: no hook has one of its own"
     ):
-        load("jib", ["limits={off-lead along: 2 deg}"])
+        load("hall", ["limits={off-lead along: 2 deg}"])
     with pytest.raises(SceneError, match=r"limits\.heave: this limit checks nothing: the scene has no vessels"):
         load("lift", ["limits={heave: 1 m}"])

@@ -170,9 +170,8 @@ def test_an_overload_along_the_equilibrium_path_is_red_with_stage_and_line_of_it
     (red,) = findings_of(scene.plan, uses_on_path(scene.plan, scene.states), dynamic=False)
     assert (red.word, red.subject, red.stage) == ("red", "loader-3", "up")
     assert red.where == "lift.yaml:38:5", "where it carries most"
-    assert "red: loader load of loader-3 would be 1469 kN, 107 %; 1373 kN is allowed (the scene) (up)" in str(
-        check(scene)
-    )
+    message = "loader load of loader-3 would be 1469 kN, 107 %; 1373 kN is allowed (the scene)"
+    assert f"red: {message}, at 0:45 (up) [lift.yaml:38:5]" in str(check(scene)), "in the words of a run"
     assert findings_of(bare("lift").plan, uses_on_path(bare("lift").plan, bare("lift").states), dynamic=False) == []
 
 

@@ -13,7 +13,9 @@ import pytest
 from heavylift.kernel.description import Force
 
 ROOT = Path(__file__).parents[3]
-LISTED = {kind: {"mechanics.py"} for kind in ("MooringLine", "Reeving", "UserLaw")}  # ropes and the user's code
+LISTED = {
+    kind: {"mechanics.py"} for kind in ("MooringLine", "Reeving", "TuggerLine", "UserLaw")
+}  # ropes and the user's code
 DESCRIPTION = '''
 class EddyBrake(Element, frozen=True, tag=True):
     """An eddy-current brake on a joint: torque = 2 T u / (1 + u^2), u = speed over the critical one (Wouterse 1991)."""
@@ -154,4 +156,4 @@ def test_each_kind_of_force_has_a_description_a_law_and_a_row_of_the_table(kind:
     found = _naming(kind, "kernel/description", "kernel/forces") - LISTED.get(kind, set())
     assert len(found) == 3, found
     assert {"forces.py", "table.py"} < found
-    assert _naming(kind, "nodes/scene/keys") <= {"forces.py", "ropes.py"}, "keys that differ have one class"
+    assert _naming(kind, "nodes/scene/keys") <= {"forces.py", "ropes.py", "seas.py"}, "keys that differ have one class"

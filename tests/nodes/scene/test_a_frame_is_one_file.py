@@ -103,7 +103,11 @@ def test_parameters_of_a_frame_type_are_inputs(tmp_path: Path) -> None:
     [
         ("type: four.yaml", "type: goliath-900", "'goliath-900' is not known here"),
         ("type: four.yaml", "type: none.yaml", "the type file 'none.yaml' cannot be read"),
-        ("type: four.yaml", "type: jib.yaml", "'jib.yaml' is no frame type: it begins with 'frame type: 1'"),
+        (
+            "type: four.yaml",
+            "type: jib.yaml",
+            "'jib.yaml' is not a frame type: such a file begins with 'frame type: 1'",
+        ),
         ("type: four.yaml", "type: [four.yaml]", "the name of a type is needed here, or of a file of one"),
         ("mass: 14 t", "parts: {}", "unknown key 'parts'"),
         ("mass: 14 t", "masses: 14 t", "unknown key 'masses'"),

@@ -74,6 +74,9 @@ def test_an_interrupted_run_at_sea_is_resumed(digest: str, tmp_path: Path) -> No
 def test_a_single_seed_of_a_sea_does_not_make_a_verdict_green() -> None:
     (row,) = [x for x in checks_of(lift().plan, [], [], None, []) if x.quantity == "sea state"]
     assert (row.state, row.why) == ("amber", "not checked")
+    assert row.sentence.startswith(
+        "an irregular sea of 70 components at random frequencies, without a repeat time: one"
+    )
     assert not [x for x in checks_of(load("floating").plan, [], [], None, []) if x.quantity == "sea state"]
 
 
@@ -137,6 +140,7 @@ def test_a_verdict_over_seeds_lists_the_quantile_of_each_limit_and_every_unfinis
     over_seeds: SeedsVerdict,
 ) -> None:
     (sea,) = [x for x in over_seeds.checks if x.quantity == "sea state"]
+    assert sea.basis.endswith("; an irregular sea of 70 components at random frequencies, without a repeat time")
     assert (sea.state, sea.shown) == ("green", "P90")
     (cut,) = [x for x in over_seeds.checks if x.quantity == "cut"]
     assert (over_seeds.state, cut.state) == ("red", "red")

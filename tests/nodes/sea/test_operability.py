@@ -44,6 +44,19 @@ def test_the_highest_allowed_sea_brings_the_confidence_bound_of_the_quantile_to_
     assert found.runs[found.green][name] < 1.0 < found.runs[found.red][name]
 
 
+def test_the_longest_allowed_period_is_where_a_scan_of_periods_meets_the_limit() -> None:
+    """A longer sea heaves the barge more; at the period that is found, half a metre is the highest sea, too."""
+    with ThreadPoolExecutor(1) as pool:
+        runs = SeaRuns(parse(SCENE), range(1, 11), 60.0, pool)
+        (name,) = (x for x in runs.row([]) if x.startswith("use/"))
+        scan = [runs.row([f"waves.seas.wind.Tp={T} s"])[name] for T in range(5, 10)]
+        found = limits_of(runs.scene, "waves.seas.wind.Tp=5..10 s", fails="undecided", seas=runs)
+        there = runs.row([f"waves.seas.wind.Tp={found.green!r} s", "waves.seas.wind.Hs=1 m"])[name]
+    assert scan == sorted(scan)
+    assert 4 + sum(use < 1.0 for use in scan) < found.green < found.red < 5 + sum(use < 1.0 for use in scan)
+    assert there == pytest.approx(2.0, rel=LINEAR)
+
+
 class _Fake(SimpleNamespace):
     """Runs of a lift that passes up to Hs = 0.3 Tp, and that counts them."""
 

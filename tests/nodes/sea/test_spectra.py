@@ -9,6 +9,7 @@ from scipy.integrate import quad
 
 HS, TP = 2.5, 9.0
 PEAK = 2.0 * np.pi / TP
+AGAIN = 0.5  # of the autocorrelation: what some sixty waves in the peak may have in common by chance
 
 
 def test_the_pierson_moskowitz_spectrum_has_the_energy_and_mean_period_of_the_standard():
@@ -53,6 +54,22 @@ def test_a_seed_determines_one_sea():
     assert sea("1 wind") == sea("1 wind")
     assert sea("1 wind") != sea("2 wind")
     assert sea("1 wind") != sea("1 swell")
+
+
+@pytest.mark.parametrize("seed", ["1", "2", "3"])
+def test_a_sea_of_random_frequencies_does_not_repeat_itself_within_three_hours(seed: str):
+    """Its autocorrelation over lags after a minute; with frequencies in equal steps it is 1 again after one period."""
+    ends = LOWEST * PEAK, HIGHEST * PEAK
+    sea = components(lambda w: jonswap(w, HS, TP, 3.3), HS, ends, 200, 0.0, 0.0, seed)
+    w, power = np.array([x.frequency for x in sea]), np.array([x.amplitude**2 for x in sea])
+    lags = np.arange(60.0, 3.0 * 3600.0, 0.5)
+
+    def alike(w: np.ndarray) -> float:
+        return float(max((np.cos(np.outer(part, w)) @ power).max() for part in np.array_split(lags, 20)) / power.sum())
+
+    step = 2.0 * np.pi / 700.0  # [rad/s]
+    assert alike(np.round(w / step) * step) == pytest.approx(1.0)
+    assert alike(w) < AGAIN
 
 
 @pytest.mark.parametrize(("Hs", "Tp"), [(2.0, 6.0), (4.0, 8.0), (2.0, 14.0), (4.0, 18.0)])

@@ -19,6 +19,7 @@ from heavylift.nodes.scene.keys.parts.mechanics import HookKeys
 from heavylift.nodes.scene.text.source import Path
 
 WAYS: dict[str, Quantity] = {"off_lead_along": "off-lead along", "off_lead_across": "off-lead across"}
+OF_BOOMS = {"off_lead_along": "in the plane of the boom", "off_lead_across": "side lead: across the plane of the boom"}
 IN_LIMITS = "as in limits"  # how far a rope of one way may lead
 MOMENT_OF_BRAKE = {"quantity": "brake moment", "over": ""}
 TRAVELS: dict[tuple[float, float, float], tuple[Quantity, str]] = {
@@ -120,15 +121,17 @@ class _Hook:
         yield self.row("drum pull", "N", "drum_pull", **pull)
 
     def leads(self) -> Iterator[RatedLimit]:
-        """Yield the limits of the off-lead of the hook's rope, along and across the boom or in any direction."""
-        limits = self.yard.scene.limits
-        for key in [key for key in WAYS if getattr(self.given, key) is not None] or ["off_lead"]:
-            own, scene, found = getattr(self.given, key, IN_LIMITS), getattr(limits, key), dict[str, object]()
+        """Yield the limits of the off-lead of the hook's rope, along and across rails or boom or in any direction."""
+        limits, boom = self.yard.scene.limits, self.hook.axis is not None
+        keys = [x for x in WAYS if getattr(self.given, x) is not None or (boom and getattr(limits, x) is not None)]
+        for key in ["off_lead"] * (len(keys) < len(WAYS)) + keys if boom else keys or ["off_lead"]:
+            own, scene, found = getattr(self.given, key, None), getattr(limits, key), dict[str, object]()
+            own = IN_LIMITS if own is None else own
             if own == IN_LIMITS:
                 own, written = limits.off_lead if scene is None else scene, {key, "off_lead"} & limits.model_fields_set
                 where = self.yard.source.where(("limits",)) if written else self.rows.machine.where
                 found = {"source": "the scene" if written else "assumed", "where": where}
-            note = "the machine's limit is unknown" if own == "unknown" else ""
+            note = "the machine's limit is unknown" if own == "unknown" else OF_BOOMS.get(key, "") if boom else ""
             value = None if own == "unknown" else own
             yield self.row(WAYS.get(key, "off-lead"), "rad", key, value=value, note=note, **found)
 

@@ -73,7 +73,7 @@ class RiggingTree:
         return message, closest(word, [*self.lugs, *self.points])
 
     def of_hook(self, hook: str) -> dict[str, SlingKeys]:
-        """Return the slings from one hook to lugs, which belong to the hook's machine."""
+        """Return the slings from a hook to lugs; these slings belong to the hook's machine."""
         slings = {name: given for name, given in self.rigging.items() if isinstance(given, SlingKeys)}
         return {name: given for name, given in slings.items() if self._plain(given) == hook}
 

@@ -1,0 +1,75 @@
+"""Radiation of waves by floating bodies without memory: added mass and damping at one frequency.
+
+The frequency is the mean of those of the wave loads on the body, weighted by the squares of their amplitudes in each
+mode. In a regular wave nothing but the transient is lost.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import msgspec
+from heavylift.kernel.algebra.dense import dot, product, solve
+from heavylift.kernel.description.forces import Bushing, InputSignal, Load, Matrix6, Radiation
+from heavylift.kernel.description.mechanics import WORLD, Body, Point
+from heavylift.nodes.plan.fidelity import Fidelity
+from heavylift.nodes.plan.mechanism import Mechanism
+
+NONE: Matrix6 = ((0.0,) * 6,) * 6
+
+
+def radiating(machine: Mechanism) -> dict[str, tuple[Radiation, float]]:
+    """Return the radiation of each floating body that waves act on, with their mean frequency [rad/s]."""
+    forces = [f for f in machine.system.forces if isinstance(f, Radiation)]
+    found = {f.at.body: (f, _mean(machine, f.at.body)) for f in forces}
+    return {body: x for body, x in found.items() if x[1]}
+
+
+def without_memory(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
+    """Return the machine with the added mass and damping of one frequency, if the fidelity requires it."""
+    found = radiating(machine) if fidelity.water == "one frequency" else {}
+    if not found:
+        return machine
+    system, bodies, forces = machine.system, list(machine.system.bodies), list(machine.system.forces)
+    for body, (f, w) in found.items():
+        added, damping = at_frequency(f, w)
+        bodies = [_heavier(x, added) if x.name == body else x for x in bodies]
+        forces = [Bushing(f.name, Point(WORLD), f.at, NONE, damping, f.R) if x is f else x for x in forces]
+    return msgspec.structs.replace(machine, system=replace(system, bodies=tuple(bodies), forces=tuple(forces)))
+
+
+def at_frequency(f: Radiation, w: float) -> tuple[Matrix6, Matrix6]:
+    """Return the added mass beyond that at infinite frequency, -G^T Y, and the damping, -G^T F Y, at a frequency w
+    [rad/s], with (F^2 + w^2) Y = G."""
+    columns = list(zip(*f.F, strict=True))
+    squares = [[dot(row, column) + (w * w if i == j else 0.0) for j, column in enumerate(columns)]
+               for i, row in enumerate(f.F)]  # fmt: skip
+    modes = [list(x) for x in zip(*f.G, strict=True)]
+    each = [solve(squares, x) for x in modes]
+    made = [[-dot(x, y) for y in each] for x in modes], [[-dot(x, product(f.F, y)) for y in each] for x in modes]
+    A, B = (tuple(tuple(0.5 * (X[i][j] + X[j][i]) for j in range(6)) for i in range(6)) for X in made)
+    return A, B  # type: ignore[return-value]
+
+
+def _heavier(body: Body, more: Matrix6) -> Body:
+    rows = zip(body.added or NONE, more, strict=True)
+    return replace(body, added=tuple(tuple(a + b for a, b in zip(*row, strict=True)) for row in rows))  # type: ignore[arg-type]
+
+
+def _mean(machine: Mechanism, body: str) -> float:
+    """Return the mean frequency [rad/s] of the wave loads on a body over all modes; 0 without any."""
+    loads = [f for f in machine.system.forces if isinstance(f, Load) and f.at.body == body]
+    means = []
+    for harmonics in ([*_harmonics(f.signal)] for f in loads):
+        whole = sum(power for _, power in harmonics)
+        means += [sum(w * power for w, power in harmonics) / whole] if whole else []
+    return sum(means) / len(means) if means else 0.0
+
+
+def _harmonics(x: InputSignal) -> Iterator[tuple[float, float]]:
+    """Yield the frequency and the square of the amplitude of each harmonic of a signal; none of a product of two."""
+    if x.wave and x.wave.frequency:
+        yield x.wave.frequency, x.wave.amplitude * x.wave.amplitude
+    if x.waves and not any(x.waves.by):
+        yield from (
+            (w, c * c + s * s) for w, c, s in zip(x.waves.frequencies, x.waves.cosines, x.waves.sines, strict=True)
+        )
