@@ -183,9 +183,9 @@ def weather_of(given: Taking, start: date) -> YardWeather:
     if listed and calm:
         given.source.fault(("weather", "alpha"), "alpha factors are of the sea: give 'sea' beside them")
     for step in given.mapping(("steps",)):
-        at = ("steps", step, "limits", "Hs")
-        if given.source.at(at) is not None and calm:
-            given.source.fault(at, "the yard has no sea for this limit: give 'weather: {sea: ...}', or 'weather: none'")
+        path = ("steps", step, "limits", "Hs")
+        if given.source.at(path) is not None and calm:
+            given.source.fault(path, "the yard has no sea for it: give 'weather: {sea: ...}', or 'weather: none'")
     # measured series of a year or more begin in a calendar year that they have in common
     long = [x for x in (wind, sea) if x and len(x.series) >= YEAR]
     years = sorted(set[int].intersection(*({n - x.since for n in x.begins} for x in long))) if long else []

@@ -90,10 +90,9 @@ def test_a_step_waits_for_ever_only_if_its_shortest_window_is_too_long(tmp_path)
 @pytest.mark.parametrize("seed", range(12))
 def test_steps_in_shifts_begin_in_the_first_window_of_a_search_over_all_hours(tmp_path, seed):
     draw = random.Random(seed)
-    heights, now = [], 1.0
-    for _ in range(24 * 120):
-        now = max(0.1, now + draw.gauss(0.0, 0.08) - 0.05 * (now - 0.85))
-        heights.append(round(now, 3))
+    heights = [1.5] * draw.randint(1, 24)
+    while len(heights) < 24 * 120:
+        heights += [draw.choice((0.88, 0.91, 0.95))] * draw.randint(3, 40) + [1.5] * draw.randint(1, 24)
     a, b = draw.randint(5, 8), draw.randint(14, 20)
     noon = draw.randint(a + 1, b - 2)
     text = SHIFTS.replace("08:00-16:00", f"{a:02}:00-{noon:02}:00 {noon + 1:02}:00-{b:02}:00")
@@ -101,14 +100,22 @@ def test_steps_in_shifts_begin_in_the_first_window_of_a_search_over_all_hours(tm
     takes = draw.randint(3, b - a - 1)
     alpha = [(6, 0.97), (12, 0.93), (24, 0.89)]
 
+    def end_of(hour):
+        return [n for n in range(hour, hour + 48) if working[n]][takes - 1] + 1
+
     def allowed(hour):
-        end = [n for n in range(hour, len(working)) if working[n]][takes - 1] + 1
-        factor = next((x for length, x in alpha if end - hour <= length), 0.0)
-        return working[hour] and all(x <= factor for x in heights[hour:end])
+        window = end_of(hour) - hour
+        factor = next((x for length, x in alpha if window <= length), 0.0)
+        return working[hour] and all(x <= factor for x in heights[hour : hour + window])
 
     listed = ", ".join(f"{length} h: {x}" for length, x in alpha)
-    of = yard(tmp_path, heights, f", alpha: {{{listed}}}", f"{takes} h", ", works: day", text=text)
-    assert starts(of)[0] == [next(n for n in range(24 * 100) if allowed(n))]
+    blocks = "block,after\n" + "".join(f"B{n},{f'B{n - 1}' if n else ''}\n" for n in range(15))
+    of = yard(tmp_path, heights, f", alpha: {{{listed}}}", f"{takes} h", ", works: day", blocks, text)
+    hour, want = 0, []
+    for _ in range(15):
+        want.append(next(n for n in range(hour, len(heights)) if allowed(n)))
+        hour = end_of(want[-1])
+    assert starts(of)[0] == want
 
 
 def test_a_sea_that_never_changes_is_calm_for_more_than_a_year(tmp_path):
@@ -187,7 +194,7 @@ def test_one_table_with_wind_and_sea_columns_is_read_for_wind_and_for_waves(tmp_
         ({"more": ", alpha: [0.5]"}, "write a factor for each length of window"),
         ({"more": ", alpha: {12 h: 0.8, 24 h: 0.9}"}, "the factor of a longer window is not above"),
         ({"text": YARD.replace("sea: {series: sea.csv}", "forecast: 2 h")}, "alpha factors are of the sea"),
-        ({"text": YARD.replace("weather: {sea: {series: sea.csv}%s}", "#%s")}, "no sea for this limit"),
+        ({"text": YARD.replace("weather: {sea: {series: sea.csv}%s}", "#%s")}, "the yard has no sea for it"),
         ({"text": YARD.replace("Hs: 1 m", "Hs: 0 m")}, "write a height above 0"),
         ({"text": YARD.replace("Hs: 1 m", "Hs: -1 m")}, "write a height above 0"),
         ({"more": ", alpha: {noon: 0.9}"}, "noon"),
