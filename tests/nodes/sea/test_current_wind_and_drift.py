@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import msgspec
@@ -79,11 +80,15 @@ def test_the_wind_force_on_a_barge_has_the_speed_history_of_the_gusts() -> None:
     assert (wind.signal.times, wind.signal.values) == ((0.0, 10.0), (5.0, 20.0))
 
 
-DRIFT = MeanDrift(
-    (0.4, 0.8, 1.2), (0.0, 0.5 * np.pi, np.pi),
-    (((500.0, 0.0, 0.0), (2e3, 0.0, 0.0), (3e3, 0.0, 0.0)), ((0.0, 1e3, 1e4), (0.0, 8e3, 4e4), (0.0, 1e4, 6e4)),
-     ((-500.0, 0.0, 0.0), (-2e3, 0.0, 0.0), (-3e3, 0.0, 0.0))),
+BEAM = (
+    ((500.0, 0.0, 0.0), (2e3, 0.0, 0.0), (3e3, 0.0, 0.0)), ((0.0, 1e3, 1e4), (0.0, 8e3, 4e4), (0.0, 1e4, 6e4)),
+     ((-500.0, 0.0, 0.0), (-2e3, 0.0, 0.0), (-3e3, 0.0, 0.0)),
 )  # fmt: skip
+HALF = [0.5 * (np.array(a) + np.array(b)) for a, b in pairwise(BEAM)]  # at 45 and 135 deg
+ROWS = [BEAM[0], HALF[0].tolist(), BEAM[1], HALF[1].tolist(), BEAM[2]]
+DRIFT = MeanDrift(
+    (0.4, 0.8, 1.2), tuple(0.25 * np.pi * i for i in range(5)), tuple(tuple(map(tuple, rows)) for rows in ROWS)
+)
 
 
 @pytest.fixture
@@ -124,7 +129,7 @@ def test_drift_in_an_irregular_sea_is_newmans_sum_over_pairs_of_waves(drifting: 
     rows = np.array(DRIFT.values)
     for mode, label in enumerate(("surge", "sway", "yaw")):
         (f,) = [f for f in forces if f.name == f"barge.{label} drift"]
-        ends = [np.interp(w, DRIFT.frequencies, rows[h, :, mode]) for h in (0, 1)]
+        ends = [np.interp(w, DRIFT.frequencies, rows[h, :, mode]) for h in (0, 2)]
         D = (ends[0] / 3.0 + ends[1] * 2.0 / 3.0) * (side if mode else 1)
         x = f.signal.waves
         A, B = np.array(x.cosines) - 1j * np.array(x.sines), np.array(x.by[0]) - 1j * np.array(x.by[1])
