@@ -123,7 +123,7 @@ def wave_loads(builder: SceneBuilder, name: str, hull: Hydrodynamics, vessel: Ve
     regular = [Component(frequency, amplitude, waves.heading, 0.0)] if amplitude else []
     sea = regular or waves.harmonics(builder.scene.seed)
     check_depth(builder, name, hull, sea, waves.depth)
-    check_energy(builder, name, hull, sea)
+    check_energy(builder, name, hull, regular or waves.bands())
     if "density" in waves.model_fields_set and waves.density != hull.density:
         message = f"the water of {name}'s data has {hull.density:g} kg/m3, not {waves.density:g}"
         builder.source.fault(("waves", "density"), message, "leave it out, or compute data for it")
