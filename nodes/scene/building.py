@@ -79,8 +79,8 @@ def facts(scene: schema.Scene) -> SceneFacts:
 def build(
     path: Path, name: str, text: str, overrides: Sequence[str], passing: bool = False, followed: bool = True
 ) -> LoadedScene:
-    """Build the scene of a text with settings. If `passing`, the scene is one of many variants, which are not loaded
-    again. The equilibrium path is computed only if `followed`."""
+    """Parse the text of a scene, apply settings, and build the scene. If `passing`, the scene is one of many variants,
+    and nothing of it is cached. The equilibrium path is computed only if `followed`."""
     source = extended(path, name, text, path.parent)
     if not source.data:
         raise_faults(source, source.faults)
