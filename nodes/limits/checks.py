@@ -14,7 +14,7 @@ from math import inf, isfinite
 
 from heavylift.kernel.description.findings import ASSUMED, NOT_CHECKED, STATES, UNKNOWN, WARNED, Check, State, clock
 from heavylift.kernel.description.forces import Radiation
-from heavylift.nodes.plan.limit import ROUNDING, Use
+from heavylift.nodes.plan.limit import IN_WIND, ROUNDING, Use
 from heavylift.nodes.plan.plan import Plan
 from heavylift.recordings.sheets.sheet import Cell, Marked, Table, words
 from msgspec.structs import replace
@@ -86,7 +86,7 @@ def _factored(plan: Plan) -> bool:
 
 def _of_limit(plan: Plan, use: Use, errors: Errors | None) -> Check:
     limit, met, use = use.limit, use, use.at_worst
-    error = 0.0 if errors is None else error_of(use, errors)
+    error = 0.0 if errors is None or limit.quantity == IN_WIND else error_of(use, errors)
     state, why, message = _state_of(use, error, plan.accepts_assumed, at_rest=errors is None)
     where = limit.where
     warned = limit.warning is not None and (use.value or 0.0) > limit.warning and state in ("green", "amber")

@@ -84,7 +84,8 @@ def _heaves(builder: SceneBuilder, where: str) -> Iterator[RatedLimit]:
 def _supports(builder: SceneBuilder, lifting: bool) -> Iterator[RatedLimit]:
     """Yield the limits of single supports, of the total force at landing, and of the speed at lift-off and landing."""
     limits = builder.scene.limits
-    most, by = limits.impact, "the scene" if "impact" in limits.model_fields_set else "assumed"
+    most = limits.impact
+    touch, impact = ("the scene" if x in limits.model_fields_set else "assumed" for x in ("touch", "impact"))
     for name, block in builder.scene.all_blocks.items():
         base: Path = ("block",) if builder.scene.block and name == "block" else ("blocks", name)
         pads = (f"{name}.{face}-{i}" for face in (LOWER, UPPER) for i in range(1, len(block.supports.at) + 1))
@@ -92,10 +93,9 @@ def _supports(builder: SceneBuilder, lifting: bool) -> Iterator[RatedLimit]:
         given = block.supports.capacity
         of, note = ("the scene", "") if given else ("", "give 'capacity' of its supports")
         yield RatedLimit(quantity="support load", unit="kg", value=given, source=of, note=note, **both)  # type: ignore[arg-type]
-        weight, of = block.mass * builder.scene.gravity, f"{by}: {most:g} times its weight"
-        by = "the scene" if "touch" in limits.model_fields_set else "assumed"
+        weight, of = block.mass * builder.scene.gravity, f"{impact}: {most:g} times its weight"
         for quantity in TOUCHING if lifting else ():
-            row = {**both, "value": limits.touch, "unit": "m/s", "source": by}
+            row = {**both, "value": limits.touch, "unit": "m/s", "source": touch}
             yield RatedLimit(quantity=quantity, **row)  # type: ignore[arg-type]
         yield RatedLimit(quantity="impact", unit="N", value=most * weight, factor=most, source=of, **both)  # type: ignore[arg-type]
 

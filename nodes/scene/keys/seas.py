@@ -82,7 +82,7 @@ class StreamKeys(Base):
     def _even(self) -> "StreamKeys":
         n = len(self.coefficients) - 1
         if n < 1 or any(abs(row[0] - pi * i / n) > EVEN for i, row in enumerate(self.coefficients)):
-            raise ValueError("coefficients are those of directions from 0 deg to 180 deg in equal steps")
+            raise ValueError("coefficients: give one row for each direction, from 0 deg to 180 deg in equal steps")
         if any(self.coefficients[0][2:] + self.coefficients[-1][2:]):
             raise ValueError("coefficients of sway and yaw are zero at 0 deg and 180 deg")
         return self

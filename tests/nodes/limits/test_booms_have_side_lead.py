@@ -7,10 +7,8 @@ from math import atan2, degrees
 import numpy as np
 import pytest
 from heavylift.kernel.description import Line, Point, Rope, ScalarSignal, System
-from heavylift.kernel.model.quantities import numbers, points, scalar
-from heavylift.nodes.limits import signals_of, uses_on_path
-from heavylift.nodes.limits.named import signal_of
-from heavylift.nodes.limits.reading import evaluated
+from heavylift.kernel.model import numbers, points, scalar
+from heavylift.nodes.limits import evaluated, signal_of, signals_of, uses_on_path
 from heavylift.nodes.scene import LoadedScene, parse
 from heavylift.nodes.statics import follow
 

@@ -8,7 +8,7 @@ from heavylift.coordinator.ladder import Ladder, ModelLevel, at_level, play
 from heavylift.kernel.description import Bushing, Radiation
 from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.models import system
-from heavylift.nodes.models.levels.water import at_frequency
+from heavylift.nodes.models.levels import at_frequency
 from heavylift.nodes.plan import Fidelity, Plan
 from heavylift.nodes.scene import load, parse
 

@@ -79,6 +79,9 @@ def test_in_a_run_the_tension_stays_within_the_spread_and_the_line_is_drawn_from
     tension = run.past.part(0, len(run.t)).tensions["port"]
     assert (1.0 - SPREAD) * PULL < tension.min() < 0.8 * PULL
     assert 1.1 * PULL < tension.max() < (1.0 + SPREAD) * PULL
+    (row,) = [x for x in run.judge.fine[1] if (x.limit.subject, x.limit.quantity) == ("port", "rope tension")]
+    assert tension.max() <= row.value * (1.0 + 1e-9) < (1.0 + SPREAD) * PULL
+    assert row.use == pytest.approx(row.value / 7e3)
     (drawn,) = [x for x in RopeLines([system(loaded)]).drawn() if x.rope == "port"]
     assert (drawn.a, drawn.b_body, drawn.b) == ((20.0, 30.0, 2.0), "block", (0.0, 2.0, 0.0))
 
