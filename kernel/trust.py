@@ -123,7 +123,8 @@ def trust(folder: Path) -> Path:
     if why := others_write(folder):
         raise KernelError(f"{folder} cannot be trusted: it {why}")
     if folder == Path(folder.anchor) or "\n" in str(folder):
-        raise KernelError(f"{str(folder)!r} cannot be trusted; trust the folder that holds the code")
+        why = "it is the whole disk, or its name has a line break"
+        raise KernelError(f"{str(folder)!r} cannot be trusted: {why}; trust the folder that holds the code")
     _keep({*trusted(), folder})
     return folder
 

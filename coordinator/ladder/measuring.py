@@ -51,7 +51,7 @@ class Measuring:
 
     @property
     def seen(self) -> dict[str, AskedFigure]:
-        """All figures of the runs made so far, by name."""
+        """All quantities measured in the runs made so far, by name."""
         return {name: f for read in self._read.values() for name, f in read.items()}
 
     def prepare(self, candidate: ModelLevel) -> None:

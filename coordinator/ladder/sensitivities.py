@@ -176,7 +176,7 @@ class _Seen:
         self.more(begun)
 
     def more(self, begun: Moved) -> None:
-        """Wait for further runs of this input and add their figures."""
+        """Wait for the next runs in which this input is changed, and add their results to its sensitivities."""
         for step, run in begun.runs.items():
             ended = run if isinstance(run, str) else result(run)
             if isinstance(ended, str):

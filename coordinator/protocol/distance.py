@@ -232,7 +232,7 @@ class NodeState:
         return done
 
     def hold_back(self, other: "NodeState", dones: int) -> None:
-        """Record that this node began to block node `other` after `dones` DONEs of all nodes."""
+        """Record that this node began to block node `other` when all nodes together had sent `dones` DONE messages."""
         self.holds[other.rank] = other
         if not other._held or other._held[-1][1] != self.name:
             other._held.append((dones, self.name))

@@ -47,7 +47,7 @@ class Replications:
 
     @property
     def estimates(self) -> dict[str, Estimate]:
-        """Estimates of all numbers."""
+        """Estimates of all results by name, from the replications finished so far."""
         return {name: _estimate(x, self.confidence) for name, x in self.values.items()}
 
 

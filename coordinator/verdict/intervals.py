@@ -129,7 +129,7 @@ class Stretches:
         return found
 
     def of(self, kept: NDArray[np.bool_] | Indices) -> "Stretches":
-        """Return a selection of the intervals."""
+        """Return the intervals that a mask or an array of indices selects."""
         a, b, first, last = self.a[kept], self.b[kept], self.first[kept], self.last[kept]
         return Stretches(a, b, first, last, self.moved[kept], self.least[kept], self.group[kept])
 
@@ -232,7 +232,7 @@ class Steps:
             np.maximum(self.least, raised, out=self.least)
 
     def of(self, kept: NDArray[np.bool_] | Indices) -> "Steps":
-        """Return a selection of the steps."""
+        """Return the steps that a mask or an array of indices selects."""
         ends_a, ends_b = ((_some(x, kept), _some(y, kept)) for x, y in (self.ends_a, self.ends_b))
         a, b, k, group = self.a[kept], self.b[kept], self.k[kept], self.group[kept]
         return Steps(a, b, k, ends_a, ends_b, self.turning[kept], self.stray[kept], self.least[kept], group)

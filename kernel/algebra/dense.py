@@ -33,7 +33,7 @@ def cross(a: Row, b: Row) -> tuple[float, float, float]:
 
 
 def norm(a: Row) -> float:
-    """Return the length of a vector whose squares do not overflow."""
+    """Return the Euclidean norm of a vector; the squares of its entries must not overflow."""
     return sqrt(dot(a, a))
 
 

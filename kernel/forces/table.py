@@ -85,7 +85,7 @@ class SharedForce:
 
 
 def shared(laws: tuple[Law, ...], setting: Setting) -> tuple[SharedForce, ...]:
-    """Return the laws of a scene with their shared functions."""
+    """Return the force laws of a scene; laws of equal shape share one function."""
     graph, poses = setting.graph, setting.poses
     functions: dict[str, Function] = {}
     out = []

@@ -77,7 +77,7 @@ def slack_sling(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column
 
 
 def splash_load(plan: Plan, limit: RatedLimit, signals: SignalColumns, load: Column) -> Column:
-    """Return the load on a hook [kg] (n,), including its share of the amplitude; `load`: the load without it."""
+    """Return the load on a hook [kg] (n,), with its share of the dynamic amplitude; `load`: without that share."""
     zone = _zone(plan, limit, signals)
     pull, all_ = zone.pulls[limit.elements[0]], zone.pull
     share = np.divide(pull, all_, out=np.zeros(len(pull)), where=all_ > 0.0) / plan.gravity

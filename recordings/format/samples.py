@@ -84,8 +84,8 @@ class SampleChannel(msgspec.Struct, frozen=True):
 
 
 class SampleLayout(msgspec.Struct, frozen=True):
-    """All channels of a sample row. The first `recalled` rows of the run come from another recording, in which `most`
-    are the largest values of the columns. `lifts`: layouts of lifts that have rows of their own at events."""
+    """Channels of a sample row. `recalled`: number of first rows that come from another recording; `most`: the largest
+    value of each column in that recording. `lifts`: by lift, the layout of its own rows, written at its events."""
 
     channels: list[SampleChannel]
     recalled: int = 0

@@ -150,7 +150,9 @@ def _figure(A: Recording, B: Recording, patterns: Sequence[str]) -> Figure:
     first = {d.name.rpartition("/")[0]: d for d in reversed(found)}  # of each signal the worst column
     most = found if patterns else [d for d in found if d in first.values()][:4]
     if not most or len(most) > MOST:
-        raise RecordingError(f"{A.path} and {B.path}: {len(most)} columns differ; name 1 to {MOST}")
+        raise RecordingError(
+            f"{A.path} and {B.path}: {len(most)} columns differ, too many for one figure; name 1 to {MOST} of them"
+        )
     panels = []
     for d in most:
         factor, unit = larger(d.unit)

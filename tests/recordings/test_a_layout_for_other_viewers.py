@@ -53,7 +53,9 @@ def test_the_layout_for_other_viewers_uses_the_frame_of_all_poses(
     assert attached["configById"]["RosOut!log"]["topicToRender"] in recorded.topics
 
 
-def test_curves_in_the_layout_belong_to_the_rope_of_their_label(recorded: Recording, attached: dict[str, Any]) -> None:
+def test_each_curve_of_the_viewer_layout_shows_the_rope_that_its_label_names(
+    recorded: Recording, attached: dict[str, Any]
+) -> None:
     paths = attached["configById"]["Plot!tension"]["paths"]
     if "rope/tension" not in recorded.signals():
         assert paths == []

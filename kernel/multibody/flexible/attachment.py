@@ -161,7 +161,7 @@ def _carried(
 
 @dataclass(frozen=True)
 class FlexibleInertia:
-    """A flexible body at one instant, in world axes about the tree's point.
+    """Inertia of a flexible body at one instant, in world axes about the reference point of the tree.
 
     I: inertia (6, 6); C: momentum per mode rate (m, 6); wrench (6,) and forces (m,): the right-hand sides of (7) and
     (8); momentum (6,); kinetic energy [J]; moment: first moment of mass about the tree's point [kg m].

@@ -113,7 +113,7 @@ def smallness(modes: ModeShapes) -> Smallness:
 
 
 def sentence(body: str, joint: str, t: float, turns: bool, use: float, refused: bool) -> str:
-    """Return the message about a body that has reached a limit at t [s]; `use`: value of (13)."""
+    """Return the message that a body reached a limit of small deflections at t [s]; `use`: share of it (13)."""
     size = use * WARNED
     turned, bent = (
         f"turns by {degrees(TURNED * size):.3g} degrees within itself",

@@ -88,7 +88,7 @@ def test_a_new_scene_is_green_because_its_checks_pass(lift: Lift) -> None:
 
 
 @pytest.mark.large(beyond=4)
-def test_after_a_run_only_unknown_errors_leave_checks_undecided(lift: Lift) -> None:
+def test_checks_after_a_run_are_amber_only_where_their_error_is_unknown(lift: Lift) -> None:
     checks = play(lift.read().plan).verdict.checks
     assert {(c.state, c.why) for c in checks} <= {("amber", UNKNOWN), ("none", "")}
 

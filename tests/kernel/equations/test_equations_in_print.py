@@ -125,7 +125,7 @@ def test_a_description_that_was_compiled_before_keeps_its_printed_names():
     assert "  V(b).x = v(b-rail.speed)\n" in text
 
 
-def test_the_printed_recursion_of_the_arm_is_that_of_figure_6_of_the_paper():
+def test_the_recursion_printed_for_a_two_link_arm_equals_the_published_figure_6():
     text = equations(arm())
     for line in (
         "    v2 = v1 + S2 q2'             (a)",

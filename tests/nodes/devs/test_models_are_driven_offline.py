@@ -75,6 +75,6 @@ def test_transitions_can_be_inspected() -> None:
         ((1, "into", Item(1)), "p.into carries Job, not Item"),
     ],
 )
-def test_invalid_test_inputs_are_refused(entry: Any, sentence: str) -> None:
+def test_invalid_inputs_of_an_offline_model_test_are_refused(entry: Any, sentence: str) -> None:
     with pytest.raises(ModelError, match=f"^{re.escape(sentence)}$"):
         drive(Processor("p", 10), [entry])

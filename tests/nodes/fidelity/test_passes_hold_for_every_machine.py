@@ -265,7 +265,7 @@ def test_a_prescribed_drive_with_a_stiffness_is_compliant_where_elastic_parts_ar
     assert play(soft).t[-1] == pytest.approx(play(plan).t[-1], rel=COUPLED)
 
 
-def test_a_drive_that_bears_weight_stays_stiff() -> None:
+def test_a_compliant_servo_is_refused_for_a_drive_that_carries_weight() -> None:
     with pytest.raises(SceneError, match=r"drives\.jib\.luffer\.stiffness: weight acts on this drive"):
         load("jib", ["machines.jib.drives.jib.luffer.stiffness=500 MN m/rad"])
 

@@ -187,7 +187,7 @@ def test_gear_may_be_given_in_a_workbook_or_in_the_scene(tmp_path: Path) -> None
         ("gear: [slings.csv, shackles.yaml]\n", "sling: {gear: WR-48-8}", "sling: {gear: SH-35}", "has no 'breaking'"),
     ],
 )
-def test_gear_that_cannot_be_found_is_reported_with_its_place(
+def test_missing_rigging_gear_is_reported_with_file_and_line(
     named: str, old: str, new: str, told: str, tmp_path: Path
 ) -> None:
     path = Path(scene(tmp_path, named))

@@ -60,7 +60,7 @@ def test_files_outside_the_folder_of_a_scene_cannot_be_extended(folder: Path, ba
     assert told in text
 
 
-def test_files_in_subfolders_may_be_extended_and_may_refer_back(folder: Path) -> None:
+def test_a_scene_may_extend_a_file_in_a_subfolder_that_refers_to_the_parent_folder(folder: Path) -> None:
     (folder / "base.yaml").write_text("heavylift: 1\nextends: pendulum\nname: base\n")
     (folder / "below" / "middle.yaml").write_text("extends: ../base.yaml\nseed: 3\n")
     (folder / "case.yaml").write_text("extends: below/middle.yaml\nname: case\n")

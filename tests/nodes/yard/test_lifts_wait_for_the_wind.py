@@ -211,7 +211,7 @@ def test_a_block_that_cannot_be_lifted_is_listed_as_a_finding(tmp_path):
     assert re.match(r"blocks\.csv:3:\d+: \S", str(why.value)), "its file, row and column, and why"
 
 
-def test_lifts_outside_the_scene_of_the_lift_table_are_computed_by_statics():
+def test_lifts_that_the_lift_table_does_not_cover_are_computed_by_statics():
     """The bundled yard: its table reaches all blocks but those that two goliaths carry."""
     found = load("vlcc", lifter=three_hours).activities
     ways = [(one.order.way, Path(one.order.scene).name) for one in found if one.order]
