@@ -32,6 +32,7 @@ LARGEST = 16_000_000  # bytes of a file
 FREE, BALL, SLIDE, HINGE = range(4)
 KINDS: dict[int, JointKind] = {FREE: "free", BALL: "spherical", SLIDE: "prismatic", HINGE: "revolute"}
 ON_JOINT, ON_SITE = (0, 1), 4  # transmissions of actuators
+GROUPS = 30  # the largest group of actuators that can be disabled
 SITE, PULLEY = 3, 2  # of a tendon's path
 UPRIGHT = 1e-9  # part of gravity that may be horizontal
 SWITCHED = {
@@ -221,7 +222,7 @@ class _Importer:
         and as joint springs."""
         m, out, springs = self.m, list[forces.Force](), list[JointSpring]()
         for i, group in enumerate(m.actuator_group):
-            if self._off("ACTUATION") or m.opt.disableactuator >> int(group) & 1:
+            if self._off("ACTUATION") or (0 <= group <= GROUPS and m.opt.disableactuator >> int(group) & 1):
                 continue
             name, gear = self._name("actuator", i), m.actuator_gear[i]
             gain, bias = float(m.actuator_gainprm[i][0]), [float(x) for x in m.actuator_biasprm[i][:3]]

@@ -65,7 +65,7 @@ def _row(reference: str, given: dict[str, Value], until: float | None) -> bytes:
         return msgspec.msgpack.encode(({str(name): float(x) for name, x in row.items()}, "", ""))
     except HeavyliftError as error:
         return msgspec.msgpack.encode(({}, type(error).__name__, f"{given}: {error}"))
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         message = f"{given}: {reference} returns something other than numbers ({error})"
         return msgspec.msgpack.encode(({}, ModelError.__name__, message))
 

@@ -13,6 +13,7 @@ import time
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from math import isfinite
 from pathlib import Path
 from typing import Any, Literal
 
@@ -167,10 +168,10 @@ def judged(task: Task, variant: Variant) -> tuple[Row, Judged | None]:
 def _response(name: str, reference: str, run: Played) -> float:
     """Return the number that a user's function gives for the `Result` of a run."""
     found = called(reference, result_of(run))
-    try:
-        return float(found)
-    except (TypeError, ValueError):
-        raise ModelError(f"the response {name} is {found!r:.60}, not a number") from None
+    with suppress(TypeError, ValueError, OverflowError):
+        if isfinite(number := float(found)):
+            return number
+    raise ModelError(f"the response {name} is {found!r:.60}, not a finite number")
 
 
 def _numbers(run: Played, judged: bool) -> Row:

@@ -14,7 +14,7 @@ from math import inf, isfinite
 
 from heavylift.kernel.description.findings import ASSUMED, NOT_CHECKED, STATES, UNKNOWN, WARNED, Check, State, clock
 from heavylift.kernel.description.forces import Radiation
-from heavylift.nodes.plan.limit import ROUNDING, Use
+from heavylift.nodes.plan.limit import IN_WIND, ROUNDING, Use
 from heavylift.nodes.plan.plan import Plan
 from heavylift.recordings.sheets.sheet import Cell, Marked, Table, words
 from msgspec.structs import replace
@@ -59,10 +59,11 @@ def checks_of(
     if (sea := sea_of(plan)) and not any(x.quantity == SEA_STATE for x in others):
         message = f"{sea}: one seed is no verdict; `heavylift run --replications 30` runs others"
         found.append(Check(quantity=SEA_STATE, subject="all", state="amber", why=NOT_CHECKED, sentence=message))
-    waters = {m.name: [x.waves for f in m.system.forces if (x := getattr(f, "signal", None)) and x.waves]
+    waters = {m.name: [f for f in m.system.forces if (x := getattr(f, "signal", None)) and (x.waves or x.wave)]
               for m in plan.machines if any(isinstance(f, Radiation) for f in m.system.forces)}  # fmt: skip
-    open_ = [("slow drift", name, f"slow drift of {name}: not included; `heavylift hull --drift` adds its data")
-             for name, waves in waters.items() if waves and not any(x.by[0] for x in waves)]  # fmt: skip
+    drift = f"{'slow' if sea else 'mean'} drift"
+    open_ = [(drift, name, f"{drift} of {name}: not included; `heavylift hull --drift` adds its data")
+             for name, loads in waters.items() if loads and not any(" drift" in x.name for x in loads)]  # fmt: skip
     if len(waters) > 1:
         message = f"waves between {' and '.join(waters)}: not included; each floats as if alone, keep them far apart"
         open_.append(("interaction", "all", message))
@@ -85,7 +86,7 @@ def _factored(plan: Plan) -> bool:
 
 def _of_limit(plan: Plan, use: Use, errors: Errors | None) -> Check:
     limit, met, use = use.limit, use, use.at_worst
-    error = 0.0 if errors is None else error_of(use, errors)
+    error = 0.0 if errors is None or limit.quantity == IN_WIND else error_of(use, errors)
     state, why, message = _state_of(use, error, plan.accepts_assumed, at_rest=errors is None)
     where = limit.where
     warned = limit.warning is not None and (use.value or 0.0) > limit.warning and state in ("green", "amber")

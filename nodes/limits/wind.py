@@ -26,10 +26,12 @@ from .signals import Column, SignalColumns, place, signals_of
 
 def leads_in_wind(plan: Plan, given: Factors, states: Sequence[StaticState]) -> Iterator[RatedLimit]:
     """Yield the limit of the off-lead in the stated wind of each hook that carries a load, with the largest value at
-    rest."""
+    rest; of a hook with several limits, the one with the highest utilisation."""
     force, formula = wind_force(given)
-    signals = signals_of(states)
-    each = [*_hung(plan, signals)] if force else []
+    if not force:
+        return
+    signals, worst = signals_of(states), dict[str, tuple[float, RatedLimit]]()
+    each = [*_hung(plan, signals)]
     for limit in (x for x in plan.limits if x.quantity.startswith("off-lead") and each):
         signal, (rope,) = signal_of(limit, plan.machines, plan.gravity), limit.elements
         lead = evaluated(plan, signal, signals) if signal else None
@@ -40,10 +42,13 @@ def leads_in_wind(plan: Plan, given: Factors, states: Sequence[StaticState]) -> 
         leans = np.arctan(np.tan(lead) + force / stiffness)
         k = int(np.nanargmax(leans))
         several = " of weight by the heights of its ropes" if any(len(x) > 1 for x in each if rope in x) else ""
-        own = f"{formula} over {stiffness[k] / 1e3:.4g} kN{several}, beside {np.degrees(lead[k]):.2f} deg without it"
+        own = f"{formula} over {stiffness[k] / 1e3:.4g} kN{several}, beside {np.degrees(lead[k]):.2f} deg at rest"
         rest = RestLoad(value=float(leans[k]), bound=limit.value or 0.0, stage=states[k].stage, alone=True)
         note = "; ".join(x for x in (limit.note, own) if x)
-        yield replace(limit, quantity=IN_WIND, note=note, rest=rest, spread=0.0, adds=False, inputs="")
+        use = limit.use(rest.value) if limit.known else -1.0
+        if use > worst.get(limit.subject, (-np.inf,))[0]:
+            worst[limit.subject] = use, replace(limit, quantity=IN_WIND, note=note, rest=rest)
+    yield from (row for _, row in worst.values())
 
 
 def _hung(plan: Plan, signals: SignalColumns) -> Iterator[Mapping[str, Column]]:

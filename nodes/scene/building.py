@@ -14,6 +14,7 @@ from typing import Any
 import msgspec
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.limits.factors import BASES
+from heavylift.nodes.limits.wind import leads_in_wind
 from heavylift.nodes.models import node_names
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.mechanism import frames_on_hooks
@@ -196,7 +197,11 @@ def _planned(
         loaded = _on_same_path(loaded, (rigged if hung else standing)(loaded.plan, first))
         if bent:
             loaded = _on_same_path(loaded, settled(loaded.plan))
-    return _on_same_path(loaded, weighed(loaded.plan))
+    loaded = _on_same_path(loaded, weighed(loaded.plan))
+    if not (followed and scene.factors.wind and scene.factors.area):
+        return loaded
+    leads = leads_in_wind(loaded.plan, scene.factors.built(), loaded.states)
+    return _on_same_path(loaded, msgspec.structs.replace(loaded.plan, limits=(*loaded.plan.limits, *leads)))
 
 
 def _on_same_path(loaded: LoadedScene, built: plan.Plan) -> LoadedScene:

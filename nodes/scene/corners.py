@@ -15,7 +15,6 @@ import msgspec
 from heavylift.kernel.description.mechanics import Vector
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.limits.factors import design_limits
-from heavylift.nodes.limits.wind import leads_in_wind
 from heavylift.nodes.plan.limit import RatedLimit
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.quantities import quantity_at
@@ -102,7 +101,7 @@ def designed(nominal: LoadedScene, scene: schema.Scene, build: Callable[[Centres
         corners.uses(texts, partial(build, centres))
     used = {key: corners.most[key] / use for key, use in corners.usual.items() if use}
     rows = design_limits(nominal.plan, given, scene.practice or "none", nominal.uses, nominal.states, used)
-    return [*rows, *leads_in_wind(nominal.plan, given, nominal.states), *_lost(nominal, corners)]
+    return [*rows, *_lost(nominal, corners)]
 
 
 def _lost(nominal: LoadedScene, corners: "Corners") -> Iterator[RatedLimit]:

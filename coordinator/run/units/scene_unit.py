@@ -166,14 +166,15 @@ class SteppedScene:
 
     def state(self) -> dict[str, Any]:
         """Return all steps and settings of the unit so far, as JSON."""
-        return {"given": self.run.given, "values": self._values, "command": self._said, "stop": self.run.stop}
+        given, values = [*self.run.given], {**self._values}
+        return {"given": given, "seen": self.run.seen, "values": values, "command": self._said, "stop": self.run.stop}
 
     def restore(self, state: dict[str, Any]) -> None:
         """Restore a saved state of the unit."""
         self._values, self.command = dict(state["values"]), state["command"]
         self._begin()
         self._said, self.run.stop = self.command, state["stop"]
-        self.run.repeat([tuple(x) for x in state["given"]])
+        self.run.repeat([tuple(x) for x in state["given"]], state["seen"])
 
 
 def led(plan: Plan, masters: tuple[UserModel, ...], wind: bool) -> Plan:

@@ -82,8 +82,14 @@ class SteppableRun:
             self.wind = speed
             self._inject(WIND, *(SetSignal(name, speed) for name in self._winds))
 
-    def repeat(self, given: Sequence[tuple[str, Any, str]]) -> None:
-        """Repeat the steps and settings of another run, which restores the state of that run."""
+    @property
+    def seen(self) -> tuple[list[float], dict[str, float], int, str]:
+        """The values that the last step or update has left: sample columns, peaks [N], number and name of events."""
+        return self._row.tolist(), {**self.peaks}, self.events, self.event
+
+    def repeat(self, given: Sequence[tuple[str, Any, str]], seen: Sequence[Any]) -> None:
+        """Repeat the steps and settings of another run, and restore the values `seen` there, perhaps before an
+        event."""
         for what, value, name in given:
             if what == "go":
                 self._advance(value)
@@ -95,7 +101,8 @@ class SteppableRun:
                 self.set_wind(value)
             else:
                 self.set_speed(name, value)
-        self.settle()
+        row, self.peaks, self.events, self.event = seen
+        self._row = np.array(row)
 
     def order(self, text: str) -> None:
         """Give a command at the present time; `refused` says why if it is refused."""

@@ -3,6 +3,7 @@
 FMPy plays the units; the references are native runs of scenes in which the same is written down.
 """
 
+import json
 from pathlib import Path
 
 import fmpy
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
 from heavylift.coordinator.run.units import export
+from heavylift.coordinator.run.units.scene_unit import SteppedScene
 from heavylift.kernel import SceneError, allowed
 from heavylift.nodes import Fmu, drive
 from heavylift.nodes.devs import ms, seconds
@@ -151,6 +153,35 @@ def test_a_saved_fmu_state_restored_in_another_instance_continues_bit_for_bit(un
     for one in (first, other):
         one.terminate()
         one.freeInstance()
+
+
+def test_a_state_saved_before_the_update_of_an_event_is_restored_with_all_its_values(tmp_path):
+    (tmp_path / "drops.yaml").write_text(DROPS)
+    file = export(load(tmp_path / "drops.yaml"), tmp_path / "drops.fmu")
+    unit = SteppedScene(Path(fmpy.extract(str(file))) / "resources")
+
+    def values() -> list[float]:
+        return [x.get() for x in unit.variables()]
+
+    for number in range(4):
+        while not unit.step(4.0, pytest.fail, events=True):
+            pass
+        state, before = unit.state(), values()
+        kept = json.dumps(state)
+        unit.run.settle()
+        after = values()
+        assert after != before
+        unit.step(3.0 + 0.1 * number, pytest.fail)
+        last = values()
+        for saved in state, json.loads(kept):
+            unit.restore(saved)
+            assert (unit.run.now < seconds(3.0), values()) == (True, before)
+            unit.run.settle()
+            assert values() == after
+        unit.step(3.0 + 0.1 * number, pytest.fail)
+        assert values() == last
+        unit.restore(state)
+        unit.run.settle()
 
 
 @pytest.mark.parametrize("step", [0.8, 0.05])

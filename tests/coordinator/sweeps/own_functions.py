@@ -34,5 +34,13 @@ def scaled(result, by: float) -> float:
     return by * swing(result)
 
 
+def endless(result) -> float:
+    return float("inf")
+
+
+def huge(result=None) -> int:
+    return 10**400
+
+
 def words(result) -> str:
     return "much"

@@ -86,6 +86,7 @@ def test_a_response_that_cannot_be_called_is_refused_before_the_first_run(text, 
     [
         ((own.fails, {"x": [1.0, 0.0]}), "raised ZeroDivisionError"),
         ((own.text, {"x": [1.0]}), "returns something other than numbers"),
+        ((own.huge, {"result": [1.0]}), "returns something other than numbers"),
         ((own.pendulum, {"length": 1.0}), "give a list of values for each argument"),
         (("no.such:function", {"x": [1.0]}), "no module no"),
         ((f"{own.__file__}:absent", {"x": [1.0]}), "has no function absent"),
@@ -98,8 +99,9 @@ def test_invalid_functions_are_reported_in_one_sentence(arguments, sentence, thr
     assert "\n" not in str(error.value)
 
 
-def test_a_response_that_is_no_number_is_reported_in_its_row(tmp_path, threads):
-    reference = f"{own.__file__}:words"
+@pytest.mark.parametrize(("name", "shown"), [("words", "'much'"), ("endless", "inf"), ("huge", f"1{'0' * 59}")])
+def test_a_response_that_is_no_finite_number_is_reported_in_its_row(name, shown, tmp_path, threads):
+    reference = f"{own.__file__}:{name}"
     study = sweep("pendulum", ["end={1 s}"], into=tmp_path / "x", executor=threads, responses={"w": reference})
     assert study.rows[0]["status"] == "failed"
-    assert "the response w is 'much', not a number" in study.rows[0]["sentence"]
+    assert f"the response w is {shown}, not a finite number" in study.rows[0]["sentence"]

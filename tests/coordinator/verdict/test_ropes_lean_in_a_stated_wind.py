@@ -7,8 +7,9 @@ from random import Random
 
 import pytest
 from heavylift.kernel.description import NOT_CHECKED, Check
+from heavylift.nodes.limits import checks_of
 from heavylift.nodes.plan import Shapes
-from heavylift.nodes.scene import LoadedScene
+from heavylift.nodes.scene import LoadedScene, load
 from lift_of_a_type import Lift
 
 G, AIR = 9.80665, 1.25
@@ -17,6 +18,7 @@ SHARED = 0.06  # of the lean: a load on several hooks turns, too, and hook block
 HEIGHTS = 1.2  # ropes of three hooks differ by less in height
 DRAG = 1.2
 OFF_LEADS = ("off-lead", "off-lead along", "off-lead across")
+SAME = 1e-9  # relative: the same path at rest
 OF_A_FORCE = 1.225  # [kg/m3] density of the air of `forces`
 
 
@@ -75,7 +77,32 @@ def test_the_reported_off_lead_of_ropes_in_wind_is_that_of_statics_with_a_wind_f
 
 def test_an_off_lead_in_wind_beyond_its_limit_is_red(lift: Lift) -> None:
     sets = "limits={off-lead: 1 deg}", "factors={wind: 10 m/s, area: 1e4 m2}"
-    assert {(x.state, x.limit) for x in rows(lift.read(*sets))} == {("red", radians(1.0))}
+    found = rows(lift.read(*sets))
+    assert {(x.state, x.limit) for x in found} == {("red", radians(1.0))}
+    assert len({x.subject for x in found}) == len(found)
+
+
+def test_of_two_off_leads_of_a_hook_the_one_nearer_to_its_limit_counts_in_wind() -> None:
+    for tight in ("along", "across"):
+        given = {"along": 5.0, "across": 5.0} | {tight: 0.1}
+        limits = ", ".join(f"off-lead {key}: {value} deg" for key, value in given.items())
+        found = rows(load("lift", (f"limits={{{limits}}}", "factors={wind: 10 m/s, area: 200 m2}")))
+        assert {(x.state, x.limit) for x in found} == {("red", radians(0.1))}
+
+
+def test_the_off_lead_in_wind_is_known_at_the_worst_of_uncertain_inputs(lift: Lift) -> None:
+    speed, area, _ = stated(lift, Random(f"{lift.text} uncertain"))
+    mass, wind = lift.read().scene.all_blocks["block"].mass, f"factors={{wind: {speed!r} m/s, area: {area!r} m2}}"
+    worst = rows(lift.read(wind, f"block.mass={0.8 * mass!r} kg"))
+    found = rows(lift.read(wind, f"block.mass={mass!r} kg +- 20 %"))
+    assert [x.value for x in found] == pytest.approx([x.value for x in worst], rel=SAME)
+    assert all("at the worst of block.mass" in x.basis for x in found)
+
+
+def test_a_run_does_not_change_the_off_lead_in_wind_nor_its_error() -> None:
+    scene = load("lift", ("factors={wind: 10 m/s, area: 200 m2}", "assumed=accept"))
+    uses = [x for x in scene.uses if x.limit.quantity == "off-lead in wind"]
+    assert {x.state for x in checks_of(scene.plan, uses, [], {}, ()) if x.quantity == "off-lead in wind"} == {"green"}
 
 
 def test_a_wind_factor_without_an_area_is_reported_as_not_checked(lift: Lift) -> None:

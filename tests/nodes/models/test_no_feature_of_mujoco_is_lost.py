@@ -93,6 +93,11 @@ def test_groups_of_actuators_that_a_mujoco_model_disables_do_not_act():
     model.opt.disableactuator = 1 << 2
     assert check(model) == "equal"
     assert not [x for x in from_mujoco(model).system.springs if x.name.startswith("q")]
+    for group in (-1, 31):  # which cannot be disabled
+        model.actuator_group[2] = group
+        model.opt.disableactuator = -1
+        assert check(model) == "equal"
+        assert [x for x in from_mujoco(model).system.springs if x.name.startswith("q")]
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -41,6 +41,15 @@ actions:
 """
 
 
+@pytest.mark.parametrize("given", ["touch: 0.1 m/s", "impact: 1.4"])
+def test_limits_of_each_of_several_blocks_have_the_same_source(given: str) -> None:
+    rows = parse(TEXT, "two", [f"limits={{{given}}}"], followed=False).plan.limits
+    for quantity in ("lift-off speed", "landing speed", "impact"):
+        own = (quantity == "impact") == given.startswith("impact")
+        found = [x.source.partition(":")[0] for x in rows if x.quantity == quantity]
+        assert found == ["the scene" if own else "assumed"] * 2
+
+
 @pytest.fixture(scope="module")
 def scene() -> LoadedScene:
     return parse(TEXT)
