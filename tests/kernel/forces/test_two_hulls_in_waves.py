@@ -1,8 +1,18 @@
 """Two floating bodies that exchange waves: added mass and radiation memory with cross terms, in a regular wave."""
 
 import numpy as np
-from heavylift.kernel.description import Body, Bushing, InputSignal, Joint, Load, Point, Radiation, System, Wave
-from heavylift.kernel.description.mechanics import SharedWater
+from heavylift.kernel.description import (
+    Body,
+    Bushing,
+    InputSignal,
+    Joint,
+    Load,
+    Point,
+    Radiation,
+    SharedWater,
+    System,
+    Wave,
+)
 from heavylift.kernel.simulation import Simulation
 from small_scenes import SECOND, G, hand_over, started
 

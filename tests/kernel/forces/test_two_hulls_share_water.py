@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from heavylift.kernel import KernelError
 from heavylift.kernel.analysis import modes
-from heavylift.kernel.constraints.row_structure import RigidAt
-from heavylift.kernel.description import Body, Bushing, Joint, Line, Lock, Point, RigidRope, System
-from heavylift.kernel.description.mechanics import SharedWater
+from heavylift.kernel.constraints import RigidAt
+from heavylift.kernel.description import Body, Bushing, Joint, Line, Lock, Point, RigidRope, SharedWater, System
 from heavylift.kernel.islands import islands_of
 from heavylift.kernel.model import Program, evaluate
 from heavylift.kernel.multibody import composites, joint_space_inertia
