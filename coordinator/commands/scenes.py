@@ -283,7 +283,14 @@ def hull(
     from heavylift.nodes.sea.coefficients import computed, hull_of
     from heavylift.recordings.write.partfile import written
 
-    given = data if data.suffix in (".nc", ".cal", ".1") else computed(data, depth)
+    wamit, mesh = data.suffix == ".1", data.suffix not in (".nc", ".cal", ".1")
+    idle = {
+        "--depth": depth is not None and not (wamit or mesh), "--volume": volume and not wamit,
+        "--height": height and not wamit, "--length": length != 1.0 and not (wamit or drift),
+    }  # fmt: skip
+    if names := [name for name, given in idle.items() if given]:
+        raise SceneError(f"{data}: data of this kind take no {' or '.join(names)}; leave it out")
+    given = computed(data, depth) if mesh else data
     found = hull_of(given, volume, height, length, depth, drift)
     error = found.radiation.error
     text = msgspec.json.format(msgspec.json.encode(found), indent=0).decode() + "\n"

@@ -5,9 +5,9 @@ from math import atan2, ceil, cos, exp, inf, pi, sin, sqrt
 
 import numpy as np
 from heavylift.kernel.description.findings import Check, finding
-from heavylift.kernel.description.mechanics import Support
+from heavylift.kernel.description.mechanics import JOINTS, Support
 from heavylift.nodes.limits.signals import SignalColumns, hooked_in
-from heavylift.nodes.plan.mechanism import ties_on
+from heavylift.nodes.plan.mechanism import Hoist, Mechanism, holders, lowering
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.shapes import Shapes
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from .history import History, RunHistory, blocks
 from .rotating import matrices
 
 Floats = NDArray[np.float64]
+FREE = JOINTS["free"].velocities  # of a block, along and about the axes of its own frame [m/s, rad/s]
 BOUNCE = 0.01  # [m] a block that comes down from less has landed before
 STILL = 1e-5  # [m/s, rad/s] slower than anything that is ordered, faster than what a servo trembles
 SPAN = 1e-3  # [s] over which a winch winds at least what its speed follows from: times are whole nanoseconds
@@ -96,18 +97,18 @@ def touches(plan: Plan, past: RunHistory) -> dict[str, tuple[float, float]]:
 
 
 def dropped(plan: Plan, past: RunHistory, turning: Sequence[tuple[str, float, float]]) -> Iterator[Check]:
-    """Yield a finding for each block that comes down on its supports on the ground while no winch or luffing drive
-    lowers it, or in a turn; `turning`: blocks with the intervals [s] in which they are ordered to turn."""
+    """Yield a finding for each block that comes down on its supports on the ground while no hook, winch or drive that
+    holds it lowers it, or in a turn; `turning`: blocks with the intervals [s] in which they are ordered to turn."""
     seen = set[str]()
-    hooks = [hook.rope for machine in plan.machines for hook in machine.hooks]
-    luffs = [a.name for machine in plan.machines for a in machine.actuators if a.verb == "luff"]
-    joints = [d.joint for machine in plan.machines for d in machine.system.drives if d.name in luffs]
     for block, part, i, touched in _arrivals(plan, past):
         if not touched or block in seen or any(pad.on for pad, _ in touched):
             continue
-        k, t = _before(part, i), float(part.t[i])
-        still, wound = STILL * (t - float(part.t[k])), [part.lengths[rope] for rope in hooks if rope in part.lengths]
-        pays = any(L[i] - L[k] > still for L in wound)
+        (hooks, machines), k, t = _holders(plan, block, part, i), _before(part, i), float(part.t[i])
+        still, wound = STILL * (t - float(part.t[k])), {name: float(L[i] - L[k]) for name, L in part.lengths.items()}
+        winches, drives = lowering(machines)
+        pays = any(wound.get(hook.rope, 0.0) > still for hook in hooks)
+        pays |= any(abs(wound.get(rope, 0.0)) > still for rope in winches)
+        joints = {drive.joint for drive in drives}
         luffing = any(abs(x[i]) > STILL for name, x in part.speeds.items() if name.rpartition(".")[0] in joints)
         if any(who == block and begin <= t <= end for who, begin, end in turning) or not (pays or luffing):
             seen.add(block)
@@ -142,34 +143,40 @@ def _lowest(poses: Floats, own: Sequence[Support]) -> Floats:
 
 
 def _sinking(plan: Plan, part: History, touched: Touched, i: int) -> list[float]:
-    """Return how fast [m/s] a block sinks at sample i towards the ground or deck that it touches by supports, with
-    their forces [N]; where its velocity is unknown, by the dampers of the supports."""
-    body, deck = touched[0][0].point.body, next((pad.on for pad, _ in touched if pad.on), "")
-    names = [f"{j.name}.v{axis}" for m in plan.machines for j in m.system.joints if j.child == body for axis in "xyz"]
-    k, rises = _before(part, i), 0.0
-    if not {*names} <= {*part.speeds} or (deck and (deck not in part.poses or k == i)):
+    """Return how fast [m/s] the points of a block that touch supports, given with their forces [N], sink at sample i
+    towards the ground or deck there; where velocities are unknown, by the dampers of the supports."""
+    body, k = touched[0][0].point.body, _before(part, i)
+    joint = next((f"{j.name}." for m in plan.machines for j in m.system.joints if j.child == body), "")
+    names = [f"{joint}{column}" for column in FREE]
+    decks = {pad.on for pad, _ in touched if pad.on}
+    if not {*names} <= {*part.speeds} or (decks and (k == i or not decks <= {*part.poses})):
         return [force / pad.d for pad, force in touched if pad.d > 0.0]
-    if deck:
-        (now, then), (R, before) = part.poses[deck][[i, k], :3], matrices(part.poses[deck][[i, k], 3:])
-        place = R.T @ (part.poses[body][i, :3] - now)
-        rises = float(((R - before) @ place + now - then)[2] / (part.t[i] - part.t[k]))
-    down = matrices(part.poses[body][i : i + 1, 3:])[0, 2]
-    return [rises - float(sum(down[n] * part.speeds[name][i] for n, name in enumerate(names)))]
+    p, R = part.poses[body][i, :3], matrices(part.poses[body][i : i + 1, 3:])[0]
+    (v, w), found = np.array([part.speeds[name][i] for name in names]).reshape(2, 3), list[float]()
+    for pad, _ in touched:
+        sinks, at = -float(R[2] @ (v + np.cross(w, pad.point.p))), p + R @ np.array(pad.point.p)
+        if pad.on:
+            (now, then), (S, before) = part.poses[pad.on][[i, k], :3], matrices(part.poses[pad.on][[i, k], 3:])
+            sinks += float(((S - before) @ (S.T @ (at - now)) + now - then)[2] / (part.t[i] - part.t[k]))
+        found.append(sinks)
+    return found
 
 
 def _wound(plan: Plan, block: str, part: History, i: int) -> list[float]:
-    """Return the speeds [m/s] at which the hooks that hold a block are wound up at sample i, from the rope lengths just
+    """Return the speeds [m/s] at which hooks that hold a block are wound up at sample i, from the rope lengths just
     before."""
-    hooked = hooked_in(plan, [(rig.t_ns * 1e-9, rig.lines) for rig in part.rigs])
-    now = next((lugs for start, lugs in reversed(hooked) if start <= part.t[i]), {})
-    (lugs,) = (cargo.lugs for machine in plan.machines for cargo in machine.cargo if cargo.body == block)
     before, found = _before(part, i), []
-    for hook in (hook for machine in plan.machines for hook in machine.hooks if hook.rope in part.lengths):
-        ties = ties_on(plan.machines, hook)
-        if before < i and any(x.lower.body == block if x.lower else now.get(x.rope) in lugs for x in ties):
-            L = part.lengths[hook.rope]
-            found.append(float((L[before] - L[i]) / (part.t[i] - part.t[before])))
-    return found
+    seconds = (round(part.t[i] * 1e9) - round(part.t[before] * 1e9)) * 1e-9  # exact also late in a run
+    for hook in _holders(plan, block, part, i)[0]:
+        if before < i and hook.rope in part.lengths:
+            found.append(float(part.lengths[hook.rope][before] - part.lengths[hook.rope][i]) / seconds)
+    return [speed for speed in found if speed > 0.0]
+
+
+def _holders(plan: Plan, block: str, part: History, i: int) -> tuple[list[Hoist], list[Mechanism]]:
+    """Return the hooks that hold a block at sample i, and the machines that are connected with it."""
+    hooked = hooked_in(plan, [(rig.t_ns * 1e-9, rig.lines) for rig in part.rigs])
+    return holders(plan.machines, block, next((lugs for start, lugs in reversed(hooked) if start <= part.t[i]), {}))
 
 
 def _before(part: History, i: int) -> int:

@@ -123,8 +123,8 @@ class Wind(Element, frozen=True, tag=True):
 
 class Stream(Element, frozen=True, tag=True):
     """Force of a wind or current w on a body by coefficients (C_x, C_y, C_z) of its direction beta in the body's x-y
-    plane: 1/2 density u^2 area (C_x, C_y), and the moment 1/2 density u^2 area length C_z; u = w - v at a point that
-    moves with velocity v.
+    plane, 0 where it flows from astern to the bow: 1/2 density u^2 area (C_x, C_y), and the moment 1/2 density u^2 area
+    length C_z; u = w - v at a point that moves with velocity v.
 
     w = signal [m/s] along `direction` (a unit vector in world axes). The coefficients are those of beta from 0 to pi in
     equal steps, alike on both sides; in between they are a trigonometric polynomial.

@@ -29,8 +29,8 @@ class StreamLaw(ForceLaw[Stream]):
     def check(self, f: Stream) -> None:
         size = norm(f.direction)
         self.demand(f, "direction", abs(size - 1.0) < UNIT, f"has length {size:g}; it must be a unit vector")
-        few = len(f.coefficients) > 1
-        self.demand(f, "coefficients", few, "are those of less than two directions; give them from 0 to 180 degrees")
+        enough = len(f.coefficients) > 1
+        self.demand(f, "coefficients", enough, "are those of less than two directions; give them from 0 to 180 degrees")
         ends = max(abs(x) for row in (f.coefficients[0], f.coefficients[-1]) for x in row[1:])
         self.demand(f, "coefficients", ends < UNIT, "across and in yaw must be zero at 0 and at 180 degrees")
 

@@ -59,10 +59,11 @@ def checks_of(
     if (sea := sea_of(plan)) and not any(x.quantity == SEA_STATE for x in others):
         message = f"{sea}: one seed is no verdict; `heavylift run --replications 30` runs others"
         found.append(Check(quantity=SEA_STATE, subject="all", state="amber", why=NOT_CHECKED, sentence=message))
-    waters = {m.name: [x.waves for f in m.system.forces if (x := getattr(f, "signal", None)) and x.waves]
+    waters = {m.name: [f for f in m.system.forces if (x := getattr(f, "signal", None)) and (x.waves or x.wave)]
               for m in plan.machines if any(isinstance(f, Radiation) for f in m.system.forces)}  # fmt: skip
-    open_ = [("slow drift", name, f"slow drift of {name}: not included; `heavylift hull --drift` adds its data")
-             for name, waves in waters.items() if waves and not any(x.by[0] for x in waves)]  # fmt: skip
+    drift = f"{'slow' if sea else 'mean'} drift"
+    open_ = [(drift, name, f"{drift} of {name}: not included; `heavylift hull --drift` adds its data")
+             for name, loads in waters.items() if loads and not any(" drift" in x.name for x in loads)]  # fmt: skip
     if len(waters) > 1:
         message = f"waves between {' and '.join(waters)}: not included; each floats as if alone, keep them far apart"
         open_.append(("interaction", "all", message))

@@ -8,7 +8,7 @@ breaking force divided by the product of the partial factors. An equilibrium pat
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from heavylift.nodes.plan.limit import IN_WIND, RatedLimit, Use
+from heavylift.nodes.plan.limit import IN_WIND, TOUCHING, RatedLimit, Use
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.statics.state import StaticState
 
@@ -19,6 +19,7 @@ from .reading import axis_of, read
 from .signals import SignalColumns, signals_of
 
 YIELDS = dict.fromkeys(("hook height", "rope length", "rails", "girder"), 0.05)  # [m] of servos, stretch and bounces
+YIELDS |= dict.fromkeys(TOUCHING, 1e-10)  # [m/s] of lengths of up to 100 m, rounded, over a millisecond
 ELSEWHERE = ("clearance",)  # checked by who looks at shapes
 
 

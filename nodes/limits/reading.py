@@ -22,7 +22,6 @@ from heavylift.kernel.description.mechanics import Point, System, merge
 from heavylift.kernel.description.signals import ScalarSignal
 from heavylift.kernel.model.group_loads import ON_BASES, base_force, carried_group
 from heavylift.kernel.model.quantities import LINED, FormulaContext, lines, names, numbers, points, scalar
-from heavylift.nodes.plan.actions import LandedCondition, LiftedCondition
 from heavylift.nodes.plan.limit import STANDING, RatedLimit, Reach
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.statics.state import StaticState
@@ -57,8 +56,7 @@ def read(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | Non
     reduction, kind = REDUCTIONS.get(limit.quantity, "largest"), KINDS.get(limit.quantity)
     if reduction == "ordered speed":
         ran = signals.peaks.get(f"{limit.subject} {limit.quantity}")
-        ordered = Reading(_ordered_speed(plan, limit, signals), source=ORDERED)
-        return Reading(np.full(len(signals.t), np.nan), ran, SIMULATED) if ran else ordered
+        return replace(_ordered_speed(plan, limit, signals, ran is not None), exact=ran)
     if reduction == "splash zone":
         return _splash(plan, limit, signals)
     given = None
@@ -173,10 +171,12 @@ def _measured(
     return None if values is None else np.where(held, values, np.nan)
 
 
-def _sum(plan: Plan, each: Sequence[MeasuredSignal], signals: SignalColumns) -> Reading:
-    """Return the sum of the signals of several ropes; its exact maximum is found at the peaks of the single ropes, with
-    the values of the others at that time."""
+def _sum(plan: Plan, each: Sequence[MeasuredSignal], signals: SignalColumns) -> Reading | None:
+    """Return the sum of the signals of several ropes, or None if none is recorded; its exact maximum is found at the
+    peaks of the single ropes, with the values of the others at that time."""
     known = {x: y for x in each if (y := _measured(plan, x, signals)) is not None}
+    if not known:
+        return None
     total, most = np.zeros(len(signals.t)), list[tuple[float, float]]()
     for values in known.values():
         total = total + np.nan_to_num(values)
@@ -224,13 +224,18 @@ def range_at_rest(values: Column, signals: SignalColumns, elements: tuple[str, .
     return found
 
 
-def _ordered_speed(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column:
-    """Return the highest ordered hook speed (n,) [m/s] in the stages with lift-off or landing."""
-    values = np.full(len(signals.t), np.nan)
-    for action, speed in touching(plan, LiftedCondition if limit.quantity == "lift-off speed" else LandedCondition):
-        here = signals.within(action.stage)
+def _ordered_speed(plan: Plan, limit: RatedLimit, signals: SignalColumns, ran: bool) -> Reading:
+    """Return the highest ordered hook speed (n,) [m/s] in the actions, or in a run the stages, with lift-off or landing
+    of a block; after a run that shows it on supports (`ran`), of landings on other things."""
+    values, own = np.full(len(signals.t), np.nan), [x.first for x in plan.lists]
+    each = [x for x in touching(plan, limit.quantity, limit.subject) if x[1] or not ran]
+    for number, _, speed in each:
+        first = max((x for x in own if x < number), default=0)
+        stage = next((x.stage for x in reversed(plan.actions[first:number]) if x.stage), "")
+        here = np.array(signals.actions) == number if signals.named else signals.within(stage)
         values[here] = np.fmax(values[here], speed)
-    return values
+    source = f"{SIMULATED}; on other things {ORDERED}" if each else SIMULATED
+    return Reading(values, source=source if ran else ORDERED)
 
 
 def _exact(plan: Plan, limit: RatedLimit, signals: SignalColumns, x: ScalarSignal) -> tuple[float, float] | None:

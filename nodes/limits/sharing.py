@@ -5,7 +5,7 @@ matters. The printed shares hold for the given lengths.
 """
 
 from heavylift.nodes.models.commander.conditions import terms
-from heavylift.nodes.plan.actions import Action, LandedCondition, LiftedCondition, Move
+from heavylift.nodes.plan.actions import LANDS, CrossingCondition, LandedCondition, LiftedCondition, Move
 from heavylift.nodes.plan.mechanism import ties_on
 from heavylift.nodes.plan.plan import Plan
 
@@ -42,18 +42,26 @@ def dynamics_required(plan: Plan) -> tuple[float, str] | None:
     return daf(plan.place, max(masses)) if masses else None
 
 
-def touching(plan: Plan, kind: type[LiftedCondition] | type[LandedCondition]) -> list[tuple[Action, float]]:
-    """Return the actions that hoist until a block is lifted, or that lower it until it has landed (as `kind` says),
-    each with its speed [m/s]."""
-    moves = ((action, x) for action in plan.actions for x in action.orders if isinstance(x, Move))
-    winding = ((action, x) for action, x in moves if x.verb in ("hoist", "lower"))
-    return [(action, abs(x.speed)) for action, x in winding if any(isinstance(y, kind) for y in terms(x.until))]
+def touching(plan: Plan, quantity: str, block: str = "") -> list[tuple[int, bool, float]]:
+    """Return the actions that hoist until a block is lifted, or that lower it until it has landed: number from 1,
+    whether it lands on something other than its supports, speed [m/s]; without a name: of any block."""
+    lifts, found = quantity == "lift-off speed", list[tuple[int, bool, float]]()
+    of = [(m.name, cargo.body) for m in plan.machines for cargo in m.cargo if cargo.body == block or not block]
+    models = {name for names in of for name in names}
+    for number, action in enumerate(plan.actions, 1):
+        for x in (x for x in action.orders if isinstance(x, Move) and x.verb in ("hoist", "lower")):
+            for y in terms(x.until):
+                on = isinstance(y, CrossingCondition) and y.threshold.quantity == "gap" and y.value == LANDS
+                stands = isinstance(y, LiftedCondition if lifts else LandedCondition)
+                if ((on and not lifts) or stands) and getattr(y, "model", "") in models:
+                    found.append((number, on, abs(x.speed)))
+    return found
 
 
 def hoisting_factors(plan: Plan) -> list[str]:
     """Return, as text for each hoisting class, the factor that EN 13001-2 requires at the highest lift-off speed of the
     plan."""
-    speeds = [speed for _, speed in touching(plan, LiftedCondition)]
+    speeds = [speed for *_, speed in touching(plan, "lift-off speed")]
     if not speeds:
         return []
     each = ", ".join(f"{name} {hoisting_factor(max(speeds), name):.3f}" for name in HOISTING)

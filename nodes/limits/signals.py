@@ -61,7 +61,7 @@ class SignalColumns:
         if self.named:
             return np.array([name == stage for name in self.named], dtype=bool)
         at = np.searchsorted([start for start, _ in self.stages], self.t, side="right")
-        return np.array([False, *(name == stage for _, name in self.stages)], dtype=bool)[at]
+        return np.array([not stage, *(name == stage for _, name in self.stages)], dtype=bool)[at]
 
     def lugs(self, sling: str) -> list[tuple[str, NDArray[np.bool_]]]:
         """Return the lugs to which a sling is hooked, each with a mask (n,) of the samples at which it hangs there."""

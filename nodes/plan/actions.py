@@ -19,6 +19,8 @@ class Item(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     where: str = ""
 
 
+LANDS = 1e-3  # [m] between a block and what it has landed on
+
 # conditions; `text` = the words of the scene ("all slings taut"), quoted in sentences
 
 

@@ -1,13 +1,15 @@
 """A machine in the plan, made of parts: its mechanical system, its drives, winches and hooks, and its shapes."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Literal
 
 import msgspec
 from heavylift.kernel.description.flexible import Flexible
-from heavylift.kernel.description.mechanics import WORLD, Joint, Point, System, Vector
+from heavylift.kernel.description.mechanics import WORLD, Drive, Joint, Point, System, Vector
 
 from .actions import Item
+
+LEVEL = ("travel", "traverse", "slew")  # verbs of drives that lower nothing
 
 
 class Actuator(Item, frozen=True, kw_only=True):
@@ -285,6 +287,33 @@ def ties_on(machines: Sequence[Mechanism], hook: Hoist) -> Iterator[Tie]:
             joined |= ends if ends & joined else set()
         joined |= {lower for upper, lower in frames if upper in joined}
     return (tie for tie in ties if tie.upper.body in joined)
+
+
+def holders(machines: Sequence[Mechanism], body: str, hooked: Mapping[str, str]) -> tuple[list[Hoist], list[Mechanism]]:
+    """Return the hooks that hold a body by slings that are hooked like this (sling -> lug), and the machines that
+    these and other ropes and joints connect with it."""
+    places, ties = lug_places(machines), [tie for machine in machines for tie in machine.ties]
+    loads = {place.body for place in places.values()}
+    fixed = {tie.rope: tie.lower for tie in ties if tie.lower and tie.lower.body not in loads}
+    lower = {tie.rope: fixed.get(tie.rope) or places.get(hooked.get(tie.rope, "")) for tie in ties}
+    hooks = [hook for machine in machines for hook in machine.hooks]
+    held = [x for x in hooks if any((p := lower[tie.rope]) and p.body == body for tie in ties_on(machines, x))]
+    joined, links = {body}, [{j.parent, j.child} for m in machines for j in m.system.joints]
+    links += [{tie.upper.body, p.body} for tie in ties if (p := lower[tie.rope])]
+    ropes = [rope for m in machines for rope in m.system.all_ropes if rope.name not in lower]
+    links += [{p.body.partition("@")[0] for p in rope.points} for rope in ropes]
+    links = [link - {WORLD} for link in links]
+    while more := {name for link in links if link & joined for name in link} - joined:
+        joined |= more
+    return held, [m for m in machines if joined & {x.name for x in m.system.bodies}]
+
+
+def lowering(machines: Sequence[Mechanism]) -> tuple[list[str], list[Drive]]:
+    """Return the winch ropes, except those of hooks, and the drives that can lower what hangs on machines."""
+    hooks = {hook.rope for machine in machines for hook in machine.hooks}
+    lowers = {x.name for m in machines for x in m.actuators if x.verb not in LEVEL} - hooks
+    ropes = [rope.name for m in machines for rope in m.system.all_ropes if rope.name in lowers]
+    return ropes, [drive for m in machines for drive in m.system.drives if drive.name in lowers]
 
 
 def carried_hooks(machine: Mechanism, body: str) -> list[Hoist]:

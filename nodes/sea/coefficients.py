@@ -13,13 +13,22 @@ import numpy as np
 from heavylift.kernel.errors import SceneError, error_text, extra
 
 from .data_files import Coefficients, capytaine, drift_of, wamit
-from .hydrodynamics import VERSION, WORST, FitError, Hydrodynamics, MeanDrift, RadiationStates, WaveLoads
+from .hydrodynamics import (
+    EXACTLY,
+    VERSION,
+    FitError,
+    Hydrodynamics,
+    MeanDrift,
+    RadiationStates,
+    WaveLoads,
+    check,
+    one_sided,
+)  # fmt: skip
 from .hydrostatics import hydrostatics_of
 from .nemoh_data import nemoh, nemoh_files
 from .radiation_fit import fitted
 
 DIGITS, EXACT = 7, 12  # of data, and of states, which must stay passive
-EXACTLY = 1e-6  # [rad, or of the size]: rounding of other codes
 NOTHING = 1e-9  # of the largest number of a matrix: rounding
 FINEST, STEP = 3.0, 0.1  # [rad/s] of the frequencies that are computed
 PANELS, GRAVITY = 4.0, 9.81  # [m/s2]: panels along the shortest wave
@@ -49,17 +58,18 @@ def hull_of(
         files = [path.with_suffix(end) for end in (".1", ".3", ".hst")]
     else:
         raise SceneError(f"{path}: files of WAMIT do not contain the displaced volume; give it with --volume")
+    numbers = (read.w, read.A, read.B, read.A_inf, read.headings, read.X, read.K)
+    if len(read.w) < 2 or not all(np.isfinite(x).all() for x in numbers):
+        raise SceneError(f"{path}: it needs two or more frequencies, without gaps in radiation, loads and hydrostatics")
     given = drift and drift_of(drift, read.density * read.gravity, length)
     files += [drift] if drift else []
     digest = sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
     found = _hull(read, path.stem, f"{path.name}, SHA-256 {digest}")
-    if (worst := max(found.radiation.error.added_mass, found.radiation.error.damping)) > WORST:
-        advice = f"more than {WORST:.0%}; compute finer panels with a lid, or no frequencies whose waves they miss"
-        raise SceneError(f"{path}: the error of the radiation fit is {worst:.1%} of the largest coefficient, {advice}")
     if given:
         headings, values = _around(*given[1:])
         table = tuple(_rows(x) for x in _short(values))
-        return msgspec.structs.replace(found, drift=MeanDrift(_rows(given[0]), _rows(headings), table))
+        found = msgspec.structs.replace(found, drift=MeanDrift(_rows(given[0]), _rows(headings), table))
+    check(found, str(path))
     return found
 
 
@@ -142,7 +152,7 @@ def _rows(A: np.ndarray) -> Any:
 
 def _around(headings: np.ndarray, X: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return headings and loads, extended to a closed turn around the hull unless the headings cover just one side."""
-    if headings.min() >= 0.0 and headings.max() <= np.pi + EXACTLY:
+    if one_sided(headings.tolist()):
         return headings, X
     turned, at = np.unique((headings % (2.0 * np.pi)).round(DIGITS), return_index=True)
     turned[turned > np.pi] -= 2.0 * np.pi

@@ -17,7 +17,15 @@ from pathlib import Path
 import numpy as np
 from heavylift.kernel.errors import SceneError, error_text, extra
 
-NEEDED = ("omega", "wave_direction", "added_mass", "radiation_damping", "excitation_force", "hydrostatic_stiffness")
+NEEDED = (
+    "omega",
+    "wave_direction",
+    "added_mass",
+    "radiation_damping",
+    "excitation_force",
+    "hydrostatic_stiffness",
+    "disp_mass",
+)
 MODES = ("Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw")
 HDF5 = b"\x89HDF"  # how such a file begins
 DENSITY, GRAVITY = 1025.0, 9.81  # [kg/m3], [m/s2] where a file does not give them
@@ -62,8 +70,12 @@ def capytaine(path: Path) -> Coefficients:
     if point[:2].any():
         raise SceneError(f"{path}: its rotations are about {point.tolist()}; compute them about a point of the z axis")
     w, both = data["omega"], np.ix_(modes, modes)
-    A, B = (data[key].reshape(len(w), 6, 6)[:, both[0], both[1]] for key in ("added_mass", "radiation_damping"))
-    X = data["excitation_force"].reshape(2, len(w), -1, 6)[..., modes]
+    try:
+        A, B = (data[key].reshape(len(w), 6, 6)[:, both[0], both[1]] for key in ("added_mass", "radiation_damping"))
+        X = data["excitation_force"].reshape(2, len(w), len(data["wave_direction"]), 6)[..., modes]
+        K = data["hydrostatic_stiffness"].reshape(6, 6)[both]
+    except (ValueError, TypeError):
+        raise SceneError(f"{path}: its arrays are not those of one body on water of one depth at rest") from None
     solved = np.isfinite(A).all(axis=(1, 2))  # Capytaine writes NaN where it finds no solution
     finite = np.isfinite(w) & (w > 0.0) & solved & np.isfinite(X).all(axis=(0, 2, 3))
     infinite = np.isinf(w) & solved
@@ -76,7 +88,7 @@ def capytaine(path: Path) -> Coefficients:
     z = float(data["center_of_mass"].ravel()[2]) if "center_of_mass" in data else 0.0
     return Coefficients(
         w[finite][order], A[finite][order], B[finite][order], A[infinite][0], data["wave_direction"], X[0] - 1j * X[1],
-        data["hydrostatic_stiffness"].reshape(6, 6)[both], float(data["disp_mass"].ravel()[0]) / rho, z, rho, g, depth,
+        K, float(data["disp_mass"].ravel()[0]) / rho, z, rho, g, depth,
         data.get("center_of_buoyancy"),
     ).about(float(point[2]))  # fmt: skip
 
@@ -95,7 +107,7 @@ def _netcdf(path: Path) -> dict[str, np.ndarray]:
                     return {name: np.array(x) for name, x in tree.items()}
         with netcdf_file(path, "r", mmap=False) as classic:
             return {name: np.array(x.data) for name, x in classic.variables.items()}
-    except TypeError:
+    except (TypeError, IndexError, KeyError):
         raise SceneError(f"{path}: it is not a netCDF file") from None
     except (OSError, ValueError) as error:
         raise SceneError(f"{path}: {error_text(error)}") from None
@@ -123,9 +135,13 @@ def wamit(path: Path, volume: float, height: float, length: float, depth: float 
     radiation, loads, stiffness = (_table(path.with_suffix(end), n) for end, n in ((".1", 4), (".3", 7), (".hst", 3)))
     i, j = _modes(radiation, path.with_suffix(".1"), 1, 2)
     row, w, periods = _by(radiation[:, 0])
-    added, damping = (np.zeros((len(periods), 6, 6)) for _ in range(2))
+    added, damping = (np.full((len(periods), 6, 6), np.nan) for _ in range(2))
     size = DENSITY * length ** (3.0 + (i > 2) + (j > 2))
     added[row, i, j], damping[row, i, j] = size * radiation[:, 3], size * radiation[:, 4] * w
+    for x in (added, damping):
+        x[:, np.isnan(x).all(axis=0)] = 0.0  # symmetry makes them vanish, and WAMIT leaves them out
+    if np.isnan(added[periods >= 0.0]).any():
+        raise SceneError(f"{path.with_suffix('.1')}: it needs the same pairs of modes at each period")
     if 0.0 not in periods:
         raise SceneError(
             f"{path.with_suffix('.1')}: it has no infinite frequency, whose added mass is needed: period 0"
@@ -133,10 +149,12 @@ def wamit(path: Path, volume: float, height: float, length: float, depth: float 
     at, _, waves = _by(loads[:, 0])
     headings, of = np.unique(np.radians(loads[:, 1]), return_inverse=True)
     (mode,) = _modes(loads, path.with_suffix(".3"), 2)
-    X = np.zeros((len(headings), len(waves), 6), complex)
+    X = np.full((len(headings), len(waves), 6), np.nan + 0j)
     X[of, at, mode] = DENSITY * GRAVITY * length ** (2.0 + (mode > 2)) * (loads[:, 5] + 1j * loads[:, 6])
     if waves.tolist() != periods[periods > 0.0].tolist():
         raise SceneError(f"{path.with_suffix('.3')}: its periods differ from those of {path.stem}.1")
+    if np.isnan(X).any():
+        raise SceneError(f"{path.with_suffix('.3')}: it needs all six modes at each heading and period")
     i, j = _modes(stiffness, path.with_suffix(".hst"), 0, 1)
     K = np.zeros((6, 6))
     K[i, j] = DENSITY * GRAVITY * length ** (2.0 + (i > 2) + (j > 2)) * stiffness[:, 2]

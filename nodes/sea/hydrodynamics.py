@@ -20,6 +20,8 @@ from heavylift.kernel.errors import SceneError
 from .spectra import Component, wave_number
 
 VERSION = 1
+GAP = 0.25 * pi  # [rad] between headings: a wider one hides how loads change
+EXACTLY = 1e-6  # [rad, or of the size]: rounding of other codes
 WORST = 0.05  # of the largest added mass or damping of a mode: a fit that misses more is refused
 FINE = 0.5  # [rad] of the fastest component in a cubic piece: 2e-4 of its amplitude
 SIDES = (1.0, -1.0, 1.0, -1.0, 1.0, -1.0)  # how loads change where a wave comes from the other side of a symmetric hull
@@ -87,7 +89,7 @@ class Hydrodynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         used.
         """
         of = self.loads
-        mirrored, corners = self._corners(of, frequency, heading)
+        mirrored, corners = _corners(of, frequency, heading)
         if frequency > of.frequencies[-1]:
             return [0j] * 6
         parts = [(of.real[m][n], of.imaginary[m][n], share) for m, n, share in corners]
@@ -98,21 +100,25 @@ class Hydrodynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         """Return the mean drift in surge, sway and yaw at a frequency and heading, interpolated linearly; those of the
         first and last frequency hold beyond."""
         assert self.drift
-        mirrored, corners = self._corners(self.drift, frequency, heading)
+        mirrored, corners = _corners(self.drift, frequency, heading)
         found = [sum(share * self.drift.values[m][n][j] for m, n, share in corners) for j in range(3)]
         return [found[0], -found[1], -found[2]] if mirrored else found
 
-    def _corners(
-        self, of: WaveLoads | MeanDrift, frequency: float, heading: float
-    ) -> tuple[bool, list[tuple[int, int, float]]]:
-        """Return whether a wave comes from the other side of a symmetric hull, and the indices of headings and
-        frequencies to be interpolated, with their shares."""
-        turned = heading - 2.0 * pi * round(heading / (2.0 * pi))
-        i, a = _between(of.headings, abs(turned) if self.symmetric else turned)
-        k, b = _between(of.frequencies, frequency)
-        along = (i, 1.0 - a), (i + 1, a)
-        pairs = [(m, n, x * y) for n, y in ((k, 1.0 - b), (k + 1, b)) for m, x in along]
-        return self.symmetric and turned < 0.0, pairs
+
+def one_sided(headings: Sequence[float]) -> bool:
+    """Return whether headings are those of one side of a symmetric hull."""
+    return min(headings) >= 0.0 and max(headings) <= pi + EXACTLY
+
+
+def _corners(of: WaveLoads | MeanDrift, frequency: float, heading: float) -> tuple[bool, list[tuple[int, int, float]]]:
+    """Return whether a wave comes from the other side of a symmetric hull, and the indices of headings and
+    frequencies to be interpolated, with their shares."""
+    turned, half = heading - 2.0 * pi * round(heading / (2.0 * pi)), one_sided(of.headings)
+    i, a = _between(of.headings, abs(turned) if half else turned)
+    k, b = _between(of.frequencies, frequency)
+    along = (i, 1.0 - a), (i + 1, a)
+    pairs = [(m, n, x * y) for n, y in ((k, 1.0 - b), (k + 1, b)) for m, x in along]
+    return half and turned < 0.0, pairs
 
 
 def read_hydrodynamics(text: bytes, file: str) -> Hydrodynamics:
@@ -124,6 +130,12 @@ def read_hydrodynamics(text: bytes, file: str) -> Hydrodynamics:
         raise SceneError(f"{file} is not a file of a hull's hydrodynamics: {error}") from None
     if found.version != VERSION:
         raise SceneError(f"{file} has version {found.version}; this heavylift reads version {VERSION}")
+    check(found, file)
+    return found
+
+
+def check(found: Hydrodynamics, file: str) -> None:
+    """Raise SceneError unless the tables of a hull are whole and cover all headings, and its radiation is accurate."""
     tables: list[tuple[WaveLoads | MeanDrift, Sequence[Sequence[object]]]]
     tables = [(found.loads, found.loads.real), (found.loads, found.loads.imaginary)]
     for of, rows in [*tables, *([(found.drift, found.drift.values)] if found.drift else [])]:
@@ -134,12 +146,21 @@ def read_hydrodynamics(text: bytes, file: str) -> Hydrodynamics:
             )
         if [len(row) for row in rows] != [len(of.frequencies)] * len(of.headings):
             raise SceneError(f"{file}: the loads need one row for each heading and frequency")
+        low = 0.0 if found.symmetric and one_sided(of.headings) else -pi
+        widest = max(b - a for a, b in pairwise(of.headings))
+        if of.headings[0] > low + EXACTLY or of.headings[-1] < pi - EXACTLY or widest > GAP + EXACTLY:
+            raise SceneError(
+                f"{file}: headings of loads or drift must cover 0 to 180 deg of a symmetric hull, or a full turn, with "
+                f"gaps of at most {round(GAP * 180.0 / pi)} deg"
+            )
+    if found.depth is not None and not found.depth > 0.0:
+        raise SceneError(f"{file}: the depth of the water must be positive, not {found.depth:g} m")
     worst = max(found.radiation.error.added_mass, found.radiation.error.damping)
     if worst > WORST:
         raise SceneError(
-            f"{file}: its radiation misses {worst:.1%} of the data, more than {WORST:.0%}; compute finer ones"
+            f"{file}: the error of the radiation fit is {worst:.1%} of the largest coefficient, more than {WORST:.0%}; "
+            "compute finer panels with a lid, or no frequencies whose waves they miss"
         )
-    return found
 
 
 def _between(places: Sequence[float], x: float) -> tuple[int, float]:

@@ -38,28 +38,37 @@ def nemoh(case: Path) -> Coefficients:
     rows = [x.split("!")[0].split() for x in _text(cal).splitlines()]
     try:
         rho, g, depth, count = (float(rows[i][0]) for i in (1, 2, 3, 6))
+        away = any(map(float, rows[4][:2]))
         points = {tuple(map(float, row[4:7])) for row in rows[10:16] if float(row[0]) == 2.0}
     except (IndexError, ValueError):
         raise SceneError(f"{cal}: it is no Nemoh.cal of a body with six degrees of freedom") from None
     if count != 1 or len(points) != 1 or any((point := points.pop())[:2]):
         raise SceneError(f"{cal}: one body is needed that turns about one point above or below the origin")
+    if away:
+        raise SceneError(f"{cal}: the phases are those at XEFF, YEFF; compute them at 0, 0")
+    if re.search(r"(?im)^\s*[^1\s][^!\n]*!\s*output freq", _text(cal)):
+        raise SceneError(f"{cal}: its output is not by frequencies in rad/s; choose type 1")
     motions, loads, memory = (_zones(path) for path in (radiation, excitation, infinite))
     if len(motions) != 6 or any(x.shape[1] != 13 for _, x in (*motions, *loads)):
         raise SceneError(f"{radiation}: it does not have six motions with six loads each")
+    w = motions[0][1][:, 0]
+    if (np.diff(w) <= 0.0).any() or any(len(x) != len(w) or (x[:, 0] != w).any() for _, x in (*motions, *loads)):
+        raise SceneError(f"{radiation}: frequencies must ascend, and be the same in {excitation.name}")
     A, B = (np.array([x[:, k::2] for _, x in motions]).swapaxes(0, 1) for k in (1, 2))
     A_inf = np.array([x[0, 1::2] for _, x in memory])
     headings = np.radians([float(re.findall(NUMBER, zone.split("beta")[-1])[0]) for zone, _ in loads])
     order = np.argsort(headings)
     X = np.array([x[:, 1::2] * np.exp(-1j * x[:, 2::2]) for _, x in loads])[order]
-    given = dict(re.findall(rf"(ZG|Displacement)\s*=\s*({NUMBER})", _text(bodies)))
-    if set(given) != {"ZG", "Displacement"}:
+    given = dict(re.findall(rf"(ZG|Displacement|[XYZ]F)\s*=\s*({NUMBER})", _text(bodies)))
+    if not {"ZG", "Displacement"} <= {*given}:
         raise SceneError(f"{bodies}: it has no 'ZG' and 'Displacement'")
     K = np.array([[float(x) for x in line.split()] for line in _text(stiffness).splitlines() if line.strip()])
     if K.shape != (6, 6) or A_inf.shape != (6, 6):
         raise SceneError(f"{stiffness if A_inf.shape == (6, 6) else infinite}: it is no matrix of six motions")
     return Coefficients(
-        motions[0][1][:, 0], A, B, A_inf, headings[order], X, K, float(given["Displacement"]), float(given["ZG"]),
+        w, A, B, A_inf, headings[order], X, K, float(given["Displacement"]), float(given["ZG"]),
         rho, g, depth or np.inf,
+        np.array([float(given[x]) for x in ("XF", "YF", "ZF")]) if {"XF", "YF", "ZF"} <= {*given} else None,
     ).about(point[2])  # fmt: skip
 
 

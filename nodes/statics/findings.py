@@ -12,7 +12,7 @@ from heavylift.kernel.description.findings import NOT_CHECKED, Check, State, fin
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move, SlingsCondition, Turn, UnhookSling
-from heavylift.nodes.plan.mechanism import lug_places, ties_on
+from heavylift.nodes.plan.mechanism import holders, lowering, lug_places, ties_on
 
 from .aiming import world
 from .static_path import Followed
@@ -72,15 +72,16 @@ def _at_once(built: plan.Plan, path: Followed) -> list[Check]:
 def _lands(built: plan.Plan, path: Followed) -> list[Check]:
     """Return a finding for each load that comes down on its supports while no order lowers it."""
     found: dict[tuple[str, int], Check] = {}
-    ropes = {hook.rope for machine in built.machines for hook in machine.hooks}
-    luffs = {each.name for machine in built.machines for each in machine.actuators if each.verb == "luff"}
     pads = {s.name: s.point.body for machine in built.machines if machine.cargo for s in machine.system.supports}
     for before, x in pairwise(path.states):
         orders = built.actions[x.action - 1].orders if x.action else ()
         turned = {order.block for order in orders if isinstance(order, Turn)}
-        lowers = any(x.speeds.get(rope, 0.0) > 0.0 for rope in ropes) or any(x.speeds.get(each, 0.0) for each in luffs)
         stood, stands = ({pads[s] for s, force in y.supports.items() if s in pads and force > 0.0} for y in (before, x))
         for body in sorted(stands - stood) if orders and not any(isinstance(o, UnhookSling) for o in orders) else ():
+            hooks, machines = holders(built.machines, body, x.hooked)
+            winches, drives = lowering(machines)
+            lowers = any(x.speeds.get(hook.rope, 0.0) > 0.0 for hook in hooks)
+            lowers |= any(x.speeds.get(name, 0.0) for name in (*winches, *(drive.name for drive in drives)))
             if body in turned or not lowers:
                 name = built.actions[x.action - 1].stage or f"action {x.action}"
                 sentence = (

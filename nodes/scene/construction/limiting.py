@@ -19,6 +19,7 @@ from .rigging.ratings import bridle_limit, lug_limits, rigging_limits, shackle_l
 from .scene_builder import LOWER, UPPER, SceneBuilder
 
 SLACK = 0.9  # dynamic force upward over the weight, at which slings become slack
+ABOVE = "what waves wet above still water is not checked"
 MOORED = 2.0  # breaking load of a mooring line over its largest tension
 
 
@@ -33,6 +34,7 @@ def rated_limits(builder: SceneBuilder) -> tuple[RatedLimit, ...]:
         *lug_limits(builder),
         *_supports(builder, lifting),
         *_fenders(builder),
+        *_vessels(builder),
         *_splashes(builder, [row for row in rows if row.quantity == "hook load"]),
     ]
     return (*rows, *_ropes(builder))
@@ -103,11 +105,29 @@ def _fenders(builder: SceneBuilder) -> Iterator[RatedLimit]:
     """Yield the limits of the reactions of fenders."""
     for name, given in builder.scene.fenders.items():
         most, note = given.capacity, "" if given.capacity else "give its 'capacity'"
+        g = builder.scene.gravity
         yield RatedLimit(
-            subject=name, quantity="support load", unit="kg", value=most / builder.scene.gravity if most else None,
+            subject=name, quantity="support load", unit="kg", value=most / g if most and g else None,
             elements=(name,), source="the scene" if most else "", note=note,
             where=builder.source.where(("fenders", name)),
         )  # fmt: skip
+
+
+def _vessels(builder: SceneBuilder) -> Iterator[RatedLimit]:
+    """Yield rows without a value for what no check of a vessel includes: trim by incomplete data, wind, current."""
+    scene = builder.scene
+    for name, given in scene.vessels.items():
+        hull, floating = builder.hulls.get(name), given.floating
+        missing = {
+            f"trim of {name}": "its data have no centre of buoyancy" if hull and not hull.buoyancy else "",
+            f"wind on {name}": "not included; give its coefficients, 'floating: {wind: ...}'"
+            if scene.wind and floating and not floating.wind and name not in scene.wind.on
+            else "",
+            f"current on {name}": "not included: its motion is given" if scene.current and not floating else "",
+        }
+        for subject, note in ((x, y) for x, y in missing.items() if y):
+            where = builder.source.where(("vessels", name))
+            yield RatedLimit(subject=subject, quantity="inputs", unit="", note=note, where=where)
 
 
 def _splashes(builder: SceneBuilder, hooks: Sequence[RatedLimit]) -> Iterator[RatedLimit]:
@@ -117,11 +137,11 @@ def _splashes(builder: SceneBuilder, hooks: Sequence[RatedLimit]) -> Iterator[Ra
             where = builder.source.where((*(("block",) if cargo.body == "block" else ("blocks", cargo.body)), "splash"))
             yield RatedLimit(
                 subject=cargo.body, quantity="slack sling", unit="", value=SLACK, elements=(cargo.body,), where=where,
-                source="DNV-RP-N103: dynamic force upward over static weight in water",
+                source=f"DNV-RP-N103: dynamic force upward over static weight in water; {ABOVE}",
             )  # fmt: skip
             for row in hooks:
                 of = {"subject": f"{row.subject} in water", "elements": (*row.elements, cargo.body)}
-                yield replace(row, quantity="splash load", **of)
+                yield replace(row, quantity="splash load", source=f"{row.source}; {ABOVE}" if row.source else "", **of)
 
 
 def _ropes(builder: SceneBuilder) -> Iterator[RatedLimit]:

@@ -39,6 +39,7 @@ BLOCK = "block"
 QUANTILE = r"^(MPM|P[1-9][0-9]?(\.[0-9]+)?)$"
 USUAL, LONGEST = 7200.0, 86400.0  # [s] of a history, where no end is given, and of any; then its last speed goes on
 HARMONICS = 128
+BANDS = 500  # of half a per cent of the frequency
 SLOWEST, FASTEST = 1.0 / 1200.0, 0.5  # [Hz] of them; half of one speed a second
 
 
@@ -70,6 +71,11 @@ class Waves(Base):
     def harmonics(self, seed: int) -> list[Component]:
         """Return the harmonic components of all seas."""
         return [x for name, sea in sorted(self.seas.items()) for x in sea.harmonics(self.heading, f"{seed} {name}")]
+
+    def bands(self) -> list[Component]:
+        """Return the harmonic components of all seas by narrow bands, which are the same for each seed."""
+        fine = {name: sea.model_copy(update={"components": BANDS}) for name, sea in self.seas.items()}
+        return self.model_copy(update={"seas": fine}).harmonics(0)
 
 
 class Responses(Base):
@@ -193,7 +199,7 @@ class Fender(Base):
     """A fender, which pushes a point of a vessel away from its face, and holds it along the face by friction."""
 
     on: str = "world"  # a quay, or a vessel
-    at: Place  # of its face, in the frame of what it is on
+    at: Place  # of its face, which has no ends, in the frame of what it is on
     facing: Direction  # away from what it is on
     vessel: str  # that leans on it
     meets: Place  # point of this vessel

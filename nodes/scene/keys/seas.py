@@ -32,7 +32,6 @@ class Sea(Base):
 
     def harmonics(self, heading: float, seed: str) -> list[Component]:
         """Return the harmonic components of the sea, with random phases that the seed determines."""
-        to = heading if self.heading is None else self.heading
         parts, to = self._parts(), heading if self.heading is None else self.heading
         n = self.components // len(parts)
         named = [(x, seed if i == 0 else f"{seed} {i}") for i, x in enumerate(parts)]
@@ -65,7 +64,7 @@ class CurrentKeys(Base):
     """A uniform current past vessels, which have coefficients for it."""
 
     speed: u.Speed
-    heading: u.Angle = 0.0  # to which it flows, from x towards y
+    heading: u.Angle = 0.0  # to which it flows, from x towards y; 0 deg relative to the bow: from astern
     density: u.Density = 1025.0
 
 
@@ -75,7 +74,9 @@ class StreamKeys(Base):
 
     area: u.Area
     length: u.Extent
-    coefficients: list[tuple[u.Angle, u.Number, u.Number, u.Number]]  # direction to the bow; surge, sway, yaw
+    coefficients: list[
+        tuple[u.Angle, u.Number, u.Number, u.Number]
+    ]  # to where it goes, 0 deg from astern; surge, sway, yaw
 
     @model_validator(mode="after")
     def _even(self) -> "StreamKeys":

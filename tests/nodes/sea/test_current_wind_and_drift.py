@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import msgspec
@@ -79,11 +80,15 @@ def test_the_wind_force_on_a_barge_has_the_speed_history_of_the_gusts() -> None:
     assert (wind.signal.times, wind.signal.values) == ((0.0, 10.0), (5.0, 20.0))
 
 
-DRIFT = MeanDrift(
-    (0.4, 0.8, 1.2), (0.0, 0.5 * np.pi, np.pi),
-    (((500.0, 0.0, 0.0), (2e3, 0.0, 0.0), (3e3, 0.0, 0.0)), ((0.0, 1e3, 1e4), (0.0, 8e3, 4e4), (0.0, 1e4, 6e4)),
-     ((-500.0, 0.0, 0.0), (-2e3, 0.0, 0.0), (-3e3, 0.0, 0.0))),
+BEAM = (
+    ((500.0, 0.0, 0.0), (2e3, 0.0, 0.0), (3e3, 0.0, 0.0)), ((0.0, 1e3, 1e4), (0.0, 8e3, 4e4), (0.0, 1e4, 6e4)),
+     ((-500.0, 0.0, 0.0), (-2e3, 0.0, 0.0), (-3e3, 0.0, 0.0)),
 )  # fmt: skip
+HALF = [0.5 * (np.array(a) + np.array(b)) for a, b in pairwise(BEAM)]  # at 45 and 135 deg
+ROWS = [BEAM[0], HALF[0].tolist(), BEAM[1], HALF[1].tolist(), BEAM[2]]
+DRIFT = MeanDrift(
+    (0.4, 0.8, 1.2), tuple(0.25 * np.pi * i for i in range(5)), tuple(tuple(map(tuple, rows)) for rows in ROWS)
+)
 
 
 @pytest.fixture
@@ -124,7 +129,7 @@ def test_drift_in_an_irregular_sea_is_newmans_sum_over_pairs_of_waves(drifting: 
     rows = np.array(DRIFT.values)
     for mode, label in enumerate(("surge", "sway", "yaw")):
         (f,) = [f for f in forces if f.name == f"barge.{label} drift"]
-        ends = [np.interp(w, DRIFT.frequencies, rows[h, :, mode]) for h in (0, 1)]
+        ends = [np.interp(w, DRIFT.frequencies, rows[h, :, mode]) for h in (0, 2)]
         D = (ends[0] / 3.0 + ends[1] * 2.0 / 3.0) * (side if mode else 1)
         x = f.signal.waves
         A, B = np.array(x.cosines) - 1j * np.array(x.sines), np.array(x.by[0]) - 1j * np.array(x.by[1])
@@ -137,12 +142,44 @@ def test_drift_in_an_irregular_sea_is_newmans_sum_over_pairs_of_waves(drifting: 
 
 
 def test_slow_drift_of_a_moored_vessel_without_drift_data_is_reported_as_not_checked(drifting: Path) -> None:
-    sea = "seas: {s: {Hs: 1 m, Tp: 8 s, components: 20}}"
-    rows = {}
-    for hull in ("hull.json", "barge-110"):
-        found = checks_of(scene(drifting, sea, hull=hull).plan, [], [], None, [])
-        rows[hull] = [(x.subject, x.state) for x in found if x.quantity == "slow drift"]
-    assert rows == {"hull.json": [], "barge-110": [("barge", "amber")]}
+    seas = {"slow drift": "seas: {s: {Hs: 1 m, Tp: 8 s, components: 20}}", "mean drift": "height: 1 m, period: 8 s"}
+    for drift, sea in seas.items():
+        rows = {}
+        for hull in ("hull.json", "barge-110"):
+            found = checks_of(scene(drifting, sea, hull=hull).plan, [], [], None, [])
+            rows[hull] = [(x.quantity, x.subject, x.state) for x in found if "drift" in x.quantity]
+        assert rows == {"hull.json": [], "barge-110": [(drift, "barge", "amber")]}
+
+
+RAFT = "  raft: {mass: 9000 t, size: [90 m, 9 m, 6 m], draught: 3 m, at: [0 m, 90 m, 0 m], responses: {}}\n"
+
+
+def unchecked(loaded: LoadedScene) -> list[str]:
+    return [x.sentence for x in loaded.checks if x.quantity == "inputs" and x.state == "amber"]
+
+
+def test_wind_current_and_trim_that_no_check_includes_are_amber(drifting: Path) -> None:
+    wind = "wind: {speed: 5 m/s, direction: [1, 0, 0], on: {%s}}"
+    hull = msgspec.json.decode((drifting / "hull.json").read_bytes()) | {"buoyancy": None}
+    (drifting / "hull.json").write_bytes(msgspec.json.encode(hull))
+    still = (drifting / "sea.yaml", "0 deg", "hull.json")
+    still[0].write_text(SCENE % ("", *still[1:], "waterplane: null"))
+    assert unchecked(load(still[0])) == ["inputs of trim of barge: its data have no centre of buoyancy"]
+    own = SCENE % (wind % "barge: {sides: [1 m2, 1 m2, 1 m2]}", "0 deg", "barge-110", "waterplane: null")
+    assert unchecked(parse(own)) == []
+    with pytest.raises(SceneError, match="the wind on barge counts twice"):
+        parse(own.replace("waterplane: null", STREAM % "wind"))
+    other = own.replace("barge: {sides", "raft: {sides").replace("vessels:\n", f"vessels:\n{RAFT}")
+    assert unchecked(parse(other)) == [
+        "inputs of wind on barge: not included; give its coefficients, 'floating: {wind: ...}'"
+    ]
+    given = "heavylift: 1\nname: raft\nend: 1 s\ncurrent: {speed: 1 m/s}\nactions: [{wait: 1 s}]\nvessels:\n" + RAFT
+    assert unchecked(parse(given)) == ["inputs of current on raft: not included: its motion is given"]
+
+
+def test_a_floating_vessel_without_gravity_is_refused() -> None:
+    with pytest.raises(SceneError, match="barge floats, which needs gravity"):
+        parse(SCENE % ("gravity: 0 m/s2", "0 deg", "barge-110", "waterplane: null"))
 
 
 def test_drift_coefficients_from_wamit_files_are_scaled_to_newtons(tmp_path: Path) -> None:

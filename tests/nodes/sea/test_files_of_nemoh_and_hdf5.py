@@ -7,6 +7,7 @@ NEMOH's own example of a sphere has the surge of a wave along x at the phase -pi
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -45,6 +46,13 @@ hemisphere.dat ! Name of mesh file
 @pytest.fixture(scope="module")
 def hull() -> Coefficients:
     return wamit(DATA / "hemisphere.1", VOLUME, ZG, 1.0)
+
+
+def around(of: Coefficients, step: float = 15.0) -> Coefficients:
+    """The same loads between headings, every 15 degrees."""
+    headings = np.radians(np.arange(0.0, 181.0, step))
+    X = np.array([[np.interp(headings, of.headings, row) for row in x] for x in of.X.transpose(1, 2, 0)])
+    return replace(of, headings=headings, X=X.transpose(2, 0, 1))
 
 
 def table(title: str, first: np.ndarray, pairs: np.ndarray) -> str:
@@ -103,8 +111,9 @@ def test_moments_of_nemoh_about_another_point_are_turned_into_those_about_the_ce
 
 
 def test_the_hash_of_all_files_of_nemoh_and_the_depth_are_recorded(tmp_path: Path, hull: Coefficients) -> None:
-    found = hull_of(written(tmp_path, hull, "12."))
+    found = hull_of(written(tmp_path, around(hull), "12."))
     assert found.depth == 12.0
+    assert found.buoyancy == (0.0, 0.0, -0.37)
     name, digest = found.source.split(", SHA-256 ")
     assert (name, len(digest)) == ("Nemoh.cal", 64)
     path = tmp_path / "Mesh/KH.dat"
@@ -129,6 +138,52 @@ def test_incomplete_files_of_nemoh_are_refused_in_one_sentence(tmp_path: Path, h
         (tmp_path / what).write_text("1 2 3\n")
     with pytest.raises(SceneError, match=BAD[what]):
         nemoh(path)
+
+
+EDITS = {
+    "phases are those at XEFF, YEFF": ("Nemoh.cal", "0. 0. ! XEFF", "0. 3. ! XEFF"),
+    "output is not by frequencies in rad/s": (
+        "Nemoh.cal",
+        "6 ! Number of res",
+        "2 ! output freq type\n6 ! Number of res",
+    ),
+    "frequencies must ascend, and be the same": ("Results/ExcitationForce.tec", " 9.9045442E-01", " 9.8045442E-01"),
+}
+
+
+@pytest.mark.parametrize("sentence", EDITS)
+def test_nemoh_files_with_other_conventions_are_refused(tmp_path: Path, hull: Coefficients, sentence: str) -> None:
+    path, (file, old, new) = written(tmp_path, hull), EDITS[sentence]
+    text = (tmp_path / file).read_text()
+    assert old in text
+    (tmp_path / file).write_text(text.replace(old, new))
+    with pytest.raises(SceneError, match=sentence):
+        nemoh(path)
+
+
+@pytest.mark.parametrize("wrong", ["cut", "two depths", "no loads", "one heading"])
+def test_netcdf_files_with_other_arrays_are_refused_in_one_sentence(tmp_path: Path, wrong: str) -> None:
+    import h5py
+
+    path = tmp_path / "bad.nc"
+    if wrong == "cut":
+        path.write_bytes(b"CDF\1")
+    else:
+        with h5py.File(hdf5(path, [*range(6)]), "r+") as tree:
+            changed = {
+                "two depths": {"added_mass": np.repeat(tree["added_mass"][:][:, None], 2, 1)},
+                "no loads": {"excitation_force": np.nan * tree["excitation_force"][:]},
+                "one heading": {
+                    "wave_direction": np.zeros(1), "excitation_force": tree["excitation_force"][:][:, :, :1]
+                },
+            }[wrong]  # fmt: skip
+            for name, x in changed.items():
+                del tree[name]
+                tree[name] = x
+    sentences = {"cut": "not a netCDF file", "two depths": "one body on water of one depth",
+                 "no loads": "it needs two or more frequencies", "one heading": "at least two of each"}  # fmt: skip
+    with pytest.raises(SceneError, match=rf"bad.nc: .*{sentences[wrong]}"):
+        hull_of(path)
 
 
 def hdf5(path: Path, order: list[int], point: float = 0.0, modes: tuple[str, ...] = MODES) -> Path:

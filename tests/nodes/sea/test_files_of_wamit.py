@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 from heavylift.kernel import SceneError
 from heavylift.nodes.scenes import vessels_folder
-from heavylift.nodes.sea import Hydrodynamics, hull_of, read_hydrodynamics
+from heavylift.nodes.sea import Hydrodynamics, MeanDrift, hull_of, read_hydrodynamics
+from msgspec.structs import replace
 
 ROUNDED = 2e-6  # relative: six digits are written
 EVERY = 3  # of its frequencies, to make the fit short
@@ -93,6 +95,60 @@ def test_incomplete_files_of_wamit_are_refused_in_one_sentence(tmp_path: Path, f
     (tmp_path / file).write_text(text)
     with pytest.raises(SceneError, match=sentence):
         hull_of(path, 14080.0)
+
+
+@pytest.mark.parametrize(("file", "sentence"), [
+    ("barge.3", "it needs all six modes at each heading"), ("barge.1", "it needs the same pairs of modes"),
+])  # fmt: skip
+def test_a_row_that_is_missing_is_no_zero_load(tmp_path: Path, file: str, sentence: str) -> None:
+    path = written(tmp_path, bundled())
+    rows = (tmp_path / file).read_text().splitlines()
+    (tmp_path / file).write_text("\n".join(rows[:50] + rows[51:]))
+    with pytest.raises(SceneError, match=sentence):
+        hull_of(path, 14080.0)
+
+
+HEADINGS = {
+    (0.0,): "at least two",
+    (-30.0, 0.0, 30.0): "cover",
+    (0.0, 45.0, 90.0): "cover",
+    (0.0, 90.0, 180.0): "cover",
+}
+HEADINGS |= {(200.0,): "gaps of at most 45 deg", (*np.arange(-180.0, 200.0, 60.0),): "gaps of at most 45 deg"}
+
+
+@pytest.mark.parametrize("degrees", HEADINGS)
+def test_headings_that_do_not_cover_the_hull_are_refused(tmp_path: Path, degrees: tuple[float, ...]) -> None:
+    of = bundled()
+    n, loads = len(degrees), of.loads
+    cut = replace(loads, headings=tuple(np.radians(degrees)), real=loads.real[:n], imaginary=loads.imaginary[:n])
+    with pytest.raises(SceneError, match=HEADINGS[degrees]):
+        hull_of(written(tmp_path, replace(of, loads=cut)), of.volume, HEIGHT, LENGTH)
+    if n > 1:
+        with pytest.raises(SceneError, match="must cover"):
+            read_hydrodynamics(msgspec.json.encode(replace(of, loads=cut)), "barge.json")
+
+
+def test_one_side_of_a_hull_that_is_not_symmetric_and_depths_below_zero_are_refused() -> None:
+    for wrong, sentence in (({"symmetric": False}, "must cover"), ({"depth": -5.0}, "depth .* must be positive")):
+        with pytest.raises(SceneError, match=sentence):
+            read_hydrodynamics(msgspec.json.encode(replace(bundled(), **wrong)), "barge.json")
+
+
+def test_drift_of_one_side_is_mirrored_beside_loads_of_both_sides() -> None:
+    """The sign of sway and yaw is another on the other side, whatever the headings of the wave loads are."""
+    of = bundled()
+    turns = tuple(x for x in of.loads.headings)
+    both = tuple(-x for x in turns[:0:-1]) + turns
+    rows = [[of.load(w, b) for w in of.loads.frequencies] for b in both]
+    loads = replace(of.loads, headings=both, real=tuple(tuple(tuple(x.real for x in X) for X in row) for row in rows),
+                    imaginary=tuple(tuple(tuple(x.imag for x in X) for X in row) for row in rows))  # fmt: skip
+    values = tuple(((100.0 * b, 10.0 * b, b),) * 2 for b in turns)
+    whole = replace(of, loads=loads, symmetric=False, drift=MeanDrift((0.5, 1.0), turns, values))
+    for angle in (0.4, 1.5, 2.9):
+        x, y, yaw = whole.drifting(0.7, angle)
+        assert whole.drifting(0.7, -angle) == pytest.approx([x, -y, -yaw])
+        assert whole.load(0.7, -angle) == pytest.approx(of.load(0.7, -angle))
 
 
 def test_files_of_wamit_without_a_displaced_volume_are_refused(tmp_path: Path) -> None:

@@ -138,6 +138,22 @@ def test_a_vessel_that_floats_deeper_than_its_data_is_refused():
         parse(scene("height: 1 m, period: 8 s").replace("14432 t", "15000 t"))
 
 
+@pytest.mark.parametrize("waves", ["height: 1 m, period: 2 s", "seas: {s: {Hs: 1 m, Tp: 3 s}}"])
+def test_waves_beyond_the_frequencies_of_a_hull_are_refused_with_their_share(waves: str) -> None:
+    """The file has data up to 2.6 rad/s; half of the energy of a sea is above its mean period."""
+    with pytest.raises(SceneError, match=r"\d+% of the energy .* 0.1 to 2.6 rad/s, more than 5%; data from .* enough"):
+        parse(scene(waves))
+    for seed in range(3):
+        assert parse(scene("seas: {s: {Hs: 1 m, Tp: 5 s, components: 10}}", seed=seed)).plan.machines, "for any seed"
+
+
+def test_water_of_another_density_than_that_of_the_data_and_unstable_vessels_are_refused() -> None:
+    with pytest.raises(SceneError, match="data has 1025 kg/m3, not 1000"):
+        parse(scene("height: 1 m, period: 8 s, density: 1000 kg/m3"))
+    with pytest.raises(SceneError, match=r"not stable in roll: GM is -2.67 m"):
+        parse(scene("height: 1 m, period: 8 s").replace("com: [0 m, 0 m, 2 m]", "com: [0 m, 0 m, 22 m]"))
+
+
 def test_given_motions_of_a_vessel_cannot_be_used_in_an_irregular_sea():
     text = scene("seas: {wind: {Hs: 1 m, Tp: 8 s}}")
     given = (

@@ -75,3 +75,10 @@ def test_a_lift_that_passes_in_no_sea_of_the_table_gives_exit_code_1(here: Path)
     (here / "scatter.csv").write_text("Hs \\ Tp, 9\n40, 4\n")
     done = CliRunner().invoke(app, ["limits", *COMMON, "--scatter", "scatter.csv"])
     assert (done.exit_code, json.loads(done.stdout)["state"]) == (1, "red")
+
+
+@pytest.mark.parametrize("option", ["--depth 15", "--volume 3", "--height 2", "--length 7"])
+def test_options_that_a_kind_of_hull_data_does_not_take_are_refused(here: Path, option: str) -> None:
+    done = CliRunner().invoke(app, ["hull", "x.nc", *option.split()])
+    assert done.exit_code
+    assert f"take no {option.split()[0]}" in str(done.exception)

@@ -1,6 +1,7 @@
 """Free vessels with hydrodynamics from a file: hydrostatics, radiation forces with memory, and wave loads."""
 
 from collections.abc import Sequence
+from itertools import accumulate
 from math import sqrt
 
 from heavylift.kernel.algebra.dense import product
@@ -19,6 +20,7 @@ LARGEST = 1 << 24  # of a file [bytes]
 SHALLOW = 0.02  # of the length of waves, by which the depth may change it on the average
 DRIFTS = (0, 1, 5)  # modes
 LEVEL = 0.02  # [rad]: by which it may heel or trim
+OUTSIDE = 0.05  # of the energy of waves, at frequencies that the data of a hull do not have
 AFLOAT = 0.02  # of the displacement, by which the weight may differ from that of the file
 
 
@@ -49,9 +51,13 @@ def check_draught(builder: SceneBuilder, name: str, hull: Hydrodynamics, mass: f
             f"it weighs {mass / 1e3:.6g} t with all that stands on it, and its hull displaces {displaced / 1e3:.6g} t"
         )
         builder.source.fault(("vessels", name, "mass"), message, "change its ballast, or take data of another draught")
-    if hull.buoyancy:
+    heights = [z - centre[2] for z in hull.metacentres]
+    for turn, GM in (x for x in zip(("roll", "pitch"), heights, strict=True) if x[1] <= 0.0):
+        message = f"with all that stands on it, it is not stable in {turn}: GM is {GM:.3g} m"
+        builder.source.fault(("vessels", name, "com"), message, "lower its centre of mass")
+    if hull.buoyancy and min(heights) > 0.0:
         ahead, port = (centre[i] - hull.buoyancy[i] for i in (0, 1))
-        across, along = (z - centre[2] for z in hull.metacentres)
+        across, along = heights
         if abs(port) > LEVEL * across or abs(ahead) > LEVEL * along:
             message = (
                 f"with all that stands on it, it is {ahead:.3g} m ahead and {port:.3g} m to port of its centre of "
@@ -78,6 +84,24 @@ def check_depth(
         builder.source.fault(at, message, "compute it for this depth: `heavylift hull --depth`")
 
 
+def check_energy(builder: SceneBuilder, name: str, hull: Hydrodynamics, sea: list[Component]) -> None:
+    """Add an error if a hull has no data for too much of the energy of waves: beyond its highest frequency its loads
+    are zero."""
+    least, most = hull.loads.frequencies[0], hull.loads.frequencies[-1]
+    energy = sum(x.amplitude * x.amplitude for x in sea)
+    share = sum(x.amplitude * x.amplitude for x in sea if not least <= x.frequency <= most) / energy
+    if share > OUTSIDE:
+        rising, tail = sorted(sea), 0.5 * OUTSIDE * energy
+        sums = list(accumulate((x.amplitude * x.amplitude for x in rising), initial=0.0))
+        needed = [
+            x.frequency for x, a, b in zip(rising, sums, sums[1:], strict=False) if b > tail and a < energy - tail
+        ]
+        message = f"{share:.0%} of the energy of the waves is outside its data from {least:.3g} to {most:.3g} rad/s, "
+        message += f"more than {OUTSIDE:.0%}; data from {needed[0]:.3g} to {needed[-1]:.3g} rad/s would be enough"
+        at = ("vessels", name, "floating", "hydrodynamics")
+        builder.source.fault(at, message, "compute it with finer panels")
+
+
 def restoring(hull: Hydrodynamics, gravity: float, weight: float, height: float) -> list[list[float]]:
     """Return the hydrostatic stiffness (3, 3) in heave [N/m], roll and pitch [N m] of a floating weight [N] whose
     centre is `height` [m] above the waterline."""
@@ -99,6 +123,10 @@ def wave_loads(builder: SceneBuilder, name: str, hull: Hydrodynamics, vessel: Ve
     regular = [Component(frequency, amplitude, waves.heading, 0.0)] if amplitude else []
     sea = regular or waves.harmonics(builder.scene.seed)
     check_depth(builder, name, hull, sea, waves.depth)
+    check_energy(builder, name, hull, regular or waves.bands())
+    if "density" in waves.model_fields_set and waves.density != hull.density:
+        message = f"the water of {name}'s data has {hull.density:g} kg/m3, not {waves.density:g}"
+        builder.source.fault(("waves", "density"), message, "leave it out, or compute data for it")
     sums = loads_in_sea(hull, sea, away, vessel.heading, builder.scene.gravity, waves.ramp, waves.depth)
     signals = [_alone(x) if regular else InputSignal(0.0, waves=x) for x in sums]
     modes = ("surge", "sway", "heave", "roll", "pitch", "yaw")

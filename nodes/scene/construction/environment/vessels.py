@@ -182,6 +182,11 @@ def _water(
 ) -> tuple[Bushing | Load | Radiation | Stream, ...]:
     """Return the water forces on a free vessel: buoyancy, hydrostatics with mooring and damping, radiation, waves."""
     scene, waves = builder.scene, builder.scene.waves
+    if not scene.gravity:
+        builder.source.fault(
+            ("gravity",), f"{name} floats, which needs gravity", "give it a motion, or leave gravity out"
+        )
+        return ()
     mass = sum(mass for mass, _ in standing)
     weight = scene.gravity * mass
     middle = [sum(mass * p[i] for mass, p in standing) * scene.gravity / weight - given.at[i] for i in range(3)]
@@ -223,6 +228,9 @@ def _streams(builder: SceneBuilder, name: str, floating: Floating) -> list[Strea
     elif current:
         message = "the scene has a current, and the vessel has no coefficients for it"
         builder.source.fault(("vessels", name, "floating"), message, "write 'current: {area, length, coefficients}'")
+    if wind and floating.wind and name in wind.on:
+        message = f"the wind on {name} counts twice, by these sides and by 'floating: {{wind: ...}}'"
+        builder.source.fault(("wind", "on", name), message, "leave one of them out", on_key=True)
     if wind and floating.wind:
         times, speeds = zip(*h, strict=True) if (h := wind.history(scene.seed, scene.end)) else ((), ())
         found.append(

@@ -21,7 +21,6 @@ from .subjects import Subjects
 
 UNITS = {"length": "m", "angle": "rad", "force": "N", "mass": "kg", "ratio": "", "speed": "m/s"}  # by dimension
 UNJUDGED = ("angle", "length")  # signals that are not known of a path or a recording
-LANDS = 1e-3  # [m] between a block and what it has landed on
 
 
 class Conditions:
@@ -63,7 +62,7 @@ class Conditions:
                 return actions.EndedCondition(lift=test.of, **named)
             case phrases.GroundTest() if test.on:
                 model, signal = self._lands(path, test)
-                return self.crossing(path, signal, model, LANDS, False, test.text)
+                return self.crossing(path, signal, model, actions.LANDS, False, test.text)
             case phrases.GroundTest():
                 kind = actions.LiftedCondition if test.state == "lifted" else actions.LandedCondition
                 return kind(model=self._standing(path, test), **named)
