@@ -151,7 +151,9 @@ def limits_of_all(
     the mildest state that ends a search; `replications`: number of seeds with which each value is run."""
 
     def message(name: str, value: str, row: Row) -> None:
-        status = "green" if row["status"] == "done" else f"{row['status']}: {reason(row)}"
+        status = str(row["state"] if row["status"] == "done" else row["status"])
+        if status not in STATES or STATES.index(status) <= STATES.index(fails):
+            status += f": {reason(row)}"
         say(f"  {name.partition('=')[0]} {value}: {status}")
 
     scene = level_of(scene, say)

@@ -144,7 +144,7 @@ class YardStudy:
             for name, units in yard.capacities.items()
         ]
         cases += [(f"{step} takes what is expected", f"steps.{step}.takes={x!r} s") for step, x in mean.items()]
-        cases += [("no weather", "weather={forecast: 0 h}")] if yard.weather.wind or yard.weather.sea else []
+        cases += [("no weather", "weather=none")] if yard.weather.wind or yard.weather.sea else []
         for name, setting in cases:
             days = self.of(setting).days
             gains = (quantile(base.days, part) - quantile(days, part) for part in PARTS[1:])

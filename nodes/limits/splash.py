@@ -52,10 +52,11 @@ class SplashZone:
         return np.asarray(np.interp(depth, x, force))
 
     def along(self, f: Callable[[Column, Column], Column], rest: Column) -> Column:
-        """Return, for each sample (n,), the largest f(depth, rest) since the sample before; nan outside the zone, or if
-        the block does not hang. `rest`: a quantity that changes linearly from sample to sample."""
+        """Return, for each sample (n,), the largest f(depth, rest) since the sample before; nan above still water, or
+        if the block does not hang. Below their last points the curves hold their last values. `rest`: a quantity that
+        changes linearly from sample to sample."""
         d, hangs = self.depth, self.hangs
-        values = np.where(hangs & (d >= 0.0) & (d <= self.corners[-1]), f(d, rest), np.nan)
+        values = np.where(hangs & (d >= 0.0), f(d, rest), np.nan)
         for x in self.corners:
             for k in np.flatnonzero((d[:-1] - x) * (d[1:] - x) < 0.0):
                 if hangs[k] and hangs[k + 1]:

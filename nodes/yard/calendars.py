@@ -8,6 +8,7 @@ from functools import lru_cache
 from itertools import accumulate
 
 from heavylift.kernel.errors import SceneError
+from heavylift.nodes.devs import NEVER
 
 MINUTE = 60 * 10**9
 DAY = 24 * 60 * MINUTE
@@ -32,6 +33,17 @@ class Calendar:
             return t
         begins, ends, _ = windows(self.key)
         return max(t, begins[_within(bisect_right(ends, t), begins)])
+
+    def after(self, t: int) -> int:
+        """Return the time of the first opening after t; NEVER if there is none."""
+        begins = windows(self.key)[0] if self.key else ()
+        n = bisect_right(begins, t)
+        return begins[n] if n < len(begins) else NEVER
+
+    def shortest(self, work: int) -> int:
+        """Return the shortest time [ns] from the begin to the end of work [ns]; a shift's begin gives it, since all
+        work that begins later in that shift includes the same breaks or more."""
+        return _shortest(self.key, work) if self.key else work
 
     def add(self, t: int, work: int) -> int:
         """Return the time at which work is done that begins at t and takes `work` [ns] of working time."""
@@ -61,6 +73,14 @@ class Calendar:
         begins, ends, worked = windows(self.key)
         n = bisect_right(begins, t) - 1
         return worked[n] + min(t, ends[n]) - begins[n] if n >= 0 else 0
+
+
+@lru_cache(4096)
+def _shortest(key: str, work: int) -> int:
+    of, (begins, ends, worked) = Calendar(key), windows(key)
+    whole = worked[-1] + ends[-1] - begins[-1]
+    fits = (t for t, done in zip(begins, worked, strict=True) if done + work <= whole)
+    return min((of.add(t, work) - t for t in fits), default=work)
 
 
 def _within(n: int, begins: Sequence[int]) -> int:

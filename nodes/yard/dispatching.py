@@ -14,6 +14,8 @@ from .network import Activity
 from .weather import HOUR, NONE, WindChange, YardDone, YardWeather
 
 PATIENCE = 3650 * 24 * HOUR
+BAD = "in ten years it was never long enough good"
+HELD = "blocks that hold it wait for others; release it at an earlier step, or add units"
 NOT_READY, NO_SHIFT, WEATHER = "block not ready", "no shift", "weather"
 
 
@@ -158,10 +160,11 @@ class Dispatcher(Atomic):
                         break
                 else:
                     if (self.limited[n] >= 0 and not self.calm_for(n, now)) or not self.window_for(n, now):
-                        cause = WEATHER
+                        # a window that begins at the next opening may include fewer breaks, and so be shorter
+                        cause, wake = WEATHER, min(wake, one.works.after(now))
             self.causes[n] = cause
             if cause == WEATHER and now - self.waited.setdefault(n, now) > PATIENCE:
-                raise ModelError(f"{one.name} waits for ever for weather: in ten years it was never long enough good")
+                raise ModelError(f"{one.name} waits for ever for weather: {BAD}")
             if cause:
                 kept.append((rank, n))
                 continue
@@ -174,10 +177,8 @@ class Dispatcher(Atomic):
         self.begun, self.changed = tuple(started), tuple(sorted({**freed, **dict.fromkeys(changed)}))
         if kept and wake == NEVER and not self.running and not (any(self.calms) and WEATHER in self.causes):
             waits = self.activities[kept[0][1]]
-            raise ModelError(
-                f"{waits.name} waits for ever for {self.causes[kept[0][1]]}: blocks that hold it wait for others; "
-                "release it at an earlier step, or add units"
-            )
+            cause = self.causes[kept[0][1]]
+            raise ModelError(f"{waits.name} waits for ever for {cause}: {BAD if cause == WEATHER else HELD}")
         self.hold_in(0 if self.begun or self.changed or self.telling else wake if wake == NEVER else wake - now)
 
     def calm_for(self, n: int, now: int) -> bool:
@@ -195,7 +196,10 @@ class Dispatcher(Atomic):
         end = one.works.add(now, one.expected)
         limit = one.sea * self.weather.factor(end - now)
         if not limit:
-            message = f"{one.name} needs a window of {(end - now) / HOUR:.3g} h, longer than all with an alpha factor"
+            shortest = one.works.shortest(one.expected)
+            if self.weather.factor(shortest):
+                return False
+            message = f"{one.name} needs a window of {shortest / HOUR:.3g} h, longer than all with an alpha factor"
             raise ModelError(f"{message} in the yard")
         return bool(self.swell) and self.swell[self.seas[limit]] >= max(end, now + 1)
 

@@ -68,7 +68,7 @@ class YardStep(Atomic):
         self.hold_in(self.due[0][0] - now if self.due else NEVER)
 
     def lift(self, n: int, now: int) -> None:
-        """Begin the ordered activities; stop lifts, or let them continue, as the wind demands."""
+        """Begin the lift of a rigged block, or let the block wait for less wind."""
         one = self.activities[n]
         assert one.lift
         left = seconds(one.lift.seconds)
@@ -82,7 +82,7 @@ class YardStep(Atomic):
             heappush(self.due, (one.works.add(now, left), n))
 
     def stop(self, now: int) -> None:
-        """Begin the lift of a rigged block, or let the block wait for less wind."""
+        """Stop lifts, or let them continue, as the wind demands."""
         for end, n in [*self.due]:
             one = self.activities[n]
             if one.lift and n not in self.rigging and self.speed > one.lift.stop and end > now:

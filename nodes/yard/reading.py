@@ -20,7 +20,7 @@ from heavylift.nodes.scene.text.files import scene_text
 from heavylift.nodes.scene.text.overlay import override
 from heavylift.nodes.scene.text.source import Mark, Path, SourceText, read
 from heavylift.nodes.scene.text.table_files import TableCell, with_unit
-from heavylift.nodes.scene.text.units import LENGTH, RATIO
+from heavylift.nodes.scene.text.units import RATIO
 
 from . import fields
 from .beginning import HEAD, yard_path
@@ -234,7 +234,7 @@ class _Reading(Taking):
                         machines[order.scene] = taken(self, order, step, self.types, capacities)
                     more = machines[order.scene]
                 needs = self.needs(step, block, cells, capacities, number, more)
-                sea = self.take(("steps", step, "limits", "Hs"), lambda x: LENGTH.read(str(x)), inf)
+                sea = self.take(("steps", step, "limits", "Hs"), fields.height, inf)
                 made.append(Activity(block, step, takes, needs, tuple(after), max(0, ready), calendars[step], sea=sea))
         try:
             TopologicalSorter(waits_for).prepare()

@@ -6,12 +6,13 @@ distribution of the month (translation process; Brown, Katz and Murphy 1984, J. 
 
 from bisect import bisect_left
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date, datetime, timedelta
+from itertools import pairwise
 from math import erfc, isfinite, log, sqrt
 from random import Random
 
-from heavylift.nodes.devs import Atomic, Bag, In, Message, Out, stream
+from heavylift.nodes.devs import NEVER, Atomic, Bag, In, Message, Out, stream
 from heavylift.nodes.scene.text.table_files import TableCell, with_unit
 from heavylift.nodes.scene.text.units import LENGTH, RATIO, SPEED, TIME
 
@@ -20,37 +21,38 @@ from .taking import Taking
 
 HOUR = DAY // 24
 COLUMNS, MONTHLY = {"wind": ("wind", SPEED), "sea": ("Hs", LENGTH)}, ("month", "scale", "shape")  # of a series
+CALM = "none"  # in place of a yard's weather
 YEAR = 8760  # hours; also how far ahead a calm is looked for
 
 
 @dataclass(frozen=True)
-class HourlyWind:
-    """Hourly wind [m/s] or significant wave height [m]: a measured `series`, which starts at hour `first` and is
-    repeated, or a random one from Weibull distributions (scale and shape for each month) with a correlation from hour
-    to hour."""
+class HourlySeries:
+    """Hourly wind [m/s] or significant wave height [m]: a measured `series`, which is repeated from one of the hours
+    `begins` on, or a random one from Weibull distributions (scale and shape for each month) with a correlation from
+    hour to hour. Random wind and sea are independent of each other; measured ones begin in the same year."""
 
     start: date
     series: tuple[float, ...] = ()
-    first: int = 0
+    begins: tuple[int, ...] = (0,)
+    since: int = 0  # hours from its first one to the start of the yard
     scales: tuple[float, ...] = ()
     shapes: tuple[float, ...] = ()
     persistence: float = 0.0
 
     @property
     def drawn(self) -> bool:
-        """Whether replications meet different winds."""
-        return not self.series or len(self.series) >= 2 * YEAR
+        """Whether replications meet different weather."""
+        return not self.series or len(self.begins) > 1
 
     def begin(self, random: Random, drawn: bool) -> float:
         """Return the state that precedes the first hour; a series of several years begins in a random year if
         `drawn`."""
-        years = len(self.series) // YEAR
         if self.series:
-            return self.first + (random.randrange(years) * YEAR if drawn and years > 1 else 0)
+            return self.begins[random.randrange(len(self.begins)) if drawn and len(self.begins) > 1 else 0]
         return random.gauss(0.0, 1.0)
 
     def hours(self, day: int, state: float, random: Random) -> tuple[list[float], float]:
-        """Return the wind in all hours of a day, and the state from which the next day continues."""
+        """Return the values in all hours of a day, and the state from which the next day continues."""
         if self.series:
             n, count = int(state), len(self.series)
             return [self.series[(n + k) % count] for k in range(24)], n + 24
@@ -81,12 +83,12 @@ class Weather(Atomic):
 
     over, wind = In(YardDone), Out(WindChange)
 
-    def __init__(self, name: str, wind: HourlyWind, limits: Sequence[float], seed: int) -> None:
+    def __init__(self, name: str, wind: HourlySeries, limits: Sequence[float], seed: int) -> None:
         super().__init__(name)
         self.given, self.limits, self.seed = wind, tuple(limits), seed
 
     def start(self) -> None:
-        """Report the wind of the first hour."""
+        """Report the first hour."""
         self.random, self.known = stream(self.seed, self.path), list[float]()
         year = stream(self.seed, "year")  # one for all series, which belong together
         self.state = self.given.begin(year if self.given.series else self.random, self.seed > 0)
@@ -99,11 +101,11 @@ class Weather(Atomic):
         self.passivate()
 
     def output(self) -> None:
-        """Send the wind, and the times until which it stays within each limit."""
+        """Send the value, and the times until which it stays within each limit."""
         self.wind.send(self.change)
 
     def internal(self) -> None:
-        """Wait for the next time at which the wind crosses a limit."""
+        """Wait for the next time at which it crosses a limit."""
         last, self.hour = self.hour, self.next
         if self.next < 0:
             self.passivate()
@@ -113,26 +115,26 @@ class Weather(Atomic):
 
     def look(self) -> None:
         """Find the next change to report, and its time."""
-        ends = [self.exceeded(k) for k in range(len(self.limits))]
         class_, n = bisect_left(self.limits, self.at(self.hour)), self.hour + 1
         most = n + (len(self.given.series) or YEARS * YEAR)
         while n < most and bisect_left(self.limits, self.at(n)) == class_:
             n += 1
         self.next = n if n < most else -1
-        calm = tuple(n * HOUR if n > self.hour else -1 for n in ends)
+        ends = [self.exceeded(k, n) for k in range(len(self.limits))]
+        calm = tuple((NEVER if self.next < 0 else n * HOUR) if n > self.hour else -1 for n in ends)
         self.change = WindChange(self.at(self.hour), calm, self.next < 0)
 
-    def exceeded(self, k: int) -> int:
-        """Return the first hour, from the present one on, in which the wind is above limit number k; the search ends
-        after one year."""
+    def exceeded(self, k: int, change: int) -> int:
+        """Return the first hour, from the present one on, that is above limit number k; the search ends after one year,
+        but not before the hour of the next `change`."""
         n = max(self.above[k], self.hour)
-        while n < self.hour + YEAR and self.at(n) <= self.limits[k]:
+        while n < max(self.hour + YEAR, change) and self.at(n) <= self.limits[k]:
             n += 1
         self.above[k] = n
         return n
 
     def at(self, hour: int) -> float:
-        """Return the wind of an hour."""
+        """Return the value of an hour."""
         while len(self.known) <= hour:
             day, self.state = self.given.hours(len(self.known) // 24, self.state, self.random)
             self.known += day
@@ -144,8 +146,8 @@ class YardWeather:
     """Wind and sea of a yard, how long ahead the wind is forecast [ns], and the alpha factors of the sea: lengths of
     windows [ns], ascending, with the share of its limit up to which the sea is forecast to stay."""
 
-    wind: HourlyWind | None = None
-    sea: HourlyWind | None = None
+    wind: HourlySeries | None = None
+    sea: HourlySeries | None = None
     forecast: int = 0
     alpha: tuple[tuple[int, float], ...] = ()
 
@@ -158,22 +160,42 @@ NONE = YardWeather()
 
 
 def weather_of(given: Taking, start: date) -> YardWeather:
-    """Return the weather of a yard file."""
+    """Return the weather of a yard file; `weather: none` is calm, whatever its steps are limited by."""
+    if given.source.at(("weather",)) == CALM:
+        return NONE
     given.mapping(("weather",), {"wind", "sea", "forecast", "alpha"})
     forecast = given.take(("weather", "forecast"), lambda x: round(TIME.read(str(x)) * 1e9), 0)
     alpha = list[tuple[int, float]]()
     listed = given.source.at(("weather", "alpha"))
+    if listed is not None and not isinstance(listed, dict):
+        given.source.fault(("weather", "alpha"), "write a factor for each length of window: {12 h: 0.93, 24 h: 0.89}")
     for length in listed if isinstance(listed, dict) else ():
         at = ("weather", "alpha", length)
         factor = given.take(at, RATIO.read, 1.0)
         if not 0.0 < factor <= 1.0:
             given.source.fault(at, "an alpha factor is above 0 and at most 1, as in DNV-ST-N001")
         alpha.append((given.take(at, lambda x: round(TIME.read(x) * 1e9), 0, value=length), factor))
+    alpha.sort()
+    if any(b > a for (_, a), (_, b) in pairwise(alpha)):
+        given.source.fault(("weather", "alpha"), "the factor of a longer window is not above that of a shorter one")
     wind, sea = (_hourly(given, start, what) for what in COLUMNS)
-    return YardWeather(wind, sea, forecast, tuple(sorted(alpha)))
+    calm = given.source.at(("weather", "sea")) is None
+    if listed and calm:
+        given.source.fault(("weather", "alpha"), "alpha factors are of the sea: give 'sea' beside them")
+    for step in given.mapping(("steps",)):
+        path = ("steps", step, "limits", "Hs")
+        if given.source.at(path) is not None and calm:
+            given.source.fault(path, "the yard has no sea for it: give 'weather: {sea: ...}', or 'weather: none'")
+    # measured series of a year or more begin in a calendar year that they have in common
+    long = [x for x in (wind, sea) if x and len(x.series) >= YEAR]
+    years = sorted(set[int].intersection(*({n - x.since for n in x.begins} for x in long))) if long else []
+    if long and not years:
+        given.source.fault(("weather",), "the series of wind and sea have no year in common")
+    wind, sea = (replace(x, begins=tuple(n + x.since for n in years)) if x in long and x else x for x in (wind, sea))
+    return YardWeather(wind, sea, forecast, tuple(alpha))
 
 
-def _hourly(given: Taking, start: date, what: str) -> HourlyWind | None:
+def _hourly(given: Taking, start: date, what: str) -> HourlySeries | None:
     """Return the wind or the sea of a yard."""
     found = given.mapping(("weather", what), {"series", "monthly", "persistence"})
     if not found:
@@ -210,8 +232,9 @@ def _hourly(given: Taking, start: date, what: str) -> HourlyWind | None:
             given.source.fault(path, f"a series has the {what} of a day at least, hour by hour")
             return None
         hours = round((datetime(start.year, start.month, start.day) - times[0]).total_seconds()) // 3600
-        first = hours % (YEAR if len(speeds) >= YEAR else len(speeds))
-        return HourlyWind(start, speeds, first)
+        years = len(speeds) // YEAR
+        first = hours % (YEAR if years else len(speeds))
+        return HourlySeries(start, speeds, tuple(first + n * YEAR for n in range(max(1, years))), hours)
     months = {int(number(cells, "month")): cells for cells in table}
     if sorted(months) != [*range(1, 13)]:
         given.source.fault(path, "give each month once, from 1 to 12", mark=head[0].mark)
@@ -220,7 +243,7 @@ def _hourly(given: Taking, start: date, what: str) -> HourlyWind | None:
     if not 0 <= keep < 1:
         given.source.fault(("weather", what, "persistence"), "the correlation of two hours is from 0 to below 1")
     scales, shapes = (tuple(number(months[n], key) for n in range(1, 13)) for key in ("scale", "shape"))
-    return HourlyWind(start, scales=scales, shapes=shapes, persistence=min(keep, 0.999))
+    return HourlySeries(start, scales=scales, shapes=shapes, persistence=min(keep, 0.999))
 
 
 def _time(text: str) -> datetime:

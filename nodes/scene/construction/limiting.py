@@ -19,6 +19,7 @@ from .rigging.ratings import bridle_limit, lug_limits, rigging_limits, shackle_l
 from .scene_builder import LOWER, UPPER, SceneBuilder
 
 SLACK = 0.9  # dynamic force upward over the weight, at which slings become slack
+ABOVE = "what waves wet above still water is not checked"
 MOORED = 2.0  # breaking load of a mooring line over its largest tension
 
 
@@ -136,11 +137,11 @@ def _splashes(builder: SceneBuilder, hooks: Sequence[RatedLimit]) -> Iterator[Ra
             where = builder.source.where((*(("block",) if cargo.body == "block" else ("blocks", cargo.body)), "splash"))
             yield RatedLimit(
                 subject=cargo.body, quantity="slack sling", unit="", value=SLACK, elements=(cargo.body,), where=where,
-                source="DNV-RP-N103: dynamic force upward over static weight in water",
+                source=f"DNV-RP-N103: dynamic force upward over static weight in water; {ABOVE}",
             )  # fmt: skip
             for row in hooks:
                 of = {"subject": f"{row.subject} in water", "elements": (*row.elements, cargo.body)}
-                yield replace(row, quantity="splash load", **of)
+                yield replace(row, quantity="splash load", source=f"{row.source}; {ABOVE}" if row.source else "", **of)
 
 
 def _ropes(builder: SceneBuilder) -> Iterator[RatedLimit]:

@@ -199,7 +199,7 @@ class Fender(Base):
     """A fender, which pushes a point of a vessel away from its face, and holds it along the face by friction."""
 
     on: str = "world"  # a quay, or a vessel
-    at: Place  # of its face, in the frame of what it is on
+    at: Place  # of its face, which has no ends, in the frame of what it is on
     facing: Direction  # away from what it is on
     vessel: str  # that leans on it
     meets: Place  # point of this vessel

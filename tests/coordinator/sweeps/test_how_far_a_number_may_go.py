@@ -94,6 +94,18 @@ def test_the_limit_of_a_linear_utilisation_is_found_in_one_step(lift, monkeypatc
     assert " +- 1.00%) in stage 'up'; red at " in str(found)
 
 
+@pytest.mark.parametrize(("fails", "shown"), [("red", "amber"), ("undecided", "undecided: too near")])
+def test_progress_shows_the_state_of_each_value(lift, monkeypatch: pytest.MonkeyPatch, fails, shown: str) -> None:
+    state = shown.partition(":")[0]
+    row = {"status": "done", "sentence": "", "use": 0.5, "limit": "hook", "limit stage": "up", "limit at [s]": None}
+    monkeypatch.setattr(
+        limiting, "played", lambda *_: row | {"state": state, "verdict": f"{state}: 1 of 9; worst: too near"}
+    )
+    lines: list[str] = []
+    limiting.limits_of_all(lift, [MASS], say=lines.append, fails=fails)
+    assert lines[-1].endswith(f": {shown}")
+
+
 @pytest.mark.large
 def test_a_limit_has_the_error_estimate_of_the_governing_utilisation(lift) -> None:
     found = limiting.limits_of(load("lift", ["end=100 s"]), "block.mass=500..540 t")

@@ -60,6 +60,16 @@ def test_sensitivities_of_a_yard_give_the_gain_from_one_more_resource(study):
     assert found["crew, one more"] > max(0.1, found["crane, one more"])
 
 
+def test_the_delay_by_the_sea_is_the_gain_without_weather(study):
+    """A storm lasts to 4:00: erection begins then, instead of at midnight."""
+    hours = [f"2027-01-{4 + n // 24:02} {n % 24:02}:00,{1.5 if n < 4 else 0.5}" for n in range(20 * 24)]
+    Path("sea.csv").write_text("\n".join(["time,Hs [m]", *hours]) + "\n")
+    text = YARD.replace("resources:", "weather: {sea: {series: sea.csv}, alpha: {12 h: 0.9}}\nresources:")
+    Path("yard.yaml").write_text(text.replace("needs: {crane: 1}", "needs: {crane: 1}, limits: {Hs: 1 m}"))
+    found = {row[0]: row[2] for row in rows(study.sensitivities())}
+    assert found["no weather"] == pytest.approx(4 / 24, abs=1e-6)
+
+
 def test_comparing_a_yard_plan_with_itself_shows_no_difference(study):
     Path("other.yaml").write_text(YARD.replace("{units: 2}", "{units: 3}"))
     assert rows(study.beside("yard.yaml"), 1) == ((0.0, 0.0, 0.0),)

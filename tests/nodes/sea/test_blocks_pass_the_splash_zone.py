@@ -91,6 +91,20 @@ def test_slings_that_become_slack_are_red() -> None:
         assert found.value == pytest.approx(share, rel=SWINGS)
 
 
+def test_below_their_last_points_both_curves_hold_their_last_values() -> None:
+    """The curves end at 1 m, the block goes down to 2.5 m: it is checked there with what they have at 1 m."""
+    push, force = 100.0, 240.0
+    loaded = scene(((0.0, 0.0), (0.5, 0.0), (1.0, force)), buoyancy=f"[[0 m, 0 kN], [1 m, {push} kN]]")
+    uses = [x for x in uses_on_path(loaded.plan, list(follow(loaded.plan).states))]
+    found = by_quantity(uses)
+    assert found["slack sling"].value == pytest.approx(1e3 * force / (MASS * G - 1e3 * push), rel=SWINGS)
+    deep = [x for x in follow(loaded.plan).states if LEVEL - float(x.poses["block"][0][2]) + 0.5 * HIGH > 1.1]
+    found = by_quantity(uses_on_path(loaded.plan, deep))
+    assert found["slack sling"].value == pytest.approx(1e3 * force / (MASS * G - 1e3 * push), rel=SWINGS)
+    assert "above still water is not checked" in found["slack sling"].limit.source
+    assert "above still water is not checked" in found["splash load"].limit.source
+
+
 @pytest.mark.parametrize("method", ["dopri5", "radau5"])
 def test_a_buoy_on_a_piecewise_linear_buoyancy_curve_moves_as_in_scipy(method: str) -> None:
     x, force = (0.0, 1.0, 3.0), (0.0, 9e3, 12e3)

@@ -12,13 +12,13 @@ from pathlib import Path
 import pytest
 from heavylift.kernel import HeavyliftError, SceneError
 from heavylift.nodes.devs import NEVER, Simulator
-from heavylift.nodes.yard import HOUR, HourlyWind, Lift, Weather, coupled, load
+from heavylift.nodes.yard import HOUR, HourlySeries, Lift, Weather, coupled, load
 
 START = date(2027, 1, 4)
 
 
 def drawn(months, scale=6.0, shape=2.0, persistence=0.8, seed=5):
-    wind = HourlyWind(START, scales=(scale,) * 12, shapes=(shape,) * 12, persistence=persistence)
+    wind = HourlySeries(START, scales=(scale,) * 12, shapes=(shape,) * 12, persistence=persistence)
     own, found = random.Random(seed), []
     state = wind.begin(own, True)
     for day in range(30 * months):
@@ -45,7 +45,7 @@ def test_drawn_wind_has_the_stated_correlation_from_hour_to_hour():
 def test_weather_reports_each_crossing_of_a_limit_and_how_long_each_calm_lasts():
     draw, limits = random.Random(3), (3.0, 5.0, 8.0)
     speeds = tuple(draw.uniform(0, 10) for _ in range(24 * 20))
-    model = Weather("weather", HourlyWind(START, speeds), limits, 0)
+    model = Weather("weather", HourlySeries(START, speeds), limits, 0)
     simulator = Simulator(model)
     simulator.start()
     told = {}

@@ -6,7 +6,7 @@ from datetime import date, datetime, timedelta
 import pytest
 from heavylift.kernel import HeavyliftError, SceneError
 from heavylift.nodes.devs import NEVER, Simulator
-from heavylift.nodes.yard import HourlyWind, Weather, coupled, load
+from heavylift.nodes.yard import HourlySeries, Weather, coupled, load
 
 YARD = """
 heavylift yard: 1
@@ -17,6 +17,7 @@ blocks: {from: blocks.csv}
 steps:
   lift: {takes: %s, needs: {vessel: 1}, limits: {Hs: 1 m}%s}
 """
+SHIFTS = YARD.replace("resources:", "calendar: {days: mon-sun, shifts: {day: '08:00-16:00'}}\nresources:")
 ALPHA = ", alpha: {12 h: 0.93, 24 h: 89 %}"  # DNV-ST-N001, Hs 1 m
 
 
@@ -66,12 +67,65 @@ def test_a_step_begins_in_the_first_weather_window_that_is_long_enough_at_its_al
 
 def test_the_weather_window_of_a_step_that_pauses_at_night_includes_the_pause(tmp_path):
     """Eight working hours a day: twelve hours of work from Monday 8:00 end on Tuesday at 12:00, after 28 hours."""
-    text = YARD.replace("resources:", "calendar: {days: mon-sun, shifts: {day: '08:00-16:00'}}\nresources:")
     heights = [1.5] * 8 + [0.8] * 27 + [1.5] * 21 + [0.8] * 60
-    of = yard(tmp_path, heights, ", alpha: {28 h: 0.9}", step=", works: day", text=text)
+    of = yard(tmp_path, heights, ", alpha: {28 h: 0.9}", step=", works: day", text=SHIFTS)
     assert starts(of)[0] == [56], "from hour 8 only 27 hours are calm; the next shift in a calm sea begins at 56"
-    of = yard(tmp_path, [1.5] * 8 + [0.8] * 28 + [1.5] * 80, ", alpha: {28 h: 0.9}", step=", works: day", text=text)
+    of = yard(tmp_path, [1.5] * 8 + [0.8] * 28 + [1.5] * 80, ", alpha: {28 h: 0.9}", step=", works: day", text=SHIFTS)
     assert starts(of)[0] == [8]
+
+
+@pytest.mark.parametrize("alpha", [ALPHA, ", alpha: {12 h: 0.93}"])
+def test_a_step_refused_by_the_sea_late_in_a_shift_begins_at_the_next_shift(tmp_path, alpha):
+    """From hour 14 on, four hours of work last 20 h (0.89, or no factor at all); from 8:00 on the next day, 4 h."""
+    of = yard(tmp_path, [1.5] * 14 + [0.91] * 200, alpha, "4 h", ", works: day", text=SHIFTS)
+    assert starts(of)[0] == [32]
+
+
+def test_a_step_waits_for_ever_only_if_its_shortest_window_is_too_long(tmp_path):
+    of = yard(tmp_path, [0.5] * 48, ", alpha: {12 h: 0.93}", "9 h", ", works: day", text=SHIFTS)
+    with pytest.raises(HeavyliftError, match="needs a window of 25 h, longer than all with an alpha factor"):
+        starts(of)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_steps_in_shifts_begin_in_the_first_window_of_a_search_over_all_hours(tmp_path, seed):
+    draw = random.Random(seed)
+    heights = [1.5] * draw.randint(1, 24)
+    while len(heights) < 24 * 120:
+        heights += [draw.choice((0.88, 0.91, 0.95))] * draw.randint(3, 40) + [1.5] * draw.randint(1, 24)
+    a, b = draw.randint(5, 8), draw.randint(14, 20)
+    noon = draw.randint(a + 1, b - 2)
+    text = SHIFTS.replace("08:00-16:00", f"{a:02}:00-{noon:02}:00 {noon + 1:02}:00-{b:02}:00")
+    working = [a <= n % 24 < b and n % 24 != noon for n in range(24 * 120)]
+    takes = draw.randint(3, b - a - 1)
+    alpha = [(6, 0.97), (12, 0.93), (24, 0.89)]
+
+    def end_of(hour):
+        return [n for n in range(hour, hour + 48) if working[n]][takes - 1] + 1
+
+    def allowed(hour):
+        window = end_of(hour) - hour
+        factor = next((x for length, x in alpha if window <= length), 0.0)
+        return working[hour] and all(x <= factor for x in heights[hour : hour + window])
+
+    listed = ", ".join(f"{length} h: {x}" for length, x in alpha)
+    blocks = "block,after\n" + "".join(f"B{n},{f'B{n - 1}' if n else ''}\n" for n in range(15))
+    of = yard(tmp_path, heights, f", alpha: {{{listed}}}", f"{takes} h", ", works: day", blocks, text)
+    hour, want = 0, []
+    for _ in range(15):
+        want.append(next(n for n in range(hour, len(heights)) if allowed(n)))
+        hour = end_of(want[-1])
+    assert starts(of)[0] == want
+
+
+def test_a_sea_that_never_changes_is_calm_for_more_than_a_year(tmp_path):
+    of = yard(tmp_path, [0.5] * 24, blocks="block,after\nA,\nB,A + 400 days\n")
+    assert starts(of)[0] == [0, 12 + 400 * 24]
+
+
+def test_limits_of_waves_do_not_delay_a_yard_without_weather(tmp_path):
+    of = yard(tmp_path, [2.0] * 24, text=YARD.replace("weather: {sea: {series: sea.csv}%s}", "weather: none #%s"))
+    assert starts(of)[0] == [0]
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -98,12 +152,32 @@ def test_wind_and_waves_of_a_replication_are_drawn_from_the_same_year_of_their_s
     for seed in range(1, 12):
         first = []
         for name in ("weather", "sea"):
-            model = Weather(name, HourlyWind(date(2027, 1, 4), years), (0.5, 1.5, 2.5), seed)
+            model = Weather(name, HourlySeries(date(2027, 1, 4), years, (0, 8760, 2 * 8760)), (0.5, 1.5, 2.5), seed)
             Simulator(model).start()
             first.append(model.at(0))
         assert first[0] == first[1]
         found.append(first[0])
     assert {*found} == {0.0, 1.0, 2.0}
+
+
+@pytest.mark.parametrize(("last", "common"), [(2003, [2, 3]), (2002, [2])])
+def test_series_of_different_lengths_draw_from_the_years_that_both_have(tmp_path, last, common):
+    """Wind of 2001 to 2003, sea from 2002 on, each hour with the last digit of its year."""
+    for name, first, end in (("wind [m/s]", 2001, 2003), ("Hs [m]", 2002, last)):
+        begin = datetime(first, 1, 1)
+        times = (begin + timedelta(hours=n) for n in range((datetime(end + 1, 1, 1) - begin).days * 24))
+        rows = (f"{t:%Y-%m-%d %H:%M},{t.year % 10}" for t in times)
+        (tmp_path / f"{first}.csv").write_text("\n".join([f"time,{name}", *rows]) + "\n")
+    text = YARD.replace("{sea: {series: sea.csv}", "{wind: {series: 2001.csv}, sea: {series: 2002.csv}")
+    of = yard(tmp_path, [0.5] * 24, text=text).weather
+    assert [[x.series[n] for n in x.begins] for x in (of.wind, of.sea)] == [common] * 2
+
+
+def test_series_without_a_common_year_are_refused(tmp_path):
+    rows = [f"{datetime(2001, 1, 1) + timedelta(hours=n):%Y-%m-%d %H:%M},1" for n in range(8760)]
+    (tmp_path / "wind.csv").write_text("\n".join(["time,wind [m/s]", *rows]) + "\n")
+    with pytest.raises(SceneError, match="wind and sea have no year in common"):
+        yard(tmp_path, [0.5] * 8760, text=YARD.replace("{sea:", "{wind: {series: wind.csv}, sea:"))
 
 
 def test_one_table_with_wind_and_sea_columns_is_read_for_wind_and_for_waves(tmp_path):
@@ -116,6 +190,13 @@ def test_one_table_with_wind_and_sea_columns_is_read_for_wind_and_for_waves(tmp_
     ("change", "words"),
     [
         ({"more": ", alpha: {12 h: 1.2}"}, "an alpha factor is above 0 and at most 1"),
+        ({"more": ", alpha: 0.5"}, "write a factor for each length of window"),
+        ({"more": ", alpha: [0.5]"}, "write a factor for each length of window"),
+        ({"more": ", alpha: {12 h: 0.8, 24 h: 0.9}"}, "the factor of a longer window is not above"),
+        ({"text": YARD.replace("sea: {series: sea.csv}", "forecast: 2 h")}, "alpha factors are of the sea"),
+        ({"text": YARD.replace("weather: {sea: {series: sea.csv}%s}", "#%s")}, "the yard has no sea for it"),
+        ({"text": YARD.replace("Hs: 1 m", "Hs: 0 m")}, "write a height above 0"),
+        ({"text": YARD.replace("Hs: 1 m", "Hs: -1 m")}, "write a height above 0"),
         ({"more": ", alpha: {noon: 0.9}"}, "noon"),
         ({"column": "height [m]"}, "the columns are time, Hs"),
         ({"column": "Hs [s]"}, "sea.csv:2:"),

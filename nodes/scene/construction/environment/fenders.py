@@ -11,6 +11,7 @@ from heavylift.nodes.scene.keys.parts import kinematics
 from heavylift.nodes.scene.text.faults import closest
 
 FENDERS = "fenders"
+THICKEST = 2.0  # [m] to which a fender without a capacity yields: large pneumatic ones (ISO 17357) by 60 % of 3.3 m
 
 
 def fenders_machine(builder: SceneBuilder, around: System) -> plan.Mechanism:
@@ -20,7 +21,7 @@ def fenders_machine(builder: SceneBuilder, around: System) -> plan.Mechanism:
     for name, given in scene.fenders.items():
         for key, word, known in (("on", given.on, [WORLD, *vessels]), ("vessel", given.vessel, vessels)):
             if word not in known or (key == "vessel" and word == given.on):
-                message = f"there is no vessel '{word}'" if word not in known else "a vessel leans on another one"
+                message = f"there is no vessel '{word}'" if word not in known else "a vessel cannot lean on itself"
                 source.fault((FENDERS, name, key), message, closest(word, [x for x in known if x != given.on]))
         if not norm(given.facing):
             source.fault((FENDERS, name, "facing"), "the direction has no length")
@@ -36,8 +37,16 @@ def fenders_machine(builder: SceneBuilder, around: System) -> plan.Mechanism:
     closed = []
     for support in made.supports:
         R, p = at[support.on][1], at[support.on][0]
-        if dot(list(R[:, 2]), list(kinematics.place(support.point, at) - p)) < 0.0:
-            closed.append(support.name)
+        depth = -dot(list(R[:, 2]), list(kinematics.place(support.point, at) - p))
+        name, given = support.name, scene.fenders[support.name]
+        most = given.capacity / given.stiffness if given.capacity else THICKEST
+        if depth > most:
+            message = (
+                f"'{given.vessel}' begins {depth:.3g} m behind the face, and the fender yields by {most:.3g} m only"
+            )
+            source.fault((FENDERS, name), f"{message}: move one of them", on_key=True)
+        if depth > 0.0:
+            closed.append(name)
     return plan.Mechanism(name=FENDERS, system=made, closed=tuple(closed), where=source.where((FENDERS,)))
 
 
