@@ -11,8 +11,7 @@ import heavylift
 import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
-from heavylift.coordinator.run.units import export
-from heavylift.coordinator.run.units.scene_unit import SteppedScene
+from heavylift.coordinator.run.units import SteppedScene, export
 from heavylift.kernel import SceneError, allowed
 from heavylift.nodes import Fmu, drive
 from heavylift.nodes.devs import ms, seconds

@@ -7,9 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from heavylift.coordinator.ladder import Played, play
-from heavylift.coordinator.verdict.history import History
-from heavylift.coordinator.verdict.limits import touches
-from heavylift.nodes.limits.sharing import touching
+from heavylift.coordinator.verdict import History, touches
+from heavylift.nodes.limits import touching
 from heavylift.nodes.scene import LoadedScene, load, parse
 
 TAUT = '{stage: up, all hooks: "hoist 0.3 m/min until all slings taut"}'
