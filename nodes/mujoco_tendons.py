@@ -3,12 +3,13 @@
 A cylinder or sphere becomes a sheave if all bodies that the tendon touches there can move only in one plane
 perpendicular to its axis, judging by their joints. Another cylinder, around which alone a tendon wraps, becomes an edge
 along which the tendon slides. A conversion counts only if the rope has the length of the tendon in the pose of the file
-and in others within the limits of the joints.
+and in random others: within the limits of joints, or else of turns all round and of shifts as long as the model.
 """
 
 from collections.abc import Iterator
 from copy import copy
 from itertools import product
+from math import pi
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from heavylift.kernel.description.mechanics import Point
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.reeving import ReevingLaw
 
-SLIDE, HINGE = 2, 3  # kinds of joints
+FREE, SLIDE, HINGE = 0, 2, 3  # kinds of joints
 SITE, SPHERE, CYLINDER = 3, 4, 5  # of a tendon's path
 ENDLESS = (-1000.0, 1000.0)  # ends of a cylinder, which wraps beyond its own [m]
 SAME = 1e-9  # of directions, and lengths relative to those of the tendon
@@ -34,12 +35,20 @@ class WrappedTendons:
         self.all_data = [self.data, *self._others(library)]
 
     def _others(self, library: Any) -> Iterator[Any]:
-        """Yield the kinematics of other poses, in which the joints with limits have random coordinates between them."""
+        """Yield the kinematics of other poses with random coordinates of all joints."""
         m, random = self.m, np.random.default_rng(0)
-        limited = [j for j in range(m.njnt) if m.jnt_limited[j] and m.jnt_type[j] in (SLIDE, HINGE)]
-        for _ in range(POSES if limited else 0):
+        far = float(m.stat.extent)  # [m]
+        for _ in range(POSES if m.njnt else 0):
             data = copy(self.data)
-            data.qpos[m.jnt_qposadr[limited]] = random.uniform(*m.jnt_range[limited].T)
+            for at, kind, limited, ends in zip(m.jnt_qposadr, m.jnt_type, m.jnt_limited, m.jnt_range, strict=True):
+                if kind in (SLIDE, HINGE):
+                    reach = far if kind == SLIDE else pi
+                    data.qpos[at] = random.uniform(*ends) if limited else m.qpos0[at] + random.uniform(-reach, reach)
+                    continue
+                if kind == FREE:
+                    data.qpos[at : at + 3] += random.uniform(-far, far, 3)
+                    at += 3
+                data.qpos[at : at + 4] = random.normal(size=4)  # MuJoCo divides quaternions by their lengths
             library.mj_forward(m, data)
             yield data
 

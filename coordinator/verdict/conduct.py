@@ -5,19 +5,30 @@ from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from math import inf
+from math import inf, sqrt
 from typing import Any
 
 from heavylift.kernel.description.findings import Check, finding
 from heavylift.nodes.devs import Event
+from heavylift.nodes.models.commander.actuator_registry import TURN
 from heavylift.nodes.models.commander.conditions import terms
-from heavylift.nodes.models.parts.messages import BrakeState, Limit, OperatorCommand, Overload, Skipped, Stage, Tripped
+from heavylift.nodes.models.parts.messages import (
+    BrakeState,
+    Limit,
+    OperatorCommand,
+    Overload,
+    SetProfile,
+    Skipped,
+    Stage,
+    Tripped,
+)  # fmt: skip
 from heavylift.nodes.plan.actions import Action, Condition, LandedCondition, Move, Turn
 from heavylift.nodes.plan.plan import Plan, driven
 from heavylift.recordings import Recording
 from heavylift.recordings.read.verdict import recorded_peaks
 
 Meant = Sequence[tuple[frozenset[str], float, float]]  # names of two things that may touch, from when to when [s]
+ENDED = 1e-9  # [rad, s] rounding of the angle and the time at which a turn ends
 UPPER = "upper limit"
 FINISHED = "finished"
 
@@ -33,6 +44,7 @@ class Conduct:
     tripped: list[tuple[float, str, bool]] = field(default_factory=list)  # interlock, whether it was bypassed
     bypassed: list[tuple[float, str]] = field(default_factory=list)  # brake, lock or interlock
     overloads: dict[str, tuple[float, float]] = field(default_factory=dict)  # actor -> tension [N], when [s]
+    turns: list[tuple[float, str, float, float, float]] = field(default_factory=list)  # master, speed, accel, angle
     words: list[tuple[float, str, bool]] = field(default_factory=list)  # an operator's, and whether they end the run
     notes: Sequence[tuple[float, str]] = ()
     peaks: dict[str, tuple[float, float]] = field(default_factory=dict)
@@ -49,6 +61,9 @@ class Conduct:
                 self.stages.append((t, int(value["action"]), str(value["name"])))
             case Skipped.__name__:
                 self.skipped.append((t, int(value["action"]), str(value["actor"])))
+            case SetProfile.__name__ if value["actuator"].endswith(TURN):
+                speed, accel, distance = (float(value[x] or 0.0) for x in ("speed", "accel", "distance"))
+                self.turns.append((t, str(value["actuator"]), speed, accel, distance))
             case Limit.__name__:
                 self.stopped.append((t, str(value["actor"]), str(value["limit"])))
             case Overload.__name__ if value["over"]:
@@ -71,7 +86,7 @@ class Conduct:
             self.hear(e.t, e.type, {name: getattr(value, name) for name in RECORDED[e.type]})
 
 
-KINDS = (Stage, Skipped, Limit, Overload, Tripped, BrakeState, OperatorCommand)
+KINDS = (SetProfile, Stage, Skipped, Limit, Overload, Tripped, BrakeState, OperatorCommand)
 RECORDED = {kind.__name__: kind.__struct_fields__ for kind in KINDS}
 
 
@@ -131,6 +146,24 @@ def turning(plan: Plan, text: Conduct) -> list[tuple[str, float, float]]:
     """Return the blocks that are ordered to turn, each with the interval [s] of its stage."""
     stages = _stages(plan, text)
     return [(x.block, t, end) for t, end, some in stages for a in some for x in a.orders if isinstance(x, Turn)]
+
+
+def turned(plan: Plan, text: Conduct) -> Iterator[tuple[int, float]]:
+    """Yield the turns that ended at the ordered angle: number of the action from 1, and the time [s] of the end; turns
+    that were stopped are left out."""
+    masters = [(f"{own.name}-{TURN}", own.first, own.start) for own in plan.lists] or [(TURN, 0, plan.start)]
+    for (master, first, angle), (_, after, _) in pairwise([*masters, ("", len(plan.actions), 0.0)]):
+        orders = [(n, x.to) for n in range(first, after) for x in plan.actions[n].orders if isinstance(x, Turn)]
+        moves = [x for x in text.turns if x[1] == master]
+        for (t, _, v, a, distance), (then, *_) in pairwise([*moves, (text.end + ENDED, "", 0.0, 0.0, 0.0)]):
+            way, angle = abs(distance), angle + distance
+            if not v * a * way:
+                continue  # a stop
+            end = t + (way / v + v / a if a * way > v * v else 2.0 * sqrt(way / a))
+            number = next((n for n, to in orders if abs(to - angle) < ENDED), None)
+            if number is not None and end <= then:
+                yield number + 1, end
+                orders = [x for x in orders if x[0] > number]
 
 
 def _stages(plan: Plan, text: Conduct) -> Iterator[tuple[float, float, Sequence[Action]]]:

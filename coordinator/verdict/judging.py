@@ -15,7 +15,6 @@ from heavylift.nodes.limits.reading import HookReach
 from heavylift.nodes.limits.run_tables import RunTables
 from heavylift.nodes.limits.sharing import dynamics_required, hoisting_factors, shared
 from heavylift.nodes.limits.signals import SignalColumns
-from heavylift.nodes.plan.actions import Turn
 from heavylift.nodes.plan.limit import Reach, Use
 from heavylift.nodes.plan.plan import Plan, decode
 from heavylift.nodes.plan.shapes import Shapes
@@ -28,7 +27,7 @@ from heavylift.recordings.read.verdict import Clearance, RecordedVerdict, record
 from heavylift.recordings.sheets.sheet import Table
 
 from .clearances import SMALLEST, clearances, findings as too_near, lift_of, limit_between
-from .conduct import Conduct, conduct_findings, conduct_of, landing, touching, turning
+from .conduct import Conduct, conduct_findings, conduct_of, landing, touching, turned, turning
 from .history import History, RunHistory, blocks, history_of, rests
 from .limits import dropped, impacts, rehits, signals_of_run, touches
 
@@ -85,11 +84,9 @@ def _limits(context: CheckContext) -> None:
     times, signals = shown.t, map(reached.see, map(columns, blocks(shown)))
     context.uses = uses_of(plan, map(tables.see, signals) if context.whole else signals)
     context.reach = reached.found
-    ends = [t for t, _, _ in text.stages[1:]] + ([] if text.unfinished else [text.end])
-    for (_, number, _), end in zip(text.stages, ends, strict=False):
-        if number < len(plan.actions) and any(isinstance(order, Turn) for order in plan.actions[number].orders):
-            poses = {body: (p[0], R[0]) for body, (p, R) in at(end)[0].poses.items()}
-            context.findings += missed_turns(plan, number + 1, poses, end)
+    for number, end in turned(plan, text):
+        poses = {body: (p[0], R[0]) for body, (p, R) in at(end)[0].poses.items()}
+        context.findings += missed_turns(plan, number, poses, end)
     context.tables = [*tables.tables(context.uses, text.peaks, at)] if context.whole else []
 
 

@@ -363,7 +363,7 @@ class TuggerLine(Element, frozen=True, tag=True):
     name: str
     a: Point
     b: Point
-    tension: u.AxialStiffness
+    tension: u.Pull
     spread: u.Ratio = 0.0  # below 1
     speed: u.LineSpeed = 0.05  # at which 0.7 of the spread is reached
     shortest: u.Gap = 0.0

@@ -3,12 +3,13 @@ that ends early."""
 
 from collections.abc import Mapping
 from itertools import pairwise
-from math import degrees, pi, radians, sqrt
+from math import degrees, inf, pi, radians, sqrt
 from typing import Any
 
 from heavylift.kernel.algebra.elementary import atan2
 from heavylift.kernel.analysis.equilibrium import RESTLESS
 from heavylift.kernel.description.findings import NOT_CHECKED, Check, State, finding
+from heavylift.nodes.models.commander.actuator_registry import turn_of
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move, SlingsCondition, Turn, UnhookSling
@@ -19,6 +20,7 @@ from .static_path import Followed
 
 PLUMB = 0.1  # [m] out of which a hook is named
 TURNED = radians(2.0)  # beside the ordered angle a block has not turned as ordered; stretch leaves 0.7 in `turnover`
+ENDED = 1e-9  # [rad] from the ordered angle, a turn has ended
 GROWTH = 1e-4  # [1/s2] of an eigenvalue of the tangent stiffness that is instability, not rounding
 
 
@@ -92,15 +94,18 @@ def _lands(built: plan.Plan, path: Followed) -> list[Check]:
 
 
 def _turns(built: plan.Plan, path: Followed) -> list[Check]:
-    """Return a finding for each turn that leaves its block at another angle on the path."""
-    last = {x.action: x for x in path.states if x.action}
-    done = [x for number, x in last.items() if number < len(path.acted) or path.known]
-    return [each for x in done for each in missed_turns(built, x.action, x.poses, x.t)]
+    """Return a finding for each turn that leaves its block at another angle when it ends on the path; one that was
+    stopped does not end."""
+    found, own = list[Check](), turn_of(built)
+    for number, to in ((n, x.to) for n, a in enumerate(built.actions, 1) for x in a.orders if isinstance(x, Turn)):
+        ended = (x for x in path.states if x.action >= number and abs(x.references.get(own, inf) - to) < ENDED)
+        found += [y for x in (*ended,)[:1] for y in missed_turns(built, number, x.poses, x.t)]
+    return found
 
 
 def missed_turns(built: plan.Plan, number: int, poses: Mapping[str, tuple[Any, Any]], t: float) -> list[Check]:
-    """Return a finding for each block that stands at another angle than ordered at the end t [s] of an action of this
-    number; `poses`: position and rotation (3, 3) of bodies then."""
+    """Return a finding for each block that stands at another angle than ordered at the end t [s] of a turn in an action
+    of this number; `poses`: position and rotation (3, 3) of bodies then."""
     found = []
     for order in (x for x in built.actions[number - 1].orders if isinstance(x, Turn) and x.until is None):
         if order.block not in poses:
@@ -109,7 +114,7 @@ def missed_turns(built: plan.Plan, number: int, poses: Mapping[str, tuple[Any, A
         away = (float(atan2(float(R[1][2]), float(R[2][2]))) - order.to + pi) % (2.0 * pi) - pi
         if abs(away) > TURNED:
             stands = f"{order.block} stands at {degrees(order.to + away):.1f} degrees after its turn to"
-            sentence = f"{stands} {degrees(order.to):g} degrees: its hooks do not hold it about the axis of turning"
+            sentence = f"{stands} {degrees(order.to):g} degrees: hold it by hooks on both sides of the axis of turning"
             at = {"value": degrees(abs(away)), "limit": degrees(TURNED), "unit": "deg"}
             found.append(_finding(built, number, "red", "turn", order.block, sentence, t, **at))
     return found

@@ -20,7 +20,7 @@ CRANES = {  # parameters, hooks along the rails from the crane
 HOLDS = [("goliath-900", "overhead-100"), ("twin-hook-600", "goliath-900"), ("twin-hook-600", "overhead-100")]
 
 
-def turned(first: str, second: str, hooks: int, to: float) -> LoadedScene:
+def turned(first: str, second: str, hooks: int, to: float, then: str = "wait: 1 s") -> LoadedScene:
     """A block on some hooks of one crane and the first hook of another one, hoisted and turned [deg]."""
     places = [("c0", name, x, 76.0) for name, x in [*CRANES[first][1].items()][:hooks]]
     name, x = next(iter(CRANES[second][1].items()))
@@ -46,7 +46,7 @@ def turned(first: str, second: str, hooks: int, to: float) -> LoadedScene:
         f"block: {{mass: 30 t, size: [90 m, 40 m, 2 m], at: [{cx} m, {cy} m, 2 m], lugs: {{{', '.join(lugs)}}}, "
         "supports: {height: 1 m, at: [[-44 m, -19 m], [-44 m, 19 m], [44 m, -19 m], [44 m, 19 m]]}}",
         "cranes:", *cranes, "rigging:", *slings, "actions:", *(f"  - {{{order}}}" for order in orders),
-        f"  - {{stage: turn, block: turn 10 deg/min to {to} deg}}", "  - {wait: 1 s}", "",
+        f"  - {{stage: turn, block: turn 10 deg/min to {to} deg}}", f"  - {{{then}}}", "",
     ]), "turned.yaml", passing=True)  # fmt: skip
 
 
@@ -65,3 +65,11 @@ def test_a_turn_that_two_hooks_cannot_hold_is_red_at_rest_and_in_a_run(first: st
     assert abs(degrees(atan2(R[1][2], R[2][2])) - 8.0) > 4.0
     for checks in (scene.checks, play(scene.plan).verdict.checks):
         assert [(x.subject, x.state) for x in checks if x.quantity == "turn"] == [("block", "red")]
+
+
+@pytest.mark.parametrize("then", ["when: after 5 s, stage: later, wait: 100 s", "when: after 5 s, wait: 100 s"])
+def test_a_turn_is_checked_at_its_own_end_and_not_when_the_next_action_begins(then: str) -> None:
+    for hooks, red in ((2, []), (1, ["red"])):
+        scene = turned(*HOLDS[0], hooks, 8.0, then)
+        for checks in (scene.checks, play(scene.plan).verdict.checks):
+            assert [x.state for x in checks if x.quantity == "turn"] == red

@@ -127,3 +127,13 @@ def test_impossible_fenders_are_refused_in_one_sentence(change: dict[str, str], 
 def test_a_fender_without_a_capacity_is_reported_as_not_checked() -> None:
     rows = [x for x in scene(other="friction: 0.2").plan.limits if x.subject in ("fore", "aft")]
     assert [(x.value, x.note) for x in rows] == [(None, "give its 'capacity'")] * 2
+
+
+def test_a_capacity_of_fenders_without_gravity_is_no_mass() -> None:
+    """The limit of a support is in kilograms, of which none are known there."""
+    text = SCENE % ("20 s", "0 m", "", *2 * ("[0, 1, 0]", "2 MN s/m", "capacity: 400 kN"), "-600 kN")
+    head, _, tail = text.partition("    motion: forces\n")
+    text = (
+        head.replace("heavylift: 1", "heavylift: 1\ngravity: 0 m/s2") + "    responses: {}\n" + tail.partition("\n")[2]
+    )
+    assert [x.value for x in parse(text).plan.limits if x.subject in ("fore", "aft")] == [None, None]
