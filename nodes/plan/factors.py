@@ -28,7 +28,7 @@ class Factors(Item, frozen=True, kw_only=True):
     skew: AtLeastOne | None = None  # of four and more slings from one hook to a rigid load
     consequence: AtLeastOne | None = None  # of lugs
     wind: Annotated[float, Unit("speed", "zero")] | None = None  # on the load; 0: in no wind
-    area: Area = 0.0  # of the load in that wind
+    area: Area = 0.0  # of the load in that wind; left out: of the largest face of its box
     drag: Annotated[float, Unit("ratio", "zero")] = 1.2  # its coefficient
     tandem: AtLeastOne | None = None  # capacity over the share of each crane of several
 

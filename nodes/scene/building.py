@@ -198,9 +198,10 @@ def _planned(
         if bent:
             loaded = _on_same_path(loaded, settled(loaded.plan))
     loaded = _on_same_path(loaded, weighed(loaded.plan))
-    if not (followed and scene.factors.wind and scene.factors.area):
+    given = scene.all_factors
+    if not (followed and given.wind and given.area):
         return loaded
-    leads = leads_in_wind(loaded.plan, scene.factors.built(), loaded.states)
+    leads = leads_in_wind(loaded.plan, given, loaded.states)
     return _on_same_path(loaded, msgspec.structs.replace(loaded.plan, limits=(*loaded.plan.limits, *leads)))
 
 

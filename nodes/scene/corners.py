@@ -93,7 +93,7 @@ def designed(nominal: LoadedScene, scene: schema.Scene, build: Callable[[Centres
     centre-of-mass box of each block. `build` makes the scene for other centres of mass."""
     if scene.practice is None and not scene.factors.model_fields_set:
         return []
-    given, corners = scene.factors.built(), Corners(nominal)
+    given, corners = scene.all_factors, Corners(nominal)
     for signs in product(*((-1, 1) if half else (0,) for half in given.cog)) if given.cog else ():
         way = [sign * half for sign, half in zip(signs, given.cog, strict=True)]
         centres = {path: _shifted(block.com, way) for path, block in _blocks(scene).items()}

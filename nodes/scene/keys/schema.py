@@ -5,6 +5,7 @@ A key of several words is written with spaces in YAML (`may touch: ...`) and wit
 
 from typing import Annotated, Any, Literal
 
+import msgspec
 from heavylift.kernel.description.mechanics import IDENTITY, Matrix, MethodName, RemovedMethod, Vector
 from heavylift.nodes.devs.execution.rules import LIMIT
 from heavylift.nodes.plan import factors as f, plan
@@ -221,6 +222,13 @@ class Scene(Base):
     def all_blocks(self) -> dict[str, Block]:
         """All blocks by name."""
         return {**({"block": self.block} if self.block else {}), **self.blocks}
+
+    @property
+    def all_factors(self) -> f.Factors:
+        """The factors; where no area in the wind is stated, that of the largest face of the blocks' boxes."""
+        given, sizes = self.factors.built(), [block.size for block in self.all_blocks.values()]
+        area = given.area or max((x * y * z / min(x, y, z) for x, y, z in sizes), default=0.0)
+        return msgspec.structs.replace(given, area=area)
 
     def put(self, name: str) -> tuple[Vector, Matrix]:
         """Return the place of a block at the start: its centre in the world frame [m], and its rotation matrix."""

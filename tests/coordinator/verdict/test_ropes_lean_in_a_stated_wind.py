@@ -6,7 +6,7 @@ from math import atan, radians, tan
 from random import Random
 
 import pytest
-from heavylift.kernel.description import NOT_CHECKED, Check
+from heavylift.kernel.description import Check
 from heavylift.nodes.limits import checks_of
 from heavylift.nodes.plan import Shapes
 from heavylift.nodes.scene import LoadedScene, load
@@ -105,8 +105,10 @@ def test_a_run_does_not_change_the_off_lead_in_wind_nor_its_error() -> None:
     assert {x.state for x in checks_of(scene.plan, uses, [], {}, ()) if x.quantity == "off-lead in wind"} == {"green"}
 
 
-def test_a_wind_factor_without_an_area_is_reported_as_not_checked(lift: Lift) -> None:
+def test_the_area_in_the_wind_is_that_of_the_largest_face_unless_stated(lift: Lift) -> None:
     scene = lift.read("factors={wind: 10 m/s}")
-    assert not rows(scene)
-    assert [x.why for x in scene.checks if (x.quantity, x.subject) == ("factor", "wind")] == [NOT_CHECKED]
+    x, y, z = next(c.size for machine in scene.plan.machines for c in machine.cargo)
+    stated = lift.read(f"factors={{wind: 10 m/s, area: {max(x * y, y * z, z * x)!r} m2}}")
+    assert [(r.subject, r.value) for r in rows(scene)] == [(r.subject, r.value) for r in rows(stated)]
+    assert rows(scene)
     assert not rows(lift.read("factors={wind: 0 m/s}"))
