@@ -94,8 +94,9 @@ def designed(nominal: LoadedScene, scene: schema.Scene, build: Callable[[Centres
     if scene.practice is None and not scene.factors.model_fields_set:
         return []
     given, corners = scene.all_factors, Corners(nominal)
-    for signs in product(*((-1, 1) if half else (0,) for half in given.cog)) if given.cog else ():
-        way = [sign * half for sign, half in zip(signs, given.cog, strict=True)]
+    box = given.cog or ()
+    for signs in product(*((-1, 1) if half else (0,) for half in box)) if box else ():
+        way = [sign * half for sign, half in zip(signs, box, strict=True)]
         centres = {path: _shifted(block.com, way) for path, block in _blocks(scene).items()}
         texts: dict[Path, Data] = {(*path, "com"): [f"{x!r} m" for x in place] for path, place in centres.items()}
         corners.uses(texts, partial(build, centres))

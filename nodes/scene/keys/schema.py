@@ -226,7 +226,8 @@ class Scene(Base):
     @property
     def all_factors(self) -> f.Factors:
         """The factors; where no area in the wind is stated, that of the largest face of the blocks' boxes."""
-        given, sizes = self.factors.built(), [block.size for block in self.all_blocks.values()]
+        given: f.Factors = self.factors.built()
+        sizes = [block.size for block in self.all_blocks.values()]
         area = given.area or max((x * y * z / min(x, y, z) for x, y, z in sizes), default=0.0)
         return msgspec.structs.replace(given, area=area)
 
