@@ -64,6 +64,7 @@ KERNEL = {
     "kernel/simulation/safeguards/step_check.py": TELLS_STEPS,
     "kernel/forces/springs.py": "whether the matrices of a bushing can be",
     "kernel/forces/radiation.py": "whether the memory of the water is passive",
+    "kernel/model/checks.py": "whether the added mass of a pair of bodies resists every motion",
     "kernel/methods/radau.py": "its amplification on floats, which judges fixed steps",
     "kernel/compiler/llvm_function.py": "writes code",
     "kernel/islands/dense_output.py": "values between samples; nothing follows from them",

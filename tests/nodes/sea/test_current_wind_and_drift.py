@@ -201,7 +201,9 @@ def test_drift_coefficients_from_wamit_files_are_scaled_to_newtons(tmp_path: Pat
 
 BAD = {
     "the scene has a current, and the vessel has no coefficients for it": "waterplane: null",
-    "directions from 0 deg to 180 deg in equal steps": (STREAM % "current").replace("90 deg", "80 deg"),
+    "give one row for each direction, from 0 deg to 180 deg in equal steps": (STREAM % "current").replace(
+        "90 deg", "80 deg"
+    ),
     "coefficients of sway and yaw are zero at 0 deg": (STREAM % "current").replace("0.4, 0, 0", "0.4, 0.1, 0"),
 }
 

@@ -121,7 +121,8 @@ HEADINGS |= {(200.0,): "gaps of at most 45 deg", (*np.arange(-180.0, 200.0, 60.0
 def test_headings_that_do_not_cover_the_hull_are_refused(tmp_path: Path, degrees: tuple[float, ...]) -> None:
     of = bundled()
     n, loads = len(degrees), of.loads
-    cut = replace(loads, headings=tuple(np.radians(degrees)), real=loads.real[:n], imaginary=loads.imaginary[:n])
+    headings = tuple(np.radians(degrees).tolist())
+    cut = replace(loads, headings=headings, real=loads.real[:n], imaginary=loads.imaginary[:n])
     with pytest.raises(SceneError, match=HEADINGS[degrees]):
         hull_of(written(tmp_path, replace(of, loads=cut)), of.volume, HEIGHT, LENGTH)
     if n > 1:
