@@ -75,12 +75,15 @@ def _lands(built: plan.Plan, path: Followed) -> list[Check]:
     """Return a finding for each load that comes down on its supports while no order lowers it."""
     found: dict[tuple[str, int], Check] = {}
     pads = {s.name: s.point.body for machine in built.machines if machine.cargo for s in machine.system.supports}
+    lugs = {point: name for name, point in lug_places(built.machines).items()}
+    ties = [tie for machine in built.machines for tie in machine.ties]
     for before, x in pairwise(path.states):
         orders = built.actions[x.action - 1].orders if x.action else ()
         turned = {order.block for order in orders if isinstance(order, Turn)}
         stood, stands = ({pads[s] for s, force in y.supports.items() if s in pads and force > 0.0} for y in (before, x))
         for body in sorted(stands - stood) if orders and not any(isinstance(o, UnhookSling) for o in orders) else ():
-            hooks, machines = holders(built.machines, body, x.hooked)
+            taut = {tie.rope: lugs.get(tie.lower, "") for tie in ties if tie.lower and before.tensions.get(tie.rope)}
+            hooks, machines = holders(built.machines, body, x.hooked | taut)
             winches, drives = lowering(machines)
             lowers = any(x.speeds.get(hook.rope, 0.0) > 0.0 for hook in hooks)
             lowers |= any(x.speeds.get(name, 0.0) for name in (*winches, *(drive.name for drive in drives)))
