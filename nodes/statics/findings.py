@@ -83,7 +83,7 @@ def _lands(built: plan.Plan, path: Followed) -> list[Check]:
         stood, stands = ({pads[s] for s, force in y.supports.items() if s in pads and force > 0.0} for y in (before, x))
         for body in sorted(stands - stood) if orders and not any(isinstance(o, UnhookSling) for o in orders) else ():
             taut = {tie.rope: lugs.get(tie.lower, "") for tie in ties if tie.lower and before.tensions.get(tie.rope)}
-            hooks, machines = holders(built.machines, body, x.hooked | taut)
+            hooks, machines = holders(built.machines, body, {**x.hooked, **taut})
             winches, drives = lowering(machines)
             lowers = any(x.speeds.get(hook.rope, 0.0) > 0.0 for hook in hooks)
             lowers |= any(x.speeds.get(name, 0.0) for name in (*winches, *(drive.name for drive in drives)))
