@@ -197,13 +197,20 @@ class _Drawing:
         bodies = PolyCollection(faces, facecolors=colours, edgecolors=(0, 0, 0, 0.25), linewidths=0.3)
         ropes = LineCollection(list(lines), colors="0.15", linewidths=0.8)
         ax.add_collection(bodies)
-        ax.add_collection(ropes)
+        ax.add_collection(ropes, autolim=False)
+        ax.update_datalim(_framed(faces, lines))
         ax.axhline(0.0, color="0.5", linewidth=1.0)
         ax.set_aspect("equal")
         ax.autoscale_view()
         ax.margins(0.03)
         ax.set_axis_off()
         return bodies, ropes, ax.set_title(self.title(i), fontsize=9, loc="left")
+
+
+def _framed(faces: list[Floats], lines: Floats) -> Floats:
+    """Return the points (n, 2) that a picture must show; mooring lines below all bodies may run out of it."""
+    bodies, ends = np.concatenate([np.empty((0, 2)), *faces]), lines.reshape(-1, 2)
+    return np.concatenate([bodies, ends[ends[:, 1] >= bodies[:, 1].min(initial=np.inf)] if len(bodies) else ends])
 
 
 def _figure(drawing: _Drawing, frames: int) -> Figure:
@@ -231,8 +238,7 @@ def _film(drawing: _Drawing) -> bytes:
     canvas, ax = FigureCanvasAgg(figure), figure.subplots()
     instants = [drawing.seen(i) for i in range(len(drawing.times))]
     bodies, ropes, title = drawing.draw(ax, 0)
-    places = np.concatenate([x.reshape(-1, 2) for faces, _, lines in instants for x in (*faces, lines)])
-    ax.update_datalim(places)
+    ax.update_datalim(np.concatenate([_framed(faces, lines) for faces, _, lines in instants]))
     ax.autoscale_view()
     drawn = []
     for i, (faces, colours, lines) in enumerate(instants):
