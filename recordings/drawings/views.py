@@ -93,7 +93,11 @@ def _drawn(x: DrawnInstant, view: View, right: Floats, up: Floats, last: Sequenc
         if len(outline) > 2:
             view.items.append(Path(outline, solid.kind, True))
     for line in x.lines:
-        view.items.append(Path(view.paper(np.array([line.a, line.b]) @ axes), "rope"))
+        ends = clipped(view.paper(np.array([line.a, line.b]) @ axes), low - ROW, high + ROW)[
+            :2
+        ]  # mooring lines end far
+        if len(ends):
+            view.items.append(Path(ends, "rope"))
     return low, high
 
 
