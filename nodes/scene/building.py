@@ -125,7 +125,10 @@ def _built(
         settings=tuple(overrides),
         passing=passing,
     )
-    loaded = _planned(source, scene, known, followed, nominal)
+    loaded, factors = _planned(source, scene, known, followed, nominal), scene.all_factors
+    if followed and factors.wind and factors.area:
+        leads = leads_in_wind(loaded.plan, factors, loaded.states)
+        loaded = _on_same_path(loaded, msgspec.structs.replace(loaded.plan, limits=(*loaded.plan.limits, *leads)))
     if not nominal:
         return loaded
 
@@ -197,12 +200,7 @@ def _planned(
         loaded = _on_same_path(loaded, (rigged if hung else standing)(loaded.plan, first))
         if bent:
             loaded = _on_same_path(loaded, settled(loaded.plan))
-    loaded = _on_same_path(loaded, weighed(loaded.plan))
-    given = scene.all_factors
-    if not (followed and given.wind and given.area):
-        return loaded
-    leads = leads_in_wind(loaded.plan, given, loaded.states)
-    return _on_same_path(loaded, msgspec.structs.replace(loaded.plan, limits=(*loaded.plan.limits, *leads)))
+    return _on_same_path(loaded, weighed(loaded.plan))
 
 
 def _on_same_path(loaded: LoadedScene, built: plan.Plan) -> LoadedScene:
