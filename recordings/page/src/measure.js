@@ -1,4 +1,5 @@
-// The box around all that is ever drawn, and the ball around it; planes and rails of the world do not count.
+// The box around all that is ever drawn, and the ball around it; planes and rails of the world do not count, nor do
+// mooring lines below all bodies, which reach down to the lowest point.
 import { Quaternion, Vector3 } from "three";
 
 const INSTANTS = 32;
@@ -35,10 +36,13 @@ export function measure(run) {
       }
     }
   }
+  const floats = low.z;
+  let lowest = low.z;
   for (const rig of run.rig) {
     for (const line of rig.lines) {
       for (const [body, p] of [[line.a_body, line.a], [line.b_body, line.b]]) {
-        if (body === "world") {
+        if (body === "world") lowest = Math.min(lowest, p[2]);
+        if (body === "world" && !(p[2] < floats && isFinite(floats))) {
           low.min(corner.set(...p));
           high.max(corner);
         }
@@ -50,5 +54,5 @@ export function measure(run) {
     high.set(5, 5, 5);
   }
   const middle = low.clone().add(high).multiplyScalar(0.5);
-  return { low, high, middle, radius: Math.max(1e-3, high.distanceTo(low) / 2) };
+  return { low, high, lowest, middle, radius: Math.max(1e-3, high.distanceTo(low) / 2) };
 }

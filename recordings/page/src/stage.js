@@ -87,14 +87,14 @@ export class Stage {
 
   // Take the measure of all that is ever drawn; a growing run is measured again now and then.
   frame() {
-    const { low, high, middle, radius } = measure(this.run);
+    const { low, high, lowest, middle, radius } = measure(this.run);
     this.middle = middle;
     this.radius = radius;
     this.measured = this.run.t.length;
     this.box = { low, high };
     Object.assign(this.cameras.perspective, { near: radius / 200, far: radius * 60 });
     Object.assign(this.cameras.parallel, { near: 0, far: radius * 8 });
-    const floor = Math.min(0, low.z);
+    const floor = Math.min(0, lowest);
     const extent = 2 * Math.max(high.x - low.x, high.y - low.y, 0.5 * radius);
     const side = 10 ** Math.floor(Math.log10(extent / 3));
     const cells = 2 * Math.ceil((1.3 * extent) / side / 2) + 2;
