@@ -203,6 +203,15 @@ def test_side_views_of_the_page_are_parallel_projections_and_show_everything(bro
         assert browser.run(inside), side
 
 
+def test_the_page_frames_a_moored_crane_by_its_bodies_above_the_seabed(
+    browser: Chromium, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    browser.open(recorded(tmp_path_factory, "moored", "end=1 s").as_uri())
+    low, high = (browser.run(f"heavylift.stage.box.{x}.toArray()") for x in ("low", "high"))
+    assert 110.0 <= high[0] - low[0] <= 130.0, "the barge is 110 m long, its lines reach 500 m"
+    assert browser.run("heavylift.stage.ground.position.z") == pytest.approx(-60.0, abs=0.1)
+
+
 @pytest.mark.large
 def test_the_camera_of_the_page_follows_the_block(browser: Chromium, lift: Path) -> None:
     off = (
