@@ -113,8 +113,12 @@ def _state_of(use: Use, error: float | None, accepted: bool, *, at_rest: bool) -
     if absent or not limit.known:
         message = f"{name}: {limit.note or 'no limit is known'}"
         return ("none", "", message) if absent else ("amber", NOT_CHECKED, message)
+    if use.value is None and at_rest:
+        return "none", IN_A_RUN, f"{name}: a run checks it"
+    if use.value is None and use.missing:
+        return "amber", NOT_CHECKED, f"{name}: the recording lacks what it is computed from; run the scene again"
     if use.value is None:
-        return ("none", IN_A_RUN, f"{name}: a run checks it") if at_rest else ("none", "", f"{name}: it did not occur")
+        return "none", "", f"{name}: it did not occur"
     if use.beyond and (error is None or use.excess > error):
         return "red", "", ""
     if error is None:

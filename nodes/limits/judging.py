@@ -53,7 +53,7 @@ class _Worst:
         self._tolerance = YIELDS.get(limit.quantity, 0.0) if dynamic or limit.quantity == "hook height" else 0.0
         self._exact: Use | None = None
         self._inside = False  # what was seen when it occurred
-        self._source = ""
+        self._source, self._known = "", False
         self._most, self._load = -np.inf, -np.inf  # of uses, and its value: uses beyond a chart are infinite
         self._first: list[tuple[float, Use]] = []  # how bad, rising: each may come near enough to the worst
 
@@ -63,7 +63,7 @@ class _Worst:
         reading = read(plan, limit, signals)
         if reading is None:
             return
-        self._source = reading.source
+        self._source, self._known = reading.source, True
         xs = axis_of(plan, limit, signals) if limit.chart else None
         if reading.exact:
             value, t = reading.exact
@@ -128,7 +128,7 @@ class _Worst:
             required = Use(self._limit, value, None, rest.stage, use, bound=rest.bound or None)
             return max((x for x in (required, exact, found) if x), key=lambda x: x.use or x.value or 0.0)
         if exact is None or found is None:
-            return exact or found or Use(self._limit, None)
+            return exact or found or Use(self._limit, None, missing=not self._known)
         return exact if self._exceeds(exact, found) else found
 
     def _exceeds(self, a: Use, b: Use) -> bool:

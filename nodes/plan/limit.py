@@ -186,6 +186,7 @@ class Use:
     bound: float | None = None  # the limit there, of a chart
     tolerance: float = 0.0  # so much beyond the limit is still at it [unit]
     source: str = ""  # where the value comes from: "as simulated", "as ordered"
+    missing: bool = False  # nothing was recorded of which it could be found
 
     @property
     def beyond(self) -> bool:

@@ -7,11 +7,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, get_args
 
+import numpy as np
 import pytest
 import typer
 from heavylift.coordinator.commands.common import end_by
 from heavylift.kernel.description import NOT_CHECKED, STATES, UNKNOWN, Check
-from heavylift.nodes.limits import ABSENT, RatedLimit, checks_of, likewise, line_of, table_of
+from heavylift.nodes.limits import ABSENT, RatedLimit, SignalColumns, checks_of, likewise, line_of, table_of, uses_of
 from heavylift.nodes.plan import Quantity, Use
 from heavylift.nodes.scene import new_scene_with, parse
 from heavylift.nodes.scene.text import library
@@ -136,6 +137,17 @@ def test_every_check_of_every_crane_type_has_a_state_and_states_what_would_turn_
     assert {c.subject for c in checks if c.basis} >= {limit.subject for limit in scene.plan.limits}
     counts = line_of(checks).partition(": ")[2].partition(";")[0].split(", ")
     assert sum(int(one.split()[0]) for one in counts) == sum(c.state != "none" for c in checks)
+
+
+def test_a_limit_whose_samples_were_not_recorded_is_not_checked_and_one_that_never_applied_did_not_occur() -> None:
+    machines, t = PLAN.machines, np.array([0.0, 1.0])
+    still = np.zeros((2, 3)), np.tile(np.eye(3), (2, 1, 1))
+    poses = {body.name: still for machine in machines for body in machine.system.bodies}
+    slack = {rope.name: np.zeros(2) for machine in machines for rope in machine.system.all_ropes}
+    for recorded, expected in (({}, ("amber", NOT_CHECKED)), (poses, ("none", ""))):
+        uses = uses_of(PLAN, [SignalColumns(t, slack, recorded, dynamic=True)])
+        found = [c for c in checks_of(PLAN, uses, [], {}, []) if c.quantity.startswith("off-lead")]
+        assert {(c.state, c.why) for c in found} == {expected}
 
 
 def test_a_check_with_an_unknown_limit_names_the_key_to_write() -> None:

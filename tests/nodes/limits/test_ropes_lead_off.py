@@ -144,7 +144,7 @@ def test_the_off_lead_check_names_the_worst_value_with_time_and_stage() -> None:
     row = next(
         row
         for row in table_of(checks_of(built, uses, [], {f"use of {HOOK} off-lead along": 0.01}, [])).rows
-        if row[1] == "off-lead along"
+        if row[1:3] == ("off-lead along", HOOK)
     )
     assert (row[0].value, *row[1:]) == (
         "assumed",
