@@ -12,7 +12,7 @@ from typing import Protocol
 
 import numpy as np
 from heavylift.kernel.algebra.attitudes import quaternions
-from heavylift.nodes.plan.mechanism import lug_places
+from heavylift.nodes.plan.connections import lug_places
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.statics.state import REEVING, StaticState, reeved
 from heavylift.recordings import Recording, SampleLayout

@@ -11,8 +11,7 @@ from heavylift.kernel.errors import UNREADABLE
 from heavylift.nodes.limits.checks import Errors, checks_of, line_of, state_of, table_of
 from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.judging import uses_of
-from heavylift.nodes.limits.reading import HookReach
-from heavylift.nodes.limits.run_tables import RunTables
+from heavylift.nodes.limits.run_tables import HookReach, RunTables
 from heavylift.nodes.limits.sharing import dynamics_required, hoisting_factors, shared
 from heavylift.nodes.limits.signals import SignalColumns
 from heavylift.nodes.plan.limit import Reach, Use

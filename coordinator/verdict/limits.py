@@ -7,7 +7,8 @@ import numpy as np
 from heavylift.kernel.description.findings import Check, finding
 from heavylift.kernel.description.mechanics import JOINTS, Support
 from heavylift.nodes.limits.signals import SignalColumns, hooked_in
-from heavylift.nodes.plan.mechanism import Hoist, Mechanism, holders, lowering
+from heavylift.nodes.plan.connections import holders, lowering
+from heavylift.nodes.plan.mechanism import Hoist, Mechanism
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.shapes import Shapes
 from numpy.typing import NDArray

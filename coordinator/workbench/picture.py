@@ -12,7 +12,7 @@ from heavylift.coordinator.record.drawing import RopeLines, boxes
 from heavylift.coordinator.record.facts import hanging, supports
 from heavylift.kernel.algebra.attitudes import quaternions
 from heavylift.nodes.limits.named import rated
-from heavylift.nodes.plan.mechanism import lug_places
+from heavylift.nodes.plan.connections import lug_places
 from heavylift.nodes.plan.plan import Plan, encode
 from heavylift.nodes.statics import StaticState
 from heavylift.recordings import DrawnBox, RopeLine, SampleChannel, SampleLayout

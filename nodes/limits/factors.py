@@ -10,9 +10,9 @@ from math import prod, sqrt
 from typing import NamedTuple
 
 from heavylift.kernel.algebra.elementary import sin
+from heavylift.nodes.plan.connections import lug_places, ties_on
 from heavylift.nodes.plan.factors import Factor, Factors
 from heavylift.nodes.plan.limit import Quantity, RatedLimit, RestLoad, Use
-from heavylift.nodes.plan.mechanism import lug_places, ties_on
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.statics.aiming import world
 from heavylift.nodes.statics.state import StaticState

@@ -16,8 +16,9 @@ from heavylift.kernel.description.forces import Wind
 from heavylift.kernel.description.mechanics import Point, Quantity as Kind
 from heavylift.kernel.description.signals import ScalarSignal
 from heavylift.nodes.plan.actions import Action, Move
+from heavylift.nodes.plan.connections import lug_places
 from heavylift.nodes.plan.limit import TOUCHING, Quantity, RatedLimit
-from heavylift.nodes.plan.mechanism import Footing, Hoist, Mechanism, Tie, lug_places
+from heavylift.nodes.plan.mechanism import Footing, Hoist, Mechanism, Tie
 from heavylift.nodes.plan.plan import Plan
 from heavylift.recordings.format.spellings import BEAM_LOAD
 

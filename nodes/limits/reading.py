@@ -4,9 +4,6 @@ A signal is one row of the kernel's table of quantities; its formula is also use
 reading holds the reduced quantity at each instant and, where it is known, the exact maximum between samples with its
 time: that of a tension that the run recorded, and that of a wind's history. Unloaded ropes are not evaluated: an angle
 counts only while its rope carries a load.
-
-The module also finds the hook radius and the utilisation of the radius chart in each stage: when the hook is first
-loaded, at the highest utilisation, and at the end.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,19 +14,17 @@ from typing import Any
 import msgspec
 import numpy as np
 from heavylift.kernel.algebra.elementary import cos, sin
-from heavylift.kernel.description import forces
 from heavylift.kernel.description.mechanics import Point, System, merge
 from heavylift.kernel.description.signals import ScalarSignal
 from heavylift.kernel.model.group_loads import ON_BASES, base_force, carried_group
 from heavylift.kernel.model.quantities import LINED, FormulaContext, lines, names, numbers, points, scalar
-from heavylift.nodes.plan.limit import STANDING, RatedLimit, Reach
+from heavylift.nodes.plan.limit import STANDING, RatedLimit
 from heavylift.nodes.plan.plan import Plan
-from heavylift.nodes.statics.state import StaticState
 
 from .factors import BASES, product
 from .named import KINDS, LOADS, OF_TENSIONS, REDUCTIONS, MeasuredSignal, hooks_of, measured, origin, sling_signals
 from .sharing import touching
-from .signals import EMPTY, Column, SignalColumns, carries, place, signals_of, tie_of
+from .signals import EMPTY, Column, SignalColumns, carries, place, tie_of, wind, wind_speed
 from .splash import slack_sling, splash_load
 
 RESTS = 1.05  # times the weight of a block: less on its supports is no impact
@@ -116,7 +111,7 @@ def _evaluated(
         return None
     columns = given or (signals.lengths if x.quantity == "length" else signals.tensions)
     if x.quantity == "wind":
-        columns = {x.of: wind_speed(_wind(plan, x.of), signals.t)}
+        columns = {x.of: wind_speed(wind(plan, x.of), signals.t)}
     if x.quantity in ON_BASES:  # of one resultant force, which is the same for all corners of a base
         force = signals.once(("force", x.point), lambda: _force_on_base(x, system, signals))
         if force is None:
@@ -318,74 +313,9 @@ def _strongest(plan: Plan, each: Sequence[MeasuredSignal], signals: SignalColumn
     equilibrium path up to the end of the scene."""
     ran = signals.dynamic and len(signals.t) > 0
     end = float(signals.t[-1]) if ran else np.inf if plan.end is None else plan.end
-    breaks = (t for x in each for t in _wind(plan, x.signal.of).times if t <= end)
+    breaks = (t for x in each for t in wind(plan, x.signal.of).times if t <= end)
     times = np.array(sorted({0.0, *breaks} | ({end} if np.isfinite(end) else set())))
     speeds = _largest(plan, each, replace(signals, t=times, known={}))
     assert speeds is not None  # which need no data
     first = int(np.argmax(speeds))
     return speeds[first].item(), times[first].item()
-
-
-def _wind(plan: Plan, name: str) -> forces.InputSignal:
-    """Return the speed signal of a wind."""
-    each = (f for m in plan.machines for f in m.system.forces if isinstance(f, forces.Wind))
-    return next(f.signal for f in each if f.name == name)
-
-
-def wind_speed(s: forces.InputSignal, t: Column) -> Column:
-    """Return the speed (n,) [m/s] of a wind at the times t; at a jump the larger of both values."""
-    if not s.times:
-        return np.full(len(t), abs(s.value))
-    values, last = np.abs(np.array(s.values)), len(s.times) - 1
-    before, behind = (np.searchsorted(s.times, t, side) for side in ("left", "right"))
-    jump = np.maximum(values[np.minimum(before, last)], values[behind - 1])
-    return np.maximum(np.abs(np.interp(t, s.times, s.values)), np.where(behind > before, jump, 0.0))
-
-
-WHEN = ("begins", "most", "ends")
-
-
-class HookReach:
-    """Radii of the hooks that have a radius chart, collected from successive parts of an equilibrium path or a run."""
-
-    def __init__(self, plan: Plan) -> None:
-        self._plan = plan
-        self._limits = [x for x in plan.limits if x.quantity == "hook load" and x.over == "radius"]
-        self._found: dict[tuple[str, str], list[Reach]] = {}
-
-    def see(self, signals: SignalColumns) -> SignalColumns:
-        """Add the samples of the next part, and return them."""
-        for limit in self._limits:
-            reading, radii = read(self._plan, limit, signals), axis_of(self._plan, limit, signals)
-            if reading is None or radii is None:
-                continue
-            for k in np.flatnonzero(np.isfinite(reading.values + radii)).tolist():
-                self._add(limit, signals, float(signals.t[k]), float(radii[k]), float(reading.values[k]), k)
-            if reading.exact and signals.t[0] <= reading.exact[1] <= signals.t[-1]:
-                load, t = reading.exact
-                self._add(limit, signals, t, float(np.interp(t, signals.t, radii)), load, None)
-        return signals
-
-    def see_path(self, states: Sequence[StaticState]) -> tuple[Reach, ...]:
-        """Return the radii found on an equilibrium path."""
-        self.see(signals_of(states))
-        return self.found
-
-    def _add(
-        self, limit: RatedLimit, signals: SignalColumns, t: float, radius: float, load: float, k: int | None
-    ) -> None:
-        stage = signals.stage_at(t, k)
-        one = Reach(hook=limit.subject, stage=stage, t=t, radius=radius, load=load, capacity=limit.at(radius))
-        first, most, last = self._found.setdefault((limit.subject, stage), [one] * 3)
-        self._found[limit.subject, stage] = [
-            one if t < first.t else first, one if one.use > most.use else most, one if t >= last.t else last
-        ]  # fmt: skip
-
-    @property
-    def found(self) -> tuple[Reach, ...]:
-        """Three radii for each hook and stage, in order of time: at the beginning, at the end, and at the highest
-        utilisation."""
-        each = sorted(self._found.values(), key=lambda three: three[0].t)
-        return tuple(
-            msgspec.structs.replace(x, when=when) for three in each for when, x in zip(WHEN, three, strict=True)
-        )

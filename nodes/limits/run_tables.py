@@ -1,5 +1,5 @@
-"""Tables that are made from the samples of a run in addition to the limits: reactions, loads on lugs, slings, stages,
-the path of the block.
+"""What is collected from the samples in addition to the limits: reactions, loads on lugs, slings, stages, the path of
+the block, and the radii of hooks with the utilisation of their charts.
 
 The load of a crane is the sum of its hook tensions. The dynamic factor of a stage is the maximum of this load divided
 by the larger of its static values before and at the end of the stage.
@@ -9,17 +9,20 @@ from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise, product
 from math import degrees
 
+import msgspec
 import numpy as np
 from heavylift.kernel.description.mechanics import Point
-from heavylift.nodes.plan.limit import Use
-from heavylift.nodes.plan.mechanism import lug_places
+from heavylift.nodes.plan.connections import lug_places
+from heavylift.nodes.plan.limit import RatedLimit, Reach, Use
 from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.statics.state import StaticState
 from heavylift.recordings.format.viewer_messages import RopeLine
 from heavylift.recordings.sheets.sheet import Cell, Marked, Table, columns
 
 from .named import rated
+from .reading import axis_of, read
 from .sharing import dynamics_required
-from .signals import Column, SignalColumns, place
+from .signals import Column, SignalColumns, place, signals_of
 
 EMPTY = 1.1  # times what always hangs on its hooks: with less a crane carries nothing
 SETTLED = 0.05  # last part of a stage over which its resting load is taken
@@ -166,3 +169,52 @@ LUGS = (*columns("lug", "u [m] .2", "v [m] .2", "w [m] .2"), *FORCE, *columns(*(
 SLINGS = columns("sling", "lug", "angle to vertical at its peak [deg] .1", "at most [deg] .1")
 PATH = columns("stage", "from [h:min:s]", "lowest point [m] .2", "least tilt [deg] .1", "largest tilt [deg] .1")
 TILT = "Tilt: angle of the block's w axis to the vertical; x, y, z: centre of gravity at the end of the stage."
+
+
+WHEN = ("begins", "most", "ends")
+
+
+class HookReach:
+    """Radii of the hooks that have a radius chart, collected from successive parts of an equilibrium path or a run."""
+
+    def __init__(self, plan: Plan) -> None:
+        self._plan = plan
+        self._limits = [x for x in plan.limits if x.quantity == "hook load" and x.over == "radius"]
+        self._found: dict[tuple[str, str], list[Reach]] = {}
+
+    def see(self, signals: SignalColumns) -> SignalColumns:
+        """Add the samples of the next part, and return them."""
+        for limit in self._limits:
+            reading, radii = read(self._plan, limit, signals), axis_of(self._plan, limit, signals)
+            if reading is None or radii is None:
+                continue
+            for k in np.flatnonzero(np.isfinite(reading.values + radii)).tolist():
+                self._add(limit, signals, float(signals.t[k]), float(radii[k]), float(reading.values[k]), k)
+            if reading.exact and signals.t[0] <= reading.exact[1] <= signals.t[-1]:
+                load, t = reading.exact
+                self._add(limit, signals, t, float(np.interp(t, signals.t, radii)), load, None)
+        return signals
+
+    def see_path(self, states: Sequence[StaticState]) -> tuple[Reach, ...]:
+        """Return the radii found on an equilibrium path."""
+        self.see(signals_of(states))
+        return self.found
+
+    def _add(
+        self, limit: RatedLimit, signals: SignalColumns, t: float, radius: float, load: float, k: int | None
+    ) -> None:
+        stage = signals.stage_at(t, k)
+        one = Reach(hook=limit.subject, stage=stage, t=t, radius=radius, load=load, capacity=limit.at(radius))
+        first, most, last = self._found.setdefault((limit.subject, stage), [one] * 3)
+        self._found[limit.subject, stage] = [
+            one if t < first.t else first, one if one.use > most.use else most, one if t >= last.t else last
+        ]  # fmt: skip
+
+    @property
+    def found(self) -> tuple[Reach, ...]:
+        """Three radii for each hook and stage, in order of time: at the beginning, at the end, and at the highest
+        utilisation."""
+        each = sorted(self._found.values(), key=lambda three: three[0].t)
+        return tuple(
+            msgspec.structs.replace(x, when=when) for three in each for when, x in zip(WHEN, three, strict=True)
+        )

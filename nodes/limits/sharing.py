@@ -6,7 +6,7 @@ matters. The printed shares hold for the given lengths.
 
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.plan.actions import LANDS, CrossingCondition, LandedCondition, LiftedCondition, Move
-from heavylift.nodes.plan.mechanism import ties_on
+from heavylift.nodes.plan.connections import ties_on
 from heavylift.nodes.plan.plan import Plan
 
 from .standards import HOISTING, SHARING, daf, hoisting_factor

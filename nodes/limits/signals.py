@@ -6,8 +6,9 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol, TypeAlias, TypeVar
 
 import numpy as np
+from heavylift.kernel.description import forces
 from heavylift.kernel.description.mechanics import WORLD, Point
-from heavylift.nodes.plan.mechanism import lug_places, ties_on
+from heavylift.nodes.plan.connections import lug_places, ties_on
 from heavylift.nodes.plan.plan import Hoist, Plan, Tie
 from heavylift.nodes.statics.state import StaticState
 from numpy.typing import NDArray
@@ -159,3 +160,19 @@ def _placed(signals: SignalColumns, point: Point) -> Column:
         return found
 
     return signals.once((point.body, point.p), make)
+
+
+def wind(plan: Plan, name: str) -> forces.InputSignal:
+    """Return the speed signal of a wind."""
+    each = (f for m in plan.machines for f in m.system.forces if isinstance(f, forces.Wind))
+    return next(f.signal for f in each if f.name == name)
+
+
+def wind_speed(s: forces.InputSignal, t: Column) -> Column:
+    """Return the speed (n,) [m/s] of a wind at the times t; at a jump the larger of both values."""
+    if not s.times:
+        return np.full(len(t), abs(s.value))
+    values, last = np.abs(np.array(s.values)), len(s.times) - 1
+    before, behind = (np.searchsorted(s.times, t, side) for side in ("left", "right"))
+    jump = np.maximum(values[np.minimum(before, last)], values[behind - 1])
+    return np.maximum(np.abs(np.interp(t, s.times, s.values)), np.where(behind > before, jump, 0.0))

@@ -10,8 +10,8 @@ from collections.abc import Callable
 
 import numpy as np
 from heavylift.kernel.description.forces import Immersion
+from heavylift.nodes.plan.connections import lug_places, ties_on
 from heavylift.nodes.plan.limit import RatedLimit
-from heavylift.nodes.plan.mechanism import lug_places, ties_on
 from heavylift.nodes.plan.plan import Plan
 
 from .named import hooks_of

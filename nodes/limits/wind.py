@@ -10,9 +10,10 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from heavylift.kernel.description.signals import ScalarSignal
+from heavylift.nodes.plan.connections import lug_places, ties_on
 from heavylift.nodes.plan.factors import Factors
 from heavylift.nodes.plan.limit import IN_WIND, RatedLimit, RestLoad
-from heavylift.nodes.plan.mechanism import Cargo, Hoist, lug_places, ties_on
+from heavylift.nodes.plan.mechanism import Cargo, Hoist
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.statics.state import StaticState
 from msgspec.structs import replace

@@ -2,6 +2,7 @@
 
 plan              the whole plan: machines, actions, limits and everything else that node processes are built from
 mechanism         a machine made of parts: its system, hooks, ties, loads, cells, shapes
+connections       what hooks, slings, frames and joints of machines connect
 bending           the body of a block, rigid or as a beam
 interlock         interlocks, which stop a machine without the commander
 user_models       models written by users: their signals and set-points

@@ -17,7 +17,7 @@ from heavylift.nodes.limits.factors import BASES
 from heavylift.nodes.limits.wind import leads_in_wind
 from heavylift.nodes.models import node_names
 from heavylift.nodes.plan import plan
-from heavylift.nodes.plan.mechanism import frames_on_hooks
+from heavylift.nodes.plan.connections import frames_on_hooks
 from heavylift.nodes.scene.checks.geometry import overloads, start_checks, step_checks
 from heavylift.nodes.scene.checks.orders import held_orders, order_checks
 from heavylift.nodes.scene.construction.environment.footings import set_up

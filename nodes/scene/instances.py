@@ -19,9 +19,10 @@ from heavylift.kernel.description.findings import Check
 from heavylift.kernel.description.forces import Characteristic
 from heavylift.kernel.description.mechanics import WORLD, Joint, Point, Vector
 from heavylift.nodes.plan.actions import Action, Begin, BegunCondition, Wait
+from heavylift.nodes.plan.connections import frames_on_hooks
 from heavylift.nodes.plan.factors import Factor
 from heavylift.nodes.plan.limit import RatedLimit
-from heavylift.nodes.plan.mechanism import Cargo, Heavy, Hoist, Mechanism, Shape, frames_on_hooks
+from heavylift.nodes.plan.mechanism import Cargo, Heavy, Hoist, Mechanism, Shape
 from heavylift.nodes.plan.plan import ActionList, Fidelity, Plan
 from heavylift.nodes.plan.user_models import UserModel
 from heavylift.nodes.scene.construction.resolve import build_actions

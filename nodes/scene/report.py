@@ -14,13 +14,13 @@ from heavylift.kernel.description.findings import Check, State, findings
 from heavylift.kernel.description.forces import Reeving
 from heavylift.kernel.description.mechanics import Rope
 from heavylift.nodes.limits.checks import governing, likewise, line_of, open_checks, state_of, table_of
-from heavylift.nodes.limits.reading import HookReach
+from heavylift.nodes.limits.run_tables import HookReach
 from heavylift.nodes.limits.sharing import dynamics_required, hoisting_factors, shared
 from heavylift.nodes.models.machine import turning
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move, Turn
+from heavylift.nodes.plan.connections import lug_places, ties_on
 from heavylift.nodes.plan.limit import Use
-from heavylift.nodes.plan.mechanism import lug_places, ties_on
 from heavylift.nodes.plan.pulses import ramp, times
 from heavylift.nodes.statics import Followed, StaticState
 from heavylift.nodes.statics.aiming import world

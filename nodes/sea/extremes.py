@@ -102,8 +102,3 @@ def _by_order(x: NDArray[np.float64], part: float) -> Extreme:
         return Extreme(value, inf, f"too few seeds: {int(np.ceil(log(1.0 - SURE) / log(part)))} are needed")
     high = float(x[k])
     return Extreme(value, high - value if high > value else 0.0, "order of the values")
-
-
-def rayleigh(deviation: float, peaks: float, part: float) -> float:
-    """Return the quantile `part` of the largest of independent Rayleigh peaks: (1 - exp(-x^2 / 2 s^2))^n = p."""
-    return float(deviation * sqrt(-2.0 * log(-np.expm1(log(part) / peaks))))

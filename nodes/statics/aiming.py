@@ -15,7 +15,7 @@ from heavylift.kernel.description.mechanics import IDENTITY, JOINTS, Joint, Syst
 from heavylift.nodes.models import system
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move
-from heavylift.nodes.plan.mechanism import beneath, lug_places
+from heavylift.nodes.plan.connections import beneath, lug_places
 
 from .state import Pose, StaticState
 from .static_path import Followed, at_rest

@@ -13,7 +13,7 @@ from heavylift.nodes.models.commander.actuator_registry import turn_of
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import Move, SlingsCondition, Turn, UnhookSling
-from heavylift.nodes.plan.mechanism import holders, lowering, lug_places, ties_on
+from heavylift.nodes.plan.connections import holders, lowering, lug_places, ties_on
 
 from .aiming import world
 from .static_path import Followed

@@ -9,8 +9,8 @@ from collections.abc import Container, Mapping, Sequence
 
 from heavylift.kernel.description.mechanics import Joint
 from heavylift.nodes.plan.actions import BrakeOrder, Follow, Hookup, Move, Order, StopOrder, Turn, UnhookSling
+from heavylift.nodes.plan.connections import lug_places, ties_on
 from heavylift.nodes.plan.fidelity import held_by
-from heavylift.nodes.plan.mechanism import lug_places, ties_on
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.verbs import VERBS
 

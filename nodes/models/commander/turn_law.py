@@ -10,7 +10,8 @@ elasticity shifts the true angle by a few tenths of a degree.
 from collections.abc import Mapping, Sequence
 
 from heavylift.nodes.plan.actions import Follow
-from heavylift.nodes.plan.mechanism import Hoist, Mechanism, beneath, ties_on
+from heavylift.nodes.plan.connections import beneath, ties_on
+from heavylift.nodes.plan.mechanism import Hoist, Mechanism
 
 from .actuator_registry import TURN
 from .conditions import OrderRejected

@@ -28,8 +28,8 @@ from heavylift.nodes.limits.messages import REFUSED, sentence
 from heavylift.nodes.limits.standards import FERRULE
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.actions import parts
+from heavylift.nodes.plan.connections import lug_places
 from heavylift.nodes.plan.limit import Use
-from heavylift.nodes.plan.mechanism import lug_places
 from heavylift.nodes.plan.shapes import Shapes
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.parts import kinematics

@@ -15,8 +15,8 @@ from heavylift.nodes.models.commander.actuator_registry import first_lugs
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.models.commander.order_checks import Machines, sling_fault
 from heavylift.nodes.plan import actions, plan
+from heavylift.nodes.plan.connections import beneath, ties_on
 from heavylift.nodes.plan.fidelity import held_by
-from heavylift.nodes.plan.mechanism import beneath, ties_on
 from heavylift.nodes.plan.verbs import MOTIONS, VERBS
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.statics.aiming import SLACK, world

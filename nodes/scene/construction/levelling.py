@@ -22,7 +22,7 @@ from heavylift.kernel.description.mechanics import Joint, Line, Measured, Point,
 from heavylift.kernel.description.signals import ScalarSignal
 from heavylift.nodes.plan import actions, plan
 from heavylift.nodes.plan.actions import Follow, Move
-from heavylift.nodes.plan.mechanism import lug_places, ties_on
+from heavylift.nodes.plan.connections import lug_places, ties_on
 from heavylift.nodes.scene.construction.rigging.edges import lugs_of, slings_of
 from heavylift.nodes.scene.keys.parts.kinematics import Array, Poses, place, poses
 from heavylift.nodes.scene.keys.parts.rigging import Frame

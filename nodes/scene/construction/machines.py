@@ -10,8 +10,9 @@ import msgspec
 from heavylift.kernel.description.mechanics import WORLD, RemovedMethod, System, merge
 from heavylift.nodes.models import system
 from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.connections import carried_hooks, is_root
 from heavylift.nodes.plan.fidelity import groups_of, planar
-from heavylift.nodes.plan.mechanism import Cell, carried_hooks, is_root
+from heavylift.nodes.plan.mechanism import Cell
 from heavylift.nodes.scene.construction.rigging.edges import lugs_of
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.parts.mechanics import HookKeys, MechanismKeys, Parts

@@ -7,7 +7,7 @@ from importlib import import_module
 
 import msgspec
 from heavylift.nodes.plan import actions, plan
-from heavylift.nodes.plan.mechanism import ties_on
+from heavylift.nodes.plan.connections import ties_on
 from heavylift.nodes.plan.verbs import VERBS
 from heavylift.nodes.scene.construction.rigging.edges import Sling, key_of, lugs_of, slings_of
 from heavylift.nodes.scene.keys.actions import ActionLine

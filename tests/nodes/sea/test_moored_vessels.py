@@ -18,11 +18,8 @@ end: 60 s
 vessels:
   barge:
     mass: 14432 t
-    size: [110 m, 32 m, 8 m]
-    draught: 4 m
+    type: barge-110
     com: [0 m, 0 m, 2 m]
-    motion: forces
-    floating: {hydrodynamics: barge-110}
 mechanism:
   name: mooring
   forces:

@@ -7,8 +7,8 @@ import pytest
 from heavylift.coordinator.ladder import play
 from heavylift.nodes.scene import parse
 from heavylift.nodes.scenes import vessels_folder
-from heavylift.nodes.sea import Hydrodynamics, extreme, jonswap, rayleigh, read_hydrodynamics
-from scipy.stats import t as student
+from heavylift.nodes.sea import Hydrodynamics, extreme, jonswap, read_hydrodynamics
+from scipy.stats import rayleigh, t as student
 
 SCENE = """\
 heavylift: 1
@@ -85,5 +85,5 @@ def test_moments_and_extremes_of_motions_over_seeds_are_those_of_the_frequency_d
     m0, m2 = want[:, 0]
     peaks = (end - BEGUN) / (2.0 * np.pi * np.sqrt(m0 / m2))
     for part in (1.0 / np.e, 0.9) if seeds >= 30 else ():
-        found, ideal = extreme(largest, part), rayleigh(np.sqrt(m0), peaks, part)
+        found, ideal = extreme(largest, part), rayleigh.ppf(part ** (1.0 / peaks), scale=np.sqrt(m0))
         assert (1.0 - GROUPS) * ideal - found.above < found.value < ideal + found.above

@@ -22,11 +22,9 @@ limits: {signals: [height of barge <= 0.05 m]}
 vessels:
   barge:
     mass: 14432 t
-    size: [110 m, 32 m, 8 m]
-    draught: 4 m
+    type: barge-110
     com: [0 m, 0 m, 2 m]
-    motion: forces
-    floating: {hydrodynamics: barge-110, mooring: {surge: 400 kN/m, sway: 400 kN/m, yaw: 400 MN m/rad}}
+    floating: {mooring: {surge: 400 kN/m, sway: 400 kN/m, yaw: 400 MN m/rad}}
 actions: [{wait: 1 s}]
 """
 LINEAR = 0.02  # what the barge does not do in proportion to the sea, and the last step of the search

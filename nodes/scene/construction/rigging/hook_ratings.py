@@ -11,8 +11,8 @@ from heavylift.kernel.description.mechanics import WORLD
 from heavylift.nodes.limits.reeving import ROLLING, drum_ends, lead_factor
 from heavylift.nodes.limits.standards import ISO_4308, ROPE_FACTORS, strength_limits
 from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.connections import beneath, carried_hooks, is_root
 from heavylift.nodes.plan.limit import Quantity, RatedLimit
-from heavylift.nodes.plan.mechanism import beneath, carried_hooks, is_root
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.keys.base import written
 from heavylift.nodes.scene.keys.parts.mechanics import HookKeys

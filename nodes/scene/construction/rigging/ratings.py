@@ -15,8 +15,8 @@ from heavylift.nodes.limits.standards import (
     strength_limits,
 )
 from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.connections import lug_places, ties_on
 from heavylift.nodes.plan.limit import RatedLimit
-from heavylift.nodes.plan.mechanism import lug_places, ties_on
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.keys.parts.rigging import Equaliser, Frame, SlingKeys, SlingType
 from heavylift.nodes.scene.text.source import Path, shown
