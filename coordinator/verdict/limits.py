@@ -98,8 +98,9 @@ def touches(plan: Plan, past: RunHistory) -> dict[str, tuple[float, float]]:
 
 
 def dropped(plan: Plan, past: RunHistory, turning: Sequence[tuple[str, float, float]]) -> Iterator[Check]:
-    """Yield a finding for each block that comes down on its supports on the ground while no hook, winch or drive that
-    holds it lowers it, or in a turn; `turning`: blocks with the intervals [s] in which they are ordered to turn."""
+    """Yield a finding for each block that comes down on its supports on the ground during a turn, or while no hook,
+    winch or drive that holds it lowers it; `turning`: blocks with the intervals [s] in which they are ordered to
+    turn."""
     seen = set[str]()
     for block, part, i, touched in _arrivals(plan, past):
         if not touched or block in seen or any(pad.on for pad, _ in touched):
