@@ -93,8 +93,8 @@ def answered(scene: LoadedScene, answer: Answer) -> LoadedScene:
 
 
 def measured(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
-    """Measure the errors of the requested quantities at the scene's own level and steps; return the scene with these
-    errors."""
+    """Measure the errors of the requested quantities at the scene's own model level and steps; return the scene with
+    these errors."""
     if not (ask := scene.facts.ask) or scene.plan.models:
         return scene
     measuring = Measuring(ask, say=say)

@@ -76,8 +76,10 @@ def joined(
 
 
 class Conversation:
-    """The coordinator's exchange of messages with its nodes: `welcome` and `hello` for each, then `play` and `dismiss`;
-    `abort` after an error."""
+    """The coordinator's exchange of messages with the nodes of a run.
+
+    Call `welcome` and `hello` for each node, then `play` and `dismiss`; after an error `abort`.
+    """
 
     def __init__(
         self,

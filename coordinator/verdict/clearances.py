@@ -176,7 +176,7 @@ class _Things:
         self.rigid: list[bool] = []
 
     def pairs(self, shapes: list[Moving], now: frozenset[int]) -> tuple[list[tuple[int, int]], list[int]]:
-        """Return the pairs of shapes that can meet, and the number of the pair of things of each; `now`: allowed
+        """Return the pairs of shapes that can meet, and for each the number of the pair of named parts; `now`: allowed
         contacts."""
         pairs: list[tuple[int, int]] = []
         groups: list[int] = []
@@ -218,7 +218,7 @@ class _Things:
         return found
 
     def names(self, a: Moving, b: Moving) -> tuple[str, str]:
-        """Return the names of both things of a pair, the more mobile one first."""
+        """Return the names of the two parts in a pair of shapes, the more mobile one first."""
         one, two = sorted((a, b), key=self._order)
         return one.shape.thing, two.shape.thing
 
