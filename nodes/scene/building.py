@@ -50,7 +50,7 @@ from heavylift.nodes.statics.state import StaticState
 from heavylift.nodes.statics.static_path import first_rest
 from heavylift.nodes.statics.swinging import swing_free
 
-from .corners import Centres, cornered, designed, ends_of, with_centres
+from .corners import BEARING, Centres, cornered, designed, ends_of, with_centres
 from .instances import several
 from .loaded_scene import LoadedScene, SceneFacts
 from .model_files import imported
@@ -142,11 +142,11 @@ def _built(
     def shifted(centres: Centres) -> LoadedScene:
         """Return the scene with other centres of mass of its blocks, with the limits that enter design loads."""
         moved = _planned(replace(source, faults=[]), with_centres(scene, centres), replace(known, passing=True))
-        limits = tuple(x for x in moved.plan.limits if x.quantity in BASES.values())
+        limits = tuple(x for x in moved.plan.limits if x.quantity in (*BASES.values(), *BEARING))
         return _on_same_path(moved, msgspec.structs.replace(moved.plan, limits=limits))
 
     ends = ends_of(scene, stated)
-    limits = [*(cornered(loaded, ends, other) if ends else loaded.plan.limits), *designed(loaded, scene, shifted)]
+    limits = designed(loaded, scene, cornered(loaded, ends, other) if ends else loaded.plan.limits, shifted)
     return _on_same_path(loaded, msgspec.structs.replace(loaded.plan, limits=tuple(limits)))
 
 

@@ -2,20 +2,23 @@
 
 They are computed on the equilibrium path, first for each input alone, then at each corner that is the worst for some
 limit. Loads are monotonic in each input, whatever the other inputs are, so the worst corner for a limit combines the
-worse ends of all inputs.
+worse ends of all inputs. The factor sheet's contingencies of weight and centre of mass also count in the limits of what
+carries the load but has no design load of its own: cranes, frames, assemblies of slings, ropes, ground.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
-from math import isfinite, sqrt
+from math import isfinite, prod, sqrt
 
 import msgspec
 from heavylift.kernel.description.mechanics import Vector
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.limits.factors import design_limits
-from heavylift.nodes.plan.limit import RatedLimit
+from heavylift.nodes.limits.judging import uses_on_path
+from heavylift.nodes.plan.factors import Factors
+from heavylift.nodes.plan.limit import STANDING, Quantity, RatedLimit, Use
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.quantities import quantity_at
 from heavylift.nodes.scene.text.source import Data, Path, shown
@@ -26,6 +29,10 @@ from .loaded_scene import LoadedScene
 
 NOISE = 1e-6  # of a use: less is rounding
 AT_REST = {"sling peak": ("sling tension",), "rope peak": ("rope factor", "rope tension", "hook load")}  # alike there
+BEARING: tuple[Quantity, ...] = (  # the lifted load, without a design load
+    "trolley load", "crane load", "tandem load", "frame load", "loader load", "assembly load", "support load",
+    "sling tension", "rope tension", "rope factor", "rope peak", "drum pull", "drive moment", "brake moment", *STANDING,
+)  # fmt: skip
 Key = tuple[str, str]  # subject and quantity of a limit
 Values = Mapping[Path, Data]
 Centres = Mapping[Path, Vector]  # of mass, of blocks [m]
@@ -88,11 +95,16 @@ def _blocks(scene: schema.Scene) -> dict[Path, schema.Block]:
     return blocks | ({("block",): scene.block} if scene.block else {})
 
 
-def designed(nominal: LoadedScene, scene: schema.Scene, build: Callable[[Centres], LoadedScene]) -> list[RatedLimit]:
-    """Return the limits of the design loads of a scene with a practice or factors, at the worst corner of the
-    centre-of-mass box of each block. `build` makes the scene for other centres of mass."""
+def designed(
+    nominal: LoadedScene,
+    scene: schema.Scene,
+    limits: Sequence[RatedLimit],
+    build: Callable[[Centres], LoadedScene],
+) -> list[RatedLimit]:
+    """Return the limits of a scene with the contingencies of its practice or factors, and those of its design loads, at
+    the worst corner of the centre-of-mass box of each block. `build` makes the scene for other centres of mass."""
     if scene.practice is None and not scene.factors.model_fields_set:
-        return []
+        return [*limits]
     given, corners = scene.all_factors, Corners(nominal)
     box = given.cog or ()
     for signs in product(*((-1, 1) if half else (0,) for half in box)) if box else ():
@@ -102,7 +114,44 @@ def designed(nominal: LoadedScene, scene: schema.Scene, build: Callable[[Centres
         corners.uses(texts, partial(build, centres))
     used = {key: corners.most[key] / use for key, use in corners.usual.items() if use}
     rows = design_limits(nominal.plan, given, scene.practice or "none", nominal.uses, nominal.states, used)
-    return [*rows, *_lost(nominal, corners)]
+    heavier = _heavier(nominal, (given.weight or 1.0) * (given.cog_factor or 1.0))
+    return [*(_contingent(x, corners, heavier, given) for x in limits), *rows, *_lost(nominal, corners)]
+
+
+def _heavier(nominal: LoadedScene, factor: float) -> dict[Key, float]:
+    """Return the utilisation at rest of each limit if what hangs on the hooks weighs `factor` times as much."""
+    if factor == 1.0:
+        return {}
+    own = {hook.rope: hook.block_mass * nominal.plan.gravity for x in nominal.plan.machines for hook in x.hooks}
+    states = [
+        replace(
+            state,
+            tensions={k: T + (factor - 1.0) * max(0.0, T - own.get(k, 0.0)) for k, T in state.tensions.items()},
+            supports={k: factor * force for k, force in state.supports.items()},
+        )
+        for state in nominal.states
+    ]
+    return _sizes_of(uses_on_path(nominal.plan, states)) if states else {}
+
+
+def _contingent(limit: RatedLimit, corners: "Corners", heavier: Mapping[Key, float], given: Factors) -> RatedLimit:
+    """Return a limit of what bears the load with the increase of utilisation by the contingencies of its weight and
+    centre of mass."""
+    key = _key(limit, corners.usual)
+    if limit.quantity not in BEARING or key is None or not limit.known or corners.usual[key] <= NOISE:
+        return limit
+    usual = corners.usual[key]
+    grown = [uses.get(key, usual) / usual for uses in (heavier, corners.most)]
+    adds = limit.adds or not limit.loads
+    spread = limit.spread + usual * sum(x - 1.0 for x in grown) if adds else (1.0 + limit.spread) * prod(grown) - 1.0
+    named = (("weight", given.weight), ("cog factor", given.cog_factor), ("cog", given.cog))
+    texts = [f"{name} {_shortly(value)}" for name, value in named if value]
+    inputs = ", ".join(filter(None, (limit.inputs, f"the factors {', '.join(texts)}")))
+    return msgspec.structs.replace(limit, spread=spread, adds=adds, inputs=inputs) if spread > NOISE else limit
+
+
+def _shortly(value: float | Sequence[float]) -> str:
+    return f"{value:g}" if isinstance(value, float) else "+-" + " x ".join(f"{x:g}" for x in value) + " m"
 
 
 def _lost(nominal: LoadedScene, corners: "Corners") -> Iterator[RatedLimit]:
@@ -156,15 +205,24 @@ class Corners:
 
 
 def _uses(scene: LoadedScene) -> dict[Key, float]:
+    return _sizes_of(scene.uses)
+
+
+def _sizes_of(uses: Sequence[Use]) -> dict[Key, float]:
     """Return the utilisation of each limit or, if the limit is unknown, the value itself."""
-    each = ((use.limit, use.value if use.use is None else use.use) for use in scene.uses)
+    each = ((use.limit, use.value if use.use is None else use.use) for use in uses)
     return {(x.subject, x.quantity): use for x, use in each if use is not None and isfinite(use)}
+
+
+def _key(limit: RatedLimit, usual: Mapping[Key, float]) -> Key | None:
+    """Return the key of a limit's utilisation at rest; None if it has none."""
+    alike = [(limit.subject, quantity) for quantity in (limit.quantity, *AT_REST.get(limit.quantity, ()))]
+    return next((key for key in alike if key in usual), None)
 
 
 def _spread(limit: RatedLimit, corners: Corners) -> RatedLimit:
     """Return a limit with the increase of utilisation at the worst corner."""
-    alike = [(limit.subject, quantity) for quantity in (limit.quantity, *AT_REST.get(limit.quantity, ()))]
-    key = next((key for key in alike if key in corners.usual), None)
+    key = _key(limit, corners.usual)
     if key is None or key not in corners.moved or not limit.known:
         return limit
     usual, most = corners.usual[key], corners.most[key]
