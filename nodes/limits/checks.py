@@ -86,7 +86,11 @@ def _factored(plan: Plan) -> bool:
 
 def _of_limit(plan: Plan, use: Use, errors: Errors | None) -> Check:
     limit, met, use = use.limit, use, use.at_worst
-    error = 0.0 if errors is None or limit.quantity == IN_WIND else error_of(use, errors)
+    error = (
+        0.0
+        if errors is None or (limit.quantity == IN_WIND or (limit.quantity == "wind" and limit.rest))
+        else error_of(use, errors)
+    )
     state, why, message = _state_of(use, error, plan.accepts_assumed, at_rest=errors is None)
     where = limit.where
     warned = limit.warning is not None and (use.value or 0.0) > limit.warning and state in ("green", "amber")
@@ -109,7 +113,7 @@ def _state_of(use: Use, error: float | None, accepted: bool, *, at_rest: bool) -
     error estimate of the value in its unit; `accepted`: whether the scene accepts assumed limits."""
     limit = use.limit
     name = name_of(limit)
-    absent = limit.quantity in ABSENT and not limit.elements
+    absent = limit.quantity in ABSENT and not limit.elements and not limit.rest
     if absent or not limit.known:
         message = f"{name}: {limit.note or 'no limit is known'}"
         return ("none", "", message) if absent else ("amber", NOT_CHECKED, message)

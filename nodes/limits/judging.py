@@ -119,7 +119,7 @@ class _Worst:
     def use(self) -> Use:
         """Return the highest utilisation of all samples added so far."""
         exact, found = self._exact, self._first[0][1] if self._first else None
-        if (rest := self._limit.rest) and self._limit.quantity == IN_WIND:
+        if (rest := self._limit.rest) and self._limit.quantity in (IN_WIND, "wind"):
             use = self._limit.use(rest.value) if self._limit.known else None
             return Use(self._limit, rest.value, None, rest.stage, use)
         if (rest := self._limit.rest) and self._dynamic:

@@ -50,7 +50,7 @@ from heavylift.nodes.statics.state import StaticState
 from heavylift.nodes.statics.static_path import first_rest
 from heavylift.nodes.statics.swinging import swing_free
 
-from .corners import BEARING, Centres, cornered, designed, ends_of, with_centres
+from .corners import BEARING, Centres, Corners, designed, ends_of, with_centres
 from .instances import several
 from .loaded_scene import LoadedScene, SceneFacts
 from .model_files import imported
@@ -145,8 +145,9 @@ def _built(
         limits = tuple(x for x in moved.plan.limits if x.quantity in (*BASES.values(), *BEARING))
         return _on_same_path(moved, msgspec.structs.replace(moved.plan, limits=limits))
 
-    ends = ends_of(scene, stated)
-    limits = designed(loaded, scene, cornered(loaded, ends, other) if ends else loaded.plan.limits, shifted)
+    uncertain = Corners(loaded)
+    uncertain.search(ends_of(scene, stated), other)
+    limits = designed(loaded, scene, uncertain, shifted)
     return _on_same_path(loaded, msgspec.structs.replace(loaded.plan, limits=tuple(limits)))
 
 

@@ -17,6 +17,7 @@ from heavylift.kernel.description.mechanics import Vector
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.limits.factors import design_limits
 from heavylift.nodes.limits.judging import uses_on_path
+from heavylift.nodes.limits.named import LOADS
 from heavylift.nodes.plan.factors import Factors
 from heavylift.nodes.plan.limit import STANDING, Quantity, RatedLimit, Use
 from heavylift.nodes.scene.keys import schema
@@ -68,11 +69,9 @@ def ends_of(scene: schema.Scene, stated: Mapping[Path, Stated]) -> list[Ends]:
     return found
 
 
-def cornered(nominal: LoadedScene, ends: Sequence[Ends], build: Build) -> list[RatedLimit]:
+def cornered(nominal: LoadedScene, corners: "Corners") -> list[RatedLimit]:
     """Return the limits of a scene, each with the increase of utilisation at the worst corner of the uncertain inputs.
     If a corner cannot be evaluated, a limit without a value is added."""
-    corners = Corners(nominal)
-    corners.search(ends, build)
     limits = [_spread(limit, corners) for limit in nominal.plan.limits]
     return [*limits, *_lost(nominal, corners)]
 
@@ -98,13 +97,15 @@ def _blocks(scene: schema.Scene) -> dict[Path, schema.Block]:
 def designed(
     nominal: LoadedScene,
     scene: schema.Scene,
-    limits: Sequence[RatedLimit],
+    uncertain: "Corners",
     build: Callable[[Centres], LoadedScene],
 ) -> list[RatedLimit]:
-    """Return the limits of a scene with the contingencies of its practice or factors, and those of its design loads, at
-    the worst corner of the centre-of-mass box of each block. `build` makes the scene for other centres of mass."""
+    """Return the limits of a scene at the corners of its `uncertain` inputs and with the contingencies of its practice
+    or factors, and those of its design loads, at the worst corner of the centre-of-mass box of each block. `build`
+    makes the scene for other centres of mass."""
+    limits = cornered(nominal, uncertain)
     if scene.practice is None and not scene.factors.model_fields_set:
-        return [*limits]
+        return limits
     given, corners = scene.all_factors, Corners(nominal)
     box = given.cog or ()
     for signs in product(*((-1, 1) if half else (0,) for half in box)) if box else ():
@@ -113,20 +114,27 @@ def designed(
         texts: dict[Path, Data] = {(*path, "com"): [f"{x!r} m" for x in place] for path, place in centres.items()}
         corners.uses(texts, partial(build, centres))
     used = {key: corners.most[key] / use for key, use in corners.usual.items() if use}
-    rows = design_limits(nominal.plan, given, scene.practice or "none", nominal.uses, nominal.states, used)
+    grown = {key: (uncertain.most[key] / uncertain.usual[key], ", ".join(x)) for key, x in uncertain.moved.items()
+             if uncertain.usual[key] and uncertain.most[key] > uncertain.usual[key]}  # fmt: skip
+    rows = design_limits(nominal.plan, given, scene.practice or "none", nominal.uses, nominal.states, used, grown)
     heavier = _heavier(nominal, (given.weight or 1.0) * (given.cog_factor or 1.0))
-    return [*(_contingent(x, corners, heavier, given) for x in limits), *rows, *_lost(nominal, corners)]
+    limits = [_contingent(limit, corners, heavier, given) for limit in limits]
+    return [*limits, *rows, *_lost(nominal, corners)]
 
 
 def _heavier(nominal: LoadedScene, factor: float) -> dict[Key, float]:
-    """Return the utilisation at rest of each limit if what hangs on the hooks weighs `factor` times as much."""
-    if factor == 1.0:
-        return {}
-    own = {hook.rope: hook.block_mass * nominal.plan.gravity for x in nominal.plan.machines for hook in x.hooks}
+    """Return the utilisation at rest of each limit if what hangs on the hooks, with the slings and shackles that the
+    model leaves out, weighs `factor` times as much."""
+    g = nominal.plan.gravity
+    own = {hook.rope: hook.block_mass * g for machine in nominal.plan.machines for hook in machine.hooks}
+    hung = {x.subject: x.rigging * g for x in nominal.plan.limits if x.quantity == "hook load"}
     states = [
         replace(
             state,
-            tensions={k: T + (factor - 1.0) * max(0.0, T - own.get(k, 0.0)) for k, T in state.tensions.items()},
+            tensions={
+                k: T + (factor - 1.0) * max(0.0, T - own.get(k, 0.0)) + factor * hung.get(k, 0.0)
+                for k, T in state.tensions.items()
+            },
             supports={k: factor * force for k, force in state.supports.items()},
         )
         for state in nominal.states
@@ -141,12 +149,17 @@ def _contingent(limit: RatedLimit, corners: "Corners", heavier: Mapping[Key, flo
     if limit.quantity not in BEARING or key is None or not limit.known or corners.usual[key] <= NOISE:
         return limit
     usual = corners.usual[key]
-    grown = [uses.get(key, usual) / usual for uses in (heavier, corners.most)]
+    weight = (given.weight or 1.0) * (given.cog_factor or 1.0)
+    grown = [
+        weight if limit.quantity in LOADS else heavier.get(key, usual) / usual,
+        corners.most.get(key, usual) / usual,
+    ]
     adds = limit.adds or not limit.loads
     spread = limit.spread + usual * sum(x - 1.0 for x in grown) if adds else (1.0 + limit.spread) * prod(grown) - 1.0
     named = (("weight", given.weight), ("cog factor", given.cog_factor), ("cog", given.cog))
     texts = [f"{name} {_shortly(value)}" for name, value in named if value]
-    inputs = ", ".join(filter(None, (limit.inputs, f"the factors {', '.join(texts)}")))
+    factors = f"the factors {', '.join(texts)}" if texts else "the mass of slings and shackles"
+    inputs = ", ".join(filter(None, (limit.inputs, factors)))
     return msgspec.structs.replace(limit, spread=spread, adds=adds, inputs=inputs) if spread > NOISE else limit
 
 

@@ -15,7 +15,15 @@ from msgspec.structs import replace
 
 from .environment.footings import standing_limits, wind_limits
 from .rigging.hook_ratings import WAYS, hook_limits
-from .rigging.ratings import bridle_limit, lug_limits, rigging_limits, shackle_limit, sling_limits, tandem_limits
+from .rigging.ratings import (
+    bridle_limit,
+    lug_limits,
+    rigging_limits,
+    shackle_limit,
+    sling_limits,
+    tandem_limits,
+    with_rigging,
+)
 from .scene_builder import LOWER, UPPER, SceneBuilder
 
 SLACK = 0.9  # dynamic force upward over the weight, at which slings become slack
@@ -28,8 +36,8 @@ def rated_limits(builder: SceneBuilder) -> tuple[RatedLimit, ...]:
     machines = builder.machines
     rows = [row for machine in machines for row in (*hook_limits(builder, machine), *rigging_limits(builder, machine))]
     lifting = any(machine.hooks for machine in machines)
+    rows = [with_rigging(builder, row) if row.unit == "kg" else row for row in (*rows, *tandem_limits(builder))]
     rows += [
-        *tandem_limits(builder),
         *_rig(builder),
         *lug_limits(builder),
         *_supports(builder, lifting),

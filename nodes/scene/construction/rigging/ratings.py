@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+import msgspec
 from heavylift.nodes.limits.sharing import DETERMINATE
 from heavylift.nodes.limits.standards import (
     CABLE_LAID,
@@ -49,6 +50,21 @@ def tandem_limits(builder: SceneBuilder) -> Iterator[RatedLimit]:
                     source="the scene" if own else "assumed", where=hook.where,
                 )  # fmt: skip
             seen.add(hook.rope)
+
+
+def with_rigging(builder: SceneBuilder, limit: RatedLimit) -> RatedLimit:
+    """Return a limit of the load on hooks with the mass of the slings and their shackles, two for each, that hang there
+    without mass in the model: that of the factor sheet for each hook, or as far as the gear gives it."""
+    hooks, total = {hook.rope: hook for machine in builder.machines for hook in machine.hooks}, 0.0
+    for hook in (hooks[name] for name in limit.elements if name in hooks):
+        given, ties = builder.scene.factors.rigging, [*ties_on(builder.machines, hook)]
+        owners = [f"rigging.{tie.rigging}" if tie.rigging else "rig" for tie in ties]
+        total += given or 0.0
+        for item in builder.scene.gear.values() if given is None else ():
+            for owner, _, what in (at.rpartition(".") for at in item.at):
+                total += {"sling": 1, "shackle": 2}.get(what, 0) * owners.count(owner) * (item.mass or 0.0)
+    note = "; ".join(x for x in (limit.note, f"{total / 1e3:.3g} t of slings and shackles") if x)
+    return msgspec.structs.replace(limit, rigging=total, note=note) if total else limit
 
 
 def rigging_limits(builder: SceneBuilder, machine: plan.Mechanism) -> Iterator[RatedLimit]:
