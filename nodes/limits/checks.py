@@ -12,7 +12,17 @@ none       cannot occur in this scene: a row without a colour
 from collections.abc import Iterable, Mapping, Sequence
 from math import inf, isfinite
 
-from heavylift.kernel.description.findings import ASSUMED, NOT_CHECKED, STATES, UNKNOWN, WARNED, Check, State, clock
+from heavylift.kernel.description.findings import (
+    ASSUMED,
+    IN_A_RUN,
+    NOT_CHECKED,
+    STATES,
+    UNKNOWN,
+    WARNED,
+    Check,
+    State,
+    clock,
+)
 from heavylift.kernel.description.forces import Radiation
 from heavylift.nodes.plan.limit import IN_WIND, ROUNDING, Use
 from heavylift.nodes.plan.plan import Plan
@@ -28,7 +38,6 @@ HEAD = ("state", "check", "worst of", "worst", "at", "limit", "used", "basis")
 TOUCH = 0.01  # [m] what comes so near touches, as the sentences about clearances say
 SAME = 1e-6  # of the worst value: what comes so close to it came to it first, or is reported first
 SEA_STATE = "sea state"
-IN_A_RUN = "in a run"  # of what nothing is known at rest
 REMEDY = {
     UNKNOWN: ": the error of these values was not measured; `--accuracy 1%` measures it",
     ASSUMED: ": limits assumed by heavylift; state your own, or confirm them with 'assumed: accept'",

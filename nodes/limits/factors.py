@@ -97,7 +97,12 @@ def design_limits(
                     found.append(Factor(name=name, value=value, source=source))
             if (worst := uncertain.get((limit.subject, limit.quantity))) is not None:
                 found.insert(0, Factor(name="inputs", value=worst[0], source=f"corners of {worst[1]}"))
-            if quantity == "hook design load" and limit.over == "radius" and not limit.rigging:
+            if (
+                quantity == "hook design load"
+                and limit.over == "radius"
+                and not limit.rigging
+                and given.rigging is None
+            ):
                 missing["rigging"] = (
                     "mass of slings and shackles: write 'factors: {rigging: 1 t}', or 'mass' of the gear"
                 )
