@@ -33,7 +33,7 @@ def parts(n: int, efficiency: float) -> list[float]:
     return [n * tension / sum(found) for tension in found]
 
 
-def test_c14_the_lead_part_tension_of_twenty_falls_agrees_with_the_closed_form() -> None:
+def test_the_lead_part_tension_of_twenty_falls_agrees_with_the_closed_form() -> None:
     given, expected = FORMS["C14"]["given"], FORMS["C14"]["expected"]
     lead = lead_factor(given["n"], 1, given["eta"])
     assert lead * given["W"] / given["n"] == pytest.approx(expected["T_lead"], rel=1e-6)
