@@ -26,7 +26,7 @@ class Distribution(ABC):
 
 
 class Fixed(Distribution):
-    """A constant time [s]."""
+    """A constant `time` [s]."""
 
     def __init__(self, time: float) -> None:
         self.mean = _checked(self, time=time)[0]

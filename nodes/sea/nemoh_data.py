@@ -19,7 +19,7 @@ NUMBER = r"[-+]?\d*\.?\d+(?:[eEdD][-+]?\d+)?\.?"
 
 
 def nemoh_files(case: Path) -> list[Path]:
-    """Return the files of a case, given its Nemoh.cal."""
+    """Return the paths of the files of a NEMOH case, given the path of its Nemoh.cal."""
     results = case.parent / ("Results" if (case.parent / "Results").is_dir() else "results")
     mesh = next((d for x in ("Mesh", "mesh", "Mechanics") if (d := case.parent / x).is_dir()), case.parent)
     numbered = "_0" if (mesh / "KH_0.dat").exists() else ""
@@ -32,8 +32,8 @@ def nemoh_files(case: Path) -> list[Path]:
 
 
 def nemoh(case: Path) -> Coefficients:
-    """Return the coefficients of the one body of a case, given its Nemoh.cal; raises SceneError if a file is missing or
-    has other contents."""
+    """Return the coefficients of the single body of a NEMOH case, given the path of its Nemoh.cal; raises SceneError if
+    a file is missing or invalid."""
     cal, radiation, excitation, infinite, stiffness, bodies = nemoh_files(case)
     rows = [x.split("!")[0].split() for x in _text(cal).splitlines()]
     try:

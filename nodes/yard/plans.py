@@ -19,7 +19,7 @@ MOST_BYTES = 1 << 26
 
 
 def planned(given: Taking, start: date, activities: tuple[Activity, ...]) -> tuple[int, ...]:
-    """Return the starts [ns] of the activities in an existing schedule."""
+    """Return the start of each activity [ns] in an existing schedule."""
     file = given.source.at(("plan",))
     if file is None or not activities:
         return ()
