@@ -27,7 +27,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class LogTable:
-    """A CSV table as text: `head` with (name, unit) of each column; `rows`: row numbers in the file; `decimal`: the
+    """A CSV table as text. `head`: (name, unit) of each column; `rows`: number of each row in the file; `decimal`: the
     decimal sign."""
 
     path: Path
@@ -37,11 +37,11 @@ class LogTable:
     decimal: str
 
     def error(self, row: int, column: str, what: str) -> RecordingError:
-        """Return an error that names a cell of the table by file, row and column."""
+        """Return an error about a cell of the table, which it names by file, row and column."""
         return RecordingError(f"{self.path}: row {row}, column '{column}': {what}")
 
     def unit(self, column: str) -> str:
-        """Return the unit given in a column's header, "" if there is none."""
+        """Return the unit in the header of a column; "" if the header gives none."""
         return self.head[self._number(column)][1]
 
     def _number(self, column: str) -> int:
@@ -68,8 +68,8 @@ class LogTable:
         return out
 
     def seconds(self, column: str = "", unit: str = "") -> Floats:
-        """Return the times (n,) [s], which must be complete and in ascending order; dates are converted to seconds
-        since the first row."""
+        """Return the times (n,) [s] of the rows, which must be complete and in ascending order; dates are converted to
+        seconds since the first row."""
         column = column or next((name for name, _ in self.head if name.lower() in TIMES), TIMES[0])
         k = self._number(column)
         dates = [_date(cells[k]) for cells in self.cells]

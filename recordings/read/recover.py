@@ -29,8 +29,8 @@ TORN = "rows of numbers without poses, or poses without numbers"
 
 @dataclass
 class Recovered:
-    """Result of a recovery: the new file, its number of messages, the time of the last one [s], and the unreadable
-    parts."""
+    """Result of a recovery: path of the new file, number of its messages, time of its last message [s], and sentences
+    about the unreadable parts."""
 
     path: Path
     messages: int = 0
@@ -43,8 +43,9 @@ class Recovered:
 
 
 def recover(path: str | Path, out: str | Path | None = None, force: bool = False, begun: bool = False) -> Recovered:
-    """Copy everything readable into `out` (default: NAME-recovered.mcap); raises RecordingError if the file contains no
-    run. `begun`: accept any run that did not reach its end, even if it has no messages yet or its file is undamaged."""
+    """Copy everything readable of a recording into `out` (default: NAME-recovered.mcap); raises RecordingError if the
+    file contains no run. `begun`: accept any run that did not reach its end, even if it has no messages yet or its file
+    is undamaged."""
     path = file_path(path)
     if refused := unnamable(path):
         raise RecordingError(f"{path}: cannot be opened ({refused}); check the name")
@@ -212,7 +213,7 @@ class _Copy:
             self._readable = False
 
     def finish(self) -> Recovered:
-        """Write the result, and rename the new file to its final name."""
+        """Write the result of the recovery, and give the new file its final name."""
         sink = self._open()
         if self._held:
             self._lose(TORN)
@@ -250,7 +251,7 @@ class _Copy:
         return self.found
 
     def abandon(self) -> None:
-        """Remove an incomplete copy."""
+        """Delete the incomplete copy."""
         if self._sink is not None:
             self._sink.abandon(keep=False)
 

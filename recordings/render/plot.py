@@ -47,8 +47,8 @@ Rest = tuple[Floats, Floats]  # (n,) times [s], (n,) tensions at rest [N]
 
 
 class Curves(NamedTuple):
-    """Data of a plot: time [s], values and peaks (n, m), name and rated value of each column, quantity; by column also
-    measured curves, error estimates of peaks, and dynamic factors."""
+    """Data of a plot: time [s], values and peaks (n, m), names and rated values of the columns, and their quantity; for
+    some columns also measured curves, error estimates of peaks, and dynamic factors."""
 
     t: Floats
     values: Floats
@@ -68,9 +68,9 @@ def plot(
     force: bool = False,
     rest: Mapping[str, Rest] | None = None,
 ) -> Path:
-    """Draw a recording into the file `out` and return its path. `ropes`: ropes by label, by default those with the
-    highest utilisation; `rest`: static tensions [N], relative to which an additional panel shows the tensions of the
-    run."""
+    """Draw a recording into the file `out` and return its path. `ropes`: ropes by label (default: the ropes with the
+    highest utilisation); `rest`: static tensions [N]; if given, an additional panel shows the tensions relative to
+    them."""
     out = output_path(out, "a figure", FORMATS)
     rec = opened(path)
     if silent(rec):
@@ -197,8 +197,8 @@ def _heading(figure: Figure, lines: Sequence[str], curves: Curves) -> None:
 
 
 def outline(t: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the lower and upper outline of a curve in steps finer than a pixel, since a filled band of 100 000 samples
-    would take a gigabyte."""
+    """Return the lower and upper outline of a curve, sampled in steps finer than a pixel, because drawing a filled band
+    of 100 000 samples would take a gigabyte."""
     first = np.arange(0, len(t), -(-len(t) // FINE))
     return t[first], np.minimum.reduceat(low, first), np.maximum.reduceat(high, first)
 
