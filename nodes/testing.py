@@ -59,6 +59,6 @@ def _twice(simulator: Simulator) -> list[Event]:
     if simulator.outputs() != first:
         path, tag = simulator.model.path, simulator.next_time
         raise ModelError(
-            f"{path} at {tag}: output() sends something else when called again; it must not change the model"
+            f"{path} at {tag}: output() sends other messages when called again; it must not change the model"
         )
     return first

@@ -75,7 +75,9 @@ def capytaine(path: Path) -> Coefficients:
         X = data["excitation_force"].reshape(2, len(w), len(data["wave_direction"]), 6)[..., modes]
         K = data["hydrostatic_stiffness"].reshape(6, 6)[both]
     except (ValueError, TypeError):
-        raise SceneError(f"{path}: its arrays are not those of one body on water of one depth at rest") from None
+        raise SceneError(
+            f"{path}: its arrays must be those of a single body at rest in water of a single depth"
+        ) from None
     solved = np.isfinite(A).all(axis=(1, 2))  # Capytaine writes NaN where it finds no solution
     finite = np.isfinite(w) & (w > 0.0) & solved & np.isfinite(X).all(axis=(0, 2, 3))
     infinite = np.isinf(w) & solved
@@ -210,7 +212,7 @@ def _table(path: Path, least: int) -> np.ndarray:
                 rows.append([float(x.replace("D", "E")) for x in words])
             except ValueError:
                 if rows:
-                    raise SceneError(f"{path}: '{line.strip()[:40]}' are not numbers") from None
+                    raise SceneError(f"{path}: '{line.strip()[:40]}' is not a row of numbers") from None
     except (OSError, UnicodeDecodeError) as error:
         raise SceneError(f"{path}: {error_text(error)}") from None
     if not (rows := [row for row in rows if row]) or min(map(len, rows)) < least:

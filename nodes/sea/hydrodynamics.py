@@ -160,7 +160,7 @@ def check(found: Hydrodynamics, file: str) -> None:
     if worst > WORST:
         raise SceneError(
             f"{file}: the error of the radiation fit is {worst:.1%} of the largest coefficient, more than {WORST:.0%}; "
-            "compute finer panels with a lid, or no frequencies whose waves they miss"
+            "use finer panels and a lid, or leave out the frequencies of waves too short for the panels"
         )
 
 

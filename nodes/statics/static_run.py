@@ -248,7 +248,7 @@ class StaticRun:
             part, name = min(found)
             self.states.append(dataclasses.replace(there(before, state, part), event=f"{name} touches"))
             at = f"at {self.states[-1].t:.1f} s" if state.t else "at the start"
-            raise KernelError(f"'{name}' touches {at}; an equilibrium with pressed rigid contacts is not followed")
+            raise KernelError(f"'{name}' touches {at}; static loads with closed rigid contacts are not computed")
 
     def _state(self, rest: PathPoint, number: int, stage: str, lugs: dict[str, str]) -> StaticState:
         s, row = self.path.command, rest.row

@@ -164,7 +164,7 @@ class Dispatcher(Atomic):
                         cause, wake = WEATHER, min(wake, one.works.after(now))
             self.causes[n] = cause
             if cause == WEATHER and now - self.waited.setdefault(n, now) > PATIENCE:
-                raise ModelError(f"{one.name} waits for ever for weather: {BAD}")
+                raise ModelError(f"{one.name} waits forever for weather: {BAD}")
             if cause:
                 kept.append((rank, n))
                 continue
@@ -178,7 +178,7 @@ class Dispatcher(Atomic):
         if kept and wake == NEVER and not self.running and not (any(self.calms) and WEATHER in self.causes):
             waits = self.activities[kept[0][1]]
             cause = self.causes[kept[0][1]]
-            raise ModelError(f"{waits.name} waits for ever for {cause}: {BAD if cause == WEATHER else HELD}")
+            raise ModelError(f"{waits.name} waits forever for {cause}: {BAD if cause == WEATHER else HELD}")
         self.hold_in(0 if self.begun or self.changed or self.telling else wake if wake == NEVER else wake - now)
 
     def calm_for(self, n: int, now: int) -> bool:

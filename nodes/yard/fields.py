@@ -158,7 +158,7 @@ def before(text: str) -> list[tuple[str, int]]:
     while at < len(text):
         one = BEFORE.match(text, at)
         if one is None:
-            raise ValueError(f"'{text}' lists no blocks: write them as 'B1, B2 + 2 days'")
+            raise ValueError(f"'{text}' is not a list of blocks: write it as 'B1, B2 + 2 days'")
         found.append((one[1], round(TIME.read(one[2]) * 1e9) if one[2] else 0))
         at = one.end()
     return found
@@ -182,7 +182,7 @@ def words(data: object) -> list[str]:
 def height(text: object) -> float:
     """Read the significant wave height [m] up to which a step is allowed."""
     if not (found := LENGTH.read(str(text))) > 0.0:
-        raise ValueError(f"'{text}' is no limit of waves: write a height above 0, such as 1 m")
+        raise ValueError(f"'{text}' is not a valid wave limit: write a height above 0, such as 1 m")
     return found
 
 

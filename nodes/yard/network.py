@@ -209,7 +209,7 @@ def _first(
             _peak(used[need.resource], start, finish) + need.units <= capacities[need.resource] for need in one.needs
         ):
             return start, finish
-    raise AssertionError("after the last end everything is free")
+    raise AssertionError("all resources must be free after the last activity")
 
 
 def _peak(spans: list[tuple[int, int, int]], start: int, finish: int) -> int:

@@ -107,11 +107,11 @@ class Container:
     def _open(self) -> None:
         path = self.path
         if refused := unnamable(path):
-            raise self.error(f"cannot be opened ({refused}); check the name")
+            raise self.error(f"the file cannot be opened ({refused}); check the name")
         if path.is_dir():
-            raise self.error("is a folder; give the name of a recording, such as run.mcap")
+            raise self.error("this is a folder; give the name of a recording, such as run.mcap")
         if path.exists() and not path.is_file():
-            raise self.error("is a pipe or device; save the recording to a file first")
+            raise self.error("this is a pipe or device; save the recording to a file first")
         part = path.with_name(path.name + ".part")
         try:
             self._stream = path.open("rb")
@@ -119,23 +119,23 @@ class Container:
         except FileNotFoundError:
             if part.exists():
                 raise self.error(
-                    f"does not exist, but {part} does: its run is still going or was cut off; "
+                    f"the file does not exist, but {part} does: its run is still going or was cut off; "
                     f"`heavylift recover {part}`"
                 ) from None
-            raise self.error("does not exist; check the name or make it with `heavylift run`") from None
+            raise self.error("the file does not exist; check the name or make it with `heavylift run`") from None
         except OSError as error:
-            raise self.error(f"cannot be opened ({error.strerror}); check its permissions") from None
+            raise self.error(f"the file cannot be opened ({error.strerror}); check its permissions") from None
         self.size = path.stat().st_size
         if self.size == 0:
-            raise self.error("is empty; run the scene again")
+            raise self.error("the file is empty; run the scene again")
         if not is_recording(head := self._stream.read(HEAD)):
-            raise self.error("is not a recording (not an MCAP file); give a file made by `heavylift run`")
+            raise self.error("this is not a recording (not an MCAP file); give a file made by `heavylift run`")
         if not head.startswith(MAGIC):
             raise ValueError("its first bytes are not those of an MCAP file")
         self._stream.seek(max(0, self.size - len(MAGIC)))
         if self.size < 2 * len(MAGIC) + FOOTER.size or self._stream.read() != MAGIC:
             raise self.error(
-                "is cut off: its end is missing, as in the .part file of a run that was killed; "
+                "the file is cut off: its end is missing, as in the .part file of a run that was killed; "
                 f"`heavylift recover {path}` saves what there is"
             )
         self._check_summary()

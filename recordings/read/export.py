@@ -209,7 +209,7 @@ def extended(
     out = output_path(out)
     if out.resolve() == file_path(path).resolve():
         raise RecordingError(
-            f"{out}: is the recording itself, which will not be overwritten; choose another name with -o"
+            f"{out}: this is the recording itself, which will not be overwritten; choose another name with -o"
         )
     return _copied(path, out, signals, facts, files, force)
 

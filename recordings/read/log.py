@@ -117,20 +117,20 @@ def read_log(path: str | Path) -> LogTable:
             reader = csv.reader(file, delimiter=separator, strict=True)
             table = [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
     except OSError as error:
-        raise RecordingError(f"{path}: cannot be opened ({error.strerror}); check its permissions") from None
+        raise RecordingError(f"{path}: the file cannot be opened ({error.strerror}); check its permissions") from None
     except UnicodeDecodeError:
-        raise RecordingError(f"{path}: is not UTF-8 text; export the log as CSV again") from None
+        raise RecordingError(f"{path}: the file is not UTF-8 text; export the log as CSV again") from None
     except csv.Error as error:
         raise RecordingError(
-            f"{path}: row {reader.line_num}: is not valid CSV ({error}); export the log again"
+            f"{path}: row {reader.line_num} is not valid CSV ({error}); export the log again"
         ) from None
     if len(table) < 2:
-        raise RecordingError(f"{path}: has no rows below its header; export the log again")
+        raise RecordingError(f"{path}: the table has no rows below its header; export the log again")
     (_, names), *below = table
     for row, cells in below:
         if len(cells) != len(names):
             raise RecordingError(
-                f"{path}: row {row}: has {len(cells)} cells, but the header has {len(names)}; correct the row"
+                f"{path}: row {row} has {len(cells)} cells, but the header has {len(names)}; correct the row"
             )
     head = [(match[1], match[2] or "") for cell in names if (match := HEAD.fullmatch(cell))]
     rows, texts = [row for row, _ in below], [cells for _, cells in below]

@@ -51,7 +51,7 @@ class Recording:
         self.complaints: list[str] | None = None
         metadata = {name: shown(facts) for name, facts in self._file.metadata().items()}
         if "run" not in metadata and not self.library.startswith(GENERATOR):
-            raise self._file.error("is an MCAP file of another program; give a file made by `heavylift run`")
+            raise self._file.error("this is an MCAP file of another program; give a file made by `heavylift run`")
         with self.reading():
             self.run = metadata["run"]
         self._check_format()
@@ -70,7 +70,8 @@ class Recording:
             newer = found.isdecimal() and len(found) < 10 and int(found) > FORMAT
             to = f"{install(self.version)}, or a later one" if newer else again(self.version)
             raise self._file.error(
-                f"has format {found[:20]}, this is heavylift {__version__}, which reads format {FORMAT}; {to}"
+                f"the recording has format {found[:20]}, this is heavylift {__version__}, which reads format "
+                f"{FORMAT}; {to}"
             )
 
     @property
@@ -89,7 +90,7 @@ class Recording:
                 found = shown(msgspec.json.decode(text))
             kind = (int, float) if isinstance(default, int | float) else type(default)
             if default is not None and (not isinstance(found, kind) or (type(found) is float and not isfinite(found))):
-                raise ValueError(f"the fact '{name[:40]}' is {text[:40]}, no valid value")
+                raise ValueError(f"the fact '{name[:40]}' has the invalid value {text[:40]}")
         return found
 
     @property
@@ -231,7 +232,7 @@ class Recording:
         """Read several signals in a single pass through the file, and store them for later calls of `signal`."""
         for name in names:
             if name not in self._fields and name.removeprefix(POSE) not in self._bodies:
-                raise SignalError(f"{self.path}: has no signal {name}; {meant(name, self.signals())}")
+                raise SignalError(f"{self.path}: the recording has no signal {name}; {meant(name, self.signals())}")
         with self._file.reading():
             for topic, form in self._forms([name for name in names if name not in self._signals]).items():
                 parts = [part for (part,) in self.numbers({topic: form})]

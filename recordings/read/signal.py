@@ -227,7 +227,7 @@ class RecordedPart:
                 found[signal] = columns
         if not found:
             near = meant(name, [*rec.signals(), *sorted(parts)])
-            raise SignalError(f"{rec.path}: has no signal or part {name}; {near}")
+            raise SignalError(f"{rec.path}: the recording has no signal or part {name}; {near}")
         return RecordedPart(rec, name, found)
 
     @property

@@ -197,7 +197,7 @@ def panels_of(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
         if name in ("rope/tension", "rope/peak") and column in rated:
             panel.limits[column] = rated[column] * factor
     if not any(len(curve.t) > 1 for panel in panels.values() for curve in panel.curves):
-        raise RecordingError(f"{rec.path}: has no samples to draw; simulate a longer run")
+        raise RecordingError(f"{rec.path}: the recording has no samples to draw; simulate a longer run")
     return list(panels.values())
 
 
@@ -205,7 +205,7 @@ def _of_ports(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
     """Return a panel for each port of a DEVS run, with the values sent on it."""
     found = port_signals(rec, patterns)
     if not found:
-        raise RecordingError(f"{rec.path}: has no events to draw; simulate a longer run")
+        raise RecordingError(f"{rec.path}: the recording has no events to draw; simulate a longer run")
     if len(found) > PANELS:
         named = ", ".join(f"'{x.name}'" for x in found[:2])
         raise RecordingError(

@@ -85,7 +85,7 @@ def _curves(rec: Recording, ropes: Mapping[str, str] | None, rest: Mapping[str, 
     rec.load([name for name in wanted if name in rec.signals()])
     name = next((name for name in ("rope/tension", "joint/position") if _has(rec, name)), None)
     if name is None:
-        raise RecordingError(f"{rec.path}: has no rope tensions and no joint positions to plot")
+        raise RecordingError(f"{rec.path}: the recording has no rope tensions and no joint positions to plot")
     t, values, columns, unit = rec.signal(name)
     limits: dict[str, float] = rec.fact("rated", {})
     peaks = values
@@ -99,7 +99,7 @@ def _curves(rec: Recording, ropes: Mapping[str, str] | None, rest: Mapping[str, 
     chosen = dict(list(chosen.items())[: len(COLOURS)])
     missing = [column for column in chosen.values() if column not in columns]
     if missing:
-        raise RecordingError(f"{rec.path}: has no rope {missing[0]}; it has {', '.join(columns)}")
+        raise RecordingError(f"{rec.path}: the recording has no rope {missing[0]}; it has {', '.join(columns)}")
     picks = [columns.index(column) for column in chosen.values()]
     factor, unit = (1e-3, "kN") if unit == "N" else (1.0, unit)
     rated = [limits[column] * factor if column in limits else None for column in chosen.values()]

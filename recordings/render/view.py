@@ -136,7 +136,7 @@ def layout_of(rec: Recording) -> SampleLayout:
     if least < 2 or not rec.signals():
         models = "a DEVS model has messages only: `heavylift plot` draws them"
         instead = models if "model" in rec.run else "let the run last longer"
-        raise RecordingError(f"{rec.path}: has no samples to show; {instead}")
+        raise RecordingError(f"{rec.path}: the recording has no samples to show; {instead}")
     channels, start = [], 0
     for name in rec.signals():
         names = list(POSE_COLUMNS) if name.startswith(POSE) else rec.columns(name)

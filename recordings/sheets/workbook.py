@@ -110,8 +110,8 @@ def print_page(page: str, out: Path) -> bytes:
     found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
     if found is None:
         raise RecordingError(
-            f"{out}: no Chromium or Chrome is installed to print it; write {out.with_suffix('.html')} and print that "
-            "from any browser"
+            f"{out}: no Chromium or Chrome is installed to print a PDF; write {out.with_suffix('.html')} and "
+            "print that from any browser"
         )
     with tempfile.TemporaryDirectory(prefix="heavylift-", ignore_cleanup_errors=True) as folder:
         source, printed = Path(folder) / "report.html", Path(folder) / "report.pdf"
@@ -123,7 +123,7 @@ def print_page(page: str, out: Path) -> bytes:
             return printed.read_bytes()
         except (OSError, subprocess.SubprocessError) as error:
             raise RecordingError(
-                f"{out}: {Path(found).name} did not print it ({type(error).__name__}); write "
+                f"{out}: {Path(found).name} could not print the PDF ({type(error).__name__}); write "
                 f"{out.with_suffix('.html')} and print that from any browser"
             ) from None
 

@@ -109,7 +109,9 @@ def writing(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise RecordingError(f"{path}: cannot be written ({error.strerror}); choose another folder with -o") from None
+        raise RecordingError(
+            f"{path}: the file cannot be written ({error.strerror}); choose another folder with -o"
+        ) from None
 
 
 def _refuse(path: Path) -> None:
@@ -119,11 +121,11 @@ def _refuse(path: Path) -> None:
         return
     kind = next((kind for test, kind in KINDS if test(mode)), "")
     if kind == "a folder":
-        raise OutputError(f"{path}: is a folder; give the name of a file in it, such as {path / 'run.mcap'}")
+        raise OutputError(f"{path}: this is a folder; give the name of a file in it, such as {path / 'run.mcap'}")
     if not kind and not _made(path):
         kind = "a file that heavylift has not made"
     if kind:
-        raise OutputError(f"{path}: is {kind} and will not be overwritten; choose another name with -o")
+        raise OutputError(f"{path}: this is {kind} and will not be overwritten; choose another name with -o")
 
 
 def _mode(path: Path) -> int | None:

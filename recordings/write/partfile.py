@@ -145,7 +145,7 @@ class PartFile(AbstractContextManager["PartFile"]):
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 if path.suffix == PART and left_by_a_run(path):
                     raise OutputError(
-                        f"{path}: was left by a run that was cut off and will not be "
+                        f"{path}: this file was left by a run that was cut off and will not be "
                         f"overwritten; `heavylift resume {path}` completes "
                         "that run, `heavylift recover` saves what there is; then delete it, or choose another name "
                         "with -o"

@@ -93,7 +93,7 @@ def test_an_error_of_the_writing_thread_reaches_the_next_caller(
     monkeypatch.setattr(McapFile, "flush", full)
     rec.log(10**9, "info", "x", "said")
     rec._sink._thread.join(20.0)
-    with pytest.raises(RecordingError, match=r"run.mcap.part: cannot be written \(No space left on device\)"):
+    with pytest.raises(RecordingError, match=r"run.mcap.part: the file cannot be written \(No space left on device\)"):
         rec.settle(2 * 10**9)
     with pytest.raises(RecordingError, match="No space left"):
         rec.close()

@@ -111,7 +111,7 @@ class Splash(Base):
     def _curves(self) -> "Splash":
         for name, curve in (("buoyancy", self.buoyancy), ("amplitude", self.amplitude)):
             if any(b[0] <= a[0] for a, b in pairwise(curve)):
-                raise ValueError(f"the depths of '{name}' must rise")
+                raise ValueError(f"the depths of '{name}' must be in ascending order")
         if self.buoyancy[0] != (0.0, 0.0):
             raise ValueError("'buoyancy' begins at the depth 0 m with 0 kN")
         return self

@@ -123,7 +123,8 @@ def test_faults_in_a_table_are_reported_with_file_row_and_column(
     [
         (
             "../blocks.csv#B17",
-            "'blocks.csv' is outside of the scene's folder, and a scene may use only files in it; copy it there",
+            "'blocks.csv' is outside of the scene's folder, but a scene may use only files in its own folder; "
+            "copy the file there",
         ),
         ("nothing.csv#B17", "there is no table 'nothing.csv' beside the scene"),
         (
