@@ -57,7 +57,7 @@ def extreme(values: Sequence[float], part: float) -> Extreme:
 
 
 def gumbel_fit(x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return places and scales (k,) of Gumbel's distributions, by maximum likelihood, for samples (k, n)."""
+    """Return the locations and scales (k,) of Gumbel distributions fitted to samples (k, n) by maximum likelihood."""
     mean = x.mean(axis=1, keepdims=True)
     z = x - mean
     scale = z.std(axis=1, keepdims=True) * sqrt(6.0) / np.pi

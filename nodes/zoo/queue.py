@@ -47,7 +47,7 @@ class Generator(Atomic):
         self.hold_in(self.period)
 
     def external(self, e: int, x: Bag) -> None:
-        """Stop sending."""
+        """Stop sending jobs, because the observation has ended."""
         self.passivate()
 
 
@@ -83,7 +83,7 @@ class Processor(Atomic):
         self.job: Job | None = None
 
     def external(self, e: int, x: Bag) -> None:
-        """Accept the first arriving job if idle."""
+        """Accept the first arriving job if no job is in process."""
         if self.job is None:
             self.job = x[self.into][0]
             self.hold_in(self.duration)
@@ -94,7 +94,7 @@ class Processor(Atomic):
             self.done.send(self.job)
 
     def internal(self) -> None:
-        """Become idle."""
+        """Become idle after the finished job was sent."""
         self.job = None
         self.passivate()
 
@@ -128,7 +128,7 @@ class Transducer(Atomic):
         self.stop.send(ObservationEnd())
 
     def internal(self) -> None:
-        """Schedule nothing more."""
+        """Schedule nothing more after the end of the observation."""
         self.passivate()
 
 

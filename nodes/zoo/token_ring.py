@@ -31,7 +31,7 @@ class RingStation(Atomic):
         self.hold_in(self.hold)
 
     def output(self) -> None:
-        """Pass on the held tokens."""
+        """Send the held tokens."""
         for token in self.tokens:
             self.out.send(token)
 

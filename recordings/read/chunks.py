@@ -86,7 +86,7 @@ def records(data: bytes, place: int = 0) -> Iterator[tuple[int, int, int]]:
 
 
 def attached(body: bytes) -> Attachment:
-    """Return an attachment from its record; raises ValueError if its checksum is wrong."""
+    """Return the attachment in an attachment record; raises ValueError if its checksum is wrong."""
     if body[-4:] not in (bytes(4), struct.pack("<I", zlib.crc32(body[:-4]))):
         raise ValueError("an attachment's checksum is wrong")
     found: Attachment = Attachment.read(ReadDataStream(BytesIO(body)))

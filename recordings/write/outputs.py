@@ -72,7 +72,7 @@ def output_path(path: str | Path, what: str = "", endings: Sequence[str] = ()) -
 
 
 def names(path: Path) -> Iterator[Path]:
-    """Yield the names run.mcap, run-2.mcap, run-3.mcap and so on."""
+    """Yield the path run.mcap, then run-2.mcap, run-3.mcap and so on."""
     yield path
     for number in count(2):
         yield path.with_name(f"{path.stem}-{number}{path.suffix}")
