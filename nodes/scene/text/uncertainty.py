@@ -71,7 +71,7 @@ def standard(stated: Stated, quantity: Quantity) -> float:
     units = _plain(dimension, unit or number_and_unit(stated.half)[1]).units
     part, width = half_width(stated.half, units, stated.how, relative=unit != "%")
     if part and value == 0.0:
-        raise ValueError(f"'{stated.how} {stated.half}' of a value of 0 is 0: write it in a unit")
+        raise ValueError(f"'{stated.how} {stated.half}' of a value of 0 is 0: write the uncertainty with a unit")
     half = part * abs(value) + width
     reach = 2.0 * half if stated.how.startswith("s") else half
     low, high = value - reach, value + reach

@@ -94,5 +94,5 @@ def test_an_overlap_of_any_size_with_corner_contacts_is_red(meets: str, overlap:
 
 
 def test_box_contacts_without_overlap_are_not_red() -> None:
-    with pytest.raises(SceneError, match=r"scene\.yaml:7:.*leave 'overlap' out"):
+    with pytest.raises(SceneError, match=r"scene\.yaml:7:.*remove 'overlap'"):
         parse(TEXT.replace("lower corners", "boxes, overlap: 0.1 m"), passing=True)

@@ -146,7 +146,7 @@ def test_a_lug_without_a_position_is_reported_with_its_table(scene: Path) -> Non
     (scene.parent / "lugs.csv").write_text(LUGS.replace("y [m]", "v"))
     assert "block.lugs from: lugs.csv has no column y [m]" in refused(scene)
     (scene.parent / "lugs.csv").write_text(LUGS.replace("y [m]", "capacity [t]"))
-    assert "lugs.csv: a lug has a place x, y, z and no 'capacity'" in refused(scene)
+    assert "lugs.csv: a lug has only the quantities x, y and z, not 'capacity'" in refused(scene)
 
 
 @pytest.mark.parametrize("column", range(2, 9))

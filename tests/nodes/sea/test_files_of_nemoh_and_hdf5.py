@@ -180,7 +180,7 @@ def test_netcdf_files_with_other_arrays_are_refused_in_one_sentence(tmp_path: Pa
             for name, x in changed.items():
                 del tree[name]
                 tree[name] = x
-    sentences = {"cut": "not a netCDF file", "two depths": "one body on water of one depth",
+    sentences = {"cut": "not a netCDF file", "two depths": "a single body at rest in water of a single depth",
                  "no loads": "it needs two or more frequencies", "one heading": "at least two of each"}  # fmt: skip
     with pytest.raises(SceneError, match=rf"bad.nc: .*{sentences[wrong]}"):
         hull_of(path)
