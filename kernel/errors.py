@@ -86,7 +86,7 @@ def closest(word: str, known: Iterable[str]) -> str:
 
 
 def error_text(error: BaseException, most: int = 500) -> str:
-    """Return the text of an error as one line of printable characters, cut to `most` characters; never fails."""
+    """Return the text of any error as one line of printable characters, cut to `most` characters; never fails."""
     try:
         text = str(error)
         start = " ".join(text[: 2 * most].split())
@@ -120,36 +120,37 @@ class PlacedFault(NamedTuple):
 
 
 class SceneError(HeavyliftError):
-    """The scene cannot be read or cannot be built; `faults`: all faults that have a place in its text."""
+    """Raised for a scene that cannot be read or built; `faults`: all faults that have a place in its text."""
 
     faults: tuple[PlacedFault, ...] = ()
 
 
 class ModelError(HeavyliftError):
-    """A DEVS model broke a rule of the formalism."""
+    """Raised for a DEVS model that breaks a rule of the formalism."""
 
 
 class KernelError(HeavyliftError):
-    """The mechanics cannot be generated or integrated."""
+    """Raised for mechanics that cannot be compiled or integrated."""
 
 
 class ProtocolError(HeavyliftError):
-    """A process or message violates the protocol."""
+    """Raised for a process or message that violates the protocol."""
 
 
 class RecordingError(HeavyliftError):
-    """A recording cannot be read or written."""
+    """Raised for a recording that cannot be read or written."""
 
 
 class SignalError(RecordingError, KeyError):
-    """A recording has no signal with this name."""
+    """Raised for a signal name that a recording does not contain."""
 
     __str__ = Exception.__str__  # not in quotes as that of a KeyError
 
 
 class OutputError(RecordingError):
-    """An output cannot be written under this name: another file exists there, or the name is unsuitable."""
+    """Raised for an output that cannot be written under its name: another file exists there, or the name is
+    unsuitable."""
 
 
 class Stopped(HeavyliftError):
-    """The user ended the run."""
+    """Raised when the user ends a run."""
