@@ -36,7 +36,8 @@ SPACES = "".join(map(chr, [0x20, 0xA0, 0x1680, *range(0x2000, 0x200B), 0x202F, 0
 
 
 def printable(text: str, longest: int = 0, keep: str = "") -> str:
-    """Make foreign text printable: no control characters, no imitation of our own lines.
+    """Return foreign text as printable characters: control characters are escaped, so that the text cannot imitate
+    lines that heavylift prints.
 
     Control characters, line ends and changes of writing direction become escapes, except those in `keep`; above U+001F
     the escapes are those of JSON, so that JSON stays JSON. `longest`: cut the text to this length (0: do not cut).

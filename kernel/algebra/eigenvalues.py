@@ -31,8 +31,8 @@ GOLDEN = 0.6180339887498949
 
 
 def eigenmodes(M: np.ndarray, K: np.ndarray, n: int, rigid: np.ndarray) -> np.ndarray:
-    """Return the shapes (N, n) of K u = w^2 M u, lowest frequency first, M-orthogonal to the rigid motions `rigid` (N,
-    r).
+    """Return the n mode shapes (N, n) with K u = w^2 M u, lowest frequency first, M-orthogonal to the rigid motions
+    `rigid` (N, r).
 
     Raises ZeroDivisionError if a motion other than these rigid ones has no stiffness.
     """

@@ -112,7 +112,7 @@ class _Linearised:
             )
 
     def model(self) -> LinearModel:
-        """Return the linear model, its matrices A, B, C, D reduced to independent states."""
+        """Return the linear model, with its matrices A, B, C, D reduced to independent states."""
         p = self.program
         dy, moves = self.found["dy"][1], self.found["dy"][1][: p.nq, self.speeds]
         fixed = {tree.v.start + k for tree, _ in p.instances for k in tree.prescribed_dofs}

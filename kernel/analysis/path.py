@@ -57,7 +57,7 @@ class PathPoint:
 
 
 class EquilibriumPath:
-    """Moves a simulation along its equilibria as it is commanded, without dynamics; nothing else may advance the
+    """Moves a simulation from one static equilibrium to the next as commands take effect; nothing else may advance the
     simulation. `heard`: names of laws whose events stop `run`; `points`: all equilibria so far; `notes`: messages for
     the user."""
 

@@ -19,7 +19,7 @@ STEP, SMALLEST = 1e-4, 1e-7  # [m, rad] between poses of differences; smaller wh
 
 
 class Poses:
-    """Evaluates a simulation at poses near its own, with its drives, winches and masters stopped."""
+    """Evaluates a simulation at poses near its own, with its drives, winches and master signals stopped."""
 
     def __init__(self, simulation: "Simulation") -> None:
         self.simulation = simulation
@@ -58,7 +58,7 @@ class Poses:
 
     @staticmethod
     def stopped(simulation: "Simulation") -> "Poses":
-        """Stop all drives, winches and masters of a simulation permanently; return its evaluator."""
+        """Stop all drives, winches and master signals of a simulation permanently; return its evaluator at poses."""
         simulation.commands.admit("statics or modes")
         simulation.references.stop(simulation.epoch)
         simulation.references.write(simulation.epoch)

@@ -30,8 +30,8 @@ def symbols(block: str, n: int) -> np.ndarray:
 
 
 class Function:
-    """A traced function body(**blocks) -> {name: values, or (row, values) for a row of a table}; its body is traced
-    only once.
+    """A function that is traced once and called many times: body(**blocks) -> {name: values, or (row, values) for a row
+    of a table}.
 
     On floats a call runs the body itself; while another function is being traced a call adds one call node, so the
     machine code exists once. `vectors`: outputs that callers receive as one vector symbol. `rare`: called between steps

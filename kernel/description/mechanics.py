@@ -111,7 +111,7 @@ class Joint:
 
 @dataclass(frozen=True)
 class Master:
-    """A commanded scalar, such as the angle of a turn-over, that several actuators follow."""
+    """A commanded scalar (master signal), such as the angle of a turn-over, that several actuators follow."""
 
     name: str
     value: float = 0.0  # at the start
@@ -119,7 +119,8 @@ class Master:
 
 @dataclass(frozen=True)
 class Measured:
-    """A measured scalar that actuators can follow: the attitude of body `of` about a world axis, or a joint coordinate.
+    """A measured scalar (master signal) that actuators can follow: the attitude of body `of` about a world axis, or a
+    joint coordinate.
 
     kind "angle": rotation of body `of` about the horizontal axis `axis` (0 = x, 1 = y), positive as +w towards
     +y for axis 0 (the lift's theta).  kind "joint": coordinate of joint `of`.  `followers`: the only actuators that may
@@ -157,7 +158,7 @@ class System:
 
     @property
     def laws(self) -> tuple[Law, ...]:
-        """All entries of the force table: ropes, supports, springs, stops, brakes, then other forces."""
+        """All force laws of the system: ropes, supports, springs, stops, brakes, then other forces."""
         return *self.ropes, *self.supports, *self.springs, *self.stops, *self.brakes, *self.forces
 
     @property
@@ -219,7 +220,8 @@ def merge(parts: Iterable[System], gravity: float) -> System:
 
 
 def assembled(declared: list[System], gravity: float) -> System:
-    """Join the nodes' declarations into the system of a run, with elements sorted by name."""
+    """Return the system of a run, joined from the declarations of all nodes (processes), with elements sorted by
+    name."""
     whole = merge(declared, gravity)
     named = {g: tuple(sorted(getattr(whole, g), key=lambda x: natural(x.name))) for g in GROUPS}
     return System(**named, gravity=gravity)

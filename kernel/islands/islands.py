@@ -245,8 +245,8 @@ class Islands(RunningAhead):
         raise KernelError(f"'{name}': there is no {kind} with this name")
 
     def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
-        """Set a motion of an actuator or of a commanded master; every island with actuators has a copy of each
-        commanded master."""
+        """Set a motion of an actuator or of a master signal; every island with actuators has a copy of each commanded
+        master signal."""
         self.order.command("set_profile", self.epoch)
         owners = [p for p in self.parts if name in p.references.actuators]
         if not owners:

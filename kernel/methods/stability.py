@@ -38,7 +38,8 @@ def jacobian(rate: Callable[[np.ndarray], np.ndarray], y: np.ndarray, n: int) ->
 
 
 def check_step(method: Method, J: np.ndarray, step: float, nq: int, t: float, message: Callable[[], str]) -> None:
-    """Raise KernelError if a fixed step [s] is unstable for the scene linearised at t [s]; `message`: the mode."""
+    """Raise KernelError if a fixed step [s] is unstable for the scene linearised at t [s]; `message`: describes the
+    fastest mode."""
     if not np.isfinite(J).all():
         return  # the run itself says what is not finite
     modes = np.linalg.eigvals(J)

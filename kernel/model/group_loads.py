@@ -63,7 +63,7 @@ class CarriedGroup:
 
 def carried_group(h: ScalarSignal, system: System) -> CarriedGroup:
     """Return the bodies on the base below the point `h.point`, or on the joint `h.of`, with the ropes that pull at
-    them; h: a threshold or signal."""
+    them; h: a scalar signal."""
     if h.quantity in ON_BASES:
         assert h.point is not None
         own, frame = _connected(system, h.point.body), tuple(moved_point(h.point, tip) for tip in TIPS[:3])
@@ -166,8 +166,8 @@ def corner_load(x: Any) -> Any:
 
 
 def tipping(x: Any) -> Any:
-    """Return the distance of the base force from the middle, as a fraction of that at which the machine tips or, if the
-    last number is above zero, one corner loses contact."""
+    """Return the distance of the base force from the middle, as a fraction of the distance at which the machine tips
+    or, if the last number is above zero, one corner loses contact."""
     _, along, across = base_force(x, ON_BASES["tipping"])
     length, width, lifts = x.numbers[2:5]
     u, v = abs(2.0 * along / length), abs(2.0 * across / width)

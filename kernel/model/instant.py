@@ -106,13 +106,14 @@ class Evaluation:
         return [drives.get(tree.v.start + k) for k in tree.prescribed_dofs]
 
     def own(self, name: str) -> Reference:
-        """Return the reference (value, rate, acceleration) of an actuator or master from its own speed profile."""
+        """Return the reference (value, rate, acceleration) that the own speed profile of an actuator or master signal
+        gives."""
         x = self.program.profile(t=[self.t, self.inside], p=self.numbers("reference", name))
         return x.x[0], x.v[0], x.a[0]
 
     def reference(self, name: str) -> Reference:
         """Return the reference of an actuator: its own profile plus functions f(s) = k1 s + kc cos s + ks sin s of the
-        masters that it follows."""
+        master signals s that it follows."""
         ref, dref, ddref = self.own(name)
         follow = self.numbers("follow", name)
         for i, (s, ds, dds, sine, cosine) in enumerate(self.masters):
@@ -124,8 +125,8 @@ class Evaluation:
         return named(f"s({name})", ref), named(f"ds({name})", dref), named(f"dds({name})", ddref)
 
     def wave(self, name: str, given: Drive | InputSignal) -> Reference:
-        """Return the sum of the regular and irregular waves of a drive or signal, with two derivatives; zero in
-        equilibria."""
+        """Return the sum of the regular and irregular waves of a drive or signal, with its first two derivatives; zero
+        in equilibria."""
         found: Reference = (0.0, 0.0, 0.0)
         if self.program.at_rest:
             return found
@@ -228,7 +229,7 @@ class Evaluation:
 
 
 def command_masters(x: Evaluation) -> None:
-    """Compute the values of the commanded masters (scalars that actuators follow) from their speed profiles."""
+    """Compute the commanded master signals, which actuators follow, from their speed profiles."""
     for m in x.program.system.masters:
         value, rate, acceleration = x.own(m.name)
         s = named(f"s({m.name})", value)
@@ -266,7 +267,7 @@ def measure_angles(x: Evaluation) -> None:
 
 
 def measure_masters(x: Evaluation) -> None:
-    """Compute the measured masters: joint coordinates and attitudes that actuators follow."""
+    """Compute the measured master signals: joint coordinates and attitudes that actuators follow."""
     for m in x.program.system.measured:
         if m.kind == "joint":
             i, k = x.program.graph.coordinate(m.name, m.of, m.coordinate)

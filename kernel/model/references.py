@@ -1,5 +1,5 @@
-"""Reference values of actuators: speed profiles that start at integer times, and functions of a master, continuous
-across commands.
+"""Reference values of actuators: speed profiles that start at integer times, and functions of a master signal,
+continuous across commands.
 
 The simulation holds each actuator's present profile with its start time in integer nanoseconds; the machine code gets
 starts relative to the last event, so that no precision is lost in long runs. P holds only the active piece of a
@@ -29,8 +29,8 @@ SAME = 1e-9  # relative difference of two values that is round-off
 
 @dataclass
 class ReferenceProfile:
-    """Reference of an actuator: a speed profile that starts from the value x0, and the followed masters with their
-    coefficients."""
+    """Reference of an actuator: a speed profile that starts from the value x0, and the followed master signals with
+    their coefficients."""
 
     start_ns: int
     x0: float
@@ -39,8 +39,8 @@ class ReferenceProfile:
 
 
 class References:
-    """Speed profiles and followed masters of all drives and winches, written into the parameter block P; `admit` is
-    called before each command."""
+    """Speed profiles and followed master signals of all drives and winches, written into the parameter block P; `admit`
+    is called before each command."""
 
     def __init__(self, parameters: ParameterLayout, P: np.ndarray, system: System) -> None:
         self._at, self._P = parameters.at, P
@@ -79,7 +79,8 @@ class References:
         return a
 
     def own(self, name: str, t_ns: int) -> tuple[float, float]:
-        """Return value and speed of the actuator's own speed profile at a time, without the masters that it follows."""
+        """Return value and speed of the actuator's own speed profile at a time, without the master signals that it
+        follows."""
         a = self._actuator(name)
         t = (t_ns - a.start_ns) * 1e-9
         speed = a.move.speed(t)
@@ -90,8 +91,8 @@ class References:
         self._epoch_ns = epoch_ns
 
     def value(self, name: str, t_ns: int) -> float:
-        """Return an actuator's reference at a time: its own profile plus functions of the masters that it follows; a
-        measured joint counts with the reference of its drive."""
+        """Return an actuator's reference at a time: its own profile plus functions of the master signals that it
+        follows; a measured joint counts with the reference of its drive."""
         led = [_follow(k, self.own(self._asked[m], t_ns)[0]) for m, k in self._actuator(name).follows.items()]
         return self.own(name, t_ns)[0] + sum(led)
 
@@ -134,7 +135,7 @@ class References:
         return v != 0.0 or speed != 0.0 or abs(later - x) > SAME * (1.0 + abs(x))
 
     def moves(self, name: str, t_ns: int) -> bool:
-        """Return whether an actuator moves, or follows a master that moves."""
+        """Return whether an actuator moves by itself, or follows a master signal that moves."""
         a = self._actuator(name)
         masters = [self._masters[m] for m in a.follows]
         return self.own(name, t_ns)[1] != 0.0 or any(m in self.actuators and self.moves(m, t_ns) for m in masters)
@@ -147,8 +148,8 @@ class References:
         a.start_ns, a.x0, a.move, a.follows = t_ns, value, REST, {}
 
     def set_follow(self, name: str, t_ns: int, master: str, f: tuple[float, float, float], now: list[float]) -> None:
-        """Make an actuator follow k1 s + kc cos s + ks sin s, where s is the value of a master ("": no master), without
-        a jump. `now`: present values of the masters."""
+        """Make an actuator follow k1 s + kc cos s + ks sin s, where s is the value of a master signal ("": none),
+        without a jump. `now`: present values of the master signals."""
         a = self._driven(name)
         if master and (master not in self._masters or name in self._masters):
             raise KernelError(f"'{name}' cannot follow '{master}': masters are {', '.join(self._masters) or 'none'}")
@@ -176,13 +177,13 @@ class References:
             self.actuators[name] = ReferenceProfile(a.start_ns, a.x0, a.move, follows)
 
     def stop(self, t_ns: int) -> None:
-        """Stop the profiles of all actuators; actuators that follow a master keep following it."""
+        """Stop the profiles of all actuators; actuators that follow a master signal keep following it."""
         for name, a in self.actuators.items():
             a.start_ns, a.x0, a.move = t_ns, self.own(name, t_ns)[0], REST
 
     def write(self, epoch_ns: int) -> None:
-        """Write the profiles, followed masters and histories of all actuators into the parameter block P, with times in
-        seconds since the epoch."""
+        """Write the profiles, followed master signals and histories of all actuators into the parameter block P, with
+        times in seconds since the epoch."""
         self._epoch_ns = epoch_ns
         rows = list[float]()
         for a in self.actuators.values():

@@ -85,14 +85,15 @@ class Equations:
     factors: LtdlFactors
 
     def accelerations(self, a: list[Scalar], a_ref: Scalars) -> Array:
-        """Return all accelerations (n_v,), given those of the free and of the prescribed degrees of freedom."""
+        """Return all accelerations (n_v,) of the tree, given those of the free and of the prescribed degrees of
+        freedom."""
         values = dict(zip(self.tree.free_dofs, a, strict=True)) | dict(
             zip(self.tree.prescribed_dofs, a_ref, strict=True)
         )
         return np.array([values[k] for k in range(len(self.rhs))])
 
     def solution(self, a_ref: Scalars) -> tuple[dict[int, Scalar], Array]:
-        """Return the accelerations when no further forces act, and the forces of prescribed joints."""
+        """Return the accelerations of the tree when no further forces act, and the forces of prescribed joints."""
         a = self.accelerations(self.factors.solve([self.rhs[k] for k in self.tree.free_dofs]), a_ref)
         reaction = [
             # row k of H a - rhs: the effort that holds a prescribed degree of freedom on its given acceleration

@@ -42,8 +42,8 @@ class CallProtocol:
             )
 
     def stands_at(self, t_ns: int, epoch_ns: int) -> bool:
-        """Return whether the simulation already stands at the time of an interrupt; raises KernelError for a call out
-        of order or an invalid time."""
+        """Return whether the simulation has already stopped at the time of an interrupt; raises KernelError for a call
+        out of order or an invalid time."""
         self.check_begun()
         check_time(t_ns)
         if self.phase in (PAUSED, FIRED, STOPPED) and t_ns == epoch_ns:

@@ -58,8 +58,8 @@ class CommandSwitches:
         self._events.forget()
 
     def set_follow(self, actuator: str, master: str, f: tuple[float, float, float]) -> None:
-        """Make an actuator follow k1 s + kc cos s + ks sin s from now on, where s is the value of a master ("": no
-        master)."""
+        """Make an actuator follow k1 s + kc cos s + ks sin s from now on, where s is the value of a master signal ("":
+        none)."""
         self._standing("set_follow")
         self.references.set_follow(actuator, self._native.epoch, master, f, self.masters_now())
 
@@ -203,7 +203,7 @@ class CommandSwitches:
         return float(row.elongation[elastic.index(rope)] if rope in elastic else -row.slack[rigid.index(rope)])
 
     def masters_now(self) -> list[float]:
-        """Return the present values of all masters and measured scalars that actuators can follow."""
+        """Return the present values of all master signals, commanded and measured, that actuators can follow."""
         native, program = self._native, self._native.program
         values = [self.references.own(m.name, native.epoch)[0] for m in program.system.masters]
         row = native.row()
@@ -263,8 +263,8 @@ class CommandTarget(ABC):
         self._addressed("set_signal", "reference", name).set_signal(name, value)
 
     def set_follow(self, actuator: str, master: str, f: tuple[float, float, float]) -> None:
-        """Make an actuator follow k1 s + kc cos s + ks sin s from now on, where s is the value of a master ("": no
-        master)."""
+        """Make an actuator follow k1 s + kc cos s + ks sin s from now on, where s is the value of a master signal ("":
+        none)."""
         self._addressed("set_follow", "reference", actuator).set_follow(actuator, master, f)
 
     def set_brake(self, brake: str, engaged: bool) -> None:

@@ -27,8 +27,8 @@ CHATTER = 200  # events at one instant, after which the laws contradict each oth
 
 class Events:
     """The located event and the past events of a run. `fallen`: guards that are negative at the located event; `t_ns`:
-    its time; `before`: state X before the location; `log`: past events with times [ns]; `instant`: number of
-    consecutive events at the same time."""
+    its time; `before`: state block X before the event was located; `log`: past events with times [ns]; `instant`:
+    number of consecutive events at the same time."""
 
     def __init__(
         self, native: NativeState, integrator: Integrator, switches: Switches, held: HeldRows, step: float

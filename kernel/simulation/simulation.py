@@ -45,7 +45,7 @@ SPELL = 4000  # attempted steps in one native call at most: 25 ms
 
 class Simulation(CommandTarget):
     """Simulation of one system; `subscribed`: laws whose events stop `run`; other arguments as in `Options`. Raises
-    KernelError."""
+    KernelError for an invalid system or option."""
 
     def __init__(
         self,

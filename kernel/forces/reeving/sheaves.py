@@ -82,8 +82,8 @@ def _blend(on: Scalar, a: Any, b: Any) -> Any:
 
 
 class RopePath:
-    """The path of a rope over its nodes. `turning`: whether the direction at a node matters, for its wrap; `on`:
-    whether the rope lies on each node (None: it cannot leave); `counted`: integrals of the angles of turning nodes."""
+    """The path of a rope over its nodes. `turning`: whether the wrap angle at a node is needed; `on`: whether the rope
+    lies on each node (None: it cannot leave); `counted`: integrals of the wrap angles' rates."""
 
     def __init__(
         self,

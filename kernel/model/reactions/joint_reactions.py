@@ -36,7 +36,7 @@ Key = tuple[str, str, int]  # "joint" with its component, "rope" or "contact"; t
 @dataclass(frozen=True)
 class Indeterminacy:
     """Statically undetermined forces of a group of coupled constraints. `patterns`: for each component, its force [N]
-    or moment [N m] in each pattern of forces that is in equilibrium with itself."""
+    or moment [N m] in each self-equilibrated pattern of forces."""
 
     patterns: dict[Key, list[float]]
     lever: float  # [m] a moment counts as a force on it

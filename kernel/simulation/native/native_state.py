@@ -236,7 +236,7 @@ class NativeState:
 
     def shown(self, t_ns: int, before: np.ndarray | None, still: bool) -> np.ndarray:
         """Return the sample row at a time within the tentative step (dense output), or at rest, without changing the
-        state. `before`: X before an event within that step was located."""
+        state. `before`: state block X before an event within that step was located."""
         now = self.X.copy()
         if before is not None:
             self.X[:] = before

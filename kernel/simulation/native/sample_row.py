@@ -48,8 +48,8 @@ class SampleInstant:
 
 @dataclass(frozen=True)
 class ColumnGroup:
-    """A group of columns of a sample row: unit, frame, names of the items that own its columns, and the function that
-    computes it. Without `read`, the group is the part `kept` of X, which the steps maintain."""
+    """A group of columns of a sample row: unit, frame, names of the items that own its columns, and the function `read`
+    that computes it; without `read`, the group is the part `kept` of the state block X, which the steps maintain."""
 
     name: str
     unit: str

@@ -42,7 +42,7 @@ def pass_limit(native: NativeState, name: str, t_ns: int) -> StateChange:
 
 
 def bent(native: NativeState, name: str, t_ns: int) -> Note:
-    """Return the note about a body at its first deflection limit."""
+    """Return the note about a flexible body that has reached its first deflection limit."""
     return Note(
         t_ns, _message(native, native.program.graph.links[native.program.graph.number(name)], t_ns, refused=False)
     )
