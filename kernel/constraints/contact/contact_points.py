@@ -122,7 +122,8 @@ class ContactPointRows:
         return out
 
     def watched(self, numbers: Numbers, ends: Mapping[int, Array]) -> list[Scalar]:
-        """Return the guards of all contact candidates: the gaps, while the shapes are apart [m]."""
+        """Return the guards of all contact candidates, negative once the shapes touch there; 1 for candidates in
+        contact."""
         out: list[Scalar] = []
         for s in self.sites:
             a, b = (ends[i] for i in s.bodies)
