@@ -68,9 +68,9 @@ class LawOutput:
 
 
 class ForceLaw(ABC, Generic[F]):
-    """Base class of the force laws, one for each kind of force. `kind`: key of its parameters in P; `works`: it does
-    external work; `timed`: it depends on time; `initial`: its guards set the discrete states of the initial pose
-    without events."""
+    """Base class of the force laws, one for each kind of force. `kind`: key of its numbers in the parameter block P;
+    `works`: it does external work; `timed`: it depends on time; `initial`: its guards set the discrete states of the
+    initial pose without events."""
 
     kind = "force"
     works = False

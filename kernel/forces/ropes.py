@@ -93,8 +93,8 @@ class RopeAt:
 @dataclass(frozen=True)
 class RopeLaw(ForceLaw[Rope]):
     """Force law of an elastic rope; if it has a mass, samples show the tension at the ends b (see the module). `calm`:
-    the rope has no events; its damping acts while e > 0 and is at most as large as the elastic part, so nothing jumps
-    at e = 0."""
+    the rope has no events; its damping acts only at elongations e > 0 and is at most as large as the elastic part, so
+    nothing jumps at e = 0."""
 
     clamped: bool = True
     calm: bool = False

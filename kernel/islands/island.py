@@ -59,7 +59,8 @@ class RecompileBudget:
 
 
 class Island(Simulation):
-    """The simulation of one island; rows of its events are stored separately, as parts of the scene's rows."""
+    """The simulation of one island; the sample rows at its events are stored separately, as parts of rows of the whole
+    scene."""
 
     struck: np.ndarray  # row of the last event or command
 

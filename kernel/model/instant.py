@@ -289,7 +289,7 @@ def follow(x: Evaluation) -> None:
 
 def attitude(body: Array, axis: int) -> tuple[Scalar, Scalar, Scalar]:
     """Return sine and cosine (not normalised) of the tilt of a body's z axis towards +y (axis 0, about -x) or +x (axis
-    1, about +y), and sin' cos - sin cos'."""
+    1, about +y), and the numerator of the tilt's rate, sin' cos - sin cos'."""
     w = np.reshape(body[:9], (3, 3))[:, 2]
     dw = cross(body[15:18], w)
     i = 1 if axis == 0 else 0

@@ -51,7 +51,7 @@ class HeldRows:
             self._contacts.check_start(native.state)
 
     def check(self) -> None:
-        """Raise KernelError if a constraint was lost in the steps committed since the last check."""
+        """Raise KernelError if a kinematic loop has opened in the steps committed so far."""
         native = self._native
         if not len(native.program.constraints):
             return

@@ -36,8 +36,8 @@ class Smallness:
 
     @property
     def numbers(self) -> list[float]:
-        """The body's parameters in P: the square of the limit that applies now, whether a note about compression was
-        added, the times since which the body has been near buckling and beyond it, and the rows."""
+        """The body's numbers in the parameter block P: the square of the limit that applies now, whether a note about
+        compression was added, the times since which the body has been near buckling and beyond it, and the rows."""
         return [1.0, 0.0, NEVER, NEVER, *self.rows.ravel().tolist()]
 
     def use(self, eta: Array, rows: Array) -> list[Scalar]:

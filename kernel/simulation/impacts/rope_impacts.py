@@ -37,8 +37,8 @@ class RopeImpactResult:
 
 
 def resolve(program: Program, t: float, among: float, y: np.ndarray, P: np.ndarray) -> RopeImpactResult:
-    """Return impulses and taut rigid ropes for a state at an event; ropes that are taut in P stay taut unless they
-    would push. Raises KernelError if no set of taut ropes agrees with the forces."""
+    """Return impulses and taut rigid ropes for a state at an event; ropes that the parameters P mark as taut stay taut
+    unless they would push. Raises KernelError if no set of taut ropes agrees with the forces."""
     constraints, ropes = program.constraints, program.system.rigid_ropes
     first = len(constraints) - len(ropes)
     slots = [program.parameters.at["rigid", r.name] for r in ropes]
