@@ -26,7 +26,7 @@ def killed(recorded: Path, tmp_path: Path) -> Path:
     return part
 
 
-def test_everything_flushed_before_a_kill_is_recovered(killed: Path, recorded: Path, tmp_path: Path) -> None:
+def test_everything_that_a_killed_run_had_flushed_is_recovered(killed: Path, recorded: Path, tmp_path: Path) -> None:
     found = recover(killed)
     assert found.path == tmp_path / "killed-recovered.mcap"
     assert found.sim_s == 4.0

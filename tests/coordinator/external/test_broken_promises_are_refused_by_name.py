@@ -156,5 +156,5 @@ def test_a_protocol_violation_ends_the_run_with_the_name_of_the_node(guest, name
         run_models(RING, until=0.101, external=["s1"])
 
 
-def test_a_program_of_another_protocol_version_finds_the_version_in_its_ticket(tmp_path: Path) -> None:
+def test_the_ticket_of_a_process_states_the_version_of_the_wire_format(tmp_path: Path) -> None:
     assert "wire" in json.loads(Ticket("r", "p", {}, 1, "", "").to_text())

@@ -35,7 +35,7 @@ def test_each_set_point_of_a_user_model_becomes_one_order_and_one_motion_profile
     assert profiles[2] == SetProfile("pusher", seconds(3), 0.0, 0.5)
 
 
-def test_the_delay_of_set_points_is_the_lookahead_of_the_port(folder: Path) -> None:
+def test_the_delay_of_the_set_points_of_a_user_model_is_the_lookahead_of_its_port(folder: Path) -> None:
     late = scene(folder, SLEDGE, HAND, sets=("models.hand.delay=250 ms",))
     model = build_one(late.plan, "hand")
     assert {
@@ -102,7 +102,7 @@ WRONG = [
 
 
 @pytest.mark.parametrize(("models", "sets", "sentence"), WRONG)
-def test_invalid_controllers_are_reported_with_their_line(
+def test_an_invalid_user_model_is_reported_with_its_line_in_the_scene(
     folder: Path, models: str, sets: tuple[str, ...], sentence: str
 ) -> None:
     with pytest.raises(SceneError) as message:

@@ -96,7 +96,7 @@ def test_a_node_that_reschedules_with_zero_delay_is_imminent_one_microstep_later
         assert log["b"] == [(5, 0, "c", [1]), (5, 1, "c", [2]), (5, 2, "e", [3])]
 
 
-def test_a_run_ends_while_messages_are_pending_for_later() -> None:
+def test_a_run_ends_at_its_time_bound_although_messages_for_later_times_are_pending() -> None:
     left: list[Event] = []
     core = Coordinator("ab", [], Tag(9), on_event=left.append)
     core.hello("a", Hello(Tag(5), [event(5)], Tag(5)))

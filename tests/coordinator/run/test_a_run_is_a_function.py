@@ -54,7 +54,7 @@ def test_recorded_quantities_have_names_and_units(lift) -> None:
     assert frame["rope/tension/crane.H1 [N]"].max() <= lift.peaks["crane.H1"].tension
 
 
-def test_only_the_requested_quantities_are_transferred(lift) -> None:
+def test_simulate_returns_only_the_quantities_named_in_keep(lift) -> None:
     few = simulate("lift", keep=["rope/tension"])
     assert list(few.signals) == ["rope/tension"]
     assert len(pickle.dumps(few)) < len(pickle.dumps(lift)) / 3

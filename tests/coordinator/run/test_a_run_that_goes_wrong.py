@@ -203,7 +203,7 @@ def test_a_full_disk_under_redirected_output_is_reported_in_one_sentence(tmp_pat
     )
 
 
-def test_closing_the_pipe_after_some_output_is_not_an_error(tmp_path):
+def test_closing_the_output_pipe_of_a_command_after_some_output_is_not_an_error(tmp_path):
     process = start(tmp_path, "--help")
     process.stdout.close()
     assert process.stderr.read() == ""
