@@ -79,7 +79,7 @@ def test_a_run_does_not_overwrite_an_existing_file_that_has_the_name_of_its_tick
     {
         "--external s7": "--external 's7': there is no process 's7'; the processes are s0, s1",
         "--external s1 --in-process": "--in-process: process s1 is an external program; "
-        "use only one of the two options",
+        "leave out --in-process or --external",
     }.items(),
 )
 def test_models_that_cannot_run_externally_are_refused_before_the_run(

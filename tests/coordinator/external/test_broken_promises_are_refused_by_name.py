@@ -134,7 +134,7 @@ def of_tomorrow(path: Path) -> None:
 
 
 CASES = {
-    "garbage": (speak(b"\x93\xa5hello\xc1"), "node s1 sent data that is not a message of the time protocol"),
+    "garbage": (speak(b"\x93\xa5hello\xc1"), "node s1 sent invalid data: not a message of the time protocol"),
     "no frame": (unframed, "node s1, message 0 on 'out': 39 bytes arrived that are no heavylift message"),
     "a flood": (flooding, "node s1, message 0 on 'out': 100 bytes arrived that are no heavylift message"),
     "a frame of tomorrow": (of_tomorrow, "node s1, message 0 on 'out': a frame of wire version 2 arrived, and this"),

@@ -139,8 +139,8 @@ def test_process_managers_lost_repeatedly_end_the_run() -> None:
         with pytest.raises(ProtocolError) as message:
             play({})
     assert re.fullmatch(
-        rf"node \w+ is gone.*: {KEPT}{KILLED}, as did its predecessors at this point, "
-        "3 of them; start the run again",
+        rf"node \w+ is gone.*: {KEPT}{KILLED}; 3 successive processes were lost "
+        "at the same point of the run; start the run again",
         str(message.value),
     )
 
