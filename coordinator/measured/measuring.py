@@ -43,8 +43,11 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class MeasurementResult:
-    """Results of comparing a measured log with a recording; `estimates`: value and half-width at 95 % by name;
-    `not_identified`: reasons by name; number of log rows outside the run; paths of the written recording and scene."""
+    """Result of comparing a measured log with a recording.
+
+    `estimates`: value and half-width at 95 % by name; `not_identified`: reasons by name; number of log rows outside the
+    run; paths of the written recording and scene.
+    """
 
     at: Alignment
     comparisons: list[ChannelComparison]

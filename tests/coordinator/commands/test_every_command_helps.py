@@ -151,7 +151,7 @@ def test_a_shell_completes_scenes_and_recordings(tmp_path: Path, monkeypatch: py
 @pytest.mark.parametrize(
     ("line", "offered"), [("heavylift run tur", "turnover-untuned\nturnover\n"), ("heavylift info r", "run.mcap\n")]
 )
-def test_the_command_answers_a_request_for_shell_completion(
+def test_heavylift_answers_a_request_for_shell_completion(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, line: str, offered: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
