@@ -51,7 +51,9 @@ def test_in_a_turn_a_winch_without_slings_stands_still() -> None:
 
 
 def test_a_turn_is_refused_if_all_slings_of_the_block_pull_along_one_line() -> None:
-    with pytest.raises(ModelError, match=r"^the block cannot turn: all its hooks pull at one line, .* another trolley"):
+    with pytest.raises(
+        ModelError, match=r"^the block cannot turn: all hooks pull along a single line, .* another trolley"
+    ):
         laws(turnover(), first_lugs(turnover(hooked="A").machines))
 
 
