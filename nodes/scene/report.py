@@ -201,7 +201,7 @@ def _page(rows: list[HookLoadRow]) -> list[Table]:
     largest = [max((r for r in rows if r.hook == hook), key=lambda r: r.on_rope) for hook in hooks]
     most: tuple[tuple[Cell, ...], ...] = (
         ("load of the rope [t]", *(x.on_rope / 1e3 for x in largest)),
-        ("with slings, without hook block [t]", *(x.below_hook / 1e3 for x in largest)),
+        ("below the hook block [t]", *(x.below_hook / 1e3 for x in largest)),
         ("utilisation of the hook [%]", *(100.0 * x.use for x in largest)),
     )
     heads = [Column(hook, digits=1) for hook in hooks]
