@@ -12,6 +12,7 @@ from heavylift.kernel.description.findings import Check, finding
 from heavylift.nodes.devs import Event
 from heavylift.nodes.models.commander.actuator_registry import TURN
 from heavylift.nodes.models.commander.conditions import terms
+from heavylift.nodes.models.parts.kernel_messages import StateEvent
 from heavylift.nodes.models.parts.messages import (
     BrakeState,
     Limit,
@@ -29,6 +30,7 @@ from heavylift.recordings.read.verdict import recorded_peaks
 
 Meant = Sequence[tuple[frozenset[str], float, float]]  # names of two things that may touch, from when to when [s]
 ENDED = 1e-9  # [rad, s] rounding of the angle and the time at which a turn ends
+TOUCHES = ("impact", "closed", "open")  # of contacts, and of supports
 UPPER = "upper limit"
 FINISHED = "finished"
 
@@ -45,6 +47,7 @@ class Conduct:
     bypassed: list[tuple[float, str]] = field(default_factory=list)  # brake, lock or interlock
     overloads: dict[str, tuple[float, float]] = field(default_factory=dict)  # actor -> tension [N], when [s]
     turns: list[tuple[float, str, float, float, float]] = field(default_factory=list)  # master, speed, accel, angle
+    touched: list[tuple[float, str, str]] = field(default_factory=list)  # contact, what the kernel reported of it
     words: list[tuple[float, str, bool]] = field(default_factory=list)  # an operator's, and whether they end the run
     notes: Sequence[tuple[float, str]] = ()
     peaks: dict[str, tuple[float, float]] = field(default_factory=dict)
@@ -72,6 +75,8 @@ class Conduct:
                 self.tripped.append((t, str(value["actor"]), bool(value["bypassed"])))
             case BrakeState.__name__ if not value["engaged"]:
                 self.bypassed.append((t, str(value["actor"])))
+            case StateEvent.__name__ if value["what"] in TOUCHES:
+                self.touched.append((t, str(value["name"]), str(value["what"])))
             case OperatorCommand.__name__:
                 self.words.append((t, str(value["text"]), not value["action"]))
 
@@ -86,7 +91,7 @@ class Conduct:
             self.hear(e.t, e.type, {name: getattr(value, name) for name in RECORDED[e.type]})
 
 
-KINDS = (SetProfile, Stage, Skipped, Limit, Overload, Tripped, BrakeState, OperatorCommand)
+KINDS = (SetProfile, StateEvent, Stage, Skipped, Limit, Overload, Tripped, BrakeState, OperatorCommand)
 RECORDED = {kind.__name__: kind.__struct_fields__ for kind in KINDS}
 
 

@@ -28,7 +28,8 @@ from heavylift.recordings.sheets.sheet import Table
 from .clearances import SMALLEST, clearances, findings as too_near, lift_of, limit_between
 from .conduct import Conduct, conduct_findings, conduct_of, landing, touching, turned, turning
 from .history import History, RunHistory, blocks, history_of, rests
-from .limits import dropped, impacts, rehits, signals_of_run, touches
+from .limits import dropped, impacts, rehits, signals_of_run, touches, unknown_impacts
+from .rigid_contacts import touches_of
 
 NO_ERRORS: Errors = {}  # nobody has measured any
 EVERY = "all"  # things of a scene
@@ -65,8 +66,14 @@ def _limits(context: CheckContext) -> None:
     if not len(shown.t):
         return
     stages = [(t, name) for t, _, name in text.stages if name]
-    context.findings += [*rehits(plan, shown, landing(plan, text)), *dropped(plan, shown, turning(plan, text))]
-    peaks = text.peaks | impacts(plan, shown) | touches(plan, shown)
+    rigid = [*touches_of(plan, shown, text.touched)]
+    landed = {x.block for x in rigid if x.speed is not None and x.below}
+    context.findings += [
+        *unknown_impacts(rigid),
+        *rehits(plan, shown, landing(plan, text)),
+        *dropped(plan, shown, turning(plan, text)),
+    ]
+    peaks = text.peaks | impacts(plan, shown) | touches(plan, shown, rigid)
     reached, tables = HookReach(plan), RunTables(plan, stages, text.end)
 
     def columns(part: History) -> SignalColumns:
@@ -81,7 +88,10 @@ def _limits(context: CheckContext) -> None:
         return columns(part), next((x.lines for x in reversed(part.rigs) if x.t_ns * 1e-9 <= t), ())
 
     times, signals = shown.t, map(reached.see, map(columns, blocks(shown)))
-    context.uses = uses_of(plan, map(tables.see, signals) if context.whole else signals)
+    uses = uses_of(plan, map(tables.see, signals) if context.whole else signals)
+    context.uses = [
+        x for x in uses if x.value is not None or x.limit.quantity != "impact" or x.limit.subject not in landed
+    ]
     context.reach = reached.found
     for number, end in turned(plan, text):
         poses = {body: (p[0], R[0]) for body, (p, R) in at(end)[0].poses.items()}
