@@ -105,8 +105,8 @@ def write_cached(name: str, content: bytes) -> None:
 
 
 def kept_folder(name: str, fill: Callable[[Path], object]) -> Path:
-    """Return a folder of the cache, filled by `fill` if it is missing, and protect it from removal by other
-    processes."""
+    """Return a cache folder, filled by `fill` if it is missing; this process then protects it from removal by
+    others."""
     there = cache_folder() / name
     while True:
         try:
@@ -214,7 +214,7 @@ def _size(folder: int, name: str) -> int:
 
 @cache
 def sources() -> bytes:
-    """Return the hash of all source files of the kernel, read once per process."""
+    """Return the hash of all source files of the kernel."""
     return contents(Path(__file__).parent, ".py")
 
 
@@ -225,7 +225,8 @@ def contents(folder: Path, *endings: str) -> bytes:
 
 
 def remembered(name: str, kind: type[T], make: Callable[[], T]) -> T:
-    """Return the cached data stored under `name`, of type `kind`, or compute them by `make` and cache them."""
+    """Return the cached data stored under `name`, of type `kind`; if there are none, compute them by `make` and cache
+    them."""
     if data := read_cached(name):
         try:
             return msgspec.msgpack.decode(data, type=kind)

@@ -65,7 +65,7 @@ UNLIKE = (
 
 
 class FromMujoco(NamedTuple):
-    """Result of an import: the system, the points that the MJCF model calls sites, and a sentence for each feature that
+    """Result of an import: the system, the points of the sites of the MJCF model, and a sentence for each feature that
     was not converted."""
 
     system: System
@@ -305,7 +305,7 @@ class _Importer:
         return Point(self.body[m.site_bodyid[i]], row_of(m.site_pos[i])), self.matrix(m.site_quat[i])
 
     def matrix(self, quaternion: np.ndarray) -> np.ndarray:
-        """Return the rotation of a quaternion (w, x, y, z)."""
+        """Return the rotation matrix (3, 3) of a quaternion (w, x, y, z)."""
         R = np.zeros(9)
         self.library.mju_quat2Mat(R, quaternion)
         return R.reshape(3, 3)

@@ -136,8 +136,8 @@ def figures(run: Played, ask: Sequence[Asked] = ASKABLE) -> list[AskedFigure]:
 
 
 def judged(judge: Judge, ask: Sequence[Asked] = ("limits", "clearance"), values: bool = False) -> list[AskedFigure]:
-    """Return the figures that come from the verdict of a run: utilisations of limits and smallest clearances. If
-    `values`, reading errors are omitted."""
+    """Return the result figures that come from the verdict of a run: utilisations of limits and the smallest clearance.
+    If `values`, reading errors are omitted."""
     if values:
         return [f for quantity in ask for f in _numbered(_judged(quantity, *judge.fine))]
     return [f for quantity in ask for f in _misread(_judged(quantity, *judge.fine), _judged(quantity, *judge.coarse))]

@@ -103,8 +103,8 @@ class Sensitivities:
 
 @dataclass(frozen=True)
 class Moved:
-    """The runs started with one input changed by multiples of its standard uncertainty; the reason takes the place of a
-    run that could not start."""
+    """Runs that were started with one input changed by multiples of its standard uncertainty; a run that could not
+    start is replaced by the reason as text."""
 
     input: UncertainInput
     runs: dict[float, Future[Ran] | str]
@@ -176,7 +176,7 @@ class _Seen:
         self.more(begun)
 
     def more(self, begun: Moved) -> None:
-        """Wait for the next runs in which this input is changed, and add their results to its sensitivities."""
+        """Wait for the next runs in which this input is changed, and add their results."""
         for step, run in begun.runs.items():
             ended = run if isinstance(run, str) else result(run)
             if isinstance(ended, str):

@@ -24,8 +24,8 @@ REFERENCE = 3  # steps of the finest model level: so many times a tenth of the l
 
 @dataclass(frozen=True)
 class Row:
-    """A row of the trade-off table: largest relative error of each quantity, or the `reason` why the candidate could
-    not run; CPU seconds for start and run; the command that reproduces the run."""
+    """A row of the trade-off table for one candidate: largest relative error of each quantity, CPU seconds for start
+    and run, and the command that reproduces the run; or the `reason` why the candidate could not run."""
 
     level: str
     how: str
@@ -37,7 +37,7 @@ class Row:
 
     @property
     def worst(self) -> float:
-        """The largest error of the requested quantities; infinite if there was no run."""
+        """The largest relative error of the requested quantities; infinite if the candidate could not run."""
         return max(self.errors.values(), default=inf)
 
     def __str__(self) -> str:
@@ -46,8 +46,8 @@ class Row:
 
 @dataclass(frozen=True)
 class Held:
-    """Stability of two systems that exchange forces held constant for `h` [s]: measured and theoretical damping ratio,
-    and the `h` [s] that causes 1 % growth over the run."""
+    """Stability of two systems whose solvers hold the force between them constant for `h` [s]: measured and theoretical
+    damping ratio, and the `h` [s] with which the motion grows by 1 % during the run."""
 
     pair: str
     omega: float
@@ -75,7 +75,7 @@ class Distributed:
 
     @property
     def per_grant(self) -> float:
-        """Wall seconds per grant spent outside the kernel: on models, messages, waiting and recording."""
+        """Wall time per grant [s] spent outside the kernel: on models, messages, waiting and recording."""
         return max(0.0, self.wall_s - self.around_s - self.kernel_s) / self.grants
 
 

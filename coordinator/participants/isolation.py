@@ -193,8 +193,10 @@ class Commons:
         self._asked = 0
 
     def unchanged(self, now: bool) -> None:
-        """Raise ModelError for a changed global variable; checks if `now`, otherwise only at calls whose number is a
-        power of two."""
+        """Raise ModelError if a guarded global variable has changed.
+
+        Unless `now`, only calls whose number is a power of two check.
+        """
         self._asked += 1
         if not now and self._asked & (self._asked - 1):
             return

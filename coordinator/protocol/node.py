@@ -98,7 +98,7 @@ class Node:
 
     @property
     def first(self) -> Tag:
-        """The earliest pending logical time, of the model itself or of an input that it keeps."""
+        """The earliest pending logical time of the node: that of its model, or of an input not yet processed."""
         return min(self.model.next_time, self._kept[0].tag if self._kept else FOREVER)
 
     def _run(self, grant: Grant) -> GrantDone:

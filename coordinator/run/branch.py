@@ -257,7 +257,7 @@ def _past(what: RunBranch) -> RecordedKernel:
 
 
 def different(old: Plan, new: Plan) -> list[str]:
-    """Return, as texts, the first paths at which two plans differ, and how many more there are."""
+    """Return texts that name the first paths at which two plans differ, and the number of further ones."""
     found = list(_apart("", old, new))
     return [*found[:NAMED], *([f"and {len(found) - NAMED} more"] if len(found) > NAMED else [])]
 

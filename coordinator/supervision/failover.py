@@ -36,7 +36,8 @@ KEEP_GRANTS = 64  # and at least so many grants
 
 
 class Succession(Hub):
-    """Hub that replaces lost processes; `deadline` [s]: see `DEADLINE_s`."""
+    """Hub that replaces lost processes with new ones that repeat the messages so far; `deadline` [s]: see
+    `DEADLINE_s`."""
 
     def __init__(
         self,

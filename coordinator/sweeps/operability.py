@@ -34,8 +34,8 @@ class ScatterTable:
 
     @classmethod
     def read(cls, path: Path) -> "ScatterTable":
-        """Read a CSV file: the first row has the periods [s], each further one a height [m] and its occurrences; raises
-        SceneError."""
+        """Read a scatter table from a CSV file: the first row has the periods [s], each further one a height [m] and
+        its occurrences; raises SceneError."""
         try:
             with open(path, encoding="utf-8-sig", newline="") as file:
                 rows = [[x.strip() for x in row] for row in csv.reader(file) if any(x.strip() for x in row)]
@@ -99,7 +99,7 @@ def sea_of(scene: LoadedScene, name: str) -> str:
 
 
 def passes(row: Row) -> bool:
-    """Return whether a verdict is neither red nor undecided, nor missing."""
+    """Return whether the verdict in a row allows the operation: it exists and is neither red nor undecided."""
     return bool(row["status"] == "done" and row["state"] != "undecided")
 
 

@@ -54,7 +54,7 @@ def drawn(design: str, count: int, axes: int, seed: int) -> Floats:
 
 
 def base_rows(design: str, count: int, axes: int) -> Floats:
-    """Return a mask (count,) of the rows that are independent draws of all inputs."""
+    """Return a mask (count,) of those rows of a sample in which all inputs were drawn independently."""
     independent = np.ones(count, bool)
     if design == "sobol":
         block = np.arange(count) % (axes + 2)

@@ -135,7 +135,8 @@ def played(task: Task, variant: Variant) -> Row:
 
 
 def judged(task: Task, variant: Variant) -> tuple[Row, Judged | None]:
-    """Run a variant and return its row; for a run that reached its end, also the verdict with the utilisations."""
+    """Run a variant and return its row; if the run reached its end, the row also has the verdict and the
+    utilisations."""
     began, cpu = time.perf_counter(), time.thread_time()
     row: Row = {"number": variant.number, "status": "done", "sentence": ""}
     scene, verdict, settings = None, None, (*task.settings, *variant.settings)

@@ -106,7 +106,7 @@ class Ticket(msgspec.Struct, frozen=True):
 
     @classmethod
     def take(cls) -> "Ticket":
-        """Read this process's ticket from standard input, and then replace standard input by /dev/null; raises
+        """Read the ticket of this process from standard input, then replace standard input by /dev/null; raises
         ProtocolError."""
         try:
             with open(0, "rb", closefd=False) as given:

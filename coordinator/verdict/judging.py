@@ -110,8 +110,8 @@ def _clearances(context: CheckContext) -> None:
 
 
 def near_at_rest(plan: Plan, statics: Followed) -> tuple[Check | Use, ...]:
-    """Return clearances below their limits on the equilibrium path as findings; if there are none, the smallest
-    clearances."""
+    """Return findings for the clearances below their limits on the equilibrium path; if there are none, return the
+    smallest clearances."""
     each = [*at_rest(plan, statics)]
     if found := findings(_placed(x, one.conduct) for one in each for x in one.findings):
         return found

@@ -1,4 +1,5 @@
-"""Recorded functions -> LLVM IR text: straight-line code, and one loop construct around it.
+"""Translation of traced functions to LLVM IR text, as straight-line code with one loop construct around it, and its
+compilation.
 
 Every function takes pointers to blocks of doubles.  Arithmetic is strict IEEE (no reassociation except inside dot
 products of fixed lanes, no contraction unless asked for), so that the bits are the same at every optimisation level.
@@ -38,7 +39,7 @@ _DECLARE = [
 
 
 class EmittedParts:
-    """A named combination of functions, sequences and loops that becomes one native function."""
+    """A named combination of traced functions, sequences and loops that becomes one native function."""
 
     name: str
     parts: "tuple[Function | EmittedParts, ...]"
@@ -50,7 +51,7 @@ class EmittedParts:
 
 @dataclass(frozen=True)
 class Sequence(EmittedParts):
-    """Functions or loops that run one after the other."""
+    """Traced functions or loops that run one after the other in one native function."""
 
     name: str
     parts: tuple[Function | EmittedParts, ...]
@@ -58,7 +59,7 @@ class Sequence(EmittedParts):
 
 @dataclass(frozen=True)
 class While(EmittedParts):
-    """A loop that repeats its parts while block[flag] > 0."""
+    """A loop in native code that repeats its parts while block[flag] > 0."""
 
     name: str
     flag: int

@@ -1,4 +1,4 @@
-"""Requirements on a description before it is compiled: unique names, valid numbers.
+"""Checks of a description before it is compiled: unique names, valid numbers.
 
 Each violation is one KernelError that names the item, the field and the requirement.
 """
@@ -159,7 +159,7 @@ def _encoded(system: object) -> bytes:
 
 
 def accepted(part: System) -> System:
-    """Mark a part of a description as checked and return it."""
+    """Mark a system as checked, so that it is not checked again, and return it."""
     _checked[id(part)] = part
     return part
 

@@ -1,4 +1,4 @@
-"""Choice of the joints that form the spanning tree of a graph, and of those that close its loops.
+"""Choice of the joints that form the spanning tree of a system, and of those that close its loops.
 
 The tree grows from the ground, one body at a time (Prim 1957). A body should be carried by a joint on which a spring,
 stop, brake or drive acts or which is measured (its coordinates must be states), else by the joint with the fewest

@@ -14,7 +14,7 @@ from .verbs import MOTIONS
 
 
 class Item(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Base class of everything written in a scene; `where` is its place, file:line:column."""
+    """Base class of everything that is written in a scene; `where` is the place in the scene, as file:line:column."""
 
     where: str = ""
 
@@ -72,7 +72,8 @@ class CrossingCondition(Term, frozen=True, kw_only=True, tag="crossing"):
 
 
 class AfterCondition(Term, frozen=True, kw_only=True, tag="after"):
-    """Condition: so many seconds have passed since the previous action began or, in `until`, since the order began."""
+    """Condition: this many seconds have passed since the previous action began or, in `until`, since the order
+    began."""
 
     seconds: float
 
@@ -255,7 +256,8 @@ def for_actor(order: Move | Follow | StopOrder | Hookup | UnhookSling | BrakeOrd
 
 
 class Touch(Item, frozen=True, kw_only=True):
-    """Two objects that may touch, by name ("world" is the ground); `stays`: whether also after this stage."""
+    """Two objects that are allowed to touch, by name ("world" is the ground); `stays`: the permission also holds after
+    this stage."""
 
     names: tuple[str, str]
     stays: bool = False
@@ -277,5 +279,5 @@ class Action(Item, frozen=True, kw_only=True):
 
 
 def parts(action: Action) -> bool:
-    """Return whether a sling or rope breaks in this action."""
+    """Return whether a sling or rope is ordered to break in this action."""
     return any(isinstance(order, UnhookSling) and order.parted for order in action.orders)

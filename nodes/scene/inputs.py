@@ -66,7 +66,7 @@ class Input:
 
     @property
     def factor(self) -> float:
-        """The value of one unit of the input in SI units."""
+        """The size of the input's unit in SI units."""
         return float(self.units[self.unit])
 
     def rounded(self, value: float, sigma: float) -> tuple[str, str]:
@@ -154,7 +154,7 @@ def stated(scene: LoadedScene, one: Input, value: str, half: str) -> str:
 
 
 def varied(scene: LoadedScene, changed: Sequence[Input], values: Sequence[float]) -> LoadedScene:
-    """Return the scene with other values of inputs, at the same model level and with the same steps; raises SceneError
+    """Return the scene with other values of inputs, but the same model level and integration steps; raises SceneError
     if the result is invalid."""
     texts = [f"{x / p.factor!r} {p.unit}" for p, x in zip(changed, values, strict=True)]
     other = parse(scene.merged or scene.text, scene.path.name, settings(changed, texts), followed=False)
@@ -163,7 +163,7 @@ def varied(scene: LoadedScene, changed: Sequence[Input], values: Sequence[float]
 
 
 def settings(changed: Sequence[Input], values: Sequence[str]) -> list[str]:
-    """Return settings in the form of `--set` that give the inputs these values."""
+    """Return settings, in the form of `--set`, that give these values to the inputs."""
     first = dict.fromkeys(p.whole for p in changed if p.whole)
     return [*first, *(f"{'.'.join(map(str, p.path))}={text}" for p, text in zip(changed, values, strict=True))]
 

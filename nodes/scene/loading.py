@@ -68,7 +68,7 @@ def _said(key: str, x: object) -> str:
 
 
 def loaded(scene: LoadedScene | str | Path) -> LoadedScene:
-    """Return the given scene, or load it by path or name; raises SceneError if that fails."""
+    """Return the scene if it is loaded already, or load it by path or name; raises SceneError if loading fails."""
     if isinstance(scene, LoadedScene):
         return scene
     if isinstance(scene, str | Path):
@@ -79,15 +79,15 @@ def loaded(scene: LoadedScene | str | Path) -> LoadedScene:
 def parse(
     text: str, name: str = "scene.yaml", overrides: Sequence[str] = (), passing: bool = False, followed: bool = True
 ) -> LoadedScene:
-    """Return the scene of a YAML text. If `passing`, it is one of many variants; its equilibrium path is computed only
-    if `followed`."""
+    """Return the scene of a YAML text. `passing`: the scene is one of many variants and is not cached; `followed`:
+    compute the equilibrium path."""
     from .building import build
 
     return replace(build(Path(name), name, text, overrides, passing, followed), typed=name)
 
 
 def restored(built: Plan, text: str, merged: str, name: str) -> LoadedScene:
-    """Return the scene of a recorded plan; no other file is needed."""
+    """Return the scene of a recorded plan, without reading any file."""
     from .building import facts
     from .keys.validate import validated
 

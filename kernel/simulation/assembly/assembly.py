@@ -1,4 +1,4 @@
-"""Closing the loops of an initial pose, or reporting their gaps.
+"""Closing the kinematic loops of an initial pose, or reporting the gaps that cannot be closed.
 
 A pose whose loops are closed to `CLOSED` stays as it is, bit for bit. Any other is closed near the given coordinates
 (see `start_pose`). Then the independent rows are counted: a linkage whose loops leave no degree of freedom is refused.
@@ -105,7 +105,7 @@ def _check_mobility(program: Program, independent: Sequence[bool] | np.ndarray) 
 
 
 def lost(program: Program, gap: np.ndarray, t: float, moving: Sequence[str] = ()) -> KernelError | None:
-    """Return the error for a closed loop whose gap opened within a step; None if there is none. `moving`: prescribed
+    """Return the error for a kinematic loop that opened within a step; None if all are closed. `moving`: prescribed
     drives in motion."""
     if _widest(gap) <= LOST:
         return None
@@ -150,8 +150,8 @@ def _cause(program: Program, row: int, moving: Sequence[str]) -> str:
 
 
 def torn(program: Program, rope: str, movable: bool, moving: Sequence[str]) -> str:
-    """Return, as part of a sentence, why a rigid rope switches endlessly between taut and slack; "" if no drive causes
-    it."""
+    """Return, as part of a message, why a rigid rope switches endlessly between taut and slack: it works against a
+    drive; "" if no drive causes it."""
     if not moving:
         return ""
     names = " and ".join(f"'{name}'" for name in moving)

@@ -1,4 +1,4 @@
-"""The start pose of loops: given coordinates are kept where possible, and changes are reported.
+"""Start pose with closed loops: given coordinates are kept where possible, and changes are reported.
 
 Coordinates and speeds that a description gives are kept; those that it omits follow. First only the omitted ones move.
 If that does not close the loops, the given ones move, too, by full Gauss-Newton steps, as long as these contract as

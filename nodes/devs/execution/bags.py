@@ -82,14 +82,14 @@ def spoken(
 
 
 def fitting(port: Port[Message], value: Message) -> Message:
-    """Return the message; raises ModelError if its type is not that of the port."""
+    """Return the message; raises ModelError if its type is not the message type of the port."""
     if not isinstance(value, port.type):
         raise ModelError(f"{port!r} carries {port.type.__name__}, not {type(value).__name__}")
     return value
 
 
 def entry(model: Model, name: str) -> InPort[Message]:
-    """Return the input port of a model with this name; raises ModelError if there is none."""
+    """Return the input port of a model with the given name; raises ModelError if the model has no such port."""
     port = model.ports.get(name)
     if not isinstance(port, InPort):
         ins = ", ".join(key for key, port in model.ports.items() if isinstance(port, InPort)) or "none"

@@ -43,8 +43,8 @@ def frozen(value: object, around: Sequence[object] = ()) -> bytes:
 
 
 def thawed(data: bytes, around: Sequence[object] = ()) -> Any:
-    """Deserialise a value that `frozen` serialised with the same `around`; raises TypeError or LookupError for
-    others."""
+    """Deserialise a value from bytes that `frozen` made with the same `around`; raises TypeError or LookupError for
+    other bytes."""
     return _Thawer(around).unfold(msgspec.msgpack.decode(data))
 
 
@@ -57,12 +57,12 @@ class Freezer:
         self._around = len(self._met)
 
     def forget(self) -> None:
-        """Forget all values serialised so far."""
+        """Forget all objects met so far, so that the next value is serialised without references to earlier values."""
         while len(self._met) > self._around:
             del self._numbers[id(self._met.pop())]
 
     def fold(self, x: Any) -> object:
-        """Return a value as plain data that can be encoded; raises TypeError if part of it cannot be saved."""
+        """Convert a value into plain data that can be encoded; raises TypeError if some part cannot be saved."""
         kind = type(x)
         if kind in _SCALARS:
             return x

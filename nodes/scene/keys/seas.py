@@ -61,7 +61,7 @@ class Sea(Base):
 
 
 class CurrentKeys(Base):
-    """A uniform current past vessels, which have coefficients for it."""
+    """A uniform water current, which exerts forces on vessels that have current coefficients."""
 
     speed: u.Speed
     heading: u.Angle = 0.0  # to which it flows, from x towards y; 0 deg relative to the bow: from astern
@@ -69,8 +69,8 @@ class CurrentKeys(Base):
 
 
 class StreamKeys(Base):
-    """Coefficients of a wind or current on a vessel that is alike on port and starboard: forces over 1/2 density
-    speed^2 area, moments also over the length."""
+    """Coefficients of wind or current forces on a vessel that is symmetric about its centre plane: forces divided by
+    1/2 density speed^2 area, moments also by the length."""
 
     area: u.Area
     length: u.Extent
@@ -88,7 +88,7 @@ class StreamKeys(Base):
         return self
 
     def stream(self, vessel: str, of: str, direction: Direction, signal: InputSignal, density: float) -> Stream:
-        """Return the force on a vessel."""
+        """Return the force of the wind or current on a vessel."""
         rows = tuple((x, y, z) for _, x, y, z in self.coefficients)
         size = self.area, self.length
         return Stream(f"{vessel}.{of}", Point(vessel), *size, unit(direction), signal, density, rows)

@@ -35,19 +35,20 @@ Phrase = TypeVar("Phrase")
 
 
 def read_order(text: str) -> OrderPhrase:
-    """Return the order that a phrase gives; raises PhraseError if it cannot be read."""
+    """Parse an order; raises PhraseError if the text is not a valid order."""
     return _whole(text, _order)
 
 
 def read_ramp(text: object, dimension: Dimension) -> float | SwingRamp:
-    """Return an acceleration in SI units, or a ramp without swing; raises ValueError if the text cannot be read."""
+    """Return the acceleration of a ramp in SI units, or a ramp without swing; raises ValueError if the text is
+    neither."""
     if not isinstance(text, str) or not {"one", "in"} & set(text.split()):
         return dimension.read(text)
     return _whole(text, lambda r: _ramp(r, dimension))
 
 
 def read_condition(text: str) -> ConditionPhrase:
-    """Return the condition that a phrase describes; raises PhraseError if it cannot be read."""
+    """Parse a condition; raises PhraseError if the text is not a valid condition."""
     return _whole(text, _condition)
 
 

@@ -46,7 +46,8 @@ class MeshProperties:
 
 
 def shaped(source: SourceText) -> None:
-    """Set the keys of each block that follow from its `shape`; raises SceneError if the shape cannot be used."""
+    """Derive the keys of each block that has a `shape` from the shape; raises SceneError if the shape cannot be
+    used."""
     several = source.data.get("blocks")
     for base in (("block",), *(("blocks", name) for name in (several if isinstance(several, dict) else ()))):
         block = source.at(base)

@@ -36,13 +36,14 @@ class Stated:
 
     @property
     def kind(self) -> Kind:
-        """The distribution: normal, or uniform between two ends."""
+        """The kind of distribution: normal, or uniform between two ends."""
         return "uniform" if self.how == ".." else "normal"
 
 
 def separated(source: SourceText, is_text: Callable[[Path], bool]) -> dict[Path, Stated]:
-    """Return the stated uncertainties of a scene by path, and replace the numbers by their nominal values; errors are
-    added to the source. `is_text` returns whether the value at a path is free text, which is not searched."""
+    """Return the stated uncertainties of a scene by path, and replace uncertain numbers by their nominal values; add
+    errors to the source. `is_text`: function that returns whether the value at a path is free text, which is not
+    searched."""
     found: dict[Path, Stated] = {}
 
     def nominal(data: Data, path: Path) -> Data:
@@ -61,7 +62,8 @@ def separated(source: SourceText, is_text: Callable[[Path], bool]) -> dict[Path,
 
 
 def standard(stated: Stated, quantity: Quantity) -> float:
-    """Return the standard uncertainty in SI units; raises ValueError if it is impossible for the quantity."""
+    """Return a stated uncertainty as standard uncertainty in SI units; raises ValueError if the uncertainty is
+    impossible for the quantity."""
     dimension, value = quantity.dimension, quantity.read(stated.value)
     if dimension in _SETTINGS:
         raise ValueError(f"{dimension.article} is a setting of the run, no input: write it without uncertainty")
@@ -87,8 +89,8 @@ def standard(stated: Stated, quantity: Quantity) -> float:
 
 
 def half_width(text: str, units: Mapping[str, Fraction], how: str = "+-", relative: bool = True) -> tuple[float, float]:
-    """Return a half-width such as `3 %` or `10 t` as (fraction of the value, amount in SI units), one of which is 0.
-    Raises ValueError for an invalid text. If `relative`, % means a fraction of the value."""
+    """Return a half-width such as `3 %` or `10 t` as (fraction of the value, amount in SI units), of which one is 0;
+    raises ValueError for an invalid text. `relative`: % means a fraction of the value."""
     number, unit = number_and_unit(text)
     width, text = float(number) if number else math.nan, f"{how} {text.strip()}".strip()
     if not 0.0 <= width < math.inf:
