@@ -114,7 +114,7 @@ def test_too_many_or_unknown_ports_are_reported(tmp_path: Path) -> None:
     assert json.dumps(info_data(tmp_path / "none.mcap"))
 
 
-def test_events_at_the_same_instant_are_drawn_without_a_warning(
+def test_many_events_at_one_instant_are_drawn_without_a_warning(
     tmp_path: Path, recwarn: pytest.WarningsRecorder
 ) -> None:
     run_models(clocks, until=0.001000001, output=tmp_path / "run.mcap", in_process=True)

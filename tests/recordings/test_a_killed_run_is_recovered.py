@@ -113,7 +113,7 @@ def test_files_without_a_run_cannot_be_recovered(tmp_path: Path, begin: Callable
     rec.close()
 
 
-def test_recovery_of_any_damaged_file_gives_a_file_or_a_sentence(recorded: Path, tmp_path: Path) -> None:
+def test_recovering_any_damaged_file_gives_a_recording_or_a_one_sentence_error(recorded: Path, tmp_path: Path) -> None:
     data = recorded.read_bytes()
     rng = random.Random(5)
     sentences = []

@@ -149,7 +149,7 @@ def test_two_browsers_see_the_same_whenever_they_connect(
 
 
 @pytest.mark.usefixtures("begin")
-def test_a_browser_that_never_reads_delays_no_other(live: LivePage, rows: NDArray[np.float64]) -> None:
+def test_a_browser_that_never_reads_its_events_does_not_delay_others(live: LivePage, rows: NDArray[np.float64]) -> None:
     url = urlsplit(live.url)
     frozen = socket.create_connection((url.hostname, url.port), timeout=PATIENCE_s)
     frozen.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)

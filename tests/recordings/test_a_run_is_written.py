@@ -68,7 +68,7 @@ def test_complete_data_are_flushed_once_a_second(
     rec.close()
 
 
-def test_samples_and_events_that_arrive_separately_are_written_in_order(
+def test_samples_and_events_that_arrive_in_any_order_are_written_in_order_of_time(
     begin: Begin, batch: Batch, stage: Stage
 ) -> None:
     rec = begin()
@@ -124,7 +124,7 @@ def test_a_long_batch_fills_several_chunks_row_by_row(begin: Begin) -> None:
     assert np.array_equal(Recording(path).signal("rope/tension").values[:, 0], np.arange(n))
 
 
-def test_a_run_that_raises_leaves_a_complete_file(begin: Begin, stage: Stage, tmp_path: Path) -> None:
+def test_a_run_that_ends_with_an_error_leaves_a_complete_recording(begin: Begin, stage: Stage, tmp_path: Path) -> None:
     def run() -> None:
         with begin() as rec:
             stage(rec, 0, "take up")
@@ -156,7 +156,7 @@ def test_recorded_data_are_read_back_unchanged(recorded: Path, rows: NDArray[np.
     assert rec.fact("sim_s") == 4.0
 
 
-def test_recorded_peaks_are_those_of_all_steps(begin: Begin, batch: Batch) -> None:
+def test_recorded_peaks_include_integration_steps_between_samples(begin: Begin, batch: Batch) -> None:
     rec = begin()
     rec.samples(batch(0, 2))
     rec.samples(batch(2, 6))
@@ -175,7 +175,7 @@ def test_repeated_samples_are_skipped_and_missing_ones_are_an_error(begin: Begin
     assert len(Recording(rec.close()).signal("rope/tension").t) == 4
 
 
-def test_notes_arrive_with_samples_and_are_written_once(begin: Begin, batch: Batch) -> None:
+def test_kernel_notes_sent_twice_with_samples_are_written_once(begin: Begin, batch: Batch) -> None:
     """Under their own times, in the digest; a sampler that starts again tells them again."""
 
     def noted(first: int, stop: int, *notes: tuple[int, int, str]) -> bytes:

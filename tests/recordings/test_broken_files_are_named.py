@@ -97,7 +97,7 @@ def test_damage_anywhere_in_a_recording_is_reported_or_changes_no_data(recorded:
     assert all(sentence.startswith(f"{part}: ") and "\n" not in sentence for sentence in sentences)
 
 
-def test_a_chunk_that_claims_to_be_huge_is_not_unpacked(recorded: Path, tmp_path: Path) -> None:
+def test_a_chunk_that_declares_a_huge_size_is_not_unpacked(recorded: Path, tmp_path: Path) -> None:
     rec = Recording(recorded)
     (index,) = rec._file.summary.chunk_indexes
     data = bytearray(recorded.read_bytes())
@@ -121,7 +121,7 @@ def test_a_chunk_that_claims_to_be_huge_is_not_unpacked(recorded: Path, tmp_path
         Recording(path).events()
 
 
-def test_an_unknown_signal_is_answered_with_the_known_ones(recorded: Path) -> None:
+def test_the_error_for_an_unknown_signal_lists_the_known_signals(recorded: Path) -> None:
     with pytest.raises(RecordingError) as error:
         Recording(recorded).signal("rope/colour")
     assert str(error.value) == (

@@ -54,7 +54,7 @@ def test_stored_recordings_of_each_format_show_a_block_that_falls_into_its_rope(
     assert rec.stages() == [(0.0, "fall and bounce")]
 
 
-def test_a_recorded_plan_of_an_earlier_version_gives_a_note_on_its_unread_parts() -> None:
+def test_reading_a_plan_of_an_earlier_version_gives_a_note_that_lists_its_unread_parts() -> None:
     message = "of an earlier version: cranes, slings and block are not listed; run the scene again for them"
     assert f"  plan      {message}" in info(golden(2)).splitlines()
     rec = Recording(golden(2))

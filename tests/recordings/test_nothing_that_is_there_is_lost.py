@@ -215,7 +215,7 @@ def test_a_file_created_during_a_run_is_kept(come: Obstacle, begin: Begin, tmp_p
     assert Recording(tmp_path / "run-2.mcap").result["status"] == "finished"
 
 
-def test_outputs_are_written_and_named_on_a_file_system_without_unnamed_files(
+def test_output_files_get_their_names_on_a_file_system_without_unnamed_temporary_files(
     recorded: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delattr(os, "O_TMPFILE")
@@ -278,7 +278,7 @@ NOTICED = {
 
 @pytest.mark.parametrize("at", ["the next flush", "the end"])
 @pytest.mark.parametrize("harm", NOTICED, ids=lambda f: f.__name__)
-def test_changes_of_the_recording_by_others_during_a_run_are_detected(
+def test_changes_of_the_recording_by_another_program_during_a_run_are_detected(
     harm: Obstacle, at: str, begin: Begin, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if at == "the next flush":

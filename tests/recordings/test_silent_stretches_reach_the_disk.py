@@ -83,7 +83,7 @@ def test_recorded_data_reach_the_disk_without_a_further_call_of_the_recorder(tmp
         assert recover(part, tmp_path / "saved.mcap").messages == 1
 
 
-def test_an_error_of_the_writing_thread_reaches_the_next_caller(
+def test_an_error_in_the_writing_thread_is_raised_at_the_next_call_of_the_recorder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(file: McapFile) -> None:

@@ -57,7 +57,7 @@ def test_log_time_is_simulation_time_and_never_decreases(recorded: Path) -> None
     assert all(message.log_time == message.publish_time for _, message in found)
 
 
-def test_facts_of_the_run_come_first_in_a_recording_and_its_result_last(recorded: Path) -> None:
+def test_a_recording_begins_with_the_facts_of_the_run_and_ends_with_its_result(recorded: Path) -> None:
     with recorded.open("rb") as stream:
         records = list(StreamReader(stream, validate_crcs=True).records)
     header, run, scene = records[:3]

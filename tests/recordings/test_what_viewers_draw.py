@@ -99,7 +99,7 @@ def test_a_drawn_rope_runs_between_its_points_on_two_bodies() -> None:
     assert (entity.id, entity.frame_id) == ("ropes", "world")
 
 
-def test_drawn_boxes_are_locked_to_their_bodies() -> None:
+def test_drawn_boxes_move_with_the_frames_of_their_bodies() -> None:
     boxes = [
         DrawnBox("block", (0, 0, 5), (54, 28, 10)),
         DrawnBox("block", (0, 0, 1), (1, 1, 1)),

@@ -64,7 +64,7 @@ def test_no_more_processes_are_tried_than_the_scene_has_models(on):
     assert machine.tried == [1, 2, 3]
 
 
-def test_one_process_per_core_is_chosen_for_models_that_send_nothing_at_first(on):
+def test_models_that_send_nothing_during_the_trial_run_get_one_process_per_core(on):
     machine = on(Machine({}))
 
     def silent(count: int, watch: RunObserver) -> None:

@@ -39,7 +39,7 @@ def test_the_example_program_is_short_and_imports_only_zenoh_and_msgpack() -> No
     assert len(text.splitlines()) <= 80
 
 
-def test_a_run_with_a_node_in_another_program_has_the_same_digest(guest, tmp_path: Path) -> None:
+def test_running_a_node_in_an_external_program_does_not_change_the_digest(guest, tmp_path: Path) -> None:
     ended = []
     with guest(lambda ticket: ended.append(reference(ticket).wait(60))):
         run = run_models(RING, until=0.101, external=["s1"])
@@ -91,7 +91,7 @@ def test_models_that_cannot_run_externally_are_refused_before_the_run(
 
 
 @pytest.mark.large
-def test_the_successor_of_a_killed_external_program_receives_the_whole_history(guest, tmp_path: Path) -> None:
+def test_a_program_that_replaces_a_killed_external_program_receives_all_earlier_messages(guest, tmp_path: Path) -> None:
     message: list[str] = []
 
     class Listening(RunObserver):

@@ -41,7 +41,7 @@ def kept(monkeypatch: pytest.MonkeyPatch) -> dict[str, bytes]:
     return files
 
 
-def test_an_empty_a_full_and_a_damaged_cache_give_the_same_level_and_digest(
+def test_a_scene_gets_the_same_model_level_and_digest_with_an_empty_a_full_and_a_damaged_cache(
     kept: dict[str, bytes], tmp_path: Path
 ) -> None:
     scene = load("lift", ASKED)
@@ -67,7 +67,7 @@ def test_an_empty_a_full_and_a_damaged_cache_give_the_same_level_and_digest(
 @pytest.mark.parametrize(
     "setting", ["accuracy=10 %", "fidelity.girder=elastic", "ask=[sling tension]", "gravity=9.8 m/s2"]
 )
-def test_another_accuracy_quantity_or_scene_gets_a_newly_chosen_model_level(
+def test_the_model_level_is_chosen_again_for_another_accuracy_quantity_or_scene(
     setting: str, kept: dict[str, bytes]
 ) -> None:
     chosen(load("lift", ASKED))

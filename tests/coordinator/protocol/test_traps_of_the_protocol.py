@@ -162,7 +162,7 @@ def test_a_message_that_arrives_too_late_is_refused_with_its_sender() -> None:
     assert fail.sentence == "b at (0.000000007 s, 0): late message a.out for (0.000000006 s, 0)"  # type: ignore[union-attr]
 
 
-def test_outputs_delayed_by_a_microstep_would_miss_the_confluent_transition() -> None:
+def test_delaying_outputs_by_a_microstep_would_miss_the_confluent_transition() -> None:
     """Two nodes, one message: b's own event and a's message meet at (5, 0); at (5, 1) b has moved alone already."""
     log = lines(Coordinator("ab", ONE_WAY), Timer("a", 5), Timer("b", 5))
     assert log["b"] == [(5, 0, "c", [1])] != [(5, 0, "i", []), (5, 1, "e", [1])]

@@ -80,7 +80,7 @@ def test_commands_given_in_python_have_times_in_seconds() -> None:
     ]
 
 
-def test_an_order_function_that_does_nothing_does_not_change_the_motion() -> None:
+def test_a_control_function_that_orders_nothing_does_not_change_the_motion() -> None:
     quiet = simulate(STICK, 1.0, every=0.1, orders=[(0.5, lambda s: None)])
     assert quiet["joint/position"]["pin.angle"][-1] == pytest.approx(
         simulate(STICK, 1.0)["joint/position"]["pin.angle"][-1]

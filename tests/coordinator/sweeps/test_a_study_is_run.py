@@ -120,7 +120,7 @@ def test_a_stopped_study_continues_without_repeating_runs(tmp_path: Path) -> Non
     assert second.count == 6 - kept
 
 
-def test_rows_of_another_study_are_refused(tmp_path: Path) -> None:
+def test_a_folder_that_holds_another_study_is_refused(tmp_path: Path) -> None:
     studied(tmp_path / "study")
     with pytest.raises(OutputError, match="holds another study"):
         sweep("pendulum", VARY[:1], into=tmp_path / "study", executor=AtOnce())

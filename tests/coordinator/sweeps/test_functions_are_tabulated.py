@@ -39,7 +39,7 @@ def test_parameters_of_a_devs_model_are_varied_and_its_results_are_columns(threa
     assert any(rows[0][name] != rows[1][name] for name in columns)
 
 
-def test_a_table_is_the_same_on_a_pool_of_processes(threads):
+def test_tabulating_a_function_in_a_pool_gives_the_same_table(threads):
     values = {"length": [0.7], "angle": [1e-3]}
     assert tabulate(own.pendulum, values, workers=1) == tabulate(own.pendulum, values, executor=threads)
 

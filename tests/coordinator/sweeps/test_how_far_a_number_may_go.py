@@ -141,7 +141,7 @@ def test_a_search_for_a_speed_limit_keeps_swing_free_ramps() -> None:
     assert text == "actions[3].trolleys=traverse 10 m/min ramp one swing by 2 m"
 
 
-def test_limits_can_be_asked_of_every_input_of_a_scene(lift) -> None:
+def test_the_search_for_all_limits_covers_speeds_and_inputs_of_a_scene(lift) -> None:
     names = limiting.askable(lift)
     assert names[:4] == ["hoist speed", "hoist accel", "trolley speed", "trolley accel"]
     assert {"block.mass", "block.com.x", "block.com.y", "block.com.z"} < set(names)
@@ -170,7 +170,7 @@ def test_inputs_without_a_limit_are_reported(told, green, wrong: str) -> None:
     assert wrong in told(green).wrong
 
 
-def test_runs_that_ended_early_give_no_limit(told) -> None:
+def test_a_search_for_a_limit_ends_with_an_error_if_a_run_is_cut_at_its_time_limit(told) -> None:
     with pytest.raises(SceneError, match="cut after 60 s"):
         told(lambda x: True, cut=True)
 

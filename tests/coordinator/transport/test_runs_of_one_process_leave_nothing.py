@@ -86,7 +86,7 @@ def test_a_run_removes_the_files_of_runs_killed_at_any_moment(tmp_path: Path) ->
     assert {path.name[-1] for path in tmp_path.iterdir()} == {*"abcd"}
 
 
-def test_no_thread_of_a_hub_outlives_it() -> None:
+def test_no_thread_remains_after_a_hub_is_closed() -> None:
     """One that comes out of foreign code while Python ends aborts the process: "exception not rethrown"."""
     before = threading.enumerate()
     for _ in range(RUNS):

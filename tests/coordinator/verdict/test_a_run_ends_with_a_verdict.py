@@ -89,7 +89,7 @@ def test_an_end_time_that_cuts_off_the_lift_is_red_in_check_and_run(tmp_path: Pa
     assert parse(LIFT).findings == (), "a last wait may be cut"
 
 
-def test_a_stage_that_ends_at_once_is_red_with_its_line(tmp_path: Path) -> None:
+def test_a_stage_with_moves_that_ends_at_once_is_red_with_its_line(tmp_path: Path) -> None:
     landed = "  - stage: set down\n    all hooks: lower 0.3 m/min until landed\n"
     text = LIFT.replace("actions:\n", "actions:\n" + landed)
     found = verdict(tmp_path, text)

@@ -182,7 +182,7 @@ def test_shapes_that_just_touch_have_no_penetration_depth() -> None:
                     assert found.distance[0] == pytest.approx(gap, abs=CLOSE)
 
 
-def test_the_lower_bound_along_a_straight_path_is_below_all_distances() -> None:
+def test_the_lower_bound_along_a_straight_path_is_below_the_distance_at_every_point_of_it() -> None:
     rng = np.random.default_rng(5)
     for _ in range(CASES):
         half, other = rng.uniform(0.1, 5.0, 3), rng.uniform(0.1, 5.0, 3)

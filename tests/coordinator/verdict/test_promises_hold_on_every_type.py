@@ -57,7 +57,7 @@ def test_a_run_reduces_clearances_by_the_worst_case_of_uncertain_inputs(lift: Li
 
 
 @pytest.mark.large(beyond=2)
-def test_a_lift_beside_another_has_the_worst_clearance_that_it_has_alone(lift: Lift) -> None:
+def test_a_lift_has_the_same_worst_clearance_beside_another_lift_as_alone(lift: Lift) -> None:
     """One with a wall at an uncertain place and a limit of its own, beside one without both."""
     random = Random(lift.y)
     gap, half, limit = random.uniform(0.7, 1.2), random.uniform(0.02, 0.4), random.uniform(0.55, 0.9)
@@ -115,7 +115,7 @@ def moved(use: Use, share: float) -> Use | None:
 
 
 @pytest.mark.parametrize("share", [0.95, 1.2])
-def test_each_limit_alone_turns_red_when_it_is_exceeded(lift: Lift, share: float) -> None:
+def test_the_check_of_each_limit_is_red_exactly_when_the_limit_is_exceeded(lift: Lift, share: float) -> None:
     scene, seen = lift.read(), set()
     states = scene.statics.states
     ran = replace(signals_of(states), dynamic=True)

@@ -49,7 +49,7 @@ STANDS = HALF + STOOL
 UP = [STANDS, STANDS, STANDS + 0.1, STANDS + 0.4, STANDS + 1.0, STANDS + 2.0]
 
 
-def test_lifting_off_and_setting_down_give_no_ground_clearance_findings() -> None:
+def test_a_block_gives_no_ground_clearance_finding_while_it_is_lifted_off_or_set_down() -> None:
     there = UP + UP[::-1]
     assert told(went(there)) == []
     assert told(went(there, [0.0] * 6 + [9.0] * 6)) == [], "it is set down elsewhere"
@@ -66,14 +66,14 @@ def test_a_load_that_is_carried_low_is_red_with_its_place() -> None:
     assert told(went(low)) == [], "up and down in its place"
 
 
-def test_ground_clearance_counts_along_the_path_and_not_at_pick_up_and_set_down() -> None:
+def test_ground_clearance_is_checked_along_the_path_but_not_at_pick_up_and_set_down() -> None:
     """Not that of the last sample before it counts as being set down."""
     y = [0.0] * 6 + [3.0 * i for i in range(1, 5)] + [12.0] * 6
     (found,) = (c for c in near(went([*UP, *[STANDS + 2.0] * 4, *UP[::-1]], y)) if c.a == "block")
     assert (found.distance, found.limit) == (pytest.approx(STOOL + 2.0, abs=EXACT), 0.5)
 
 
-def test_low_ground_clearance_during_an_order_to_land_is_no_finding() -> None:
+def test_low_ground_clearance_gives_no_finding_during_an_order_to_land() -> None:
     down = [STANDS + 2.0 - 0.2 * i for i in range(10)]
     assert len(told(went(down))) == 1
     assert told(went(down), landing=[(4.0, 9.0)]) == []

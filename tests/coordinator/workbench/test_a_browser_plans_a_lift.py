@@ -79,7 +79,7 @@ def test_assumed_values_are_amber_until_the_user_accepts_them(page: Any, hands: 
     hands.written("assumed: accept")
 
 
-def test_a_form_offers_types_and_hooks_and_keeps_units_and_the_picture_keeps_its_state(page: Any, hands: Hands) -> None:
+def test_a_form_offers_types_and_hooks_and_keeps_the_unit_of_an_edited_value(page: Any, hands: Hands) -> None:
     menu = page.locator("#outline").get_by_label("add to Cranes").locator("option")
     assert any(x.startswith("jib-60: luffing jib crane") for x in menu.all_inner_texts())
     offered = "x => [...x.list.options].map(y => y.value)"
@@ -95,7 +95,7 @@ def test_a_form_offers_types_and_hooks_and_keeps_units_and_the_picture_keeps_its
     assert page.locator("#state").inner_text().split(" · ")[1:] == state.split(" · ")[1:], "the end of the same stage"
 
 
-def test_a_change_by_another_editor_is_never_overwritten_unseen(page: Any, hands: Hands) -> None:
+def test_a_change_by_another_editor_is_shown_as_a_conflict_and_not_overwritten(page: Any, hands: Hands) -> None:
     text = hands.text
     page.route("**/save", lambda route: route.abort())
     page.locator(".cm-line", has_text="name: lift").click()

@@ -42,7 +42,7 @@ def test_each_accepted_edit_survives_the_death_of_the_server(folder: Path, accep
     assert f"mass: {300 + accepted} t" in text
 
 
-def test_of_two_browsers_only_one_replaces_a_version(folder: Path, address: str) -> None:
+def test_only_one_of_two_simultaneous_edits_of_the_same_version_is_accepted(folder: Path, address: str) -> None:
     scene = folder / "my-lift.yaml"
     text = scene.read_text()
 

@@ -68,7 +68,7 @@ def test_the_preview_shows_faults_with_their_lines_and_raises_none() -> None:
         assert lines[fault["line"] - 1].strip().startswith(("mass", "loader-2"))
 
 
-def test_if_orders_cannot_be_carried_out_the_preview_shows_the_start() -> None:
+def test_the_preview_of_a_scene_with_impossible_orders_shows_the_start_and_the_faults() -> None:
     found = steps("lift", ("traverse 20 m/min by 2 m", "traverse 20 m/min by 200 m"))
     assert [kind for kind, _ in found][:2] == ["picture", "faults"]
     (fault,) = found[1][1]["faults"]  # type: ignore[misc]

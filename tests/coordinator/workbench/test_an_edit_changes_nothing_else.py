@@ -26,7 +26,7 @@ def test_editing_a_value_changes_only_its_line() -> None:
     assert changed == LIFT.replace("at: 40 m}  ", "at: 41 m}  ")
 
 
-def test_editing_adds_and_removes_keys_where_they_belong() -> None:
+def test_editing_adds_keys_at_their_place_and_removes_them_without_a_trace() -> None:
     added = edited(LIFT, ["block", "com"], "[0 m, 0 m, 1 m]")
     assert read(added, "x").data["block"] == {**read(LIFT, "x").data["block"], "com": ["0 m", "0 m", "1 m"]}  # type: ignore[dict-item]
     assert added.splitlines()[23:25] == ["    R2: [2 m, 6 m, 4.3 m]", "  com: [0 m, 0 m, 1 m]"]
@@ -38,7 +38,7 @@ def test_editing_adds_and_removes_keys_where_they_belong() -> None:
     assert "    wait: 20 s\n  - {wait: 5 s}\n" in edited(LIFT, ["actions", 5], "{wait: 5 s}")
 
 
-def test_a_new_top_level_key_stands_after_those_that_the_schema_puts_before_it() -> None:
+def test_a_new_top_level_key_is_inserted_in_the_order_of_the_schema() -> None:
     order = list(json_schema()["properties"])
     for name in ("lift", "crawler", "in-turn", "edge"):
         text = bundled()[name].read_text()
