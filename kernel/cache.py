@@ -105,8 +105,8 @@ def write_cached(name: str, content: bytes) -> None:
 
 
 def kept_folder(name: str, fill: Callable[[Path], object]) -> Path:
-    """Return a cache folder, filled by `fill` if it is missing; this process then protects it from removal by
-    others."""
+    """Return a cache folder, filled by `fill` if it is missing; while this process runs, no other process can remove
+    the folder."""
     there = cache_folder() / name
     while True:
         try:

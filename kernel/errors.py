@@ -98,8 +98,8 @@ def error_text(error: BaseException, most: int = 500) -> str:
 
 
 def extra(package: str, missing: HeavyliftError) -> Any:
-    """Import an optional package and return it. Raises `missing`, whose text says what needs the package and how to
-    install it, if the package is not installed, or an error of the same class if the import fails."""
+    """Import an optional package and return it; raises the error `missing`, whose text says what needs the package and
+    how to install it, if the package is not installed, or an error of the same class if the import fails."""
     try:
         return import_module(package)
     except Exception as error:

@@ -98,8 +98,8 @@ def namer(reference: str) -> str | None:
 
 
 def trusted() -> list[Path]:
-    """Return the folders and files that this user trusts, sorted; raises KernelError if others can write to the list of
-    them."""
+    """Return the folders and files that this user trusts, sorted; raises KernelError if other users can write to the
+    list of these."""
     path = _list()
     try:
         with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:
@@ -116,8 +116,8 @@ def trusted() -> list[Path]:
 
 
 def trust(folder: Path) -> Path:
-    """Trust a folder or file and return its resolved path; raises KernelError if it is missing or others can change
-    it."""
+    """Trust a folder or file and return its resolved path; raises KernelError if it is missing or other users can
+    change it."""
     folder = folder.expanduser().resolve()
     if not (folder.is_dir() or folder.is_file()):
         raise KernelError(f"there is no folder {folder}; trust the folder that holds the code")
@@ -152,7 +152,7 @@ def own_file(file: str) -> bool:
 
 
 def written_by_others(file: str) -> bool:
-    """Return whether a file does not belong to heavylift; its bundled models count as files of others."""
+    """Return whether a file is not part of heavylift's own code, as which its bundled models do not count."""
     path = Path(file).resolve()
     return not _among(HEAVYLIFT, path) or _among(MODELS, path)
 

@@ -116,8 +116,8 @@ class StraightLineCode:
         return reference(x, lanes)
 
     def pieces(self, x: Any) -> list[tuple[str, int, int]]:
-        """Return suffix, offset and number of lanes of each register that holds a part of value x; 0 lanes for a
-        scalar."""
+        """Return the registers that hold the parts of value x, each by name suffix, first index and number of lanes (0:
+        a scalar)."""
         return _cut(x.width) if is_sym(x) and x.width else [("", 0, self.lanes)]
 
     def load(self, n: Sym, base: str, index: int) -> None:

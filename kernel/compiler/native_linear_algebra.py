@@ -145,7 +145,7 @@ class FactorLayout:
 
 def solver(name: str, factors: FactorLayout, ny: int) -> Primitive:
     """Return the native function that computes A^-1 b for the first n of `ny` components of b, and `tail` times b for
-    the others; outputs: real part `re` and imaginary part `im`."""
+    the remaining ones; outputs: real part `re` and imaginary part `im`."""
     parts = ("re", "im")[: factors.planes]
     n, stride = factors.n, factors.stride
     inputs: dict[str, int] = {"M": OPAQUE, **{f"b_{p}": ny for p in parts}, "tail": factors.planes}

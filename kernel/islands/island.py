@@ -45,7 +45,7 @@ class RecompileBudget:
         return share * self.spent.get(loose, 0.0) >= self._price
 
     def kept(self) -> dict[str, Any]:
-        """Return the state of the splitting rule as plain lists."""
+        """Return the state of the splitting rule (steps counted so far, by ropes) as plain lists."""
         return {
             "spent": [[sorted(ropes), n] for ropes, n in self.spent.items()],
             "since": self.since,
@@ -53,7 +53,7 @@ class RecompileBudget:
         }
 
     def go_on(self, kept: dict[str, Any]) -> None:
-        """Continue from the state of another splitting rule that `kept` returned."""
+        """Set the splitting rule to a state that `kept` returned."""
         self.spent = {frozenset(ropes): n for ropes, n in kept["spent"]}
         self.since, self.seen = kept["since"], frozenset(kept["seen"])
 

@@ -149,7 +149,7 @@ class Method(ABC):
         return bool(self.matrices)
 
     def run(self, code: StepCode, at: Places, sizes: Mapping[str, int]) -> StepCode:
-        """Return the native stepping functions, replaced by steps in Python if the method takes its steps outside
+        """Return the native stepping functions, extended by steps in Python if the method takes its steps outside
         native code; `at`: places in the state block X; `sizes`: of the results of `rate`."""
         return code
 

@@ -69,8 +69,8 @@ def _there(f: Reeving, poses: Poses) -> tuple[list[list[float]], list[Array], li
 
 
 def placed(f: Reeving, poses: Poses, demand: Demand) -> tuple[list[list[float]], list[bool | None]]:
-    """Return the parameters of the nodes of a rope at the start, with wrap arcs divided in halves, and whether the rope
-    touches each node (None: always)."""
+    """Return the parameters of the nodes of a rope for given poses of the bodies, with wrap arcs divided in halves, and
+    whether the rope touches each node (None: always)."""
     given, bodies, nodes = _there(f, poses)
     _check_places(f, nodes, demand)
     lies: list[bool | None] = [None, *(True if s.radius > 0.0 else None for s in f.sheaves), None]

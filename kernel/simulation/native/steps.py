@@ -91,8 +91,8 @@ def bounded(h: Value, r: Evaluated) -> Value:
 
 
 def passing(s: StepState, r: Evaluated) -> Value:
-    """Return the local time plus 1 s from which a fixed step could let shapes pass through each other unnoticed; 0 if
-    there is no such time, negative if a note about it was already added."""
+    """Return 1 s plus the local time from which a fixed step could let shapes pass through each other unnoticed; 0 if
+    there is no such time so far, negative if a note about it was already added."""
     # a fixed step is not shortened: it is only noted when shapes could have passed unseen
     blind = select(s.h_max > r.window[0], s.t + 1.0, 0.0)
     return select(abs(s.passing) > 0.0, s.passing, blind)

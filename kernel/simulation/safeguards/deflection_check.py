@@ -81,7 +81,7 @@ def _loaded(native: NativeState, rows: np.ndarray) -> Iterator[tuple[Link, list[
 
 
 def relieve(native: NativeState) -> None:
-    """Reset the recorded times of compression when no flexible body is near buckling."""
+    """Reset, for all flexible bodies, the times since which they have been near buckling."""
     for link, *_ in native.program.compressible:
         native.P[native.program.parameters.at["bending", link.body.name]][2:4] = NEVER
 
