@@ -50,6 +50,7 @@ class Conduct:
     touched: list[tuple[float, str, str]] = field(default_factory=list)  # contact, what the kernel reported of it
     words: list[tuple[float, str, bool]] = field(default_factory=list)  # an operator's, and whether they end the run
     notes: Sequence[tuple[float, str]] = ()
+    shortfall: Sequence[str] = ()  # why its errors exceed the accepted ones, or were not measured
     peaks: dict[str, tuple[float, float]] = field(default_factory=dict)
     end: float = 0.0
     unfinished: str = ""
@@ -97,7 +98,8 @@ RECORDED = {kind.__name__: kind.__struct_fields__ for kind in KINDS}
 
 def conduct_of(rec: Recording) -> Conduct:
     """Read the record of a run's course from its recording."""
-    found = Conduct(notes=rec.notes(), status=rec.result.get("status", "cut off"), reason=rec.result.get("reason", ""))
+    given = {"shortfall": rec.fact("answer", {}).get("notes", ()), "reason": rec.result.get("reason", "")}
+    found = Conduct(notes=rec.notes(), status=rec.result.get("status", "cut off"), **given)
     for e in rec.events():
         if e.type in RECORDED and isinstance(e.value, dict):
             found.hear(e.t_ns, e.type, e.value)
@@ -125,6 +127,8 @@ def conduct_findings(plan: Plan, text: Conduct) -> Iterator[Check]:
         bound = f"the end of the scene at {plan.end:g} s" if plan.end is not None else "its end"
         message = f"{bound} cut the {'lift' if lift else 'run'}: {text.unfinished}"
         yield finding("red" if lift else "none", "cut", "run", message, t=text.end)
+    for message in text.shortfall:
+        yield finding("amber", "accuracy", "run", message)
     for t, note in text.notes:
         yield finding("amber", "computation", "kernel", note, t=t)
 

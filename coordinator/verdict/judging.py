@@ -8,7 +8,7 @@ import numpy as np
 from heavylift.kernel.description.findings import Check, finding, findings
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE
-from heavylift.nodes.limits.checks import Errors, checks_of, line_of, state_of, table_of
+from heavylift.nodes.limits.checks import Errors, checks_of, line_of, not_modelled, state_of, table_of
 from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.judging import uses_of
 from heavylift.nodes.limits.run_tables import HookReach, RunTables
@@ -28,7 +28,7 @@ from heavylift.recordings.sheets.sheet import Table
 from .clearances import SMALLEST, clearances, findings as too_near, lift_of, limit_between
 from .conduct import Conduct, conduct_findings, conduct_of, landing, touching, turned, turning
 from .history import History, RunHistory, blocks, history_of, rests
-from .limits import dropped, impacts, rehits, signals_of_run, touches, unknown_impacts
+from .limits import dropped, impacts, rehits, signals_of_run, touches, unknown_forces
 from .rigid_contacts import touches_of
 
 NO_ERRORS: Errors = {}  # nobody has measured any
@@ -44,13 +44,11 @@ class CheckContext:
     history: RunHistory
     conduct: Conduct
     findings: list[Check] = field(default_factory=list)
-    not_looked_at: list[str] = field(default_factory=list)
     clearances: list[Clearance] = field(default_factory=list)
     smallest: int = SMALLEST
     mechanics: System | None = None
     uses: Sequence[Use] = ()
     reach: tuple[Reach, ...] = ()
-    shapeless: tuple[str, ...] = ()
     whole: bool = False  # with all tables of a report
     tables: Sequence[Table] = ()
 
@@ -67,13 +65,13 @@ def _limits(context: CheckContext) -> None:
         return
     stages = [(t, name) for t, _, name in text.stages if name]
     rigid = [*touches_of(plan, shown, text.touched)]
-    landed = {x.block for x in rigid if x.speed is not None and x.below}
+    hit = {x.block for x in rigid if x.speed is not None}
     context.findings += [
-        *unknown_impacts(rigid),
+        *unknown_forces(plan, shown, rigid),
         *rehits(plan, shown, landing(plan, text)),
         *dropped(plan, shown, turning(plan, text)),
     ]
-    peaks = text.peaks | impacts(plan, shown) | touches(plan, shown, rigid)
+    peaks = text.peaks | impacts(plan, shown, rigid) | touches(plan, shown, rigid)
     reached, tables = HookReach(plan), RunTables(plan, stages, text.end)
 
     def columns(part: History) -> SignalColumns:
@@ -90,7 +88,7 @@ def _limits(context: CheckContext) -> None:
     times, signals = shown.t, map(reached.see, map(columns, blocks(shown)))
     uses = uses_of(plan, map(tables.see, signals) if context.whole else signals)
     context.uses = [
-        x for x in uses if x.value is not None or x.limit.quantity != "impact" or x.limit.subject not in landed
+        x for x in uses if x.value is not None or x.limit.quantity != "impact" or x.limit.subject not in hit
     ]
     context.reach = reached.found
     for number, end in turned(plan, text):
@@ -105,8 +103,6 @@ def _clearances(context: CheckContext) -> None:
     meant = touching(context.plan, context.conduct)
     context.clearances += clearances(context.plan, context.history, lands, context.smallest, context.mechanics, meant)
     context.findings += too_near(context.clearances, context.plan)
-    context.not_looked_at += Shapes(context.plan).untouched
-    context.shapeless = Shapes(context.plan).shapeless
 
 
 def near_at_rest(plan: Plan, statics: Followed) -> tuple[Check | Use, ...]:
@@ -191,9 +187,10 @@ def verdict_with_uses(
     context = CheckContext(plan, history, conduct, smallest=smallest, mechanics=mechanics, whole=whole)
     for one in JUDGES:
         one(context)
-    others = [_placed(x, conduct) for x in context.findings]
+    shapes = Shapes(plan)
+    others = [*(_placed(x, conduct) for x in context.findings), *not_modelled(shapes)]
     tables = hooks(plan), charts_used(context.reach), *rigging(plan, context.uses), *context.tables
-    checks = checks_of(plan, [*context.uses, *_apart(context)], others, errors, context.shapeless)
+    checks = checks_of(plan, [*context.uses, *_apart(context)], others, errors, shapes.shapeless)
     verdict = RecordedVerdict(
         red=state_of(checks) == "red",
         state=state_of(checks),
@@ -201,7 +198,6 @@ def verdict_with_uses(
         dynamic=dynamics_required(plan),
         tables=(table_of(checks, *hoisting_factors(plan), *shared(plan)), *(x for x in tables if x.rows)),
         clearances=tuple(context.clearances),
-        not_looked_at=tuple(context.not_looked_at),
         checks=tuple(checks),
     )
     return verdict, context.uses

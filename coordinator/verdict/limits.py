@@ -11,10 +11,11 @@ from heavylift.nodes.plan.connections import holders, lowering
 from heavylift.nodes.plan.mechanism import Hoist, Mechanism
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.shapes import Shapes
+from heavylift.nodes.plan.mechanism import OBSTACLES
 from numpy.typing import NDArray
 
 from .history import History, RunHistory, blocks
-from .rigid_contacts import BOUNCE, FREE, Touch
+from .rigid_contacts import BOUNCE, FREE, RigidTouch, pressing
 from .rotating import matrices
 
 Floats = NDArray[np.float64]
@@ -53,18 +54,28 @@ def signals_of_run(
     )
 
 
-def impacts(plan: Plan, past: RunHistory) -> dict[str, tuple[float, float]]:
-    """Return, by name, the largest landing force [N] of a block on all its supports and on a single one, with the time
-    [s].
+def impacts(plan: Plan, past: RunHistory, rigid: Sequence[RigidTouch] = ()) -> dict[str, tuple[float, float]]:
+    """Return, by name, the largest landing force [N] of a block on all its supports and on a single one, and on
+    obstacles, with the time [s]; `rigid`: contacts of blocks with rigid things.
 
     A pad yields as a spring with a damper, whose force at the instant of contact gives the speed; the whole mass lands
-    on the pads that touch then, less what ropes and other supports carry.
+    on the pads that touch then, less what ropes and other supports carry. An obstacle yields as a spring.
     """
     found: dict[str, tuple[float, float]] = {}
+    loads = pressing(plan, past)
+    for other, (force, t) in loads.items():
+        _note(found, f"{other} support load", [force], t)
+    yields = stiffness_of(plan)
     strands, pads = Shapes(plan).strands.values(), {s.name: s for m in plan.machines for s in m.system.supports}
     for limit in (x for x in plan.limits if x.quantity == "impact"):
         weight = (limit.value or 0.0) / limit.factor
         ropes = [x.rope for x in strands if limit.subject in x.ends]
+        for x in (x for x in rigid if x.block == limit.subject and x.speed is not None and x.other in yields):
+            pull = sum(float(x.part.tensions[rope][x.i]) for rope in ropes if rope in x.part.tensions)
+            free = max(0.0, weight - pull) * max(0.0, x.up)
+            force = landing_force(weight / plan.gravity, free, yields[x.other], 0.0, x.speed or 0.0)
+            _note(found, f"{limit.subject} impact", [force], x.t)
+            _note(found, f"{x.other} support load", [force], x.t)
         names = [name for name in limit.elements if name in pads and pads[name].d > 0.0]
         k, d = (np.array([getattr(pads[name], key) for name in names]) for key in ("k", "d"))
         for part in blocks(past) if names else ():
@@ -78,12 +89,11 @@ def impacts(plan: Plan, past: RunHistory) -> dict[str, tuple[float, float]]:
                 force = landing_force(weight / plan.gravity, free, float(k[on].sum()), float(d[on].sum()), speed)
                 one = max(force * float(k[on].max() / k[on].sum()), float(now.max()))
                 for what, value in (("impact", force + others), ("support load", one)):
-                    key = f"{limit.subject} {what}"
-                    found[key] = max(found.get(key, (0.0, 0.0)), (value, t), key=lambda x: x[0])
+                    _note(found, f"{limit.subject} {what}", [value], t)
     return found
 
 
-def touches(plan: Plan, past: RunHistory, rigid: Sequence[Touch] = ()) -> dict[str, tuple[float, float]]:
+def touches(plan: Plan, past: RunHistory, rigid: Sequence[RigidTouch] = ()) -> dict[str, tuple[float, float]]:
     """Return, by name and each with its time [s], the largest landing speed of each block, except bounces, and the
     largest winding speed of its hooks at lift-off [m/s]; `rigid`: contacts of blocks with rigid things."""
     found: dict[str, tuple[float, float]] = {}
@@ -103,15 +113,27 @@ def _note(found: dict[str, tuple[float, float]], key: str, values: Sequence[floa
         found[key] = max(values), t
 
 
-def unknown_impacts(rigid: Sequence[Touch]) -> Iterator[Check]:
-    """Yield a row for each rigid thing on which a block landed: the force is not known, as the thing does not yield."""
-    for (block, other), t in {
-        (x.block, x.other): x.t for x in reversed(rigid) if x.speed is not None and x.below
-    }.items():
-        message = f"the force of {block} as it landed on {other}, which is rigid: look at it; its speed is checked"
-        yield Check(
-            quantity="impact", subject=f"{block} on {other}", state="amber", why=NOT_CHECKED, t=t, sentence=message
-        )
+def unknown_forces(plan: Plan, past: RunHistory, rigid: Sequence[RigidTouch]) -> Iterator[Check]:
+    """Yield a row for each rigid thing that a block hit or pressed on, where what would decide the check is missing:
+    its stiffness or its capacity."""
+    obstacles = {x.body for machine in plan.machines if machine.name == OBSTACLES for x in machine.shapes}
+    rated, yields = {x.subject for x in plan.limits if x.quantity == "support load" and x.known}, stiffness_of(plan)
+    hits = {(x.block, x.other): x.t for x in reversed(rigid) if x.speed is not None and x.other not in yields}
+    for (block, other), t in hits.items():
+        remedy = f"give 'stiffness' of {other}" if other in obstacles else "look at it; its speed is checked"
+        yield _open("impact", f"{block} on {other}", f"force of {block} as it hits {other}: {remedy}", t)
+    for other, (_, t) in pressing(plan, past).items():
+        if other in obstacles - rated:
+            yield _open("support load", other, f"force on {other}: give its 'capacity'", t)
+
+
+def _open(quantity: str, subject: str, message: str, t: float) -> Check:
+    return Check(quantity=quantity, subject=subject, state="amber", why=NOT_CHECKED, t=t, sentence=message)
+
+
+def stiffness_of(plan: Plan) -> dict[str, float]:
+    """Return the stiffness [N/m] of the obstacles that have one."""
+    return {x.body: x.stiffness for machine in plan.machines for x in machine.shapes if x.stiffness}
 
 
 def dropped(plan: Plan, past: RunHistory, turning: Sequence[tuple[str, float, float]]) -> Iterator[Check]:

@@ -32,20 +32,25 @@ CORNERS = np.array([*product((-1.0, 1.0), repeat=3)])
 
 
 @dataclass(frozen=True)
-class Touch:
+class RigidTouch:
     """A block touched another thing at a time [s], or left it, at a sample of a part of the history: closing speed
-    [m/s], None as it left; whether the thing is below it."""
+    [m/s], None as it left; cosine between upwards and the direction from the thing to the block."""
 
     block: str
     other: str
     t: float
     speed: float | None
-    below: bool
+    up: float
     part: History
     i: int
 
+    @property
+    def below(self) -> bool:
+        """Whether the thing is below the block, so that it can bear it."""
+        return self.up > BELOW
 
-def touches_of(plan: Plan, past: RunHistory, reported: Reported) -> Iterator[Touch]:
+
+def touches_of(plan: Plan, past: RunHistory, reported: Reported) -> Iterator[RigidTouch]:
     """Yield where blocks touched rigid things, except bounces, and left them; what lands on a block is not counted as a
     landing of that block. `reported`: what the kernel reported of contacts."""
     cargo = {cargo.body for machine in plan.machines for cargo in machine.cargo}
@@ -65,9 +70,27 @@ def touches_of(plan: Plan, past: RunHistory, reported: Reported) -> Iterator[Tou
             fell = [x for x in points if not left and _height(part, begin, i, x, a, b, n) >= BOUNCE]
             closing = [_before(part, i, x, a, joints) - _before(part, i, x, b, joints) for x in fell]
             speed = max((float(v @ n) for v in closing), default=None)
-            for body, other, down in ((a, b, -n[2]), (b, a, n[2])):
-                if body in cargo and (down > -BELOW or other not in cargo) and (left or speed is not None):
-                    yield Touch(body, GROUND if other == WORLD else other, t, speed, bool(down > BELOW), part, i)
+            for body, other, up in ((a, b, -float(n[2])), (b, a, float(n[2]))):
+                if body in cargo and (up > -BELOW or other not in cargo) and (left or speed is not None):
+                    yield RigidTouch(body, GROUND if other == WORLD else other, t, speed, up, part, i)
+
+
+def pressing(plan: Plan, past: RunHistory) -> dict[str, tuple[float, float]]:
+    """Return the largest force [N] between blocks and each rigid thing that they press on, with the time [s]."""
+    cargo = {cargo.body for machine in plan.machines for cargo in machine.cargo}
+    names: dict[str, list[str]] = {}
+    for c in (c for machine in plan.machines for c in machine.system.contacts):
+        one, other = c.a.body, c.b.body
+        if cargo & {one, other}:
+            names.setdefault(one if other in cargo and one not in cargo else other, []).append(c.name)
+    found: dict[str, tuple[float, float]] = {}
+    for part in blocks(past) if names else ():
+        for other, some in names.items():
+            F = np.sum([part.tensions[name] for name in some if name in part.tensions] or [np.zeros(1)], axis=0)
+            k = int(F.argmax()) if F.any() else 0
+            if F.any() and F[k] > found.get(other, (0.0, 0.0))[0]:
+                found[other] = float(F[k]), float(part.t[k])
+    return found
 
 
 def _touching(c: Contact, part: History, i: int) -> tuple[Floats, Floats]:

@@ -46,8 +46,9 @@ def test_a_verdict_counts_its_checks_and_lists_what_was_not_checked(tmp_path: Pa
     ground, beams = found.clearances[:2]
     assert (ground.b, ground.distance) == ("ground", pytest.approx(3.0, abs=0.05)), "on its way, beyond its supports"
     assert beams.distance == pytest.approx(12.0 - 5.0, abs=0.05), "beams of 5 m, hooks 12 m apart"
-    assert "clearance of slings while they are slack" in found.not_looked_at
-    assert "motion too fast for the samples of places and speeds, 2 a second" in found.not_looked_at
+    assert "clearance of slings while they are slack" in found.not_modelled
+    assert "motion too fast for the samples of places and speeds, 2 a second" in found.not_modelled
+    assert f", {len(found.not_modelled)} not modelled" in found.line
     rec = Recording(tmp_path / "run.mcap")
     assert recorded_verdict(rec) == found
     del rec.result["verdict"]
@@ -176,7 +177,7 @@ def test_a_scene_without_a_lift_also_has_a_verdict(tmp_path: Path) -> None:
     found = verdict(tmp_path, bundled()["pendulum"].read_text(), "end=2 s")
     assert found.state == "amber"
     assert found.line.endswith("; the scene has no limits to check: write 'limits'")
-    assert "which have no shapes" in " ".join(found.not_looked_at)
+    assert "which have no shapes" in " ".join(x.sentence for x in found.checks if x.why == NOT_CHECKED)
 
 
 def test_with_strict_a_red_verdict_gives_an_exit_code_and_is_the_first_line(tmp_path: Path) -> None:

@@ -39,9 +39,9 @@ def test_a_block_hoisted_against_a_shelf_touches_at_the_ordered_speed(lift: Lift
     assert "did not occur" not in found.sentence
 
 
-def dropped(height: float, *settings: str) -> Played:
+def dropped(height: float, *settings: str, more: str = "") -> Played:
     """The block of the hall, dropped beside its supports on a shelf."""
-    shelf = "{box: [9 m, 9 m, 1 m], at: [-10 m, 8 m, 0.5 m]}"
+    shelf = f"{{box: [9 m, 9 m, 1 m], at: [-10 m, 8 m, 0.5 m]{more}}}"
     up = '{hall: "hoist 0.5 m/min until all slings taut"}, {hall: "hoist 0.5 m/min until lifted"}'
     aside = '{hall travelling: "travel 30 m/min ramp one swing by 10 m"}'
     over = f'{{hall: "hoist 4 m/min by {0.5 + height!r} m"}}, {aside}'
@@ -59,7 +59,29 @@ def test_a_fall_on_an_obstacle_has_the_speed_of_the_closed_form_at_each_sampling
     assert found.value == pytest.approx(sqrt(2.0 * G * fell), rel=FALLS)
     assert found.state == "red"
     (force,) = (x for x in run.verdict.checks if x.quantity == "impact")
+    (load,) = (x for x in run.verdict.checks if x.quantity == "support load" and x.subject == "shelf")
     assert (force.subject, force.state, force.why) == ("block on shelf", "amber", "not checked")
+    assert (load.state, load.why) == ("amber", "not checked")
+
+
+@pytest.mark.parametrize("MN", [20.0, 200.0])
+def test_a_fall_on_an_obstacle_that_yields_has_the_force_of_the_closed_form(MN: float) -> None:
+    """m g (1 + sqrt(1 + v^2 k / (m g^2))) of a mass that falls on a spring, on its impact and on what it falls on."""
+    run = dropped(0.4, more=f", stiffness: {MN} MN/m, capacity: 2 MN")
+    speed, m = row(run, "landing speed").value or 0.0, 80e3
+    force = m * G * (1.0 + sqrt(1.0 + speed**2 * MN * 1e6 / (m * G**2)))
+    impact, load = (row(run, "impact"), next(x for x in run.verdict.checks if x.subject == "shelf"))
+    assert (impact.state, load.state) == ("red", "red" if force > 2e6 else load.state)
+    assert impact.value == pytest.approx(force, rel=1e-9)
+    assert (load.value or 0.0) * G == pytest.approx(force, rel=1e-9)
+
+
+def test_an_obstacle_bears_a_block_that_stands_on_it() -> None:
+    run = play(load("in-turn").plan)
+    loads = {x.subject: x for x in run.verdict.checks if x.quantity == "support load"}
+    for name in ("a-plinth", "b-plinth"):
+        assert (loads[name].value or 0.0) == pytest.approx(20e3, rel=SHAKES)
+        assert loads[name].limit == pytest.approx(300e3 / G)
 
 
 def test_landings_and_lift_offs_on_plinths_are_those_of_the_run() -> None:

@@ -103,7 +103,7 @@ def test_a_rope_over_sheaves_is_checked_by_its_most_loaded_part(tmp_path) -> Non
     (red,) = [f for f in verdict.findings if f.state == "red" and f.quantity == "rope tension"]
     assert red.subject == "fall"
     assert red.value == pytest.approx(107.5e3, rel=0.01)
-    assert "tension of ropes over sheaves between samples" in verdict.not_looked_at
+    assert "tension of ropes over sheaves between samples" in verdict.not_modelled
 
 
 def test_a_limit_that_no_check_uses_is_a_fault_of_the_scene() -> None:
