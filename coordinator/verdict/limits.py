@@ -8,10 +8,9 @@ from heavylift.kernel.description.findings import NOT_CHECKED, Check, finding
 from heavylift.kernel.description.mechanics import Support
 from heavylift.nodes.limits.signals import SignalColumns, hooked_in
 from heavylift.nodes.plan.connections import holders, lowering
-from heavylift.nodes.plan.mechanism import Hoist, Mechanism
+from heavylift.nodes.plan.mechanism import OBSTACLES, Hoist, Mechanism
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.shapes import Shapes
-from heavylift.nodes.plan.mechanism import OBSTACLES
 from numpy.typing import NDArray
 
 from .history import History, RunHistory, blocks
@@ -71,8 +70,8 @@ def impacts(plan: Plan, past: RunHistory, rigid: Sequence[RigidTouch] = ()) -> d
         weight = (limit.value or 0.0) / limit.factor
         ropes = [x.rope for x in strands if limit.subject in x.ends]
         for x in (x for x in rigid if x.block == limit.subject and x.speed is not None and x.other in yields):
-            pull = sum(float(x.part.tensions[rope][x.i]) for rope in ropes if rope in x.part.tensions)
-            free = max(0.0, weight - pull) * max(0.0, x.up)
+            carried = sum(float(x.part.tensions[rope][x.i]) for rope in ropes if rope in x.part.tensions)
+            free = max(0.0, weight - carried) * max(0.0, x.up)
             force = landing_force(weight / plan.gravity, free, yields[x.other], 0.0, x.speed or 0.0)
             _note(found, f"{limit.subject} impact", [force], x.t)
             _note(found, f"{x.other} support load", [force], x.t)

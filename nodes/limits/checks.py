@@ -12,7 +12,17 @@ none       cannot occur in this scene: a row without a colour
 from collections.abc import Iterable, Mapping, Sequence
 from math import inf, isfinite
 
-from heavylift.kernel.description.findings import ASSUMED, NOT_CHECKED, NOT_MODELLED, STATES, UNKNOWN, WARNED, Check, State, clock
+from heavylift.kernel.description.findings import (
+    ASSUMED,
+    NOT_CHECKED,
+    NOT_MODELLED,
+    STATES,
+    UNKNOWN,
+    WARNED,
+    Check,
+    State,
+    clock,
+)
 from heavylift.kernel.description.forces import Radiation
 from heavylift.nodes.plan.limit import IN_WIND, ROUNDING, Use
 from heavylift.nodes.plan.plan import Plan

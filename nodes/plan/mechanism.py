@@ -10,6 +10,7 @@ from .actions import Item
 
 OBSTACLES = "obstacles"  # name of the machine that all obstacles of a scene are
 
+
 class Actuator(Item, frozen=True, kw_only=True):
     """An actuator of a machine, which is a drive or a winch rope, with its speeds and end positions.
 

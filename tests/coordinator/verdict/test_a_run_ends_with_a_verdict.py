@@ -15,6 +15,7 @@ from heavylift.coordinator.live import STOP, TimedCommand
 from heavylift.coordinator.run import Progress, RunObserver, run
 from heavylift.coordinator.verdict import verdict_of
 from heavylift.kernel import HeavyliftError, KernelError, ModelError
+from heavylift.kernel.description import NOT_CHECKED
 from heavylift.nodes.devs import Event, Tag, seconds
 from heavylift.nodes.models.parts import OperatorCommand
 from heavylift.nodes.scene import bundled, parse
