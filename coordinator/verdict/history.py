@@ -55,8 +55,8 @@ class History:
     """Recorded columns of a run, or of a part of one, over its sample times t (n,) [s].
 
     Poses: body -> (n, 7) [m, quaternion x y z w]; tensions: rope (most loaded part), support or contact -> (n,) [N];
-    unstretched lengths: rope -> (n,) [m]; rope lines with their times; joint speeds: joint.component -> (n,) [m/s, rad/s];
-    deflections `bent`: body.place.axis -> (n,) [m]; edge forces and places: rope.edge -> (n,) [N], [m].
+    unstretched lengths: rope -> (n,) [m]; rope lines with their times; joint speeds: joint.component -> (n,) [m/s,
+    rad/s]; deflections `bent`: body.place.axis -> (n,) [m]; edge forces and places: rope.edge -> (n,) [N], [m].
     """
 
     t: Floats

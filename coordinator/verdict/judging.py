@@ -8,7 +8,7 @@ import numpy as np
 from heavylift.kernel.description.findings import Check, finding, findings
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE
-from heavylift.nodes.limits.checks import Errors, checks_of, line_of, not_modelled, state_of, table_of
+from heavylift.nodes.limits.checks import Errors, checks_of, line_of, state_of, table_of, uncoloured
 from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.judging import uses_of
 from heavylift.nodes.limits.run_tables import HookReach, RunTables
@@ -188,7 +188,7 @@ def verdict_with_uses(
     for one in JUDGES:
         one(context)
     shapes = Shapes(plan)
-    others = [*(_placed(x, conduct) for x in context.findings), *not_modelled(shapes)]
+    others = [*(_placed(x, conduct) for x in context.findings), *uncoloured(plan, shapes)]
     tables = hooks(plan), charts_used(context.reach), *rigging(plan, context.uses), *context.tables
     checks = checks_of(plan, [*context.uses, *_apart(context)], others, errors, shapes.shapeless)
     verdict = RecordedVerdict(

@@ -90,20 +90,17 @@ def checks_of(
         message = f"waves between {' and '.join(waters)}: not included; each floats as if alone, keep them far apart"
         open_.append(("interaction", "all", message))
     found += [Check(quantity=x, subject=of, state="amber", why=NOT_CHECKED, sentence=y) for x, of, y in open_]
-    if any(m.hooks for m in plan.machines):
-        quantities = {x.quantity for x in found}
-        found += [
-            Check(quantity=first, subject="all", state="none", sentence=f"{first}: the scene has nothing of that kind")
-            for first, *more in LISTED
-            if not quantities & {first, *more}
-        ]
     return sorted(found, key=lambda check: STATES.index(check.state))
 
 
-def not_modelled(shapes: Shapes) -> list[Check]:
-    """Return a row without a colour for each thing that no check includes, whatever a scene states."""
+def uncoloured(plan: Plan, shapes: Shapes) -> list[Check]:
+    """Return the rows of a lift for which there is nothing to check: parts that the scene does not have, and what no
+    check includes, whatever a scene states."""
+    quantities = {x.quantity for x in plan.limits}
+    none = [first for first, *more in LISTED if not quantities & {first, *more}] if shapes.hooks else []
+    found = [Check(quantity=x, subject="all", state="none", sentence=f"{x}: nothing of that kind") for x in none]
     each = (f"{NOT_MODELLED}: {what}" for what in shapes.not_modelled)
-    return [Check(quantity=SCOPE, subject="all", state="none", why=NOT_MODELLED, sentence=what) for what in each]
+    return found + [Check(quantity=SCOPE, subject="all", state="none", why=NOT_MODELLED, sentence=x) for x in each]
 
 
 def sea_of(plan: Plan) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 from heavylift.kernel.description.findings import Check, findings
-from heavylift.nodes.limits.checks import Errors, checks_of, not_modelled
+from heavylift.nodes.limits.checks import Errors, checks_of, uncoloured
 from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.judging import uses_on_path
 from heavylift.nodes.plan import plan
@@ -138,4 +138,4 @@ class LoadedScene:
         found = [x for x in near if isinstance(x, Check)]
         others = [*geometry_findings(self.plan), *path_findings(self.plan, self.statics), *found]
         shapes = Shapes(self.plan)
-        return checks_of(self.plan, uses, [*others, *not_modelled(shapes)], None, shapes.shapeless)
+        return checks_of(self.plan, uses, [*others, *uncoloured(self.plan, shapes)], None, shapes.shapeless)

@@ -51,7 +51,12 @@ def scenes() -> dict[str, LoadedScene]:
 def test_each_quantity_turns_red_along_the_path_and_in_a_run(scenes: dict[str, LoadedScene]) -> None:
     on_path, in_run = set(), set()
     for scene in scenes.values():
-        signals = replace(signals_of(scene.statics.states), dynamic=True)
+        peaks = {
+            f"{x.subject} {x.quantity}": (2.0 * (x.value or 0.0), 0.0)
+            for x in scene.plan.limits
+            if "speed" in x.quantity
+        }
+        signals = replace(signals_of(scene.statics.states), dynamic=True, peaks=peaks)
         for quantity in {x.quantity for x in scene.plan.limits} - {"clearance"}:
             met = [u for u in scene.uses if u.limit.quantity == quantity and u.value]
             if quantity in PEAKS:
