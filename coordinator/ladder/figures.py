@@ -46,8 +46,11 @@ class AskedFigure(NamedTuple):
 
 @dataclass(frozen=True)
 class RunSeries:
-    """Results of a run from which figures are computed: stages; peak tensions [N]; times (n,) [s]; positions (n, 3) [m]
-    of lifted bodies and coordinates (n, 1) by name, with units; support forces (n,) [N]; speeds (n,) of places."""
+    """Results of a run from which its result figures are computed.
+
+    Stages; peak tensions [N]; times (n,) [s]; positions (n, 3) [m] of lifted bodies and coordinates (n, 1) by name,
+    with units; support forces (n,) [N]; speeds (n,) of places.
+    """
 
     spans: list[Span]
     peaks: dict[str, float]

@@ -113,8 +113,11 @@ class Measuring:
         return {f.name: f.misread / f.scale for f in self.figures(candidate).values()}
 
     def read_well(self, candidate: ModelLevel, accuracy: float) -> bool:
-        """Return whether the samples of a candidate's run are dense enough: all reading errors are below a quarter of
-        the accuracy, or denser samples cannot help. If not, all runs are discarded and the sample rate is raised."""
+        """Return whether the samples of a candidate's run are dense enough; if not, discard all runs and raise the
+        sample rate.
+
+        They are if all reading errors are below a quarter of the accuracy, or if denser samples cannot help.
+        """
         # a quarter: reading errors are added to the others
         if max(self.misread(candidate).values(), default=0.0) <= 0.25 * accuracy or DENSER * self._samples > MOST:
             return True

@@ -35,8 +35,10 @@ NOISE = 1e-4  # of a figure: what is less is that of the steps
 
 @dataclass(frozen=True)
 class Effect:
-    """Change of a figure [SI] when an input is increased by two standard uncertainties; `switches`: the figure does not
-    respond proportionally, and the change is the largest deviation among several runs."""
+    """Change of a figure [SI] when an input is increased by two standard uncertainties.
+
+    `switches`: the figure does not respond proportionally, and the change is the largest deviation among several runs.
+    """
 
     input: str
     moves: float
@@ -45,8 +47,10 @@ class Effect:
 
 @dataclass(frozen=True)
 class Sensitivities:
-    """Nominal figures of a scene; the effects of its inputs on each figure, largest first; inputs; failed inputs with
-    the reasons; inputs without a stated uncertainty; notes; CPU time [s]."""
+    """Nominal figures of a scene, and the effects of its uncertain inputs on each figure, largest first.
+
+    Also inputs, failed inputs with the reasons, inputs without a stated uncertainty, notes, and CPU time [s].
+    """
 
     figures: list[AskedFigure]
     effects: dict[str, list[Effect]]
@@ -114,9 +118,12 @@ def sensitivities(
     scene: LoadedScene | str | Path, given: Sequence[str] = (), at_once: int | None = None,
     say: Callable[[str], None] = LOG.info,
 ) -> Sensitivities:  # fmt: skip
-    """Compute sensitivities of a scene (loaded, its path or name) with `at_once` parallel processes (default: one per
-    core; 0: runs in this process). `given`: uncertainties in addition to those of the scene, such as
-    `block.mass +- 3 %`. Raises HeavyliftError."""
+    """Compute the effects of the uncertain inputs of a scene (loaded, its path or name) on the figures of its run;
+    raises HeavyliftError.
+
+    `at_once`: parallel processes (default: one per core; 0: runs in this process); `given`: uncertainties in addition
+    to those of the scene, such as `block.mass +- 3 %`.
+    """
     scene = chosen(loaded(scene), say)
     inputs = uncertain_inputs(scene, given)
     if not inputs:

@@ -59,8 +59,11 @@ class Held:
 
 @dataclass(frozen=True)
 class Distributed:
-    """Cost of a distributed run: placement of processes, benefit, simulated and wall seconds, seconds of the kernel and
-    of start and end, CPU seconds, grants, recording size, digest."""
+    """Cost of running a scene in several processes.
+
+    Placement of processes, benefit, simulated and wall seconds, seconds of the kernel and of start and end, CPU
+    seconds, grants, recording size, digest.
+    """
 
     where: str
     buys: str
@@ -81,8 +84,11 @@ class Distributed:
 
 @dataclass(frozen=True)
 class MeasuredLadder:
-    """Measured model levels and steps of a scene: rows by level, cheapest first; the reference and its error; the
-    recommendation; number of candidates that did not fit into the time budget; cost of processes."""
+    """Measured errors and times of all model levels and steps of a scene, and the recommended one.
+
+    Rows by level, cheapest first; the reference and its error; number of candidates that did not fit into the time
+    budget; cost of processes.
+    """
 
     scene: str
     ask: tuple[Asked, ...]
@@ -103,8 +109,10 @@ def measure(
     scene: LoadedScene, ask: str = "", limit: float | None = None, budget: float = 300.0,
     say: Callable[[str], None] = lambda message: None,
 ) -> MeasuredLadder:  # fmt: skip
-    """Measure all candidates of a scene within `budget` seconds; `ask`: quantities (default: those of the scene, else
-    the usual ones); `limit` of their errors (default: the scene's accuracy, else 1 %).
+    """Measure errors and times of all model levels and steps of a scene within `budget` [s] of wall time.
+
+    `ask`: quantities (default: those of the scene, else the usual ones); `limit` of their errors (default: the scene's
+    accuracy, else 1 %).
 
     Raises SceneError for a quantity that cannot be requested, and for a budget too small for the finest model level.
     """
@@ -127,7 +135,7 @@ def measure(
             raise
         message = f"--budget {budget:.3g} s: too little, a run of the finest model level takes longer"
         raise SceneError(
-            f"{message}; give it {ceil(4.0 * budget):g} s or more, or a scene that ends earlier (--set end=...)"
+            f"{message}; give --budget {ceil(4.0 * budget):g} or more, or let the scene end earlier (--set end=...)"
         ) from None
     quantity = {f.name: f.quantity for f in measuring.figures(true).values()}
     if missing := [q for q in wanted if q not in quantity.values() and ask]:

@@ -219,8 +219,8 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
         commands."""
         if self._read is None:
             raise HeavyliftError(
-                f"{words}: no model of this run takes commands; it can be paused, stepped, continued, or stopped "
-                "with Ctrl-C"
+                f"{words}: no model of this run takes commands; the run can be paused, stepped, continued, or "
+                "stopped with Ctrl-C"
             )
         text = OperatorCommand(STOP) if words == STOP else self._read(words)
         t = core.safe_ns

@@ -151,8 +151,11 @@ LEVEL = 2.0  # standard uncertainties of a level of 95 %
 
 @dataclass(frozen=True)
 class ChannelComparison:
-    """Comparison of one measured channel with the run: mean, RMS and largest error E and its time [s]; validation
-    uncertainty u_val and its parts; share of rows with |E| <= 2 u_val; `lacks`: uncertainties that were not stated."""
+    """Comparison of one measured channel with the run.
+
+    Mean, RMS and largest error E and its time [s]; validation uncertainty u_val and its parts; share of rows with |E|
+    <= 2 u_val; `lacks`: uncertainties that were not stated.
+    """
 
     channel: str
     unit: str
@@ -190,8 +193,10 @@ def compared(
     rec: Recording, log: LogSignals, at: Alignment, u_input: Sequence[Floats]
 ) -> tuple[list[ChannelComparison], list[Floats]]:
     """Compare each measured channel that the run also has; also return the errors E (n,) at the overlapping rows.
+
     `u_input`: standard uncertainty of each channel at the samples of the run; empty if no input has a stated
-    uncertainty."""
+    uncertainty.
+    """
     out, errors = list[ChannelComparison](), list[Floats]()
     for k, (channel, (T, S)) in enumerate(zip(log.compared, curves_of(rec, log.compared), strict=True)):
         rows = overlapping((T, S), log.t, at.offset)

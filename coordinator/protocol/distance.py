@@ -65,9 +65,12 @@ def distances(
     finish: tuple[str, str] | None = None,
     heard: Iterable[str] = (),
 ) -> tuple[Matrix, Matrix]:
-    """Return the matrices of least delays between nodes, D from an output and R from an input to an arrival at another
-    node. `nodes`: their models; `lookaheads` by "model.port"; `heard`: models with input from outside. The port
-    `finish` reaches each node after 1 ns."""
+    """Return the matrices of least delays between nodes: D from an output, and R from an input, to an arrival at
+    another node.
+
+    `nodes`: their models; `lookaheads` by "model.port"; `heard`: models with input from outside. The port `finish`
+    reaches each node after 1 ns.
+    """
     home = [rank for rank, models in enumerate(nodes) for _ in models]
     place = {model: i for i, model in enumerate(model for models in nodes for model in models)}
     w: Matrix = [{} for _ in (*home, *nodes)]

@@ -114,7 +114,9 @@ class Node:
         while (tag := first if first < due else due) < stop:
             if tag <= self._last:
                 event = kept[0]
-                raise ModelError(f"{self.name} at {self._last}: late message {event.source}.{event.port} for {tag}")
+                raise ModelError(
+                    f"{self.name} at {self._last}: the message {event.source}.{event.port} is late, it was due at {tag}"
+                )
             bag = []
             while first == tag:
                 bag.append(heappop(kept))

@@ -37,8 +37,11 @@ class Deviation(msgspec.Struct, frozen=True):
 
 
 class ReplayResult(msgspec.Struct, frozen=True):
-    """Result of comparing a repeated run with the recorded one: number of equal events, first deviation, digest if
-    known, other differences, verdict if computed again, facts that were not computed again."""
+    """Result of comparing a repeated run with the recorded one.
+
+    Number of equal events, first deviation, digest if known, other differences, verdict if computed again, facts that
+    were not computed again.
+    """
 
     events: int
     deviation: Deviation | None = None

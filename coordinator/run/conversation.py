@@ -257,7 +257,7 @@ class Conversation:
         try:
             message = m.decode(data)
         except ProtocolError as error:
-            raise ProtocolError(f"node {node} sent data that is {error}") from None
+            raise ProtocolError(f"node {node} sent invalid data: {error}") from None
         return self.externals[node].checked(message) if node in self.externals else message
 
     def _event(self, event: Event) -> None:

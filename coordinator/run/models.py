@@ -49,8 +49,11 @@ from .watch import RunObserver
 
 @dataclass(frozen=True)
 class ModelRun:
-    """Result of a run of DEVS models: reason of its end, time of the last event [s], wall time of the whole run and of
-    its rounds [s], grants, digest, recording, and the `result()` of each atomic model by path."""
+    """Result of a run of DEVS models.
+
+    Reason of its end, time of the last event [s], wall time of the whole run and of its rounds [s], grants, digest,
+    recording, and the `result()` of each atomic model by path.
+    """
 
     outcome: RunEnd
     sim_s: float

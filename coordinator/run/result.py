@@ -35,8 +35,10 @@ class StageSpan(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Result:
-    """Results of a simulated run: sample times (n,) [s]; signals by name; stages; peak tension [N] and time [s] of each
-    rope; recorded events; notes of the kernel with times [s]; conditions for which the action list still waited.
+    """Results of a simulated run: sampled signals, stages, peak tensions and recorded events.
+
+    Sample times (n,) [s]; signals by name; peak tension [N] and time [s] of each rope; notes of the kernel with times
+    [s]; conditions for which the action list still waited. Verdict and digest are computed on first use.
 
     Times repeat where an event or order coincides with a sample: the first row is before it, the last one after it.
     `at` has other times, each once.

@@ -215,7 +215,7 @@ class Succession(Hub):
         for life in lives:
             life.losses.append(how)
         if any(len(life.losses) >= LOSSES for life in lives):
-            raise self.gone(process, f"{how}, as did its predecessors at this point, {LOSSES} of them")
+            raise self.gone(process, f"{how}; {LOSSES} successive processes were lost at the same point of the run")
         self._held += self._fresh()
         self.tell(f"{self.loss(process, 'replaced')}: {how}")
         awaited = process in self.placement.awaited

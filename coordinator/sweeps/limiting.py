@@ -149,8 +149,11 @@ def limits_of_all(
     fails: State = "red",
     replications: int = 0,
 ) -> list[FoundLimit]:
-    """Find the limits of several numbers, each varied alone, in parallel processes; `say` reports the runs; `fails`:
-    the mildest state that ends a search; `replications`: number of seeds with which each value is run."""
+    """Find the limits of several numbers of a scene, each varied alone, in parallel processes.
+
+    `say` reports the runs; `fails`: the mildest state that ends a search; `replications`: number of seeds with which
+    each value is run.
+    """
 
     def message(name: str, value: str, row: Row) -> None:
         status = str(row["state"] if row["status"] == "done" else row["status"])

@@ -56,8 +56,10 @@ class ScatterTable:
 def operability_sheet(
     scene: LoadedScene, table: ScatterTable, sea: str, runs: SeaRuns, say: Callable[[str], None]
 ) -> Sheet:
-    """Return the share of the table's seas in which the scene passes; `sea`: name of the sea that takes the heights and
-    periods ("" if there is only one). Raises SceneError."""
+    """Return the share of the sea states in a scatter table in which the scene passes its checks; raises SceneError.
+
+    `sea`: name of the sea that takes the heights and periods ("" if there is only one).
+    """
     path = f"waves.seas.{sea_of(scene, sea)}"
     rows, passed, total = list[tuple[Cell, ...]](), 0.0, sum(map(sum, table.counts))
     for j, period in enumerate(table.periods):

@@ -184,7 +184,9 @@ def check_seeds(scene: LoadedScene, count: int) -> None:
     if not ((keys.waves and keys.waves.seas) or (keys.wind and keys.wind.turbulence)):
         raise SceneError("--replications: nothing in the scene depends on its seed; give 'waves: {seas: ...}'")
     if count < FEWEST:
-        raise SceneError(f"--replications {count}: give {FEWEST} or more; with 30 every P90 has a bound")
+        raise SceneError(
+            f"--replications {count}: give {FEWEST} or more; with 30 seeds every P90 has a confidence bound"
+        )
 
 
 def _key(limit: RatedLimit) -> str:

@@ -169,8 +169,10 @@ SOCKET_PATH_LIMIT = 104  # bytes with the closing zero: the smaller of Linux (10
 
 
 class RunDirectory:
-    """A directory of mode 0700 for one run: socket, passwords, output of nodes. It is locked while its coordinator is
-    alive; the directory of a killed run is removed when the next run begins."""
+    """The private directory (mode 0700) of one run, with its socket, passwords and output of nodes.
+
+    It is locked while its coordinator is alive; the directory of a killed run is removed when the next run begins.
+    """
 
     def __init__(self, path: Path) -> None:
         self.path = path

@@ -127,8 +127,11 @@ def _gaps(n: Floats, a: Placed, b: Placed) -> Floats:
 
 
 def separation(a: Placed, b: Placed) -> tuple[Floats, Floats]:
-    """Return the largest gaps (m,) [m] between two boxes along the normals of their faces and of pairs of their edges,
-    with the directions (m, 3); of overlapping boxes this is the negative depth of penetration."""
+    """Return the largest gap (m,) [m] between two boxes along the normals of their faces and of pairs of their edges,
+    with its direction (m, 3).
+
+    For overlapping boxes this is the negative depth of penetration.
+    """
     A, B = _columns(a.R), _columns(b.R)
     crosses = np.stack([cross(A[:, i].T, B[:, j].T).T for i in range(3) for j in range(3)], axis=1)
     n = _towards(_middles(a, b), np.concatenate([A, B, _units(crosses, PARALLEL)], axis=1))

@@ -181,9 +181,11 @@ def verdict_with_uses(
     mechanics: System | None = None,
     whole: bool = False,
 ) -> tuple[RecordedVerdict, Sequence[Use]]:
-    """Return the verdict of a run, and the highest utilisation of each limit. `smallest`: number of clearances to
-    report even if none is below its limit; `mechanics`: those of the plan, if known; `whole`: include all tables of a
-    report."""
+    """Return the verdict of a run, and the highest utilisation of each limit.
+
+    `smallest`: number of clearances to report even if none is below its limit; `mechanics`: those of the plan, if
+    known; `whole`: include all tables of a report.
+    """
     context = CheckContext(plan, history, conduct, smallest=smallest, mechanics=mechanics, whole=whole)
     for one in JUDGES:
         one(context)

@@ -263,8 +263,11 @@ def rehits(plan: Plan, past: RunHistory, lands: Sequence[tuple[float, float]]) -
 
 
 def landing_force(mass: float, free: float, k: float, d: float, speed: float) -> float:
-    """Return the largest force [N] of a spring k [N/m] with damper d [N s/m] on which a mass [kg] with uncarried weight
-    `free` [N] lands at `speed` [m/s]: F = free - m a, m a'' + d a' + k a = 0."""
+    """Return the largest force [N] in a spring-damper support during the landing of a mass.
+
+    Spring k [N/m], damper d [N s/m], mass [kg] with uncarried weight `free` [N] landing at `speed` [m/s]: F = free - m
+    a, m a'' + d a' + k a = 0.
+    """
     a = free / mass - d * speed / mass
     slope = -(k * speed + d * a) / mass
     decay, square = d / (2.0 * mass), k / mass - (d / (2.0 * mass)) ** 2

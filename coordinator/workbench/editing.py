@@ -103,7 +103,8 @@ def present(path: Path) -> str:
 def _data(text: str) -> Data:
     source = read(text, "scene.yaml")
     if source.faults:
-        raise SceneError(f"line {source.faults[0].mark.line if source.faults[0].mark else 1}: correct the text first")
+        line = source.faults[0].mark.line if source.faults[0].mark else 1
+        raise SceneError(f"line {line} of the scene has a fault; correct the text first")
     return source.data
 
 

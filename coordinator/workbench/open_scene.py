@@ -201,7 +201,7 @@ class OpenScene:
         try:
             checked_name(stem)
         except ValueError as error:
-            raise SceneError(f"{error}; choose one such as my-lift") from None
+            raise SceneError(f"{error}; choose a name such as my-lift") from None
         path = self.folder / f"{stem}.yaml"
         try:
             with path.open("x", encoding="utf-8", newline="") as file:

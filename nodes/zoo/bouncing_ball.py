@@ -32,12 +32,12 @@ class FallingBall(Hybrid):
         self.height, self.e = height, e
 
     def start(self) -> None:
-        """Start at its height, at rest."""
+        """Start at rest at the initial height."""
         self.bounced, self.rests = 0, False
         self.go(self.height, 0.0)
 
     def flow(self, x: State) -> State:
-        """Return the derivatives of height and speed."""
+        """Return the derivatives of height [m/s] and speed [m/s2]."""
         return (0.0, 0.0) if self.rests else (x[1], -G)
 
     def guards(self, x: State) -> State:
@@ -49,13 +49,13 @@ class FallingBall(Hybrid):
         self.bounce.send(Bounce(self.bounced + 1, -self.e * self.ahead[1]))
 
     def fell(self, which: tuple[int, ...]) -> None:
-        """Reverse the speed of the ball and reduce it."""
+        """Reverse and reduce the speed of the ball."""
         speed = -self.e * self.state[1]
         self.bounced, self.rests = self.bounced + 1, speed < 1e-3
         self.go(0.0, 0.0 if self.rests else speed)
 
     def result(self) -> Bounce:
-        """Return the number of bounces and the present speed."""
+        """Return the number of bounces and the present speed [m/s]."""
         return Bounce(self.bounced, self.present[1])
 
 

@@ -44,7 +44,7 @@ def test_the_digest_does_not_depend_on_the_order_in_which_events_and_samples_arr
         assert digest(events, rows) == expected
 
 
-def test_every_part_of_an_event_and_of_a_row_changes_the_digest() -> None:
+def test_every_field_of_an_event_and_of_a_sample_row_is_part_of_the_digest() -> None:
     changed = [
         *(
             [(*EVENTS[0][:i], other, *EVENTS[0][i + 1 :]), *EVENTS[1:]]
@@ -60,7 +60,7 @@ def test_every_part_of_an_event_and_of_a_row_changes_the_digest() -> None:
     assert len({digest(EVENTS, ROWS), *others}) == 1 + len(others)
 
 
-def test_the_digest_can_be_read_while_data_are_added() -> None:
+def test_the_digest_of_a_run_can_be_read_while_data_are_added() -> None:
     out = Digest()
     empty = out.hexdigest()
     out.event(*EVENTS[0])

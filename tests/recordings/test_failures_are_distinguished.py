@@ -82,7 +82,7 @@ def test_an_operating_system_error_during_reading_is_not_reported_as_damage(
         raise error
 
 
-def test_after_damage_every_command_suggests_recover(recorded: Path, tmp_path: Path) -> None:
+def test_every_command_that_reads_a_damaged_recording_suggests_recover(recorded: Path, tmp_path: Path) -> None:
     data = bytearray(recorded.read_bytes())
     place, length = next((place, length) for opcode, place, length in records(bytes(data)) if opcode == CHUNK)
     data[place + 9 + length // 2] ^= 0x55

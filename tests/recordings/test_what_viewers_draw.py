@@ -36,7 +36,7 @@ def library_frames(t_ns: int, bodies: list[str], poses: NDArray[np.float64]) -> 
     return out
 
 
-def test_recorded_frames_decode_as_those_of_the_protobuf_library() -> None:
+def test_recorded_frames_of_bodies_are_decoded_equally_by_the_protobuf_library() -> None:
     bodies = [f"west.body{i}" for i in range(19)]
     poses = np.random.default_rng(3).normal(size=(len(TIMES), 19, 7))
     template = frames_template(bodies)

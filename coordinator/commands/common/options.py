@@ -161,8 +161,10 @@ BOTH = {"scene", "a", "b", "strict", "fail_on", "as_json", "sets"}  # parameters
 
 
 def yard_file(context: typer.Context, scene: str, allowed: Collection[str], only: Collection[str] = ()) -> bool:
-    """Return whether a file is a yard file; raises BadParameter for an option that does not apply to it. `allowed`:
-    further options for yard files; `only`: options for yard files only."""
+    """Return whether a file is a yard file; raises BadParameter for an option that does not apply to it.
+
+    `allowed`: further options for yard files; `only`: options for yard files only.
+    """
     from heavylift.nodes.yard.beginning import is_yard
 
     found = is_yard(scene)

@@ -39,8 +39,11 @@ SHORT = {"rope/tension": "tension", "rope/peak": "peak"}  # topics with names of
 
 
 class UnitScene(msgspec.Struct):
-    """The scene of a unit as stored in the FMU; `masters`: models through which the importing program sets speeds of
-    drives and winches; `wind`: whether that program also sets the wind speed."""
+    """The scene of a co-simulation unit as stored in its FMU.
+
+    `masters`: models through which the importing program sets speeds of drives and winches; `wind`: whether that
+    program also sets the wind speed.
+    """
 
     plan: bytes
     text: str

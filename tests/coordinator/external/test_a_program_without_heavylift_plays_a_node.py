@@ -64,7 +64,9 @@ def test_a_run_whose_external_node_is_missing_ends_with_a_clear_message(tmp_path
     assert list(tmp_path.iterdir()) == []
 
 
-def test_an_existing_file_with_the_name_of_the_ticket_is_not_overwritten(tmp_path: Path, monkeypatch, guest) -> None:
+def test_a_run_does_not_overwrite_an_existing_file_that_has_the_name_of_its_ticket(
+    tmp_path: Path, monkeypatch, guest
+) -> None:
     path = tmp_path / "s1.ticket"
     path.write_text("a ticket for the theatre")
     with pytest.raises(OutputError, match="is not the ticket of an ended run; move it"):
@@ -77,7 +79,7 @@ def test_an_existing_file_with_the_name_of_the_ticket_is_not_overwritten(tmp_pat
     {
         "--external s7": "--external 's7': there is no process 's7'; the processes are s0, s1",
         "--external s1 --in-process": "--in-process: process s1 is an external program; "
-        "use only one of the two options",
+        "leave out --in-process or --external",
     }.items(),
 )
 def test_models_that_cannot_run_externally_are_refused_before_the_run(

@@ -105,7 +105,7 @@ def test_repeated_refusals_of_clients_are_summarised(run: Run) -> None:
     assert text[-1] == "more refusals are not reported"
 
 
-def test_a_client_of_another_version_is_refused_with_what_to_install(run: Run) -> None:
+def test_a_client_of_another_version_is_refused_with_the_version_to_install(run: Run) -> None:
     """Whatever it asks in: words of before or after, or bytes of no meaning."""
     hub, text, block, _ = run
     mine = msgspec.to_builtins(JoinRequest("block", __version__, "quay", code=code()))

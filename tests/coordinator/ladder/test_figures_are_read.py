@@ -43,7 +43,7 @@ def test_a_sinusoid_in_any_horizontal_direction_is_measured_with_its_amplitude_a
     assert found.amplitude == pytest.approx(amplitude, rel=2e-3)
 
 
-def test_samples_too_coarse_for_a_swing_are_reported() -> None:
+def test_the_reading_error_of_a_swing_bounds_what_coarse_samples_miss() -> None:
     rough, fine = (play(load("pendulum", ["end=60 s", f"samples={hz}"]).plan) for hz in ("0.2 Hz", "20 Hz"))
     message, true = ({f.name: f for f in figures(run, ["swing"])} for run in (rough, fine))
     for name, f in message.items():

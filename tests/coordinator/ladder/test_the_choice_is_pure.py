@@ -75,7 +75,7 @@ def test_the_model_level_is_chosen_again_for_another_accuracy_quantity_or_scene(
     assert len(kept) == 2
 
 
-def test_fixed_model_settings_are_kept_and_their_error_is_reported(kept: dict[str, bytes]) -> None:
+def test_model_settings_fixed_in_a_scene_are_kept_and_their_error_is_reported(kept: dict[str, bytes]) -> None:
     scene = chosen(load("lift", [*ASKED, "fidelity.girder=rigid", "method=dopri5", "accuracy=0.3 %"]))
     assert (scene.plan.fidelity.girder, scene.plan.method) == ("rigid", "dopri5")
     assert scene.answer is not None
@@ -83,7 +83,7 @@ def test_fixed_model_settings_are_kept_and_their_error_is_reported(kept: dict[st
     assert max(scene.answer.errors.values()) > 0.003
 
 
-def test_user_models_are_not_executed_to_choose_a_level() -> None:
+def test_choosing_a_model_level_runs_no_user_models() -> None:
     scene = load("damper", ["ask=[position]"])
     assert chosen(scene).answer is not None
     assert "models of its own" in str(chosen(scene).answer)

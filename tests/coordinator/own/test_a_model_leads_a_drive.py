@@ -35,7 +35,7 @@ def test_each_set_point_of_a_user_model_becomes_one_order_and_one_motion_profile
     assert profiles[2] == SetProfile("pusher", seconds(3), 0.0, 0.5)
 
 
-def test_the_delay_of_set_points_is_the_lookahead_of_the_port(folder: Path) -> None:
+def test_the_delay_of_the_set_points_of_a_user_model_is_the_lookahead_of_its_port(folder: Path) -> None:
     late = scene(folder, SLEDGE, HAND, sets=("models.hand.delay=250 ms",))
     model = build_one(late.plan, "hand")
     assert {
@@ -89,8 +89,8 @@ WRONG = [
     ),
     (HAND, ("models.hand.period=0",), "0 is out of range: choose 0.001 ms to 100 days"),
     (HAND, ("models.hand.delay=-1 ms",), "a time must be zero or more here, not -1 ms"),
-    (HAND, ("models.hand.delay=11 s",), "a delay has at most 100 periods; lengthen the period"),
-    (HAND, ("models.hand.parameters.one=[1]",), "a number, a quantity, a word or a truth value is needed here"),
+    (HAND, ("models.hand.delay=11 s",), "the delay exceeds 100 periods; lengthen the period"),
+    (HAND, ("models.hand.parameters.one=[1]",), "write a number, a quantity, a word, true or false here"),
     (HAND, ("models.hand.model=beside.py:Foot",), "beside.py has no model Foot; define a class or a function"),
     (HAND, ("models.hand.model=beside.py:number",), "must return a DEVS model with the name that it gets"),
     (HAND, ("models.hand.model=beside.py:broken",), "raised TypeError: broken() got an unexpected keyword argument"),
@@ -102,7 +102,7 @@ WRONG = [
 
 
 @pytest.mark.parametrize(("models", "sets", "sentence"), WRONG)
-def test_invalid_controllers_are_reported_with_their_line(
+def test_an_invalid_user_model_is_reported_with_its_line_in_the_scene(
     folder: Path, models: str, sets: tuple[str, ...], sentence: str
 ) -> None:
     with pytest.raises(SceneError) as message:

@@ -95,7 +95,9 @@ SHARED = {"log": "beyond.LOG", "tally": "beyond.count", "classwide": "beyond.Tic
 def test_global_variables_that_change_are_reported_with_the_models_that_use_them(
     act: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    message = f"yard.other, yard.ticker use {SHARED[act]}, which has changed, although each process has its own copy"
+    message = (
+        f"yard.other, yard.ticker use the global variable {SHARED[act]}, which has changed, although each process has "
+    )
     assert run(f"yard('{act}')", in_process=True).startswith(message)
     if act == "log":
         assert run(f"yard('{act}')").startswith(message), "in processes, too"
@@ -105,8 +107,8 @@ def test_global_variables_that_change_are_reported_with_the_models_that_use_them
 
 def test_a_global_variable_that_holds_a_model_is_reported_before_the_run() -> None:
     assert run("yard('registered')", in_process=True) == (
-        "yard.other, yard.ticker may use beyond.FRIENDS, which refers to a model of this process while the other "
-        "models run elsewhere; communicate by messages instead"
+        "yard.other, yard.ticker may use the global variable beyond.FRIENDS, which refers to a model of this process "
+        "while the other models run elsewhere; communicate by messages instead"
     )
 
 

@@ -153,7 +153,7 @@ NETWORKS = {
 
 @pytest.mark.parametrize("network", NETWORKS)
 @pytest.mark.parametrize("bounded", [True, False])
-def test_an_endless_source_does_not_run_far_ahead_of_the_others(
+def test_a_model_that_sends_without_end_does_not_run_far_ahead_of_the_other_models(
     network: str, bounded: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It always answers first: what it has said and others have not done exceeds the bound by a grant at most."""

@@ -33,7 +33,7 @@ def test_no_grant_is_sent_before_all_nodes_have_sent_hello() -> None:
     assert [name for name, _ in core.ready()] == ["a", "b"]
 
 
-def test_an_offer_is_committed_to_the_bag_of_its_receiver_at_its_own_tag() -> None:
+def test_a_committed_offer_enters_the_bag_of_its_receiver_at_its_own_logical_time() -> None:
     core = Coordinator(["a", "b"], PAIR)
     core.hello("a", hello(5, [event(5)]))
     core.hello("b", hello(5, [event(5, "b")]))

@@ -52,7 +52,7 @@ def test_verification_reproduces_every_event_and_sample(recorded: RecordedRun) -
 
 
 @pytest.mark.usefixtures("hurried")
-def test_the_first_event_that_deviates_is_reported_with_both_values(recorded: RecordedRun) -> None:
+def test_verification_reports_the_first_event_that_deviates_with_both_values(recorded: RecordedRun) -> None:
     outcome = verify(recorded)
     message = outcome.deviation
     assert message is not None
@@ -66,7 +66,7 @@ def test_the_first_event_that_deviates_is_reported_with_both_values(recorded: Re
     }
 
 
-def test_the_first_sample_that_deviates_is_reported(lift: Path, tmp_path: Path) -> None:
+def test_verification_reports_the_first_sample_that_deviates(lift: Path, tmp_path: Path) -> None:
     signal = Recording(lift).signal("rope/tension")
 
     def forge(parts: Parts) -> None:

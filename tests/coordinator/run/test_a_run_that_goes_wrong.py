@@ -61,7 +61,7 @@ def test_a_node_whose_every_successor_is_killed_is_reported_by_name(tmp_path):
     *_, sentence = run.communicate()[1].splitlines()
     assert run.returncode == 1
     assert re.match(r"heavylift: node loader-4 is gone at t = \d+\.\d{3} s: its process was ended by", sentence)
-    assert "signal 9 (SIGKILL), as did its predecessors at this point" in sentence
+    assert "signal 9 (SIGKILL); 3 successive processes were lost at the same point" in sentence
     assert Recording(tmp_path / "turnover.mcap").result["status"] == "failed"
 
 
@@ -203,7 +203,7 @@ def test_a_full_disk_under_redirected_output_is_reported_in_one_sentence(tmp_pat
     )
 
 
-def test_closing_the_pipe_after_some_output_is_not_an_error(tmp_path):
+def test_closing_the_output_pipe_of_a_command_after_some_output_is_not_an_error(tmp_path):
     process = start(tmp_path, "--help")
     process.stdout.close()
     assert process.stderr.read() == ""

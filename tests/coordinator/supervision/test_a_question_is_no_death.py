@@ -45,7 +45,7 @@ def test_no_node_is_asked_for_a_sign_of_life_before_its_deadline() -> None:
     assert seen.message == []
 
 
-def test_a_node_that_makes_progress_may_compute_for_any_time() -> None:
+def test_a_node_that_makes_progress_may_compute_for_longer_than_the_deadline() -> None:
     seen = Seen()
     for n in range(1, 100):
         seen.sign = Alive(n)

@@ -111,7 +111,7 @@ def test_a_study_without_varied_inputs_is_refused(lift) -> None:
         planned(lift, ["block.at[0]={1 m, 2 m}", "block.at.x={3 m, 4 m}"])
 
 
-def test_uncertain_inputs_are_sampled_from_their_stated_range(unsure) -> None:
+def test_uncertain_inputs_are_sampled_from_their_stated_distribution(unsure) -> None:
     found = planned(unsure, sample=1000, design="lhs", seed=7)
     mass, sling = np.array([variant.values for variant in found.variants]).T
     assert (mass.mean(), mass.std()) == (pytest.approx(300.0, rel=1e-3), pytest.approx(9.0, rel=0.02))

@@ -108,7 +108,7 @@ def test_a_stage_with_moves_that_ends_at_once_is_red_with_its_line(tmp_path: Pat
     ("half", "rope", "sling", "severity", "degrees"),
     [(6.0, 85.7, 5.0, "warning", 53.1), (7.5, 85.85, 6.2, "red", 62.5)],
 )
-def test_bridles_that_are_too_wide_are_reported(
+def test_slings_of_a_bridle_beyond_their_allowed_angle_are_reported(
     half: float, rope: float, sling: float, severity: str, degrees: float, tmp_path: Path
 ) -> None:
     """Beams of 4 m between lugs that are 12 m and 15 m apart; the hook begins just above them."""
@@ -181,7 +181,7 @@ def test_a_scene_without_a_lift_also_has_a_verdict(tmp_path: Path) -> None:
     assert "which have no shapes" in " ".join(x.sentence for x in found.checks if x.why == NOT_CHECKED)
 
 
-def test_with_strict_a_red_verdict_gives_an_exit_code_and_is_the_first_line(tmp_path: Path) -> None:
+def test_a_red_verdict_is_the_first_line_that_run_prints_and_gives_exit_code_1_with_strict(tmp_path: Path) -> None:
     def heavylift(*words: str) -> subprocess.CompletedProcess[str]:
         return subprocess.run(
             [sys.executable, "-c", "from heavylift.coordinator.cli import main; main()", *words],

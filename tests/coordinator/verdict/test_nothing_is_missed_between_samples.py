@@ -89,7 +89,7 @@ def test_the_smallest_distance_of_boxes_that_pass_each_other_is_found_with_its_t
     assert when == pytest.approx(2.25, abs=0.05)
 
 
-def test_a_reversal_of_motion_between_samples_is_not_missed() -> None:
+def test_the_smallest_distance_at_a_reversal_of_motion_between_samples_is_found() -> None:
     """A swing of period 1.3 s, sampled each 0.1 s: the bound is below the apex, and not far below."""
     t = np.arange(0.0, 4.0, 0.1)
     x = 2.0 - 1.0 * np.cos(2 * np.pi * (t - 0.55) / 1.3)

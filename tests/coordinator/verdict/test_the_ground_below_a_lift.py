@@ -57,7 +57,7 @@ def test_a_block_gives_no_ground_clearance_finding_while_it_is_lifted_off_or_set
     assert told(swings) == [], "it swings as it leaves its supports, nobody carries it"
 
 
-def test_a_load_that_is_carried_low_is_red_with_its_place() -> None:
+def test_a_load_carried_too_close_to_the_ground_is_red_with_its_place() -> None:
     (red,) = findings(near(went([*UP, STANDS + 0.1, *UP[4:]], [0.0] * 3 + [3.0 * i for i in range(6)])))
     assert (red.subject, red.t, red.value) == ("block and ground", 6.0, pytest.approx(STOOL + 0.1, abs=0.05))
     assert "of the ground, 0.5 m are to be kept (block at u, v, w = " in red.sentence
@@ -86,7 +86,7 @@ def test_penetration_of_the_ground_is_red_for_every_body() -> None:
     assert told(went([STANDS - 0.05] * 3)) == [], "the supports yield"
 
 
-def test_ground_clearance_between_samples_is_bounded_by_turning_speeds() -> None:
+def test_the_bound_of_the_ground_clearance_between_samples_accounts_for_rotation() -> None:
     """A box of 16 m by 8 m that rolls is lowest with its diagonal upright, here between two samples."""
     upright, step, height = np.arctan2(8.0, HALF), np.radians(8.0), 10.0
     rolls = np.array([upright + (i - 4.5) * step for i in range(10)])

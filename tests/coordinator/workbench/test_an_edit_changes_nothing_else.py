@@ -69,7 +69,7 @@ def test_editing_reorders_actions_together_with_their_comments(name: str) -> Non
 
 
 @pytest.mark.parametrize("name", ["lift", "crawler", "jib", "linkage", "edge"])
-def test_random_edits_of_bundled_scenes_change_one_value_each(name: str) -> None:
+def test_a_random_edit_of_a_bundled_scene_changes_one_value_and_keeps_comments(name: str) -> None:
     text, rng = bundled()[name].read_text(), random.Random(name)
     paths = [path for path in read(text, "x").values if path]
     for path in rng.sample(paths, min(12, len(paths))):
@@ -94,7 +94,7 @@ def test_random_edits_of_bundled_scenes_change_one_value_each(name: str) -> None
         ([], "3", "name the key"),
     ],
 )
-def test_a_value_that_cannot_be_written_is_refused_in_a_sentence(
+def test_editing_refuses_a_value_that_cannot_be_written_with_one_sentence(
     path: list[str | int], value: str | None, why: str
 ) -> None:
     with pytest.raises(SceneError, match=why) as refused:

@@ -160,7 +160,7 @@ def test_the_workbench_refuses_an_invalid_name_for_a_new_scene(page: TestClient,
     for name in ("Lift A 300t", "ü", "", "../other", "9-lives"):
         answer = page.post(f"/{WORD}/new", json={"name": name, "like": "lift"})
         assert answer.status_code == 409
-        assert "choose one such as my-lift" in answer.json()["error"]
+        assert "choose a name such as my-lift" in answer.json()["error"]
     assert not [path for path in folder.iterdir() if path.stem in ("Lift A 300t", "9-lives")]
 
 

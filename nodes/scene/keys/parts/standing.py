@@ -33,7 +33,7 @@ class Wheels(Base):
 
 
 class Stands(Base):
-    """The base of a machine; without tracks, outriggers or wheels it is a foundation, which is not checked."""
+    """The base of a machine; without tracks, outriggers or wheels, the base is a foundation, which is not checked."""
 
     on: str  # the body that has them
     at: Place = (0.0, 0.0, 0.0)  # middle of the base on the ground, in the frame of that body
@@ -44,7 +44,7 @@ class Stands(Base):
     @model_validator(mode="after")
     def _one(self) -> "Stands":
         if sum(x is not None for x in (self.tracks, self.outriggers, self.wheels)) > 1:
-            raise ValueError("a machine stands on 'tracks', on 'outriggers' or on 'wheels'")
+            raise ValueError("a machine can stand on only one of 'tracks', 'outriggers' and 'wheels'")
         return self
 
 
