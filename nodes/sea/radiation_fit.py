@@ -45,7 +45,7 @@ class StateSpace(NamedTuple):
         return np.asarray(self.G.T @ self.answers(w))
 
     def answers(self, w: np.ndarray) -> np.ndarray:
-        """Return the states (len(w), n, m) that unit velocities at the frequencies w [rad/s] excite."""
+        """Return the complex state amplitudes (len(w), n, m) for unit velocities at the frequencies w [rad/s]."""
         n = len(self.F)
         found: np.ndarray = np.linalg.solve(1j * w[:, None, None] * np.eye(n) - self.F, self.G.astype(complex))
         return found
@@ -85,8 +85,8 @@ class CoupledModes:
         self.wanted = self.rows(self.K)
 
     def rows(self, K: np.ndarray) -> np.ndarray:
-        """Return the damping and added mass in K (..., n, m, m), which is symmetric, as one vector, each relative to
-        its mode's largest."""
+        """Return the damping and added mass in K (..., n, m, m), which is symmetric, as one vector, each divided by the
+        largest value of its mode."""
         parts = K.real, K.imag / self.w[:, None, None] / self._ratio
         flat = [x[..., self._upper[0], self._upper[1]].reshape(*K.shape[:-3], -1) for x in parts]
         return np.concatenate(flat, axis=-1)
@@ -140,8 +140,8 @@ class CoupledModes:
             return np.asarray(self.rows(unpacked(x).space.memory(self.w)) - self.wanted)
 
         def slope(x: np.ndarray) -> np.ndarray:
-            """Return d error / dx by dK = dG^T X + Y^T dG + Y^T dF X, with X = (iw - F)^-1 G = [a; b] and, by
-            reciprocity, Y = (iw - F)^-T G = [a; -b]."""
+            """Return the derivatives of the error with respect to the parameters x, a row for each, from dK = dG^T X +
+            Y^T dG + Y^T dF X with X = (iw - F)^-1 G = [a; b] and, by reciprocity, Y = (iw - F)^-T G = [a; -b]."""
             a, b = np.split(unpacked(x).space.answers(self.w), 2, axis=1)
             by_d, by_e = (
                 2.0 * root[:, None, None, None] * np.einsum("wia,wib->iwab", y, y)
@@ -184,8 +184,8 @@ def _least(error: Function, slope: Function, x: np.ndarray) -> np.ndarray:
 
 
 def fitted(w: np.ndarray, A: np.ndarray, B: np.ndarray, A_inf: np.ndarray) -> tuple[StateSpace, FitError]:
-    """Return the state-space model of radiation for added mass A and damping B (n, m, m) at the frequencies w (n,)
-    [rad/s], and its error, in which couplings that are left out count."""
+    """Fit a state-space model of the radiation force to added mass A and damping B (n, m, m) at the frequencies w (n,)
+    [rad/s]; return the model and its error, which includes couplings that are left out."""
     F, G, m = list[np.ndarray](), list[np.ndarray](), len(A_inf)
     for modes in _groups(np.abs(B).max(axis=0)):
         of = CoupledModes(w, A, B, A_inf, modes)
