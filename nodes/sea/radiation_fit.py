@@ -106,11 +106,11 @@ class CoupledModes:
     def _oscillators(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the frequencies W (k,), the dampings 2 z W (k,) and the inputs H (k, m) of the start."""
         last, damping = self.w[-1], self.K.real
-        places = [[0.0], self.w, [0.5 * (1.0 + TAIL) * last, TAIL * last]]
-        values = [0.0 * damping[:1], damping, LEFT * damping[-1:], 0.0 * damping[:1]]
+        places = np.array([0.0, *self.w, 0.5 * (1.0 + TAIL) * last, TAIL * last])
+        values = np.concatenate([0.0 * damping[:1], damping, LEFT * damping[-1:], 0.0 * damping[:1]])
         edges = np.linspace(0.0, TAIL * last, int(TAIL * OSCILLATORS))
         W, width = 0.5 * (edges[1:] + edges[:-1]), edges[1]
-        given = PchipInterpolator(np.concatenate(places), np.concatenate(values))(W)
+        given = PchipInterpolator(places, values)(W)
         sizes, V = np.linalg.eigh(2.0 / np.pi * width * given)
         kept = sizes > SMALL * sizes.max()
         H = V.swapaxes(1, 2)[kept] * np.sqrt(sizes[kept])[:, None]
