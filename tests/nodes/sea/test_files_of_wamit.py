@@ -84,7 +84,7 @@ def test_heave_loads_in_long_waves_tend_to_the_waterplane_stiffness_and_surge_lo
 MISSING = {
     "barge.3": ("", "its rows need at least 7 numbers"),
     "barge.1": ("6 1 1 0.2 0.1", "it has no infinite frequency, whose added mass is needed: period 0"),
-    "barge.hst": ("7 7 1", "it has modes beyond the six of one body"),
+    "barge.hst": ("7 7 1", "it has modes beyond the 6 of its hulls"),
 }
 
 
