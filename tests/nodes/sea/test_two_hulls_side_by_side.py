@@ -28,7 +28,7 @@ PLACES = np.array([[5.0, -4.0], [5.0 - BESIDE * np.sin(BOW), -4.0 + BESIDE * np.
 CLOSE = 5e-3  # of the largest motion of a kind: what waves of 2 cm move that is not linear
 LONG = 0.1  # [rad] of phase that the longest wave in the file is not yet still water
 FITTED = 0.05  # the same, by the error of the radiation fit: 2 % of the largest coefficient of each mode
-RESONANCE = 1.1  # [rad/s] of the gap, where some coefficients are so small beside their largest that motions miss more
+RESONANCE = 1.1  # [rad/s] of the gap, where motions miss more: coefficients are small beside their largest
 SCENE = """
 heavylift: 1
 name: pair
@@ -129,7 +129,7 @@ def answer(w: float, radiation: np.ndarray, X: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("w", [0.8, RESONANCE, pytest.param(0.5, marks=pytest.mark.large)])
 def test_two_hulls_in_a_wave_move_as_their_coupled_equations_predict(tmp_path: Path, pair: Hydrodynamics, w: float):
-    """With the fitted memory to 0.5 %, with Capytaine's own coefficients to the error of the fit beside resonance; alone they would move
+    """With the fitted memory to 0.5 %, with the coefficients of the file to the error of the fit; alone they would move
     differently; the energy account closes."""
     found, s = motions(placed(tmp_path, pair, text(w)), w)
     _, X = raw(w)
