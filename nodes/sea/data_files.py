@@ -193,7 +193,8 @@ def wamit(path: Path, volume: float, height: float, length: float, depth: float 
     if waves.tolist() != periods[periods > 0.0].tolist():
         raise SceneError(f"{path.with_suffix('.3')}: its periods differ from those of {path.stem}.1")
     if np.isnan(X).any():
-        raise SceneError(f"{path.with_suffix('.3')}: it needs all modes at each heading and period")
+        count = "six" if m == 6 else "twelve"
+        raise SceneError(f"{path.with_suffix('.3')}: it needs all {count} modes at each heading and period")
     i, j = _modes(stiffness, path.with_suffix(".hst"), m, 0, 1)
     K = np.zeros((m, m))
     K[i, j] = DENSITY * GRAVITY * length ** (2.0 + (i % 6 > 2) + (j % 6 > 2)) * stiffness[:, 2]
