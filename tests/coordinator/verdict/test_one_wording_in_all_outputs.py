@@ -13,7 +13,7 @@ from heavylift.nodes.scene import load
 from heavylift.recordings import Recording
 from heavylift.recordings.documents import report_sheet
 from heavylift.recordings.read import recorded_verdict
-from heavylift.recordings.render import content
+from heavylift.recordings.render.view import content
 from heavylift.recordings.sheets import Sheet, data_of
 from typer.testing import CliRunner
 
