@@ -233,7 +233,7 @@ def test_doubling_a_joint_removes_no_degree_of_freedom(kind):
     assert twice.conditions == twice.conditions - twice.rank, "every row of the second one is redundant"
 
 
-def test_driven_and_locked_coordinates_are_no_degrees_of_freedom():
+def test_driven_and_locked_coordinates_do_not_count_as_degrees_of_freedom():
     joints = tuple(Joint(f"j{i}", "revolute", "b0" if i else WORLD, f"b{i}", axis=Y) for i in range(3))
     system = System(
         tuple(link(f"b{i}") for i in range(3)), joints, drives=(Drive("d", "j0", "prescribed"),),

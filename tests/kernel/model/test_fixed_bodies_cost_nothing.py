@@ -37,7 +37,7 @@ def operations(system: System) -> int:
     return sum(n.op != "in" for n in shared.accelerate.nodes)
 
 
-def test_two_bodies_on_a_fixed_joint_move_as_one():
+def test_two_bodies_on_a_fixed_joint_move_as_one_body():
     held, one = (started(s) for s in (System((ARM, TOOL), (PIN, GRIP)), System((welded(),), (PIN,))))
     for s in (held, one):
         s.run(2_000_000_000)

@@ -67,7 +67,7 @@ def test_forward_dynamics_balances_forces_over_twelve_decades_of_inertia(seed, n
 
 @EVERY
 @TREES
-def test_the_inertia_matrix_is_positive_definite_and_equals_the_independent_one(seed, n):
+def test_the_inertia_matrix_is_positive_definite_and_equals_an_independently_computed_matrix(seed, n):
     system = random_system(seed, n, 3.0)
     graph = build_graph(system)
     q, _ = random_state(graph, seed)

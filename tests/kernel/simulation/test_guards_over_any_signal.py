@@ -169,7 +169,7 @@ def test_the_utilisation_of_several_ropes_is_their_largest_utilisation():
         assert scalar(signal, [], signal.numbers, pulls) == pytest.approx((pulls / rated).max(), rel=1e-14)
 
 
-def test_a_load_moving_along_its_chart_fires_where_the_capacity_falls_below_it():
+def test_a_load_chart_threshold_fires_where_the_capacity_falls_below_the_load():
     """5 t that go along y at 1 m/s, where the chart falls by a tonne a metre from 9 t at 2 m: at 6 m it is used."""
     scene = jib(5e3)
     joints = tuple(

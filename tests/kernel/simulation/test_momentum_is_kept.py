@@ -28,7 +28,7 @@ def satellite() -> System:
     return System(bodies, joints, gravity=0.0)
 
 
-def test_a_floating_mechanism_conserves_both_momenta():
+def test_a_floating_mechanism_conserves_linear_and_angular_momentum():
     simulation = started(satellite(), tolerance=1e-11)
     before = momentum(simulation)
     hand_over(simulation, 10 * SECOND)

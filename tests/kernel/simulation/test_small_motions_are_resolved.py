@@ -88,7 +88,7 @@ def test_a_tiny_bounce_of_a_load_on_its_rope_is_resolved():
     assert np.abs(T[:, 0] - expected).max() < FOLLOWED * EA / LENGTH * 1e-6
 
 
-def test_tiny_motions_are_the_same_on_python_floats_and_in_machine_code():
+def test_tiny_motions_are_the_same_in_machine_code_and_interpreted_python():
     for amplitude in (1e-8, 1e-3):
         native, oracle = (after(oscillator(amplitude), 2.0, native=x) for x in (True, False))
         assert native.native.evaluations == oracle.native.evaluations
