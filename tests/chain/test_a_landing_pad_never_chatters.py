@@ -1,5 +1,5 @@
-"""Near lift-off the friction of a pad falls faster than its tangential spring relaxes; sticking and slipping must not
-follow each other without end, whatever the accuracy."""
+"""Near lift-off a pad slips only once: its friction falls faster than its tangential spring relaxes, at any
+accuracy."""
 
 import pytest
 from heavylift.coordinator.run import run

@@ -1,4 +1,4 @@
-"""Who edits the action list, or a joint, a body or a law of the scene, gets another run; nothing else decides it."""
+"""Editing the action list, a joint, a body or a law of a scene changes the run as computed."""
 
 import re
 from math import pi, sqrt

@@ -1,4 +1,4 @@
-"""The guards of a run: each one speaks where it must, in one sentence with time, law and amount, and nowhere else."""
+"""Guards of a run: each reports its fault in one sentence with time, law and amount, and no false alarms."""
 
 import re
 from dataclasses import replace

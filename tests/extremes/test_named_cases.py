@@ -1,4 +1,4 @@
-"""Cases of heavy lifts that are known to mislead, each against a closed form or equations written for it."""
+"""Misleading cases of heavy lifts, each against a closed form or independent equations."""
 
 from dataclasses import replace
 from math import cos, pi, radians, sin, sqrt

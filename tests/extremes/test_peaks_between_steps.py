@@ -1,4 +1,4 @@
-"""The highest tension of a run is found where it is, between the ends of steps, as exactly as those are."""
+"""Peak tensions between the ends of integration steps are found with the accuracy of the steps."""
 
 from dataclasses import replace
 from math import cos, pi, sin, sqrt

@@ -1,4 +1,4 @@
-"""The whole product on `turnover`: ten repeats, start orders, hash seeds, one process and twelve, cut grants."""
+"""Digests of `turnover`: ten repeats, start orders, hash seeds, one process and twelve, split time grants."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""The folders below follow those of the kernel; scenes beside this file, and those of a test, serve all of them."""
+"""Test folders of the kernel follow its packages; scene modules of this folder and of each test's own folder can be
+imported."""
 
 import sys
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""A folder is trusted by what it really is: without links, for what lies in it, as long as nobody else can write."""
+"""Trust in a folder covers its resolved path and the files in it as long as nobody else can write them."""
 
 from __future__ import annotations
 

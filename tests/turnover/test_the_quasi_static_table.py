@@ -1,4 +1,4 @@
-"""The lift against the table that was worked out before the simulator: lengths, places, shares at every stage.
+"""The lift agrees with its quasi-static planning table: lengths, positions and load shares at every stage.
 
 How it is compared.  The table's rope lengths are geometric, for ropes that do not stretch: the run's UNSTRETCHED
 lengths are held against it, for a winch knows what it has wound off; the block hangs lower by the stretch.  During a

@@ -1,4 +1,4 @@
-"""Where a scene rests while its drives move: events, friction, folds and stability at their closed forms."""
+"""Equilibria of a scene while its drives move: events, friction, folds and stability against closed forms."""
 
 from dataclasses import replace
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""Linear models: closed forms, differences of the compiled equations, and what small inputs do to the whole scene."""
+"""Linear models against closed forms, finite differences of the compiled equations, and responses to small inputs."""
 
 from dataclasses import replace
 from math import sqrt

@@ -1,4 +1,5 @@
-"""Statics, reactions and modes of mechanisms with loops: a platform on two parallel links, and a redundant one."""
+"""Statics, reactions and modes of mechanisms with loops: a platform on two parallel links, also with a redundant
+third link."""
 
 from math import pi, sqrt
 

@@ -1,5 +1,5 @@
-"""The cache has a bound: what was used last stays, what others have put there stays, and whoever reads or writes
-meanwhile hears nothing of it."""
+"""The cache has a size limit: the entries used last stay, files of other programs stay, and concurrent readers and
+writers get no error."""
 
 from __future__ import annotations
 

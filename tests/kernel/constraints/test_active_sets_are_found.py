@@ -1,4 +1,4 @@
-"""The pivoting solver against all sets, and the sets of friction against their own conditions."""
+"""The pivoting solver against an exhaustive search of active sets; friction solutions against Coulomb's conditions."""
 
 from itertools import product
 

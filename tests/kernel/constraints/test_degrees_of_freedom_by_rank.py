@@ -1,4 +1,4 @@
-"""How many ways a mechanism can move: published linkages for which counting fails, random ones, singular poses."""
+"""Degrees of freedom of mechanisms: published linkages for which counting fails, random ones, singular poses."""
 
 from dataclasses import replace
 from math import atan, cos, pi, sin, tan

@@ -1,4 +1,4 @@
-"""Joints locked and freed in mid-run: inelastic impulses, the motion of a stiffer tree, and motion as before again."""
+"""Joints locked and freed during a run: inelastic impulses and the motion before, during and after the lock."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Whatever joints, loops, ropes and inertias are drawn: a finite run whose energy closes, or one sentence."""
+"""Random joints, loops, ropes and inertias give a finite run with a closed energy balance, or one error sentence."""
 
 import numpy as np
 import pytest

@@ -1,5 +1,5 @@
-"""Every name by which an item of a system means another one is looked up; a wrong one is reported with the right
-one."""
+"""Each name by which one item of a system refers to another is checked; unknown names are reported with similar
+ones."""
 
 from __future__ import annotations
 

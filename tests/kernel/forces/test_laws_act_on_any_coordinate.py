@@ -1,4 +1,4 @@
-"""A joint of several coordinates takes springs, stops, brakes, drives and watches on each of them by name."""
+"""Springs, stops, brakes, drives and thresholds act on each coordinate of a joint by its name."""
 
 import numpy as np
 import pytest

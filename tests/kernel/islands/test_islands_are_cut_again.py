@@ -1,4 +1,4 @@
-"""A rope between two islands makes them one, and what rests without it is cut off again."""
+"""A rope hooked between two islands merges them; unhooking it separates the resting part again."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The smallest lift beside a crane that does nothing, with two empty loaders: it costs nothing and changes nothing."""
+"""A lift beside an idle crane with two empty lifting beams: the idle crane costs almost nothing and changes nothing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every method of the kernel, compiled and on floats, takes the same steps: loops of native code included."""
+"""Every method takes the same steps in machine code and in interpreted Python."""
 
 from typing import get_args
 

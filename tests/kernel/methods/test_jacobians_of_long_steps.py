@@ -1,4 +1,4 @@
-"""The native loop that makes them: one-sided differences of the accelerations, for every kind of joint."""
+"""Jacobians by one-sided differences in a native loop, for every kind of joint."""
 
 from dataclasses import replace
 

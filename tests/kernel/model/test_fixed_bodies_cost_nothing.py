@@ -1,4 +1,4 @@
-"""A body that a fixed joint holds is part of the body that carries it: same motion, no work."""
+"""A body on a fixed joint is merged with its parent body: same motion, no extra operations."""
 
 from dataclasses import replace
 

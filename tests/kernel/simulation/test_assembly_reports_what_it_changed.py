@@ -1,4 +1,4 @@
-"""The start of a linkage: what was asked is kept, small corrections are reported, another branch is refused."""
+"""Assembly of a linkage at the start: given values are kept, small corrections reported, other branches refused."""
 
 from dataclasses import replace
 from math import acos, cos, degrees, sin

@@ -1,5 +1,5 @@
-"""Guards over off-lead, swing, radius, gap, load, moment by a chart, and wind fire where closed forms say; samples of
-the same signals are the same numbers."""
+"""Thresholds on off-lead, swing, radius, gap, load, moment by chart and wind fire at closed-form times and equal the
+samples."""
 
 from dataclasses import replace
 from math import atan2, cos, hypot, pi, sin, sqrt

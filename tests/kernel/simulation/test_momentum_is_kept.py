@@ -1,4 +1,4 @@
-"""What no outer force acts on keeps its linear and angular momentum, however its parts move."""
+"""Bodies without external forces conserve linear and angular momentum."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The same text, compiled and on floats, goes the same way: a story with every law, in steps of given nanoseconds.
+"""Machine code and interpreted Python take the same steps through a run with every law.
 
 A command at t ends a forced step there.  After an event some steps are chosen by an error estimate that is nearly all
 round-off: they end some picoseconds apart, which shows in the peaks and in their times, and nowhere else.

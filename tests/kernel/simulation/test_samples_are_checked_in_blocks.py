@@ -1,4 +1,4 @@
-"""Samples are checked many at once, and what is said of them is what would be said of each."""
+"""Checks of samples in blocks give the findings of checks of single samples."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""However small a motion is, its tolerance is as small: closed forms from a nanometre to a hundred metres.
+"""Tolerances scale with the size of motion: closed forms from a nanometre to a hundred metres.
 
 Once anything has moved at 1 cm/s the tolerance is that of a metre; below, it is that part of it.  A scene whose whole
 motion is below a nanometre or so rests as before, and so does a stiff one that only its rounding moves.

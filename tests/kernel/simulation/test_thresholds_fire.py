@@ -1,4 +1,4 @@
-"""Watched scalars: each quantity fires once when it is crossed; what is already true fires at the same nanosecond."""
+"""Thresholds: each fires once when it is crossed, and at once if it is already exceeded."""
 
 from dataclasses import replace
 from math import pi, sqrt

@@ -1,4 +1,4 @@
-"""A profile changes its acceleration at 1/3 s, which is no whole nanosecond; 10 ms later a law switches.
+"""A speed profile changes its acceleration at 1/3 s, no whole nanosecond; a law switches 10 ms later.
 
 Whether anybody hears of that event, and however the grants were cut: commands stand at exactly their nanosecond, and
 later events have the same tags.  A load and a weight fall freely beside the trolley, so all instants are known.

@@ -1,4 +1,5 @@
-"""One model run three ways: nested by the abstract simulator, flattened, and cut into nodes at the root's children."""
+"""One model run in three ways: nested by the abstract simulator, flattened, and distributed over nodes at the root's
+children."""
 
 import sys
 from collections.abc import Callable

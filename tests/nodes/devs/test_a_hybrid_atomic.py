@@ -1,4 +1,4 @@
-"""Between transitions a differential equation, at them a located event: beside closed forms, to the nanosecond."""
+"""Hybrid atomics integrate a differential equation between located events: closed forms, to the nanosecond."""
 
 from itertools import pairwise
 from math import ceil, cos, exp, log, nan, pi, sin

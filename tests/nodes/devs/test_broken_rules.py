@@ -1,4 +1,5 @@
-"""Broken promises of lookahead, and errors that bring their own sentence; `test_every_illegality` has the others."""
+"""Violated lookahead, and errors that keep their own sentence; other illegal models:
+`test_every_illegality_is_named`."""
 
 from collections.abc import Callable
 from typing import Any

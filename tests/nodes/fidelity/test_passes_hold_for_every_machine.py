@@ -1,4 +1,5 @@
-"""Levels are passes over the description of any machine: pure, idempotent, at rest at the start, true to masses."""
+"""Model levels transform the description of any machine: pure, idempotent, in equilibrium at the start, with equal
+masses."""
 
 from __future__ import annotations
 

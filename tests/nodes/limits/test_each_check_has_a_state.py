@@ -1,4 +1,4 @@
-"""Red, undecided, amber, green: what a check is called follows from its value, its limit and the error of the value."""
+"""The state of a check (red, undecided, amber, green) follows from its value, its limit and the error of the value."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Models in MJCF and URDF become systems whose accelerations are MuJoCo's, and what has no equal is listed."""
+"""Models in MJCF and URDF become systems with MuJoCo's accelerations; features without equivalent are listed."""
 
 from dataclasses import replace
 from math import pi

@@ -1,5 +1,5 @@
-"""A flexible block in a lift: as a beam it bends as Euler and Bernoulli say, and its slings feel it; with modes of a
-table it moves by them; a stiff one is a rigid one."""
+"""A flexible block in a lift: deflection by beam theory, load shares of slings, modes from tables, limit of a rigid
+block."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A joint whose child another joint carries already, or is the world, closes a loop: nothing else is written."""
+"""A joint to a body that already has a joint, or to the world, closes a loop."""
 
 import pytest
 from heavylift.kernel import SceneError

@@ -1,4 +1,4 @@
-"""Vessels of a scene: where the wave meets them, what they may carry, and how they answer it."""
+"""Vessels of a scene: phase of the wave at their place, permitted load, and responses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Contacts on floats and in machine code, and however the run is granted: the same events and the same states."""
+"""Contacts in machine code and in interpreted Python have the same events and states for any time grants."""
 
 from math import atan
 

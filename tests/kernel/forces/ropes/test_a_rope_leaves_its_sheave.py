@@ -1,4 +1,4 @@
-"""A rope leaves a sheave where its wrap falls to zero, is straight beside it, and finds it again."""
+"""A rope leaves its sheave where the wrap angle becomes zero, runs straight, and meets the sheave again."""
 
 from dataclasses import replace
 from math import acos, atan2, dist, exp, hypot, pi, sqrt

@@ -1,4 +1,5 @@
-"""Ropes over sheaves: C14, the capstan, MuJoCo's wrapping tendons, belts, and accounts that close."""
+"""Ropes over sheaves against closed forms: tackles (C14), capstans, belts, MuJoCo's wrapping tendons, energy
+balances."""
 
 import json
 from dataclasses import replace
