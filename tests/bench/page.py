@@ -1,5 +1,4 @@
-"""Playback of a page in a browser without a graphics card: frame rate, time of a frame, bytes of an hour, and
-opening times of page and report.
+"""Playback of a page in a browser without a graphics card: frame rate, time of a frame, bytes, opening times.
 
     python tests/bench/page.py [--json] [--short]
 

@@ -1,5 +1,4 @@
-"""Near lift-off a pad slips only once: its friction falls faster than its tangential spring relaxes, at any
-accuracy."""
+"""Near lift-off, where friction falls faster than a pad's tangential spring relaxes, the pad slips only once."""
 
 import pytest
 from heavylift.coordinator.run import run

@@ -1,5 +1,4 @@
-"""Test folders of the kernel follow its packages; scene modules of this folder and of each test's own folder can be
-imported."""
+"""Makes the scene modules of this folder and of all test folders below it importable."""
 
 import sys
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""A run depends on its scene only: processes, start order, hash seeds, repeats and random time grants change no byte.
+"""A run depends on its scene only: processes, start order, hash seeds, repeats and time grants change no byte.
 
 The digest is SHA-256 over all events and sample rows.  `lift` stands for all combinations; `turnover` is run once
 more, in one process.

@@ -1,5 +1,4 @@
-"""Statics, reactions and modes of mechanisms with loops: a platform on two parallel links, also with a redundant
-third link."""
+"""Statics, reactions and modes of mechanisms with loops: a platform on two or three parallel links."""
 
 from math import pi, sqrt
 

@@ -1,5 +1,4 @@
-"""The cache has a size limit: the entries used last stay, files of other programs stay, and concurrent readers and
-writers get no error."""
+"""The cache has a size limit: recent entries and files of others stay, and concurrent users get no error."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Each name by which one item of a system refers to another is checked; unknown names are reported with similar
-ones."""
+"""References between items of a system are checked; unknown names are reported with similar ones."""
 
 from __future__ import annotations
 

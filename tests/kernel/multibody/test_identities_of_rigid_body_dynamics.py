@@ -1,5 +1,4 @@
-"""Identities of rigid body dynamics for every tree: FD(ID(x)) = x, H symmetric and positive, H' = C + C^T, power
-balance.
+"""Identities of dynamics for every tree: FD(ID(x)) = x, H symmetric and positive, H' = C + C^T, power balance.
 
 Inertias span twelve decades.  What rounding then leaves is reported by the size of the forces: the residual of an
 equation is compared with the sum of what stands in it, not with its small right hand side.

@@ -1,5 +1,4 @@
-"""A condition crossed twice within one step begins its stage: against NumPy's roots of polynomials and recorded
-swings."""
+"""A condition crossed twice within one step begins its stage: against NumPy's roots and recorded swings."""
 
 import json
 from random import Random

@@ -1,5 +1,4 @@
-"""Thresholds on off-lead, swing, radius, gap, load, moment by chart and wind fire at closed-form times and equal the
-samples."""
+"""Thresholds on off-lead, swing, radius, gap, load, moment and wind fire at closed-form times."""
 
 from dataclasses import replace
 from math import atan2, cos, hypot, pi, sin, sqrt

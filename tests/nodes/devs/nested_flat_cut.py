@@ -1,5 +1,4 @@
-"""One model run in three ways: nested by the abstract simulator, flattened, and distributed over nodes at the root's
-children."""
+"""Runs one model nested by the abstract simulator, flattened, and distributed over nodes at the root's children."""
 
 import sys
 from collections.abc import Callable

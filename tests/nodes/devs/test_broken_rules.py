@@ -1,5 +1,4 @@
-"""Violated lookahead, and errors that keep their own sentence; other illegal models:
-`test_every_illegality_is_named`."""
+"""Violated lookahead, and errors with their own sentence; other faults: `test_every_illegality_is_named`."""
 
 from collections.abc import Callable
 from typing import Any

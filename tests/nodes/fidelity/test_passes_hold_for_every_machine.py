@@ -1,5 +1,4 @@
-"""Model levels transform the description of any machine: pure, idempotent, in equilibrium at the start, with equal
-masses."""
+"""Model levels transform any machine: pure, idempotent, in equilibrium at the start, with equal masses."""
 
 from __future__ import annotations
 

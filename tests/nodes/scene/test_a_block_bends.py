@@ -1,5 +1,4 @@
-"""A flexible block in a lift: deflection by beam theory, load shares of slings, modes from tables, limit of a rigid
-block."""
+"""A flexible block: deflection by beam theory, load shares of slings, modes from tables, rigid limit."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Uncertain inputs of a scene change every limit check: the worst corner is used at rest and in a run, and agrees
-with scenes that state its values."""
+"""Uncertain inputs change every limit check: the worst corner is used at rest and in a run."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Ropes over sheaves against closed forms: tackles (C14), capstans, belts, MuJoCo's wrapping tendons, energy
-balances."""
+"""Ropes over sheaves: tackles (C14), capstans, belts, MuJoCo's wrapping tendons, energy balances."""
 
 import json
 from dataclasses import replace
