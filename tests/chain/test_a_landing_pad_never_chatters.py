@@ -1,4 +1,4 @@
-"""Near lift-off, where friction falls faster than a pad's tangential spring relaxes, the pad slips only once."""
+"""Near lift-off a pad's friction falls faster than its spring relaxes: slip and stick do not alternate."""
 
 import pytest
 from heavylift.coordinator.run import run

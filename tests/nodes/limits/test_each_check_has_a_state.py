@@ -68,7 +68,7 @@ def test_a_value_of_unknown_error_is_never_green(seed: int) -> None:
     assert state(use, {}) == ("red" if use.limit.excess(use.value or 0.0) > 0.0 else UNKNOWN)
 
 
-@pytest.mark.parametrize("elements", [(), ("a",)], ids=["of nothing", "of a part"])
+@pytest.mark.parametrize("elements", [(), ("a",)], ids=["without elements", "with an element"])
 @pytest.mark.parametrize("quantity", get_args(Quantity))
 def test_a_check_of_a_quantity_without_a_limit_is_reported_as_not_checked(
     quantity: Quantity, elements: tuple[str, ...]
