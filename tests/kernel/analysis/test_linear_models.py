@@ -161,7 +161,7 @@ def hung_rigidly(l: float = 5.0) -> System:
     return System(bodies, joints, drives=(Drive("travel", "rail", "prescribed"),), rigid_ropes=(rope,), gravity=G)
 
 
-def test_a_rigid_rope_removes_a_state_and_its_winch_is_an_input():
+def test_a_rigid_rope_removes_a_state_from_the_linear_model_and_its_winch_is_an_input():
     found = linear_model(_at_rest(hung_rigidly()), ["travel", "hoist"], ["pose/load/[xyz]"])
     assert len(found.states) == 2 * 5 + 4
     assert [x.unit for x in found.inputs] == ["m/s2", "m/s2"]

@@ -244,7 +244,7 @@ def test_driven_and_locked_coordinates_do_not_count_as_degrees_of_freedom():
     assert m.lines == ["degrees of freedom: 3 of joints, less 1 prescribed by drives, less 1 locked"]
 
 
-def test_a_driven_loop_follows_its_drive_without_degrees_of_freedom():
+def test_a_loop_with_one_driven_joint_has_no_degree_of_freedom_and_follows_its_drive():
     m = found(replace(four_bar(), drives=(Drive("d", "a", "prescribed"),)))
     assert (m.dof, m.driven, m.rank) == (0, 1, 2)
 

@@ -120,7 +120,7 @@ CART = f"""<mujoco>{G}<option timestep="1e-6" integrator="Euler"/>{OFF}<worldbod
 </body></body></body></worldbody><actuator><motor name="push" joint="rail" gear="2"/></actuator></mujoco>"""
 
 
-def test_linear_models_of_imported_systems_agree_with_mujoco_differences(tmp_path):
+def test_linear_models_of_imported_systems_agree_with_finite_differences_by_mujoco(tmp_path):
     file = tmp_path / "cart.xml"
     file.write_text(CART)
     model = mujoco.MjModel.from_xml_path(str(file))
