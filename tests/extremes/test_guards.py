@@ -103,7 +103,7 @@ def test_a_fixed_step_too_long_for_an_excited_mode_is_refused(method, step):
     with pytest.raises(KernelError) as e:
         started(hung(LENGTH + 0.1), method=method, step=step)
     assert re.fullmatch(
-        rf"step {step} s at 0\.000 s: method '{method}' does not follow 100 % of the energy of what moves, 'load' on "
+        rf"step {step} s at 0\.000 s: method '{method}' does not follow 100 % of the energy of the motion, 'load' on "
         r"'rope' swings at 1\.3\d Hz; choose at most 0\.\d+ s, or give no step",
         str(e.value),
     )
