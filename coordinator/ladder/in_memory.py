@@ -86,7 +86,7 @@ class Played:
 
     @property
     def t(self) -> NDArray[np.float64]:
-        """Times (n,) [s]."""
+        """Times of the samples (n,) [s]."""
         return np.asarray(self.times / 1e9, np.float64)
 
     @cached_property

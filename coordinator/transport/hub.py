@@ -205,7 +205,7 @@ class Hub(Exchange):
                 self.on_join(process)
 
     def on_join(self, process: str) -> None:
-        """Called when a process has joined; for subclasses."""
+        """Handle that a process has joined; does nothing here, subclasses override it."""
 
     def on_loss(self, process: str, how: str) -> None:
         """Handle the loss of a process; raises ProtocolError, since this hub cannot replace it."""

@@ -66,8 +66,8 @@ class Placement:
 
     @property
     def crowd(self) -> str:
-        """The suggestion to let nodes share processes, which `check` prints for a scene with very many; "" for
-        fewer."""
+        """The suggestion that `check` prints for a scene with very many nodes, to let them share processes; "" for
+        fewer nodes."""
         if (count := len(self.processes)) <= MANY:
             return ""
         return f"a run starts {count} processes: `--processes auto` takes as many as pay, `--processes 4` four"

@@ -41,7 +41,7 @@ class BodyTrack:
 
     @cached_property
     def R(self) -> Floats:
-        """Rotations (n, 3, 3), or (1, 3, 3) without rotation."""
+        """Rotation matrices of the body (n, 3, 3), or (1, 3, 3) if it does not rotate."""
         return matrices(self.turn)
 
     @cached_property
@@ -117,14 +117,15 @@ class Moving:
 
     @cached_property
     def half(self) -> Floats:
-        """Half edges (3,) [m]; for a strand, those at its greatest length in the run."""
+        """Half edges of the shape's box (3,) [m]; for a strand, half of its greatest length in the run along the third
+        axis."""
         if isinstance(self.shape, Strand):
             return np.array([0.0, 0.0, float(lengths(self.turn).max()) / 2])
         return np.zeros(3) if self.shape.form == "ball" else np.array(self.shape.size) / 2
 
     @cached_property
     def radius(self) -> float:
-        """Radius around the edges [m]."""
+        """Radius [m] of the rounding around the shape's box or line."""
         if isinstance(self.shape, Strand):
             return self.shape.radius
         return self.shape.size[0] / 2 if self.shape.form == "ball" else 0.0

@@ -50,7 +50,7 @@ def product(R: Floats, S: Floats) -> Floats:
 
 
 def chords(a: Floats, b: Floats) -> Floats:
-    """Return an upper bound (...,) of how far a point 1 m from the axis moves between two rotations given as
+    """Return an upper bound (...,) [m] of how far a point 1 m from the axis moves between two rotations given as
     quaternions (..., 4)."""
     w = dots(a, b)
     found: Floats = 2.0 * np.sqrt(np.maximum(0.0, 1.0 - w * w))
@@ -102,11 +102,12 @@ class BodyPoses(Protocol):
 
     @property
     def R(self) -> Floats:
-        """Rotations (n, 3, 3), or (1, 3, 3) without rotation."""
+        """Rotation matrices of the body (n, 3, 3), or (1, 3, 3) if it does not rotate."""
 
 
 def twists(joints: Sequence[Joint], frames: Mapping[str, BodyPoses], speeds: Mapping[str, Floats]) -> dict[str, Twist]:
-    """Return the velocities of all bodies whose joints, up to the world, are free, sliding, hinged, fixed or locked."""
+    """Return the velocities [m/s, rad/s] of all bodies whose joints, up to the world, are free, sliding, hinged, fixed
+    or locked."""
     if not speeds:
         return {}
     still = np.zeros_like(next(iter(frames.values())).p)

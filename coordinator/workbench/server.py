@@ -83,7 +83,7 @@ class Guard:
 
 
 class Save(msgspec.Struct):
-    """Request to save a whole text in place of this version."""
+    """Request to replace this version of the scene by a whole text."""
 
     text: str
     version: str
@@ -283,7 +283,7 @@ class _WorkbenchServer(uvicorn.Server):
         self._opened = opened
 
     def handle_exit(self, sig: int, frame: Any) -> None:
-        """End the event streams, then the server."""
+        """On an exit signal, end the event streams to the pages, then the server."""
         self._opened.__exit__()
         super().handle_exit(sig, frame)
 

@@ -100,7 +100,7 @@ class YardStudy:
         return Sheet(f"Variants of {self.file}", stated(best, f"{len(states)} variants: {lead}"), best, (table,))
 
     def beside(self, other: str) -> Sheet:
-        """Compare two yard files, with the distribution of their difference."""
+        """Compare the replications of two yard files, with the distribution of their difference."""
         a, b = self.of(), self.of(file=other)
         later = [y - x for x, y in zip(a.days, b.days, strict=True)]
         rows = [(name, *made.cells()) for name, made in ((self.file, a), (other, b))]
