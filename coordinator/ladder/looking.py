@@ -109,8 +109,8 @@ def witnesses(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> li
 
 
 def error_of_level(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> Errors:
-    """Return the error of a candidate's model level: its largest difference to its witnesses, doubled unless the level
-    is the finest one, which is better than its witness."""
+    """Return the error of a candidate's model level: its largest difference to the levels with which it is compared,
+    doubled unless it is the finest level, which is better than those."""
     # the finest level has no better one: its error is smaller than the difference to the coarser one
     factor = WITNESSED if ladder.witnesses(candidate.plan.fidelity) else 1.0
     return times(factor, most(*(measuring.apart(*pair) for pair in witnesses(ladder, candidate, measuring))))

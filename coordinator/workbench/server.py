@@ -135,7 +135,8 @@ def _bundled() -> dict[str, str]:
 
 
 def application(opened: OpenScene, word: str, port: int) -> ASGIApp:
-    """Return the web application of an open scene, behind the guard."""
+    """Return the web application of the workbench for an open scene, which admits only requests that pass the
+    `Guard`."""
 
     async def page(_: Request) -> Response:
         return HTMLResponse(page_of("workbench", {}, "; img-src data: blob:; connect-src 'self'"))
