@@ -247,7 +247,7 @@ def _opened() -> Iterator[int]:
     with suppress(FileExistsError):
         path.mkdir(mode=0o700)
     if path.is_symlink():
-        raise OSError(0, f"is a link to {path.resolve()}; use that folder itself, or remove the link")
+        raise OSError(0, f"is a symbolic link to {path.resolve()}; use the target folder itself, or remove the link")
     folder = os.open(path, os.O_RDONLY | os.O_DIRECTORY | ONLY_THERE)
     try:
         found = os.fstat(folder)

@@ -88,8 +88,8 @@ def from_mujoco(model: str | Path | Any) -> FromMujoco:
 
 
 def import_model(path: str | Path | Any) -> ImportedModel:
-    """Return what `from_mujoco` returns, with boxes for drawings and clearances; raises SceneError if the file cannot
-    be read."""
+    """Import an MJCF or URDF file as `from_mujoco` does; return the result with boxes for drawings and clearances.
+    Raises SceneError if the file cannot be read."""
     library = extra("mujoco", SceneError("models of MuJoCo need its package; install heavylift[mujoco]"))
     importer = _Importer(library, copy(path) if isinstance(path, library.MjModel) else _read(library, Path(path)))
     boxes = boxes_of(importer.m, importer.body, importer.missing, importer.matrix)

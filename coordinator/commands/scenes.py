@@ -208,7 +208,7 @@ def new(
         except FileExistsError:
             raise SceneError(f"{path}: exists already and will not be overwritten; choose another name") from None
         except OSError as error:
-            raise SceneError(f"{path}: cannot be written ({error.strerror}); choose another folder") from None
+            raise SceneError(f"{path}: the file cannot be written ({error.strerror}); choose another folder") from None
         typer.echo(f"wrote {path}")
     typer.echo(f"\nnext: {command()} check {path}")
 

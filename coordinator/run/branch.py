@@ -101,7 +101,7 @@ def branch(
     target = file_path(output) if output else beside(what.path, "-branch.mcap")
     if what.path in (target, target.with_name(target.name + PART)):
         raise RecordingError(
-            f"{target}: is the recording itself, which will not be overwritten; choose another name with -o"
+            f"{target}: this is the recording itself, which will not be overwritten; choose another name with -o"
         )
     watch, past = watch or RunObserver(), _past(what)
     checked = _Watch(what, past, watch)

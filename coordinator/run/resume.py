@@ -148,7 +148,7 @@ def resume(
     part = file_path(part)
     target = file_path(output) if output else beside(part.with_name(part.name.removesuffix(PART)), "-resumed.mcap")
     if part in (target, target.with_name(target.name + PART)):
-        raise RecordingError(f"{target}: would overwrite the recording to be resumed; choose another name with -o")
+        raise RecordingError(f"{target}: this would overwrite the recording to be resumed; choose another name with -o")
     checked = Checked(begun.events, partial(_parted, part, begun.version), watch or RunObserver())
     result = run(
         begun.scene, target, in_process, watch=checked, processes=processes, commands=begun.commands, force=force

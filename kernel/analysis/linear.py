@@ -257,7 +257,9 @@ class _Input:
             known = [
                 x for x in dict.fromkeys(known) if x not in {r.name for r in p.system.straight_ropes if not r.winch}
             ]
-            raise KernelError(f"linearise: there is no input '{name}'; {closest(name, known) or 'it has none'}")
+            raise KernelError(
+                f"linearise: there is no input '{name}'; {closest(name, known) or 'the scene has no inputs'}"
+            )
         units = [unit, f"{unit}/s", f"{unit}/s2"] if unit != "1" else ["1", "1/s", "1/s2"]
         self.held = [
             (f"reference/{name}{suffix}", units[k]) for k, suffix in enumerate(("", " rate")[: len(self.places) - 1])

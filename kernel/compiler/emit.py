@@ -165,8 +165,13 @@ class Library:
             options = llvm.create_pipeline_tuning_options(speed_level=opt)
             options.slp_vectorization = False
             passes = llvm.create_pass_builder(self._machine, options)
-            if opt == 1:  # straight-line code without branches has little use for the other passes, which take longer
+            if opt == 1:  # straight-line code without branches, beside short loops, has little use for other passes
                 few = llvm.create_new_module_pass_manager()
+                few.add_instruction_combine_pass()
+                few.add_loop_rotate_pass()  # loops are unrolled in this form only
+                few.add_loop_unroll_pass()
+                few.add_sroa_pass()
+                few.add_simplify_cfg_pass()
                 few.add_instruction_combine_pass()
                 few.run(module, passes)
             else:

@@ -173,8 +173,8 @@ class BushingLaw(ForceLaw[Bushing]):
     def switch(self, f: Bushing, p: np.ndarray, guard: str, shown: np.ndarray) -> tuple[str, float]:
         raise LawBreakdown(
             f"bushing '{f.name}'",
-            f"'{f.b.body}' is turned by {AGAINST} against '{f.a.body}', about more than one axis; a bushing is "
-            "valid below 180 degrees: make it stiffer, or connect the bodies by a hinge",
+            f"'{f.b.body}' is turned by {AGAINST} relative to '{f.a.body}', about more than one axis, but a bushing is "
+            "valid only below 180 degrees: make it stiffer, or connect the bodies by a hinge",
         )
 
     def check(self, f: Bushing) -> None:

@@ -172,7 +172,7 @@ class Method(ABC):
 
     def complete(self, s: StepState, rate: Rate) -> None:
         """Compute the remaining stages of the dense output, when it is first used."""
-        raise AssertionError(f"{self.name}: its dense output needs nothing more")
+        raise AssertionError(f"method {self.name}: the dense output has no remaining stages")
 
     @abstractmethod
     def interpolate(self, s: StepState, x: Value) -> Value:
@@ -216,13 +216,13 @@ class Stepless(Method):
     exponents = Exponents(0.0, 0.0, 0.0)
 
     def attempt(self, s: StepState, rate: Rate, h: Value, among: Value) -> Attempt:
-        raise AssertionError("it has no native steps")
+        raise AssertionError("a method without native code makes no steps")
 
     def keep(self, s: StepState, h: Value, a: Attempt) -> None:
-        raise AssertionError("it has no native steps")
+        raise AssertionError("a method without native code makes no steps")
 
     def amplification(self, J: np.ndarray, h: float, nq: int) -> np.ndarray:
-        raise AssertionError("it has no fixed steps")
+        raise AssertionError("a method without native code has no fixed steps")
 
 
 class AtRest(Stepless):

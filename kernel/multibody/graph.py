@@ -110,8 +110,8 @@ class Graph:
         if f"{on.body.name}@{x:.9g}" != body:
             at = ", ".join(f"{e:g}" for e in link.joint.p_PJ)
             raise KernelError(
-                f"{where}: its end on the flexible body '{on.body.name}' stays at the station "
-                f"({at}); use one rope for each station, and hook the other one"
+                f"{where}: its end on the flexible body '{on.body.name}' cannot leave the station "
+                f"({at}); use one rope for each station, and hook the other rope"
             )
         return (p[0] - X[0], p[1] - X[1], p[2] - X[2])
 
@@ -187,7 +187,7 @@ def _beside(roots: list[str], bodies: Mapping[str, Body]) -> list[str]:
     follower = {x.beside: name for name, b in bodies.items() if (x := b.shared)}
     for pair in follower.items():
         if lost := next((b for b in pair if b not in roots or (b == pair[1] and b in follower)), None):
-            raise KernelError(f"body '{lost}': bodies that share water must be a pair of bodies on the ground")
+            raise KernelError(f"body '{lost}': only two bodies that no other body carries can share water")
     alone = [b for b in roots if b not in follower.values()]
     return [x for b in alone for x in ([b, follower[b]] if b in follower else [b])]
 

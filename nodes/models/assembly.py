@@ -30,7 +30,7 @@ Coupling: TypeAlias = tuple[str, str, str, str]  # source model, its out port, t
 
 
 class Ending(Atomic):
-    """Reports that all action lists are finished after the last one."""
+    """Reports, after the last action list, that all action lists are finished."""
 
     heard, finished = In(m.Finished), Out(m.Finished)
 

@@ -43,7 +43,7 @@ class UserModelNode(Coupled):
     def __init__(self, own: UserModel) -> None:
         super().__init__(own.name)
         if not 0 <= own.delay <= MOST * own.period or not own.period:
-            raise ModelError(f"{own.name}: a delay has at most {MOST} periods; lengthen the period")
+            raise ModelError(f"{own.name}: the delay exceeds {MOST} periods; lengthen the period")
         inner = self.add(_made(own))
         for port in own.signals:
             self.connect(self.add_in(port, Sample), _port(own, inner, port, InPort, Sample))

@@ -123,7 +123,7 @@ class Follow(Item, frozen=True, kw_only=True, tag="follow"):
     s: float = 0.0
 
     def value(self, s: float) -> float:
-        """Return k1 s + kc cos s + ks sin s."""
+        """Return the reference k1 s + kc cos s + ks sin s of the follower for the value s of the master."""
         k1, kc, ks = self.law
         return k1 * s + float(kc * cos(s) + ks * sin(s))
 
@@ -239,8 +239,8 @@ class WatchThreshold(Item, frozen=True, kw_only=True, tag="watch"):
 
 
 class EndOrder(Item, frozen=True, kw_only=True, tag="end"):
-    """Order to end another order: a move ramps down, a follower holds its position (its master is at `s`), a threshold
-    is no longer watched."""
+    """Order to end another order: a move ramps down, a follower holds its position (`s`: value of the master at this
+    time), a threshold is no longer watched."""
 
     s: float = 0.0
 

@@ -26,7 +26,7 @@ class Distribution(ABC):
 
 
 class Fixed(Distribution):
-    """A constant time [s]."""
+    """A constant `time` [s]."""
 
     def __init__(self, time: float) -> None:
         self.mean = _checked(self, time=time)[0]
@@ -135,7 +135,8 @@ class Empirical(Distribution):
         )
         if not times or len(shares) != len(times) or not sum(shares):
             raise ModelError(
-                f"Empirical: {len(times)} times and {len(shares)} weights; give as many, and one above zero"
+                f"Empirical: {len(times)} times and {len(shares)} weights; give one weight for each time, at "
+                "least one above zero"
             )
         self._sums = list(accumulate(shares))
         self.mean = sum(time * share for time, share in zip(times, shares, strict=True)) / self._sums[-1]
@@ -155,4 +156,7 @@ def _checked(distribution: Distribution, **given: float) -> list[float]:
 
 def _rising(distribution: Distribution, *ends: float) -> None:
     if list(ends) != sorted(ends):
-        raise ModelError(f"{type(distribution).__name__}: {', '.join(f'{x:g}' for x in ends)} s do not rise; sort them")
+        raise ModelError(
+            f"{type(distribution).__name__}: {', '.join(f'{x:g}' for x in ends)} s are not in ascending order; "
+            "sort them"
+        )

@@ -131,7 +131,9 @@ class Resource(_Forwarding):
         while self.waiting and len(self.holders) < self.units:
             _, since, _, entity = self.waiting.take()
             if entity.number in self.holders:
-                raise ModelError(f"entity {entity.number} seizes a second unit of {self.name}; one each is possible")
+                raise ModelError(
+                    f"entity {entity.number} seizes a second unit of {self.name}; an entity can hold only one"
+                )
             self.holders[entity.number] = None
             self.waits.add((now.t - since) / 1e9)
             self.leaving.append(("seized", entity))

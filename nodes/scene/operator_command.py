@@ -27,7 +27,7 @@ def spoken(scene: "LoadedScene", words: str) -> actions.Action:
     carried out."""
     words = " ".join(words.split())
     if len(words) > LONGEST:
-        raise SceneError(f"{NAME}: it has {len(words)} characters, say what to do in at most {LONGEST}")
+        raise SceneError(f"{NAME}: it has {len(words)} characters; use at most {LONGEST}")
     target, colon, rest = words.partition(":")
     phrase = rest.strip()
     at = len(words) - len(phrase)

@@ -114,7 +114,7 @@ def test_each_instance_of_a_crane_type_holds_its_own_hook_height(tmp_path: Path)
     [
         ("jib main: hold height", "'jib.main' holds its height while its boom luffs: let it luff in the same action"),
         ("{jib: slew 1 deg/s by 3 deg, jib main: hold height}", "let it luff in the same action"),
-        ("{jib: luff 1 deg/s by 3 deg, jib main: hold high}", "'hold' stands alone, without 'high'"),
+        ("{jib: luff 1 deg/s by 3 deg, jib main: hold high}", "nothing can follow 'hold': remove 'high'"),
     ],
 )
 def test_an_invalid_order_to_hold_a_hook_height_is_reported(order: str, told: str) -> None:

@@ -120,7 +120,7 @@ ORDERS = {
     "crawler moment: hoist 1 m/min by 1 m": "it can: bypass, restore",
     "crawler main: bypass": "'crawler main' cannot bypass",
     "crawler luffer: stop ramp 1 m/s2": "'crawler.luffer' turns: write degrees or radians, not metres",
-    "crawler: stop 1 m/s2": "'stop' stands alone",
+    "crawler: stop 1 m/s2": "nothing can follow 'stop'",
 }
 
 

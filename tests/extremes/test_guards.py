@@ -104,7 +104,7 @@ def test_a_step_too_long_for_the_mode_that_moves_is_refused(method, step):
         started(hung(LENGTH + 0.1), method=method, step=step)
     assert re.fullmatch(
         rf"step {step} s at 0\.000 s: method '{method}' does not follow 100 % of the energy of what moves, 'load' on "
-        r"'rope' swings at 1\.3\d Hz; choose at most 0\.\d+ s, or leave the step out",
+        r"'rope' swings at 1\.3\d Hz; choose at most 0\.\d+ s, or give no step",
         str(e.value),
     )
     advised = float(str(e.value).split("at most ")[1].split(" s")[0])

@@ -84,7 +84,7 @@ def test_recovery_reports_lost_data_in_seconds_of_the_run(tmp_path: Path) -> Non
 def test_a_complete_recording_needs_no_recovery(recorded: Path, tmp_path: Path) -> None:
     with pytest.raises(RecordingError) as error:
         recover(recorded)
-    assert str(error.value) == f"{recorded}: is complete and undamaged; there is nothing to recover"
+    assert str(error.value) == f"{recorded}: the file is complete and undamaged; there is nothing to recover"
     assert not (tmp_path / "run-recovered.mcap.part").exists()
 
 
@@ -93,7 +93,7 @@ def test_recovery_never_overwrites_its_source(killed: Path) -> None:
     with pytest.raises(RecordingError) as error:
         recover(killed, killed.with_suffix(""))
     assert str(error.value) == (
-        f"{killed.with_suffix('')}: would overwrite the file to be recovered; choose another name with -o"
+        f"{killed.with_suffix('')}: this would overwrite the file to be recovered; choose another name with -o"
     )
     assert killed.read_bytes() == before
 

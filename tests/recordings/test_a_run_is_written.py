@@ -223,10 +223,10 @@ def test_protocol_messages_are_logged_at_the_time_reached_and_published_at_their
 
 def test_a_folder_that_cannot_be_written_is_refused_before_a_run_is_recorded(tmp_path: Path) -> None:
     cases = {
-        tmp_path: f"{tmp_path}: is a folder; give the name of a file in it, such as {tmp_path}/run.mcap",
+        tmp_path: f"{tmp_path}: this is a folder; give the name of a file in it, such as {tmp_path}/run.mcap",
         tmp_path / "no" / "run.mcap": f"{tmp_path}/no/run.mcap: the folder {tmp_path}/no does not exist; "
         "create it or choose another folder with -o",
-        Path("/proc/run.mcap"): "/proc/run.mcap: cannot be written (No such file or directory); "
+        Path("/proc/run.mcap"): "/proc/run.mcap: the file cannot be written (No such file or directory); "
         "choose another folder with -o",
     }
     for path, sentence in cases.items():
@@ -245,7 +245,7 @@ def test_a_full_disk_is_reported_in_one_sentence(begin: Begin, tmp_path: Path) -
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
     assert str(error.value) == (
-        f"{tmp_path}/run.mcap.part: cannot be written (File too large); choose another folder with -o"
+        f"{tmp_path}/run.mcap.part: the file cannot be written (File too large); choose another folder with -o"
     )
 
 

@@ -38,7 +38,7 @@ def test_each_recording_format_has_a_stored_example() -> None:
 @pytest.mark.parametrize("number", READABLE)
 def test_every_reader_reads_each_recording_format(number: int, tmp_path: Path) -> None:
     text = read_in_all_ways(golden(number), golden(number), tmp_path, pictures=True)
-    assert text == [f"{golden(number)}: is complete and undamaged; there is nothing to recover"]
+    assert text == [f"{golden(number)}: the file is complete and undamaged; there is nothing to recover"]
 
 
 @pytest.mark.parametrize("number", READABLE)
@@ -76,7 +76,8 @@ def test_the_stock_mcap_reader_finds_the_sample_times_that_heavylift_reads(numbe
 
 @pytest.mark.parametrize("number", range(1, OLDEST))
 def test_an_unsupported_recording_format_is_reported(number: int) -> None:
-    message = f"has format {number}, this is heavylift {__version__}, which reads format {FORMAT}; run the scene again"
+    message = f"the recording has format {number}, this is heavylift {__version__}, which reads format {FORMAT}; "
+    message += "run the scene again"
     with pytest.raises(RecordingError) as caught:
         Recording(golden(number))
     assert str(caught.value) == f"{golden(number)}: {message}, or install heavylift 0.1.0, which made it"

@@ -117,7 +117,7 @@ def test_an_existing_file_that_heavylift_did_not_write_is_never_overwritten(
     out.parent.mkdir()
     obstacle(out)
     before = all_below(out.parent)
-    with pytest.raises(OutputError, match=rf"^{out}: is a ") as error:
+    with pytest.raises(OutputError, match=rf"^{out}: this is a ") as error:
         WRITERS[name](recorded, out, force)
     assert "\n" not in str(error.value)
     assert all_below(out.parent) == before
@@ -156,7 +156,7 @@ def test_a_recording_name_without_the_ending_mcap_is_refused(name: str, tmp_path
 def test_writing_an_output_does_not_follow_a_symbolic_link(ending: str, force: bool, tmp_path: Path) -> None:
     is_link(tmp_path / f"run.mcap{ending}")
     before = all_below(tmp_path)
-    with pytest.raises(OutputError, match=rf"run.mcap{ending}: is a link and will not be overwritten"):
+    with pytest.raises(OutputError, match=rf"run.mcap{ending}: this is a link and will not be overwritten"):
         recorded_at(tmp_path / "run.mcap", force)
     assert all_below(tmp_path) == before
 
@@ -174,7 +174,8 @@ def test_the_partial_recording_of_a_killed_run_is_kept_even_if_a_new_run_uses_fo
     assert (part.read_bytes(), orders.read_bytes()) == (left, b"orders")
     before = all_below(tmp_path)
     with pytest.raises(
-        OutputError, match=rf"{part}: was left by a run that was cut off and will not be overwritten; .*resume {part}"
+        OutputError,
+        match=rf"{part}: this file was left by a run that was cut off and will not be overwritten; .*resume {part}",
     ):
         recorded_at(tmp_path / "run.mcap", force=True)
     assert all_below(tmp_path) == before

@@ -107,7 +107,7 @@ def test_recordings_that_cannot_be_shown_on_a_page_are_reported(tmp_path: Path, 
         path = rec.close()
     with pytest.raises(RecordingError) as error:
         view(path, tmp_path / "run.html")
-    assert str(error.value) == f"{path}: has no samples to show; let the run last longer"
+    assert str(error.value) == f"{path}: the recording has no samples to show; let the run last longer"
     with Recorder(tmp_path / "queue.mcap", {"model": "queue:build"}) as rec, pytest.raises(RecordingError) as error:
         view(rec.close(), tmp_path / "run.html")
     assert str(error.value).endswith("no samples to show; a DEVS model has messages only: `heavylift plot` draws them")

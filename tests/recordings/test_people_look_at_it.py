@@ -84,7 +84,7 @@ def test_recordings_that_cannot_be_plotted_are_reported(
             recorded,
             tmp_path / "run.png",
             {"loader 1": "east.H1"},
-            f"{recorded}: has no rope east.H1; it has west.H1, west.H2",
+            f"{recorded}: the recording has no rope east.H1; it has west.H1, west.H2",
         ),
     ]
     for path, out, loaders, sentence in cases:
@@ -93,7 +93,9 @@ def test_recordings_that_cannot_be_plotted_are_reported(
         assert str(error.value) == sentence
     bare = Recorder(tmp_path / "bare.mcap", {"scene": "bare"})
     bare.layout(SampleLayout([]))
-    with pytest.raises(RecordingError, match=r"bare\.mcap: has no rope tensions and no joint positions to plot"):
+    with pytest.raises(
+        RecordingError, match=r"bare\.mcap: the recording has no rope tensions and no joint positions to plot"
+    ):
         plot(bare.close(), tmp_path / "run.png")
 
 

@@ -95,7 +95,7 @@ def test_an_error_in_the_writing_thread_is_raised_at_the_next_call_of_the_record
     monkeypatch.setattr(McapFile, "flush", full)
     rec.log(10**9, "info", "x", "said")
     rec._sink._thread.join(20.0)
-    with pytest.raises(RecordingError, match=r"run.mcap.part: cannot be written \(No space left on device\)"):
+    with pytest.raises(RecordingError, match=r"run.mcap.part: the file cannot be written \(No space left on device\)"):
         rec.settle(2 * 10**9)
     with pytest.raises(RecordingError, match="No space left"):
         rec.close()

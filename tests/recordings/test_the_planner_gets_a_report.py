@@ -116,8 +116,8 @@ def test_the_report_is_printed_to_pdf_if_a_browser_exists(
     with pytest.raises(RecordingError) as error:
         report(recorded, tmp_path / "other.pdf")
     assert str(error.value) == (
-        f"{tmp_path}/other.pdf: no Chromium or Chrome is installed to print it; write {tmp_path}/other.html and print "
-        "that from any browser"
+        f"{tmp_path}/other.pdf: no Chromium or Chrome is installed to print a PDF; write {tmp_path}/other.html "
+        "and print that from any browser"
     )
 
 

@@ -91,7 +91,7 @@ def test_the_error_for_an_unknown_name_in_a_recording_lists_the_known_names(
     for error in (KeyError, RecordingError):
         with pytest.raises(error) as caught:
             Recording(recorded)[name]
-        assert str(caught.value).startswith(f"{recorded}: has no signal or part {name}; {meant}")
+        assert str(caught.value).startswith(f"{recorded}: the recording has no signal or part {name}; {meant}")
     with pytest.raises(KeyError, match=r"rope/tension has no column west\.h1; did you mean west\.H"):
         Recording(recorded).signal("rope/tension")["west.h1"]
 

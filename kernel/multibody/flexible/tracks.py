@@ -67,7 +67,7 @@ def track(modes: FlexibleModes, joint: str) -> Track:
     least = min(errors.values())
     if least > NOT_SMOOTH:
         raise KernelError(
-            f"joint '{joint}': polynomials approximate the modes of '{modes.name}' to {least:.1g}; "
+            f"joint '{joint}': the error of polynomials for the modes of '{modes.name}' is {least:.1g}; "
             "give its beam fewer modes or loads, or more elements"
         )
     fit = fits[next(n for n, error in errors.items() if error <= max(SMOOTH, 2.0 * least))]

@@ -72,7 +72,7 @@ def _closed(program: Program, y: np.ndarray, step: Step) -> np.ndarray:
     name, left_over = _gap(program, gap)
     at_first = _gap(program, first)[1]
     raise KernelError(
-        f"{name}: its loop does not close; {left_over} are left of {at_first} in the initial pose: "
+        f"{name}: its loop does not close; a gap of {left_over} is left of {at_first} in the initial pose: "
         "change the dimensions or the initial coordinates"
     )
 
@@ -100,7 +100,7 @@ def _check_mobility(program: Program, independent: Sequence[bool] | np.ndarray) 
             names = ", ".join(dict.fromkeys(constraints.names[r] for r in closing))
             raise KernelError(
                 f"{names}: the loops leave nothing free to move; "
-                "give a joint of them another freedom, or join the bodies by fixed joints"
+                "give one of their joints another degree of freedom, or connect the bodies by fixed joints"
             )
 
 

@@ -220,7 +220,7 @@ def _column(program: Program, signal: ScalarSignal, name: str) -> int:
     if kind == "angle":
         label = ("body", name, signal.axis)
         if label not in program.angles:
-            raise KernelError(f"signal 'angle': that of '{name}' is not measured in this scene")
+            raise KernelError(f"signal 'angle': the angle of '{name}' is not measured in this scene")
         return int(at["turned"].start) + program.angles.index(label)
     elastic, rigid = [r.name for r in s.ropes], [r.name for r in s.rigid_ropes]
     shown = [x for (_, x), _, _ in program.columns["shown"]]

@@ -152,7 +152,7 @@ def _check_followed(native: NativeState, J: np.ndarray, step: float, t: float, m
     share = sum(e for s, e in modes if bent(method, s, step))
     raise KernelError(
         f"step {step:g} s at {t:.3f} s: method '{method.name}' does not follow {100.0 * share:.0f} % of the energy of "
-        f"what moves, {message()}; choose at most {0.9 * low:.2g} s, or leave the step out"
+        f"the motion, {message()}; choose at most {0.9 * low:.2g} s, or give no step"
     )
 
 

@@ -138,7 +138,8 @@ class Schedule:
                 self._begin(m, last, present)
 
     def next(self, last: Instant) -> Instant:
-        """Return the earliest logical time after `last` at which a model is due, and set `imminent`."""
+        """Return the earliest logical time after `last` at which a model is due, and set `imminent` to the models due
+        then."""
         if self.soon:
             self.imminent, self.soon = self.soon, []
             self.imminent.sort()
@@ -166,8 +167,8 @@ class Schedule:
             self.slots[self.times[0]] = self.imminent
 
     def move(self, m: Atomic, t: int, now: int) -> None:
-        """Reschedule an atomic model to t [ns]; if t is `now`, the caller must append it to `soon` for the next
-        microstep."""
+        """Reschedule an atomic model to t [ns]; if t is `now`, the caller must append the index of the model to `soon`
+        for the next microstep."""
         before, slots, times = m._t, self.slots, self.times
         if t == before:
             return

@@ -180,7 +180,7 @@ class _Thawer:
                 return np.frombuffer(rest[2], rest[0]).reshape(rest[1]).copy()
             case "state" | "object":
                 return self._object(number, kind, rest)
-        raise TypeError(f"{kind!r} is not a type of saved value")
+        raise TypeError(f"{kind!r} is not a known type of saved values")
 
     def _filled(self, number: int, kind: str, rest: list[Any]) -> object:
         if kind == "set":
@@ -269,7 +269,7 @@ def _class(name: list[Any], fits: Callable[[type], bool]) -> Any:
     """Return the class with this module and name; raises TypeError if there is none or `fits` rejects it."""
     found = _named(*name[:2])
     if not isinstance(found, type) or not fits(found):
-        raise TypeError(f"{name[1]} of {name[0]} is not a class of the kind that is saved here; take a new snapshot")
+        raise TypeError(f"{name[1]} of {name[0]} is not a class whose values can be saved; take a new snapshot")
     return found
 
 
@@ -277,7 +277,7 @@ def _name(x: type | FunctionType | BuiltinFunctionType) -> tuple[str, str]:
     """Return module and qualified name of a class or function; raises TypeError if they do not lead back to it."""
     module, name = getattr(x, "__module__", None) or "", x.__qualname__
     if "<" in name or _found(module, name) is not x:
-        raise TypeError(f"{name} cannot be saved: no module has it under this name")
+        raise TypeError(f"{name} cannot be saved: no module defines this name")
     return module, name
 
 

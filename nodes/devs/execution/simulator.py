@@ -68,7 +68,7 @@ class Simulator:
 
     @property
     def model(self) -> Model:
-        """The simulated model, the first of several."""
+        """The simulated model; if several models are simulated, the first one."""
         return self.models[0]
 
     def start(self) -> None:
@@ -301,8 +301,8 @@ class Simulator:
         return Tag(*self._last)
 
     def results(self, end: Tag | int = 0) -> dict[str, Message]:
-        """Return the results of the atomic models that have one, by path, at `end` (logical time, or ns; default: the
-        last transition)."""
+        """Return the result of each atomic model that has one, by model path, at the logical time or time [ns] `end`
+        (default: at the last transition)."""
         _ = self.next_time  # what was asked of the structure has happened then
         at = Tag(end) if isinstance(end, int) else end
         return results_of(self.atomics, self._present, max(self.last, at, Tag(0)))

@@ -191,7 +191,7 @@ class Obstacle(Base):
     @model_validator(mode="after")
     def _overlaps(self) -> "Obstacle":
         if self.overlap and self.meets == "boxes":
-            raise ValueError("boxes do not overlap: leave 'overlap' out, or take 'meets: lower corners'")
+            raise ValueError("whole boxes cannot overlap: remove 'overlap', or write 'meets: lower corners'")
         return self
 
 
@@ -234,7 +234,7 @@ class WindKeys(Base):
         if self.gusts and self.turbulence:
             raise ValueError("give the wind either 'gusts' or a 'turbulence'")
         if not any(self.direction):
-            raise ValueError("the direction of the wind has no length")
+            raise ValueError("the direction of the wind is a zero vector")
         return self
 
     def history(self, seed: int, end: float | None) -> list[tuple[float, float]]:

@@ -37,7 +37,7 @@ def _parameter(given: object) -> object:
     if isinstance(given, int) and not isinstance(given, bool):
         return float(given)
     if not isinstance(given, float | bool | str):
-        raise ValueError("a number, a quantity, a word or a truth value is needed here")
+        raise ValueError("write a number, a quantity, a word, true or false here")
     return given
 
 

@@ -80,7 +80,7 @@ def uncertainty_faults(scene: BaseModel, stated: Mapping[Path, Stated], given: M
         found = quantity_at(scene, at if at[0] == "machines" else path)
         try:
             if found is None:
-                raise ValueError("is no quantity that could be uncertain; write it without '+-', 'sd' or '..'")
+                raise ValueError("this value cannot be uncertain; write it without '+-', 'sd' or '..'")
             standard(each, found[1])
         except ValueError as error:
             faults.append(Fault(path, str(error)))

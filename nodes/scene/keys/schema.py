@@ -35,7 +35,7 @@ RESERVED = (  # no machine and no group has such a name
 def _once(asked: tuple[Asked, ...]) -> tuple[Asked, ...]:
     twice = next((quantity for i, quantity in enumerate(asked) if quantity in asked[:i]), None)
     if twice:
-        raise ValueError(f"'{twice}' is asked twice: once is enough")
+        raise ValueError(f"'{twice}' is listed twice in 'ask': list it once")
     return asked
 
 

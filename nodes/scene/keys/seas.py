@@ -84,7 +84,7 @@ class StreamKeys(Base):
         if n < 1 or any(abs(row[0] - pi * i / n) > EVEN for i, row in enumerate(self.coefficients)):
             raise ValueError("coefficients: give one row for each direction, from 0 deg to 180 deg in equal steps")
         if any(self.coefficients[0][2:] + self.coefficients[-1][2:]):
-            raise ValueError("coefficients of sway and yaw are zero at 0 deg and 180 deg")
+            raise ValueError("coefficients of sway and yaw must be zero at 0 deg and 180 deg")
         return self
 
     def stream(self, vessel: str, of: str, direction: Direction, signal: InputSignal, density: float) -> Stream:
@@ -111,7 +111,7 @@ class Splash(Base):
     def _curves(self) -> "Splash":
         for name, curve in (("buoyancy", self.buoyancy), ("amplitude", self.amplitude)):
             if any(b[0] <= a[0] for a, b in pairwise(curve)):
-                raise ValueError(f"the depths of '{name}' must rise")
+                raise ValueError(f"the depths of '{name}' must be in ascending order")
         if self.buoyancy[0] != (0.0, 0.0):
-            raise ValueError("'buoyancy' begins at the depth 0 m with 0 kN")
+            raise ValueError("'buoyancy' must begin at the depth 0 m with 0 kN")
         return self

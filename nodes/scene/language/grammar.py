@@ -83,7 +83,7 @@ def _order(r: PhraseReader) -> OrderPhrase:
         case "move" | "turn":
             return _motion(r, verb)
     if r.next:
-        raise PhraseError(f"'{name}' stands alone, without '{r.text[r.at :]}'", "", column)
+        raise PhraseError(f"nothing can follow '{name}': remove '{r.text[r.at :]}'", "", column)
     return OrderPhrase(name)
 
 
@@ -93,7 +93,7 @@ def _motion(r: PhraseReader, verb: Verb) -> OrderPhrase:
     stroke = units.ANGLE if turning else units.LENGTH
     ramp = _ramp(r, units.ANGULAR_ACCELERATION if turning else units.ACCELERATION) if r.take("ramp") else None
     if isinstance(ramp, SwingRamp) and verb.becomes == "turn":
-        raise r.error("the hooks follow a turn on arcs, where no ramp is free of swing: write an acceleration")
+        raise r.error("in a turn the hooks move on arcs, where every ramp causes swing: write an acceleration")
     goals = ("to",) if verb.becomes == "turn" else ("by", "to", "until")
     word = r.expect(*goals, after=f"after the {'rate' if verb.becomes == 'turn' else 'speed'}")
     order = OrderPhrase(verb.name, speed, turning, ramp)

@@ -188,7 +188,7 @@ class _Arithmetic(Reader):
         kinds = {value.exponents for value in values}
         first, exponents = values[0].number, values[0].exponents
         if len(kinds) > 1:
-            raise ExpressionError(f"the values of '{name}' are of different kinds", at)
+            raise ExpressionError(f"the values of '{name}' have different dimensions", at)
         if name in ("min", "max"):
             return Value((min if name == "min" else max)(value.number for value in values), exponents)
         if not all(math.isfinite(value.number) for value in values):
@@ -197,7 +197,7 @@ class _Arithmetic(Reader):
             return Value(float(atan2(first, values[1].number)), ANGLE)
         if name == "sqrt":
             if first < 0.0 or any(x % 2 for x in exponents):
-                raise ExpressionError("this has no square root", at)
+                raise ExpressionError("the square root of this value does not exist", at)
             kg, m, s, rad = (x // 2 for x in exponents)
             return Value(math.sqrt(first), (kg, m, s, rad))
         return self._turned(name, values[0], at)

@@ -42,7 +42,8 @@ def within(root: Path, path: Path) -> Path:
     except (OSError, RuntimeError, ValueError):
         raise ValueError("this is not a valid path of a file") from None
     raise ValueError(
-        f"{path.name!r} is outside of the scene's folder, and a scene may use only files in it; copy it there"
+        f"{path.name!r} is outside of the scene's folder, but a scene may use only files in its own folder; "
+        "copy the file there"
     )
 
 

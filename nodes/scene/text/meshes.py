@@ -103,7 +103,8 @@ def _check_size(file: str, size: Sequence[float], given: Data) -> None:
         if any(abs(a - b) > SAME * b for a, b in zip(size, wanted, strict=True)):
             shown = [" x ".join(f"{x:.4g}" for x in each) for each in (size, wanted)]
             raise SceneError(
-                f"'{file}' is {shown[0]} m large, and the block {shown[1]} m: leave 'size' out, or give its unit"
+                f"'{file}' measures {shown[0]} m, but the block {shown[1]} m: remove 'size', or give the unit "
+                "of the file"
             )
     elif not SMALL <= max(size) <= LARGE:
         raise SceneError(

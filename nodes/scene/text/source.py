@@ -36,7 +36,7 @@ MOST_DIGITS = 100  # of a number
 
 @dataclass(frozen=True)
 class Mark:
-    """A place in a scene file, counted from 1, with its source line."""
+    """A place in a scene file: line and column, counted from 1, and the text of the line."""
 
     file: str
     line: int
@@ -75,7 +75,7 @@ class SourceText:
     def fault(
         self, path: Path, text: str, hint: str = "", *, on_key: bool = False, column: int = 0, mark: Mark | None = None
     ) -> None:
-        """Add an error at a path."""
+        """Add an error about the value at a path."""
         self.faults.append(Fault(path, text, hint, on_key, column, mark))
 
     def at(self, path: Path) -> Data:

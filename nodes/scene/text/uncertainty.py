@@ -66,23 +66,25 @@ def standard(stated: Stated, quantity: Quantity) -> float:
     impossible for the quantity."""
     dimension, value = quantity.dimension, quantity.read(stated.value)
     if dimension in _SETTINGS:
-        raise ValueError(f"{dimension.article} is a setting of the run, no input: write it without uncertainty")
+        raise ValueError(f"{dimension.article} is a setting of the run, not an input: write it without uncertainty")
     unit = number_and_unit(stated.value)[1]
     units = _plain(dimension, unit or number_and_unit(stated.half)[1]).units
     part, width = half_width(stated.half, units, stated.how, relative=unit != "%")
     if part and value == 0.0:
-        raise ValueError(f"'{stated.how} {stated.half}' of a value of 0 is 0: write it in a unit")
+        raise ValueError(f"'{stated.how} {stated.half}' of a value of 0 is 0: write the uncertainty with a unit")
     half = part * abs(value) + width
     reach = 2.0 * half if stated.how.startswith("s") else half
     low, high = value - reach, value + reach
     if quantity.least and (low < 0.0 or (low == 0.0 and quantity.least == "positive")):
         least = "greater than zero" if quantity.least == "positive" else "zero or more"
-        raise ValueError(f"reaches down to {dimension.show(low)}, and {dimension.article} must be {least} here")
+        raise ValueError(
+            f"the range reaches down to {dimension.show(low)}, but {dimension.article} must be {least} here"
+        )
     if isinstance(dimension, Limited):
         ends = dimension.number(dimension.lowest), dimension.number(dimension.highest)
         if low < ends[0] * (1 - 1e-9) or high > ends[1] * (1 + 1e-9):
             raise ValueError(
-                f"reaches from {dimension.show(low)} to {dimension.show(high)}, out of {dimension.lowest} to "
+                f"the range from {dimension.show(low)} to {dimension.show(high)} is not within {dimension.lowest} to "
                 f"{dimension.highest}; write the range that is meant, such as '97..100 %'"
             )
     return reach / (math.sqrt(3.0) if stated.kind == "uniform" else 2.0)

@@ -113,7 +113,7 @@ def test_the_help_lists_all_commands_and_exit_codes(capsys: pytest.CaptureFixtur
         (
             ("compare", "no.mcap", "no.mcap"),
             1,
-            "no.mcap: does not exist; check the name or make it with `heavylift run`",
+            "no.mcap: the file does not exist; check the name or make it with `heavylift run`",
         ),
         *(((name, "no.mcap", *(("-o", "x.csv") * (name == "export"))), 1, "no.mcap") for name in OF_FILES),
     ],

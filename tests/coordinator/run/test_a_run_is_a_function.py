@@ -104,7 +104,7 @@ def test_a_control_function_that_orders_nothing_does_not_change_the_motion() -> 
         (lambda: simulate(STICK, 1.0, orders=[(0.5, "stop")]), "is not a pair (seconds, a function of the simulation)"),
         (lambda: simulate(STICK, 1.0, orders=[(-0.5, print)]), "orders: -0.5 s is outside the possible times of a run"),
         (lambda: simulate("lift", keep=[3]), "keep=[3]: give names of signals"),
-        (lambda: simulate(7), "7 is no scene"),
+        (lambda: simulate(7), "7 is not a scene"),
         (lambda: simulate("lift", orders=[(90.0, "crane H1: hoist 1 m/min by 1 m")]), "the run ends at 77.32"),
         (lambda: simulate("lift", orders=[(3.0, "crane H1: hoist 1 m/min by 1 m")]), "while its hoist"),
         (lambda: simulate("lift", keep=["rope/tensoin"]), "did you mean rope/tension?"),

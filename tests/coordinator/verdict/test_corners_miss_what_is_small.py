@@ -94,5 +94,5 @@ def test_an_overlap_of_random_boxes_is_red_exactly_if_it_is_deeper_than_allowed(
 
 
 def test_stating_an_allowed_overlap_for_box_contacts_is_refused() -> None:
-    with pytest.raises(SceneError, match=r"scene\.yaml:7:.*leave 'overlap' out"):
+    with pytest.raises(SceneError, match=r"scene\.yaml:7:.*remove 'overlap'"):
         parse(TEXT.replace("lower corners", "boxes, overlap: 0.1 m"), passing=True)

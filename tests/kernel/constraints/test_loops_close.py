@@ -213,13 +213,13 @@ LONG = tuple(replace(j, p_CJ=(0.0, 0.0, 4.0)) if j.name == "right0" else j for j
 REFUSED = [
     (
         replace(windows(1), joints=LONG),
-        "joint 'right0': its loop does not close; 10.. mm are left of 3000 mm in the initial pose: "
+        "joint 'right0': its loop does not close; a gap of 10.. mm is left of 3000 mm in the initial pose: "
         "change the dimensions or the initial coordinates",
     ),
     (
         System((Body("load", 1.0),), (GUIDE, replace(GUIDE, name="across", axis=X))),
         "joint 'across': the loops leave nothing free to move; "
-        "give a joint of them another freedom, or join the bodies by fixed joints",
+        "give one of their joints another degree of freedom, or connect the bodies by fixed joints",
     ),
     (
         System((Body("load", 1.0, inertia=cube(1.0)),), (GUIDE, Joint("f", "free", WORLD, "load"))),
@@ -235,8 +235,8 @@ REFUSED = [
             (GUIDE, replace(GUIDE, name="b")),
             springs=(JointSpring("s", "guide"), JointSpring("s2", "b")),
         ),
-        "joint 'b': it closes a loop, so that 's2' has no coordinate in it; "
-        "every other joint of the loop has laws, too: remove those of one of them",
+        "joint 'b': it closes a loop and therefore has no coordinate for 's2'; "
+        "since every other joint of the loop has laws, too, remove all laws of one of these joints",
     ),
 ]
 

@@ -165,7 +165,7 @@ def carried() -> System:
     [
         (pair(CROSS), "articulated", "'b' shares water, but formulation 'articulated' keeps bodies apart"),
         (pair(20.0 * CROSS), "recursive", "its added mass with 'a' beside it would drive some motion"),
-        (carried(), "recursive", "body 'b': bodies that share water must be a pair of bodies on the ground"),
+        (carried(), "recursive", "body 'b': only two bodies that no other body carries can share water"),
     ],
 )
 def test_impossible_pairs_are_refused(system: System, formulation: str, words: str) -> None:

@@ -67,6 +67,6 @@ def test_a_joint_that_cannot_be_reversed_without_changing_coordinates_is_refused
     with pytest.raises(KernelError) as e:
         started(System((load,), (Joint("ball", "spherical", "load", WORLD),)))
     assert str(e.value) == (
-        "joint 'ball': only this joint holds its parent 'load', and a joint carries its child; "
-        "swap its parent and child"
+        "joint 'ball': no other joint carries its parent 'load', so the child must carry the parent; "
+        "swap parent and child"
     )

@@ -157,7 +157,7 @@ def test_a_given_value_of_the_closing_joint_is_checked(asked):
 def test_a_start_pose_that_cannot_close_is_refused():
     short = parallelogram()
     short = replace(short, joints=(*short.joints[:3], replace(short.joints[3], p_CJ=(9.0, 0.0, 0.0))))
-    with pytest.raises(KernelError, match=r"joint 'x': its loop does not close; .* are left"):
+    with pytest.raises(KernelError, match=r"joint 'x': its loop does not close; .* is left"):
         begun(short)
 
 

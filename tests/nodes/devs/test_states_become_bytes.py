@@ -135,7 +135,7 @@ def circle() -> Any:
 @pytest.mark.parametrize(
     ("value", "why"),
     [
-        (lambda x: x, "<lambda> cannot be saved: no module has it"),
+        (lambda x: x, "<lambda> cannot be saved: no module defines"),
         ((i for i in range(3)), "a generator cannot be saved"),
         (iter([1]), "a list_iterator cannot be saved"),
         (open, None),
@@ -157,7 +157,7 @@ def test_a_class_within_a_function_is_refused() -> None:
     class Here:
         pass
 
-    with pytest.raises(TypeError, match=r"Here cannot be saved: no module has it under this name"):
+    with pytest.raises(TypeError, match=r"Here cannot be saved: no module defines this name"):
         frozen(Here())
 
 

@@ -49,7 +49,9 @@ def test_in_a_turn_a_winch_without_slings_stands_still() -> None:
 
 
 def test_a_turn_of_a_block_whose_slings_pull_at_one_line_is_refused_since_it_would_turn_nothing() -> None:
-    with pytest.raises(ModelError, match=r"^the block cannot turn: all its hooks pull at one line, .* another trolley"):
+    with pytest.raises(
+        ModelError, match=r"^the block cannot turn: all hooks pull along a single line, .* another trolley"
+    ):
         laws(turnover(), first_lugs(turnover(hooked="A").machines))
 
 

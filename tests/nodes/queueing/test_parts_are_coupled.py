@@ -171,10 +171,13 @@ def test_a_restored_snapshot_of_a_network_repeats_the_run() -> None:
     [
         (lambda: Fixed(-1.0), "Fixed: time is -1.0; give a finite number of seconds >= 0"),
         (lambda: Exponential(float("nan")), "Exponential: mean is nan; give a finite number of seconds >= 0"),
-        (lambda: Triangular(3.0, 2.0, 5.0), "Triangular: 3, 2, 5 s do not rise; sort them"),
+        (lambda: Triangular(3.0, 2.0, 5.0), "Triangular: 3, 2, 5 s are not in ascending order; sort them"),
         (lambda: LogNormal(0.0, 1.0), "LogNormal: mean is 0; it must be positive"),
         (lambda: Erlang(0, 1.0), "Erlang: 0 phases; give a whole number of at least 1"),
-        (lambda: Empirical((1.0,), (0.0,)), "Empirical: 1 times and 1 weights; give as many, and one above zero"),
+        (
+            lambda: Empirical((1.0,), (0.0,)),
+            "Empirical: 1 times and 1 weights; give one weight for each time, at least one above zero",
+        ),
         (lambda: Server("crew", Fixed(1.0), 0), "crew: 0 units; give a whole number of at least 1"),
         (
             lambda: Server("crew", Fixed(1.0), preemptive=True),

@@ -123,7 +123,8 @@ def test_faults_in_a_table_are_reported_with_file_row_and_column(
     [
         (
             "../blocks.csv#B17",
-            "'blocks.csv' is outside of the scene's folder, and a scene may use only files in it; copy it there",
+            "'blocks.csv' is outside of the scene's folder, but a scene may use only files in its own folder; "
+            "copy the file there",
         ),
         ("nothing.csv#B17", "there is no table 'nothing.csv' beside the scene"),
         (
@@ -145,7 +146,7 @@ def test_a_lug_without_a_position_is_reported_with_its_table(scene: Path) -> Non
     (scene.parent / "lugs.csv").write_text(LUGS.replace("y [m]", "v"))
     assert "block.lugs from: lugs.csv has no column y [m]" in refused(scene)
     (scene.parent / "lugs.csv").write_text(LUGS.replace("y [m]", "capacity [t]"))
-    assert "lugs.csv: a lug has a place x, y, z and no 'capacity'" in refused(scene)
+    assert "lugs.csv: a lug has only the quantities x, y and z, not 'capacity'" in refused(scene)
 
 
 @pytest.mark.parametrize("column", range(2, 9))

@@ -107,7 +107,7 @@ def test_a_run_reports_what_its_action_lists_wait_for(folder: Path) -> None:
         ("b: begin", "a: begin", "a begins by itself: write `start: ordered` there"),
         ("b: begin", "b-pusher: drive 1 m/s by 1 m", "this list begins lifts (`b: begin`)"),
         ("b: begin", "b-pusher: begin", "'b-pusher' cannot begin"),
-        ("b: begin", "b: begin now", "'begin' stands alone, without 'now'"),
+        ("b: begin", "b: begin now", "nothing can follow 'begin': remove 'now'"),
         ("b: begin", "wait: 1 s", "nothing begins b: write an action `b: begin` in this scene"),
         ("c: begin", "b: begin", "b is begun twice"),
         ("b done", "d done", "there is no lift 'd' that could be done"),

@@ -121,7 +121,7 @@ def test_a_mesh_is_drawn_as_twelve_boxes_that_contain_its_surface(tmp_path: Path
         (
             "hull.stl",
             "{mass: 60 t, size: [9 m, 4 m, 4 m]}",
-            "'hull.stl' is 9 x 4 x 3 m large, and the block 9",
+            "'hull.stl' measures 9 x 4 x 3 m, but the block 9",
         ),
         ("noise.stl", "mass: 60 t", "'noise.stl'"),
         ("../hull.stl", "mass: 60 t", "is outside of the scene's folder"),

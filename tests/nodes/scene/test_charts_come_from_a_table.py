@@ -42,7 +42,7 @@ def test_boom_counterweight_and_base_select_the_load_chart(tmp_path: Path) -> No
     assert chart("20 m", "25 t", "7.3 m") == [(4.0, 50e3), (8.0, 25e3)]
     assert chart("20 m", "25 t", "6.9 m") == [(4.0, 22e3), (6.0, 12e3)]
     assert chart("22 m", "20 t", "7 m") == [(4.0, 38e3), (8.0, 19e3)]
-    with pytest.raises(SceneError, match="no chart for a boom so long"):
+    with pytest.raises(SceneError, match="no chart for this boom length"):
         chart("20 m", "25 t", "4 m")
 
 

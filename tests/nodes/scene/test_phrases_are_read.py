@@ -49,7 +49,7 @@ WRONG = {
     "hoist 3 m/min until taut": (20, "'taut' needs to know of what"),
     "turn 0.15 deg/s by 90 deg": (16, "after the rate 'to' must follow, not 'by'"),
     "hook C1": (5, "after 'hook' '[' must follow, not 'C1'"),
-    "unhook all": (0, "'unhook' stands alone, without 'all'"),
+    "unhook all": (0, "nothing can follow 'unhook': remove 'all'"),
     "wait -3 s": (5, "-3 s is out of range: choose 0.001 ms to 100 days"),
     "wait nan s": (5, "nan is out of range: choose 0.001 ms to 100 days"),
     "wait 101 days": (5, "101 days is out of range: choose 0.001 ms to 100 days"),

@@ -155,12 +155,12 @@ def test_swing_free_ramps_of_a_load_without_swing_period_are_reported() -> None:
     with pytest.raises(SceneError, match="no length is known for this ramp, write an acceleration: still waiting for"):
         parse(late)
     turn = "actions[5].block=turn 0.15 deg/s ramp one swing to 90 deg"
-    with pytest.raises(SceneError, match="the hooks follow a turn on arcs"):
+    with pytest.raises(SceneError, match="in a turn the hooks move on arcs"):
         load("turnover", [turn])
 
 
 def test_a_swing_free_ramp_can_neither_be_varied_nor_ordered_by_an_operator() -> None:
-    with pytest.raises(SceneError, match=r"input cranes.crane.ramp: is not a quantity"):
+    with pytest.raises(SceneError, match=r"input cranes.crane.ramp: this is not a quantity"):
         inputs(load("lift", ["cranes.crane.ramp=one swing"]), ["cranes.crane.ramp"])
     with pytest.raises(
         SceneError, match="ramps without swing are possible only in the action list: give an acceleration"

@@ -36,7 +36,9 @@ def test_numbers_booleans_and_lists_can_be_set() -> None:
 
 @pytest.mark.parametrize("wrong", [5, None, ["block.mass=280 t", 5], [("block.mass", "280 t")]])
 def test_invalid_settings_are_refused(wrong: Any) -> None:
-    with pytest.raises(SceneError, match=r"are no settings; write 'block.mass=280 t', a list of such, or a dict"):
+    with pytest.raises(
+        SceneError, match=r"are not settings; write 'block.mass=280 t', a list of such texts, or a dict"
+    ):
         load("lift", wrong)
 
 
@@ -46,5 +48,5 @@ def test_errors_in_settings_name_the_setting() -> None:
             load("lift", wrong)  # type: ignore[arg-type]
     with pytest.raises(SceneError, match="missing unit"):
         load("lift", block={"mass": 280})
-    with pytest.raises(SceneError, match=r"end: <object .* is no value of a setting"):
+    with pytest.raises(SceneError, match=r"end: <object .* is not a valid value of a setting"):
         load("lift", end=object())

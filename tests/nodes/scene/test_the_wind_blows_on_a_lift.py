@@ -66,7 +66,7 @@ def test_the_seed_of_the_scene_draws_the_gusts() -> None:
     ("setting", "sentence"),
     [
         ("wind.on={boom: {sides: [1 m2, 2 m2, 3 m2]}}", "wind.on.boom: there is no body 'boom'"),
-        ("wind.direction=[0, 0, 0]", "wind: the direction of the wind has no length"),
+        ("wind.direction=[0, 0, 0]", "wind: the direction of the wind is a zero vector"),
         ("wind.turbulence=60 %", "wind.turbulence: 0.5 or less is needed here, not 60 %"),
         ("wind={speed: 9 m/s, direction: [1, 0, 0], gusts: [[0 s, 9 m/s]], turbulence: 0.1}", "either 'gusts' or"),
     ],

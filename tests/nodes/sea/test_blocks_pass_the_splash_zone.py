@@ -132,8 +132,8 @@ def test_a_buoy_on_a_piecewise_linear_buoyancy_curve_moves_as_in_scipy(method: s
 @pytest.mark.parametrize(
     ("curve", "words"),
     [
-        ("[[0 m, 0 kN], [2 m, 5 kN], [1 m, 6 kN]]", "depths of 'buoyancy' must rise"),
-        ("[[1 m, 0 kN], [2 m, 5 kN]]", "'buoyancy' begins at the depth 0 m with 0 kN"),
+        ("[[0 m, 0 kN], [2 m, 5 kN], [1 m, 6 kN]]", "depths of 'buoyancy' must be in ascending order"),
+        ("[[1 m, 0 kN], [2 m, 5 kN]]", "'buoyancy' must begin at the depth 0 m with 0 kN"),
         ("[[0 m, 0 kN], [2 m, -5 kN]]", "buoyancy"),
     ],
 )

@@ -204,7 +204,7 @@ BAD = {
     "give one row for each direction, from 0 deg to 180 deg in equal steps": (STREAM % "current").replace(
         "90 deg", "80 deg"
     ),
-    "coefficients of sway and yaw are zero at 0 deg": (STREAM % "current").replace("0.4, 0, 0", "0.4, 0.1, 0"),
+    "coefficients of sway and yaw must be zero at 0 deg": (STREAM % "current").replace("0.4, 0, 0", "0.4, 0.1, 0"),
 }
 
 

@@ -125,9 +125,9 @@ BAD = {
     "bodies": "one body is needed that turns about one point",
     "irf": "IRF.tec: .*impulse responses",
     "Results/ExcitationForce.tec": "its zones are missing or differ in size",
-    "Mesh/KH.dat": "it is no matrix of six motions",
+    "Mesh/KH.dat": "it is not a matrix for six motions",
     "Mesh/Hydrostatics.dat": "it has no 'ZG' and 'Displacement'",
-    "Nemoh.cal": "it is no Nemoh.cal of a body with six degrees of freedom",
+    "Nemoh.cal": "it is not a Nemoh.cal of a body with six degrees of freedom",
 }
 
 
@@ -141,7 +141,7 @@ def test_incomplete_files_of_nemoh_are_refused_in_one_sentence(tmp_path: Path, h
 
 
 EDITS = {
-    "phases are those at XEFF, YEFF": ("Nemoh.cal", "0. 0. ! XEFF", "0. 3. ! XEFF"),
+    "its phases refer to XEFF, YEFF": ("Nemoh.cal", "0. 0. ! XEFF", "0. 3. ! XEFF"),
     "output is not by frequencies in rad/s": (
         "Nemoh.cal",
         "6 ! Number of res",
@@ -180,7 +180,7 @@ def test_netcdf_files_with_other_arrays_are_refused_in_one_sentence(tmp_path: Pa
             for name, x in changed.items():
                 del tree[name]
                 tree[name] = x
-    sentences = {"cut": "not a netCDF file", "two depths": "one body on water of one depth",
+    sentences = {"cut": "not a netCDF file", "two depths": "a single body at rest in water of a single depth",
                  "no loads": "it needs two or more frequencies", "one heading": "at least two of each"}  # fmt: skip
     with pytest.raises(SceneError, match=rf"bad.nc: .*{sentences[wrong]}"):
         hull_of(path)

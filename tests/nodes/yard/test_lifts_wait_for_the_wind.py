@@ -146,7 +146,7 @@ def test_strong_wind_does_not_stop_rigging_but_delays_the_lift_of_the_rigged_blo
 
 
 def test_a_lift_whose_wind_limit_is_never_met_is_reported_by_name(tmp_path):
-    with pytest.raises(HeavyliftError, match="A erect waits for ever for weather"):
+    with pytest.raises(HeavyliftError, match="A erect waits forever for weather"):
         ran(load(written(tmp_path, [9] * 48), lifter=three_hours))
 
 

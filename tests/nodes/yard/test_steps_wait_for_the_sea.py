@@ -210,5 +210,5 @@ def test_invalid_seas_are_reported_in_one_sentence(tmp_path, change, words):
 
 
 def test_a_step_for_which_no_weather_window_is_long_enough_is_reported_by_name(tmp_path):
-    with pytest.raises(HeavyliftError, match="A lift waits for ever for weather: in ten years"):
+    with pytest.raises(HeavyliftError, match="A lift waits forever for weather: in ten years"):
         starts(yard(tmp_path, [0.5] * 11 + [2.0] * 13))

@@ -188,7 +188,7 @@ class Matrices(Base):
                 f"'{file}' cannot be read as numbers{' ' if place else ''}{place[0] if place else ''}"
             ) from None
         if array.ndim != 2 or (columns and array.shape[1] != columns):
-            raise ValueError(f"'{file}' has not the rows and columns of '{key}'")
+            raise ValueError(f"'{file}' has a wrong number of rows or columns for '{key}'")
         return tuple(tuple(map(float, row)) for row in array)
 
     def _data(self, file: Path, path: Path) -> bytes:

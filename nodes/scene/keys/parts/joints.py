@@ -52,8 +52,8 @@ class Friction(Base):
 
 
 class AnyJoint(Base):
-    """Keys that all joints have; `at child` is the place of the joint on the child. `rotation` turns the joint's frame
-    about the parent's x axis, then its y axis, then its z axis."""
+    """Keys that all joints have. `at child`: place of the joint on the child; `rotation`: angles by which the joint's
+    frame is rotated about the parent's x, y and z axes, in this order."""
 
     type: k.JointKind
     parent: str = "world"

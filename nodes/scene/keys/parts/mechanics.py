@@ -237,7 +237,7 @@ class HookKeys(Base):
         fit = [x for x in self.capacity_charts if x.boom >= boom]
         fit = [x for x in fit if (x.counterweight or 0.0) <= heavy and (x.outriggers or 0.0) <= wide]
         if not fit:
-            raise ValueError("there is no chart for a boom so long, with such a counterweight and base")
+            raise ValueError("there is no chart for this boom length, counterweight and base")
         return min(fit, key=lambda x: (x.boom, -(x.counterweight or 0.0), -(x.outriggers or 0.0))).chart
 
 
