@@ -121,7 +121,7 @@ class Played:
 
     @cached_property
     def judge(self) -> "Judge":
-        """The data from which the verdict of the run is computed; once they exist, the rows of samples can be
+        """The data from which the verdict of the run is computed; once these exist, the rows of samples can be
         dropped."""
         return Judge(self.plan, self.mechanics, self.past, self.conduct, self.errors)
 

@@ -52,16 +52,16 @@ class BodyTrack:
 
     @cached_property
     def turn_strays(self) -> tuple[Floats, Floats]:
-        """Upper bounds (n - 1,) of the deviation of the body's rotation from linear interpolation between samples: that
-        of the quaternion, and that of a point per metre of its distance from the origin."""
+        """Upper bounds (n - 1,) of the error of rotations interpolated linearly between samples: error of the
+        quaternion, and displacement of a point per metre of its distance from the origin."""
         if len(self.turn) == 1:
             return (np.zeros(max(0, len(self.t) - 1)),) * 2
         return _turn_bend(self.t, self.turn)
 
     @cached_property
     def shakes(self) -> tuple[Floats, Floats]:
-        """Upper bounds (n - 1,) of the deviation of the body from straight lines between samples, computed from joint
-        speeds: that of its origin [m], and that of a point per metre of its distance from the origin."""
+        """Upper bounds (n - 1,) of the body's deviation from straight motion between samples, computed from joint
+        speeds: displacement of its origin [m], and of a point per metre of its distance from the origin."""
         if self.twist is None:
             nothing = np.zeros(max(0, len(self.t) - 1))
             return nothing, nothing

@@ -83,7 +83,7 @@ def onto(n: Floats) -> Floats:
 
 
 def axes_onto(x: float, y: float, z: float) -> Floats:
-    """Return the rotation (3, 3) that `onto` gives for one unit vector, bit-identical and ten times as fast."""
+    """Return the rotation (3, 3) that `onto` gives for one unit vector; bit-identical, and ten times as fast."""
     sign = 1.0 if z >= 0.0 else -1.0
     a = -1.0 / (sign + z)
     b = x * y * a
@@ -137,8 +137,8 @@ def twists(joints: Sequence[Joint], frames: Mapping[str, BodyPoses], speeds: Map
 
 
 def strays(t: Floats, pose: Floats, twist: Twist) -> tuple[Floats, Floats]:
-    """Return upper bounds (n - 1,) of the deviation of a body from straight motion between samples: that of its origin
-    [m], and that of a point per metre of its distance from the origin."""
+    """Return upper bounds (n - 1,) of a body's deviation from straight motion between samples: displacement of its
+    origin [m], and of a point per metre of its distance from the origin."""
     v, w = twist
     h = np.maximum(np.diff(t), 1e-9)[:, None]
     return _strays(h, v, np.diff(pose[:, :3], axis=0) / h), _strays(h, w, _turns(pose[:, 3:]) / h)
