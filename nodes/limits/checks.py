@@ -134,8 +134,8 @@ def _state_of(use: Use, error: float | None, accepted: bool, *, at_rest: bool) -
 
 
 def error_of(use: Use, errors: Errors) -> float | None:
-    """Return the error estimate of a value in its unit; None if it is unknown. A measured error of the utilisation is
-    used if there is one; otherwise, for a load carried by ropes, the errors of the rope tensions."""
+    """Return the error estimate of a value in its unit; None if the error is unknown. A measured error of the
+    utilisation has precedence; otherwise, for a load carried by ropes, the errors of the rope tensions count."""
     limit, value = use.limit, abs(use.value or 0.0)
     if limit.quantity == "clearance" and "smallest clearance" in errors:
         return errors["smallest clearance"] * max(NEAR, value)

@@ -79,8 +79,8 @@ def read(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | Non
 
 
 def axis_of(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column | None:
-    """Return the argument of a limit's chart at each sample: trolley position or radius [m], or sling angle [rad]. None
-    if it is missing."""
+    """Return the argument of a limit's chart at each sample: trolley position or radius [m], or sling angle [rad]; None
+    if it was not recorded."""
     if limit.over == "angle":
         slings = (x for name in limit.elements for x in sling_signals(name, "slope", plan.machines, plan.gravity))
         return _largest(plan, list(slings), signals)

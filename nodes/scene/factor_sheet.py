@@ -71,7 +71,7 @@ def rigging(plan: Plan, uses: Sequence[Use]) -> Iterator[Table]:
 
 
 def sources(uses: Sequence[Use]) -> list[str]:
-    """Return the sources of the factors in these uses, each of them once."""
+    """Return the sources of the factors in these uses, without repetition."""
     found: dict[tuple[str, str], list[float]] = {}
     for x in (x for use in uses for x in use.limit.factors):
         found.setdefault((x.name, x.source), []).append(x.value)
