@@ -1,4 +1,4 @@
-"""What `check` follows at rest: hooks that move alone, tilt, landing, ends that come too soon, stages of no length."""
+"""Static checks along the action list: single hooks moving, tilt, landing, early ends, stages of zero length."""
 
 import lifting
 import pytest
