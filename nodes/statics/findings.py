@@ -153,7 +153,7 @@ def _unfollowed(built: plan.Plan, path: Followed) -> list[Check]:
         return []
     action, t = (path.states[-1].action, path.states[-1].t) if path.states else (0, 0.0)
     why = _out_of_plumb(built, path) or path.why
-    sentence = f"the lift is not checked at rest from here on: {why}; `heavylift run` checks it"
+    sentence = f"the lift is not checked at rest from {clock(t, 1)} on: {why}; `heavylift run` checks it"
     return [_finding(built, action, "amber", "unfollowed", "scene", sentence, t, why=NOT_CHECKED)]
 
 

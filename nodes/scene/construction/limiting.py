@@ -17,6 +17,7 @@ from .environment.footings import standing_limits, wind_limits
 from .rigging.hook_ratings import WAYS, hook_limits
 from .rigging.ratings import (
     bridle_limit,
+    certificate_limits,
     lug_limits,
     rigging_limits,
     shackle_limit,
@@ -40,6 +41,7 @@ def rated_limits(builder: SceneBuilder) -> tuple[RatedLimit, ...]:
     rows += [
         *_rig(builder),
         *lug_limits(builder),
+        *certificate_limits(builder),
         *_supports(builder, lifting),
         *_fenders(builder),
         *_vessels(builder),

@@ -1,4 +1,4 @@
-"""A simulation that is called out of turn says what to call; whatever it accepts has its effect at its instant."""
+"""A simulation called out of order reports the call that is due; accepted calls act at their time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every flexible body that cannot be is refused in one sentence that names it."""
+"""Impossible flexible bodies are refused in one sentence with their names."""
 
 from dataclasses import replace
 
