@@ -123,7 +123,7 @@ def wind_limits(builder: SceneBuilder, machines: Collection[Mechanism], winds: t
         note = "no wind is modelled"
         yield RatedLimit(subject="all", quantity="wind", unit="m/s", value=most, source=by, note=note, where=where)
         return
-    row = {"quantity": "wind", "unit": "m/s", "elements": winds}
+    row: dict[str, Any] = {"quantity": "wind", "unit": "m/s", "elements": winds}
     if stated:
         row |= {"rest": RestLoad(value=stated, bound=stated), "note": "in the stated wind of the factor sheet"}
     unknown = not machines
@@ -132,12 +132,12 @@ def wind_limits(builder: SceneBuilder, machines: Collection[Mechanism], winds: t
         own = given.wind if given else None
         unknown |= own is None
         if own is not None:
-            yield RatedLimit(subject=machine.name, value=own, source="its type", where=machine.where, **row)  # type: ignore[arg-type]
+            yield RatedLimit(subject=machine.name, value=own, source="its type", where=machine.where, **row)
     if most is not None:
-        yield RatedLimit(subject="all", value=most, source="the scene", where=where, **row)  # type: ignore[arg-type]
+        yield RatedLimit(subject="all", value=most, source="the scene", where=where, **row)
     elif unknown:
         row["note"] = "give it under 'limits: {wind: ...}'"
-        yield RatedLimit(subject="all", where=where, **row)  # type: ignore[arg-type]
+        yield RatedLimit(subject="all", where=where, **row)
 
 
 def _given(builder: SceneBuilder, machine: Mechanism) -> Stands | None:
