@@ -88,7 +88,7 @@ class RunSeries:
 
     @property
     def stages(self) -> list[tuple[str, float]]:
-        """Duration of each stage [s]."""
+        """Duration of each stage of the run [s]."""
         return [(x.name, x.end - x.start) for x in self.spans if x.name != WHOLE]
 
 
@@ -111,7 +111,7 @@ def _speeds(run: Played, rows: Floats) -> dict[str, Floats]:
 
 
 def spans(plan: Plan, stages: list[tuple[float, int, str]], last: float) -> list[Span]:
-    """Return the time span of each action; of the whole run if it has no action list."""
+    """Return the time span of each action of a run, or of the whole run if it has no action list or several of them."""
     if not stages or plan.lists:
         # lifts side by side have stages that overlap: figures are those of the whole run
         return [Span(WHOLE, 0.0, last, not plan.lists, False)]

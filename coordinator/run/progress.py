@@ -17,7 +17,7 @@ from heavylift.coordinator.record.scene import RunResult
 from heavylift.kernel.description.findings import clock
 from heavylift.kernel.errors import HeavyliftError, printable
 from heavylift.nodes.devs import Event
-from heavylift.nodes.limits.checks import governing, likewise, open_checks
+from heavylift.nodes.limits.checks import governing, likewise, open_checks, scope
 from heavylift.nodes.limits.named import rated
 from heavylift.nodes.plan.fidelity import Answer
 from heavylift.nodes.plan.plan import Plan
@@ -57,7 +57,7 @@ class Progress(RunObserver):
             error.verdict = None  # is reported
 
     def event(self, event: Event) -> None:
-        """Show a new stage, or a joint that was locked."""
+        """Show in the progress bar that a stage begins or that a joint was locked."""
         if event.type == "Stage":
             stage = event.value
             self._stage, self._action = stage.name or self._stage, stage.action + 1  # type: ignore[attr-defined]
@@ -69,13 +69,13 @@ class Progress(RunObserver):
             print(f"{event.t * 1e-9:9.1f} s  {lost}", file=sys.stderr)
 
     def progress(self, t_ns: int) -> None:
-        """Show the simulated time [ns]."""
+        """Show in the progress bar the simulation time reached [ns]."""
         self._t_ns = max(t_ns, self._t_ns)
         if self._live is not None:
             self._live.update(self._line())
 
     def say(self, sentence: str) -> None:
-        """Print a separate line above the bar."""
+        """Print a line of its own above the progress bar."""
         if self._live is None:
             print(printable(sentence), file=sys.stderr)
         else:
@@ -190,6 +190,8 @@ def print_verdict(verdict: RecordedVerdict) -> None:
         _print(f"{x.word}: {x.message}", {"red": "bold red", "amber": "yellow"}.get(x.state))
     for line in open_checks(verdict.checks):
         _print(line, "yellow")
+    for line in scope(verdict.checks):
+        _print(line)
 
 
 def _print(text: str | None, style: str | None = None) -> None:

@@ -24,7 +24,17 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 SPEED = "joint/velocity"
 PADS = "support/force"
-NUMBERS = ("rope/tension", "rope/length", REEVING, PADS, SPEED, "deflection", "edge/force", "edge/place")
+NUMBERS = (
+    "rope/tension",
+    "rope/length",
+    REEVING,
+    PADS,
+    "contact/force",
+    SPEED,
+    "deflection",
+    "edge/force",
+    "edge/place",
+)
 BLOCK = 4096  # samples that are looked at together
 KEPT = 3  # blocks of them: an hour and a half of usual samples
 
@@ -37,16 +47,16 @@ class RunHistory(Protocol):
         """Sample times (n,) [s], in order."""
 
     def part(self, first: int, end: int) -> "History":
-        """Return the samples from `first` to before `end`."""
+        """Return the part of the history from sample `first` to before sample `end`."""
 
 
 @dataclass(frozen=True)
 class History:
     """Recorded columns of a run, or of a part of one, over its sample times t (n,) [s].
 
-    Poses: body -> (n, 7) [m, quaternion x y z w]; tensions: rope (most loaded part) or support -> (n,) [N]; unstretched
-    lengths: rope -> (n,) [m]; rope lines with their times; joint speeds: joint.component -> (n,) [m/s, rad/s];
-    deflections `bent`: body.place.axis -> (n,) [m]; edge forces and places: rope.edge -> (n,) [N], [m].
+    Poses: body -> (n, 7) [m, quaternion x y z w]; tensions: rope (most loaded part), support or contact -> (n,) [N];
+    unstretched lengths: rope -> (n,) [m]; rope lines with their times; joint speeds: joint.component -> (n,) [m/s,
+    rad/s]; deflections `bent`: body.place.axis -> (n,) [m]; edge forces and places: rope.edge -> (n,) [N], [m].
     """
 
     t: Floats
@@ -61,7 +71,7 @@ class History:
     straight: bool = field(default=False, kw_only=True)  # between the samples, which are as near as that asks for
 
     def part(self, first: int, end: int) -> "History":
-        """Return the samples from `first` to before `end`."""
+        """Return the part of the history from sample `first` to before sample `end`."""
         return self.of(np.arange(first, min(end, len(self.t))))
 
     def of(self, kept: NDArray[np.intp]) -> "History":
@@ -116,7 +126,7 @@ class Collector:
         return np.array(self._times, np.float64) * 1e-9
 
     def part(self, first: int, end: int) -> History:
-        """Return the samples from `first` to before `end`."""
+        """Return the part of the history from sample `first` to before sample `end`."""
         if (first, end) not in self._parts:
             while len(self._parts) >= KEPT:
                 del self._parts[next(iter(self._parts))]
@@ -130,8 +140,10 @@ class Collector:
         table = np.ascontiguousarray(rows.T)  # a column is one piece of memory, as all sums run along it
         columns = iter(table[7 * len(self._bodies) :])
         poses = {body: table[7 * i : 7 * i + 7].T for i, body in enumerate(self._bodies)}
-        tensions, lengths, parts, pads, *more = [{name: next(columns) for name in names} for names in self._names]
-        return History(t, poses, tensions | _most(parts) | pads, _whole(lengths), self.rigs, *more)
+        tensions, lengths, parts, pads, pressed, *more = [
+            {name: next(columns) for name in names} for names in self._names
+        ]
+        return History(t, poses, tensions | _most(parts) | pads | pressed, _whole(lengths), self.rigs, *more)
 
 
 @dataclass(frozen=True)
@@ -147,7 +159,7 @@ class Every:
         return self.past.t[:: self.every]
 
     def part(self, first: int, end: int) -> History:
-        """Return the samples from `first` to before `end`."""
+        """Return the part of the history from sample `first` to before sample `end`."""
         whole = self.past.part(first * self.every, end * self.every)
         return whole.of(np.arange(0, len(whole.t), self.every))
 

@@ -106,7 +106,7 @@ class UncertainInput(Input):
 
 
 def inputs(scene: LoadedScene, names: Sequence[str]) -> list[Input]:
-    """Return the inputs with these names; raises SceneError if one does not exist or is not a quantity."""
+    """Return the inputs with these names; raises SceneError if an input does not exist or is not a quantity."""
     source, _ = _source(scene)
     found = [_input(scene, source, name)[0] for name in names]
     if twice := next((p for i, p in enumerate(found) if p.path in [q.path for q in found[:i]]), None):
@@ -218,7 +218,7 @@ def _input(scene: LoadedScene, source: SourceText, name: str) -> tuple[Input, Qu
         path = (*path, key)
     found = quantity(kind)
     if at is None:
-        raise SceneError(f"input {name}: the scene gives it no value; write a nominal one")
+        raise SceneError(f"input {name}: the scene gives this input no value; write a nominal value")
     if found is None or isinstance(at, bool) or not isinstance(at, int | float):
         raise SceneError(f"input {name}: this is not a quantity; name a quantity, such as block.mass")
     dimension = found.dimension

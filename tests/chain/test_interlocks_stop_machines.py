@@ -1,4 +1,4 @@
-"""Interlocks stop a machine by itself where its chart ends, leave free what eases it, and can be bypassed on record."""
+"""An interlock stops a machine at the end of its load chart, allows unloading moves, and a bypass is recorded."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_the_load_chart_interlock_stops_the_boom_at_the_last_allowed_radius(whol
     assert degrees(before) == pytest.approx(degrees(acos((RADIUS - FOOT) / BOOM)), abs=AHEAD)
 
 
-def test_luffing_in_resets_the_interlock_and_the_module_can_be_set_down(whole: Recording) -> None:
+def test_luffing_in_resets_the_load_chart_interlock_and_the_module_can_be_set_down(whole: Recording) -> None:
     trips = [(value["over"], value["bypassed"]) for _, value in said(whole, "Tripped")]
     assert trips[0] == (True, False)
     assert trips[-1] == (False, False)

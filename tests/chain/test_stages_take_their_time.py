@@ -1,4 +1,4 @@
-"""Every move of a crane ends on the nanosecond that its trapezoid says: t = d/v + v/a, or 2 sqrt(d/a)."""
+"""Every crane move ends at the nanosecond of its trapezoidal profile: t = d/v + v/a, or 2 sqrt(d/a)."""
 
 import pytest
 from chain import CLOSED_FORMS, play

@@ -1,4 +1,4 @@
-"""The finest level, which judges answers, beside code of its own: maximal coordinates in NumPy, SciPy's Radau."""
+"""The finest model level agrees with independent code: maximal coordinates in NumPy, SciPy's Radau."""
 
 import sys
 from pathlib import Path
@@ -18,7 +18,7 @@ RTOL = 1e-3  # of the steps of that code, whose ropes have two lumps
 AGREE, ALMOST, NEVER = 1e-3, 19, 2e-3
 
 
-def test_independent_code_gives_the_same_peaks_and_stage_ends_for_random_lifts():
+def test_independent_code_gives_the_peaks_and_stage_ends_of_random_lifts():
     found = {}
     for seed in LIFTS:
         plan = parse(random_lift(seed)).plan

@@ -1,4 +1,4 @@
-"""A folder is trusted by what it really is: without links, for what lies in it, as long as nobody else can write."""
+"""Trust in a folder covers its resolved path and the files in it as long as nobody else can write them."""
 
 from __future__ import annotations
 
@@ -103,11 +103,11 @@ def test_trust_of_a_module_depends_on_the_file_that_would_be_imported(own: Path,
 
 
 @pytest.mark.parametrize("where", ["heavylift", "heavylift.nodes.zoo", "heavylift.nodes.zoo.none", "heavylift.nodes"])
-def test_heavylift_itself_is_trusted_wherever_it_is_installed(where: str) -> None:
+def test_heavylift_code_is_trusted_wherever_it_is_installed(where: str) -> None:
     assert trust.refusal(where) == ""
 
 
-def test_trusting_a_folder_does_not_trust_packages_installed_below_it(own: Path, monkeypatch) -> None:
+def test_trust_in_a_folder_does_not_include_packages_installed_below_it(own: Path, monkeypatch) -> None:
     library = own / "venv" / "site-packages"
     library.mkdir(parents=True)
     (library / "theirs.py").write_text("")
@@ -118,11 +118,11 @@ def test_trusting_a_folder_does_not_trust_packages_installed_below_it(own: Path,
     assert trust.refusal("theirs") == ""
 
 
-def test_functions_of_python_itself_are_refused_as_laws() -> None:
+def test_functions_of_the_python_library_are_refused_as_force_laws() -> None:
     for where in ("os", "shutil", "builtins", "math", "json.decoder", "sys"):
         assert trust.refusal(where) == f"'{where}' belongs to Python itself; name a function of your own"
 
 
 @pytest.mark.parametrize("where", ["no\0name", "..", ".", "a..b", "x" * 5000, "x" * 5000 + ".py", "no.such.module"])
-def test_a_reference_that_names_no_module_contains_no_code(where: str) -> None:
+def test_a_code_reference_without_a_module_contains_no_code(where: str) -> None:
     assert trust.refusal(where) in ("", f"{where!r} names no module")

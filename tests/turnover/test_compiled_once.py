@@ -1,4 +1,4 @@
-"""An hour of lift in twelve processes: the equations become machine code once, those at rest once, too."""
+"""A lift of one hour in twelve processes compiles its equations once, and its static equations once."""
 
 from pathlib import Path
 
@@ -8,7 +8,7 @@ from heavylift.nodes.scene import load
 from the_run import Lift
 
 
-def test_the_whole_lift_and_its_statics_compile_only_once(lift: Lift) -> None:
+def test_turnover_and_its_statics_compile_code_once(lift: Lift) -> None:
     assert sorted(path.suffix for path in lift.code.iterdir()) == [".o", ".o", ".path", ".scene"]
 
 

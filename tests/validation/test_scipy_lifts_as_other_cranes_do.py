@@ -1,4 +1,4 @@
-"""Lifts by cranes that are no goliaths: SciPy's DOP853 on the same equations finds the same peaks and times.
+"""Lifts by other crane types: SciPy's DOP853 on the same equations finds the same peaks and times.
 
 Each of twenty random lifts, at least two by each other type of the library, once by the kernel's own method of its
 ladder, once by SciPy at a tolerance of 1e-10 (`tests/kernel/scipy_peers.py`): all peaks, all stages, the last places.
@@ -41,7 +41,7 @@ def run(seed: int, method: str, tolerance: float) -> Played:
 
 @pytest.mark.parametrize("number", range(len(SEEDS)))
 @pytest.mark.large(beyond=2)
-def test_scipy_finds_the_same_peaks_and_stages_for_lifts_by_other_cranes(number: int) -> None:
+def test_scipy_finds_the_peaks_and_stage_times_of_lifts_by_other_crane_types(number: int) -> None:
     seed = SEEDS[number]
     assert lift_of_the_world(seed).kinds[0] == TYPES[number % len(TYPES)]
     ours, theirs = run(seed, "", OURS), run(seed, "scipy-dop853", THEIRS)

@@ -107,12 +107,12 @@ def test_check_exits_with_1_if_bodies_touch_without_an_order_that_allows_it(tmp_
         ("may tuch: [[block, ground]]\n", "did you mean 'may touch'"),
     ],
 )
-def test_unknown_objects_cannot_be_allowed_to_touch(text: str, told: str) -> None:
+def test_allowing_an_unknown_object_to_touch_is_refused(text: str, told: str) -> None:
     with pytest.raises(SceneError, match=told):
         scene("jib-60", shelf("jib-60", 0.8) + text)
 
 
-def test_a_stage_may_allow_contacts_of_existing_objects_only() -> None:
+def test_a_stage_that_allows_contact_with_an_object_that_does_not_exist_is_refused() -> None:
     for says, message in (
         ("may touch: [[block, shlef]]", "did you mean 'shelf'"),
         ("may tuch: [[block, shelf]]", "'may touch'"),
@@ -127,7 +127,7 @@ def test_unhooking_a_hanging_load_is_red(crane: str) -> None:
     loaded = scene(crane)
     names = [*loaded.scene.rigging, *(loaded.scene.rig.beams if loaded.scene.rig else ())]
     orders = "".join(f"    {name}: unhook\n" for name in names)
-    with pytest.raises(SceneError, match="no sling is taut: the block would fall"):
+    with pytest.raises(SceneError, match="no taut sling is left: the block would fall"):
         scene(crane, "", ("  - stage: down\n", f"  - stage: off\n{orders}  - stage: down\n"))
     machines = Machines(loaded.plan)
     state, lugs = first_state(machines.parts), first_lugs(machines.parts)

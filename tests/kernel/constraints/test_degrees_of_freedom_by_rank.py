@@ -1,4 +1,4 @@
-"""How many ways a mechanism can move: published linkages for which counting fails, random ones, singular poses."""
+"""Degrees of freedom of mechanisms: published linkages for which counting fails, random ones, singular poses."""
 
 from dataclasses import replace
 from math import atan, cos, pi, sin, tan
@@ -149,7 +149,7 @@ def hinges(n):
     ids=["four-bar", "crossed", "parallelogram", "windows", "three-cranks", "bennett", "long-bennett", "sarrus", "rssr",
          "hexapod", "half-driven", "driven", "hinge", "two-hinges", "three-hinges"],
 )  # fmt: skip
-def test_published_linkages_have_their_degrees_of_freedom(system, dof, redundant):
+def test_published_linkages_have_their_known_degrees_of_freedom(system, dof, redundant):
     m = found(system)
     assert (m.dof, m.at_start, m.conditions - m.rank, m.open) == (dof, dof, redundant, ())
 
@@ -176,7 +176,7 @@ def test_a_folded_parallelogram_has_two_degrees_of_freedom_at_the_start_and_one_
     assert "the start pose is singular: 2 degrees of freedom at that instant, 1 in motion" in m.lines
 
 
-def test_three_folded_four_bar_windows_have_one_degree_of_freedom_and_four_at_the_singular_pose():
+def test_three_folded_four_bar_linkages_have_one_degree_of_freedom_and_four_at_the_singular_pose():
     m = found(windows(3, pi / 2))
     assert (m.at_start, m.dof) == (4, 1)
 
@@ -233,7 +233,7 @@ def test_doubling_a_joint_removes_no_degree_of_freedom(kind):
     assert twice.conditions == twice.conditions - twice.rank, "every row of the second one is redundant"
 
 
-def test_driven_and_locked_coordinates_are_no_degrees_of_freedom():
+def test_driven_and_locked_coordinates_do_not_count_as_degrees_of_freedom():
     joints = tuple(Joint(f"j{i}", "revolute", "b0" if i else WORLD, f"b{i}", axis=Y) for i in range(3))
     system = System(
         tuple(link(f"b{i}") for i in range(3)), joints, drives=(Drive("d", "j0", "prescribed"),),
@@ -244,7 +244,7 @@ def test_driven_and_locked_coordinates_are_no_degrees_of_freedom():
     assert m.lines == ["degrees of freedom: 3 of joints, less 1 prescribed by drives, less 1 locked"]
 
 
-def test_a_driven_loop_follows_its_drive_without_degrees_of_freedom():
+def test_a_loop_with_one_driven_joint_has_no_degree_of_freedom_and_follows_its_drive():
     m = found(replace(four_bar(), drives=(Drive("d", "a", "prescribed"),)))
     assert (m.dof, m.driven, m.rank) == (0, 1, 2)
 
@@ -275,7 +275,7 @@ def test_remaining_degrees_of_freedom_are_reported_by_body():
     assert (m.flexible, m.massless, m.fixed, m.stations, m.modes) == (1, 1, 1, m.bodies - 5, m.dof - 3)
 
 
-def test_a_loop_that_cannot_close_is_reported():
+def test_a_linkage_that_cannot_close_is_reported():
     apart = replace(four_bar(), joints=(*four_bar().joints[:3], replace(four_bar().joints[3], p_CJ=(9.0, 0.0, 0.0))))
     m = found(apart)
     assert m.open == ("joint 'c'",)

@@ -46,7 +46,9 @@ def test_end_forces_of_random_mooring_lines_satisfy_the_catenary_equations(lifte
 
 
 @pytest.mark.parametrize("lifted", [True, False])
-def test_machine_code_of_the_catenary_agrees_with_python_floats_and_has_exact_derivatives(lifted: bool) -> None:
+def test_catenary_equations_agree_in_machine_code_and_interpreted_python_and_have_exact_derivatives(
+    lifted: bool,
+) -> None:
     law = hanging if lifted else lying
     code = Function("solved", lambda p: {"y": [*law(*p)[:2]]}, {"p": 3})
     native = Library(f"catenary {lifted}", lambda: module(code), cache=False)
@@ -75,7 +77,7 @@ def test_end_forces_of_mooring_lines_agree_with_moorpy() -> None:
             assert ours == pytest.approx((-one[2], -one[3]), rel=PEER * 100, abs=PEER * w * L)
 
 
-def test_published_lines_of_moorpy_are_reproduced() -> None:
+def test_published_example_lines_of_moorpy_are_reproduced() -> None:
     """Its own tests: the line that lies in part, also with friction of the seabed, and the one that hangs freely."""
     L, w, EA = 500.0, 800.0, 7.51e12
     f = lying(400.0 / L, 200.0 / L, 0.5 * w * L / EA)

@@ -1,4 +1,4 @@
-"""SciPy on the same equations: its integrators find what the own methods of the kernel find."""
+"""SciPy's integrators on the same equations find the results of the kernel's own methods."""
 
 from typing import get_args
 
@@ -39,5 +39,5 @@ def test_the_impact_times_of_a_bouncing_load_agree_with_scipy(method):
     assert both[0] == pytest.approx(both[1], abs=INSTANT)
 
 
-def test_scenes_and_kernel_offer_the_same_methods():
+def test_scenes_and_the_kernel_offer_the_same_integration_methods():
     assert set(get_args(MethodName)) == METHODS.keys() - PEERS.keys()

@@ -1,4 +1,4 @@
-"""Bodies within reach only against the direction of a joint: the joint is turned round, and nothing else changes."""
+"""Joints whose direction points towards the world are reversed without any other change."""
 
 from dataclasses import replace
 
@@ -52,7 +52,7 @@ def test_a_joint_written_from_child_to_parent_moves_like_one_from_parent_to_chil
     assert Rotation.from_matrix(R_.T @ R).magnitude() < SAME
 
 
-def test_a_joint_with_the_world_as_child_is_driven_like_any_other():
+def test_a_drive_moves_a_joint_whose_child_is_the_world():
     joint = Joint("rail", "prismatic", "load", WORLD, axis=(-1.0, 0.0, 0.0), q0=(1.0,))
     system = System((Body("load", 3.0),), (joint,), stops=(Stop("end", "rail", 0.0, 5.0, 1e4, 10.0),))
     s = started(replace(system, drives=(Drive("motor", "rail", "prescribed"),)))

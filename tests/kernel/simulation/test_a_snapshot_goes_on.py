@@ -1,4 +1,4 @@
-"""A simulation that goes on from the bytes of another one takes the same steps, to the last bit."""
+"""A simulation continued from the bytes of a snapshot takes the same steps to the last bit."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def bits(s: Simulation) -> tuple[bytes, bytes, list[tuple[int, bytes]]]:
 
 @pytest.mark.parametrize("name", STORIES)
 @pytest.mark.large(beyond=3)
-def test_a_run_continued_from_a_snapshot_at_any_moment_is_the_same(name: str) -> None:
+def test_a_run_continued_from_a_snapshot_at_any_moment_equals_the_uninterrupted_run(name: str) -> None:
     whole = begun(name)
     play(whole, name, 0, END)
     moments = np.random.default_rng(3).integers(0, END, 4)

@@ -1,4 +1,4 @@
-"""However small a motion is, its tolerance is as small: closed forms from a nanometre to a hundred metres.
+"""Tolerances scale with the size of motion: closed forms from a nanometre to a hundred metres.
 
 Once anything has moved at 1 cm/s the tolerance is that of a metre; below, it is that part of it.  A scene whose whole
 motion is below a nanometre or so rests as before, and so does a stiff one that only its rounding moves.
@@ -64,7 +64,7 @@ def test_a_tiny_oscillation_is_resolved_by_methods_of_scipy(method):
 
 
 @pytest.mark.parametrize("omega", [0.4, 100.0])
-def test_slow_and_fast_tiny_oscillations_are_resolved(omega):
+def test_tiny_oscillations_are_resolved_at_low_and_high_frequencies(omega):
     end = float(after(oscillator(1e-8, omega), 180.0 / omega).state[0]) / 1e-8
     assert end == pytest.approx(let_go(180.0 / omega, omega), abs=FOLLOWED)
 
@@ -88,20 +88,20 @@ def test_a_tiny_bounce_of_a_load_on_its_rope_is_resolved():
     assert np.abs(T[:, 0] - expected).max() < FOLLOWED * EA / LENGTH * 1e-6
 
 
-def test_tiny_motions_are_the_same_on_python_floats_and_in_machine_code():
+def test_tiny_motions_are_the_same_in_machine_code_and_interpreted_python():
     for amplitude in (1e-8, 1e-3):
         native, oracle = (after(oscillator(amplitude), 2.0, native=x) for x in (True, False))
         assert native.native.evaluations == oracle.native.evaluations
         assert float(native.state[0]) == pytest.approx(float(oracle.state[0]), abs=SAME * amplitude)
 
 
-def test_the_effort_for_ever_smaller_motions_is_bounded():
+def test_the_number_of_steps_stays_bounded_for_ever_smaller_motions():
     """Down to a nanometre a swing costs no more than one of a metre does."""
     swift = after(oscillator(1.0)).native.evaluations
     assert all(after(oscillator(a)).native.evaluations < swift for a in AMPLITUDES if a < 1.0)
 
 
-def test_motion_of_the_size_of_rounding_counts_as_rest():
+def test_motion_of_the_size_of_rounding_errors_counts_as_rest():
     for stiffer in (1.0, 100.0, 1e4):
         rest = LENGTH * (1.0 + MASS * G / (stiffer * EA))
         scene = hung(rest)

@@ -1,4 +1,4 @@
-"""A bag has a list for each in port of its model, an empty one where nothing came, and nothing else."""
+"""A bag has one list for each in port of its model, which is empty if no message came."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def test_reading_an_unknown_port_of_a_bag_is_refused(ask: object) -> None:
         drive(Asking("m"), [(0, "a", Summand(1))])
 
 
-def test_reading_a_port_added_to_this_instance_only_is_accepted() -> None:
+def test_a_port_added_to_a_model_instance_can_be_read() -> None:
     class Wide(Adder):
         def __init__(self, name: str) -> None:
             super().__init__(name)

@@ -1,4 +1,4 @@
-"""Yards that cannot stand or lift: what overlaps, does not reach, or carries more than it may.
+"""Overlapping, unreachable or overloaded lifts, each with its error message.
 
 name: (scene, [(old, new), ...], where the caret points, sentence after "error: ")
 """
@@ -179,7 +179,7 @@ YARDS = {
         "turnover",
         [("    B hooks: unhook", "    all hooks: unhook")],
         "stage: unhook",
-        "actions[8]: no sling is taut: the block would fall (unhook B)",
+        "actions[8]: no taut sling is left: the block would fall (unhook B)",
     ),
     "travel while grounded": (
         "lift",

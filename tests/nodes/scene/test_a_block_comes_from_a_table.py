@@ -1,4 +1,4 @@
-"""A block's weight, centre of mass and lugs stand in tables beside the scene, as yards keep them."""
+"""Weight, centre of mass and lugs of a block are read from tables beside the scene."""
 
 import re
 from pathlib import Path
@@ -63,7 +63,7 @@ def test_keys_of_the_scene_override_the_table_row(scene: Path) -> None:
     assert meant(load(scene)) == meant(bare("lift", [*WRITTEN, "block.mass=250 t"]))
 
 
-def test_a_table_row_named_by_a_setting_overrides_the_scene(scene: Path) -> None:
+def test_a_table_row_named_in_a_setting_overrides_the_table_row_of_the_scene(scene: Path) -> None:
     heavier: LoadedScene = load(scene, ["block.from=blocks.csv#B18"])
     assert heavier.scene.block is not None
     assert heavier.scene.block.mass == 480e3
@@ -136,7 +136,7 @@ def test_faults_in_a_table_are_reported_with_file_row_and_column(
         ("17", "write the table and the row, such as 'from: blocks.csv#B17'"),
     ],
 )
-def test_a_file_that_is_no_table_is_reported(scene: Path, named: str, sentence: str) -> None:
+def test_a_file_that_is_no_block_table_is_reported(scene: Path, named: str, sentence: str) -> None:
     assert sentence in refused(scene, f"block.from={named}")
 
 

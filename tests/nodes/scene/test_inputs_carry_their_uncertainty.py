@@ -87,7 +87,7 @@ def test_a_run_uses_the_nominal_values_of_uncertain_inputs(tmp_path: Path) -> No
     assert first == second
 
 
-def test_stating_uncertainties_changes_only_the_limits_in_the_plan() -> None:
+def test_stating_uncertainties_of_inputs_changes_only_the_limits_in_the_plan() -> None:
     plain = load("lift", ["block.mass=300 t", "rig.sling.EA=445 MN"])
     for text in ("300 t +- 3 %", "290..310 t", "300 t sd 5000 kg"):
         stated = load("lift", [f"block.mass={text}", "rig.sling.EA=445 MN ± 10 %"])
@@ -95,7 +95,7 @@ def test_stating_uncertainties_changes_only_the_limits_in_the_plan() -> None:
         assert replace(stated.plan, limits=limits) == plain.plan
 
 
-def test_uncertainties_in_free_text_are_not_read() -> None:
+def test_uncertainties_written_in_free_text_are_not_read() -> None:
     stage = "actions.0.stage=20..30 t on the hooks"
     source = "limits={ropes: {crane.H1: {tension: 4 MN, source: 3 +- 1 tests}}}"
     scene = load("lift", [stage, source])

@@ -51,7 +51,7 @@ def test_a_turbulent_wind_has_its_mean_standard_deviation_and_spectrum() -> None
         assert np.mean(power[1:][band] / expected[band]) == pytest.approx(1.0, abs=SCATTER)
 
 
-def test_the_seed_of_the_scene_draws_the_gusts() -> None:
+def test_the_seed_of_a_scene_determines_its_gusts() -> None:
     def history(seed: int) -> tuple[float, ...]:
         settings = [ALONG, "wind.turbulence=15 %", f"seed={seed}"]
         force = load("lift", settings).plan.machines[-1].system.forces[0]
@@ -76,7 +76,7 @@ def test_an_invalid_wind_is_reported(setting: str, sentence: str) -> None:
         load("lift", [ALONG, setting])
 
 
-def test_the_mechanism_name_wind_is_refused_if_the_scene_has_wind() -> None:
+def test_a_mechanism_named_wind_is_refused_if_the_scene_has_wind() -> None:
     with pytest.raises(SceneError, match=r"mechanism\.name: 'wind' is reserved for the wind"):
         load("gust", ["mechanism.name=wind", ALONG, "wind.on={load: {sides: [1 m2, 1 m2, 1 m2]}}"])
 
