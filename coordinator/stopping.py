@@ -41,7 +41,7 @@ class ReaderLeft(BaseException):
 
 
 class Stopping:
-    """Signal handling of a command: the handled signals end the work of the main thread."""
+    """Handles signals during a command: a signal ends the work of the main thread with Interrupted."""
 
     def __init__(self) -> None:
         self._over = self._stopped = False
@@ -65,7 +65,7 @@ class Stopping:
 
     @property
     def code(self) -> int:
-        """Exit code after a signal, by the convention of shells."""
+        """Exit code of a command that a signal has ended, by the convention of shells."""
         return 128 + self._signal
 
     def _asked(self, number: int, frame: FrameType | None) -> None:
@@ -100,7 +100,7 @@ def _ignored(numbers: Iterable[int]) -> None:
 
 
 class whole:
-    """Context for work that must not be interrupted: signals are deferred and raised when the work ends."""
+    """Context for work that must not be interrupted: signals that arrive are raised when the work ends."""
 
     depth = 0
     asked: Stopping | None = None
@@ -133,8 +133,8 @@ def open_streams() -> None:
 
 @contextmanager
 def heard() -> Iterator[None]:
-    """While this context is open, writing to a pipe whose reader has gone is ignored on standard error and raises
-    ReaderLeft on standard output."""
+    """Context in which writing to a pipe whose reader has gone is ignored on standard error and raises ReaderLeft on
+    standard output."""
     out, err = sys.stdout, sys.stderr
     sys.stdout, sys.stderr = out and _Heard(out, True), err and _Heard(err, False)
     try:
@@ -162,7 +162,7 @@ class _Heard:
 
     @property
     def drawn(self) -> _Heard:
-        """The same stream without escaping, for code that controls the terminal."""
+        """The standard stream without escaping, for code that controls the terminal."""
         return _Heard(self._stream, self._tells, raw=True)
 
     def write(self, text: str) -> int:

@@ -1,4 +1,5 @@
-"""The multibody kernel: a compiler from described mechanics to machine code, with located events.
+"""The multibody kernel: compiles the mechanics of a scene to machine code and integrates its motion from event to
+event.
 
 From description to code, lowest layer first; each package imports only those above it in this list
     errors, trust, cache   the exception tree of heavylift; whose Python code may run; files of compiled code

@@ -105,8 +105,8 @@ def write_cached(name: str, content: bytes) -> None:
 
 
 def kept_folder(name: str, fill: Callable[[Path], object]) -> Path:
-    """Return a folder of the cache, filled by `fill` if it is missing, and protect it from removal by other
-    processes."""
+    """Return a cache folder, filled by `fill` if it is missing; while this process runs, no other process can remove
+    the folder."""
     there = cache_folder() / name
     while True:
         try:
@@ -214,7 +214,7 @@ def _size(folder: int, name: str) -> int:
 
 @cache
 def sources() -> bytes:
-    """Return the hash of all source files of the kernel, read once per process."""
+    """Return the hash of all source files of the kernel."""
     return contents(Path(__file__).parent, ".py")
 
 
@@ -225,7 +225,8 @@ def contents(folder: Path, *endings: str) -> bytes:
 
 
 def remembered(name: str, kind: type[T], make: Callable[[], T]) -> T:
-    """Return the cached data stored under `name`, of type `kind`, or compute them by `make` and cache them."""
+    """Return the cached data stored under `name`, of type `kind`; if there are none, compute them by `make` and cache
+    them."""
     if data := read_cached(name):
         try:
             return msgspec.msgpack.decode(data, type=kind)
@@ -246,7 +247,7 @@ def _opened() -> Iterator[int]:
     with suppress(FileExistsError):
         path.mkdir(mode=0o700)
     if path.is_symlink():
-        raise OSError(0, f"is a link to {path.resolve()}; use that folder itself, or remove the link")
+        raise OSError(0, f"is a symbolic link to {path.resolve()}; use the target folder itself, or remove the link")
     folder = os.open(path, os.O_RDONLY | os.O_DIRECTORY | ONLY_THERE)
     try:
         found = os.fstat(folder)

@@ -36,7 +36,8 @@ SPACES = "".join(map(chr, [0x20, 0xA0, 0x1680, *range(0x2000, 0x200B), 0x202F, 0
 
 
 def printable(text: str, longest: int = 0, keep: str = "") -> str:
-    """Make foreign text printable: no control characters, no imitation of our own lines.
+    """Return foreign text as printable characters: control characters are escaped, so that the text cannot imitate
+    lines that heavylift prints.
 
     Control characters, line ends and changes of writing direction become escapes, except those in `keep`; above U+001F
     the escapes are those of JSON, so that JSON stays JSON. `longest`: cut the text to this length (0: do not cut).
@@ -86,7 +87,7 @@ def closest(word: str, known: Iterable[str]) -> str:
 
 
 def error_text(error: BaseException, most: int = 500) -> str:
-    """Return the text of an error as one line of printable characters, cut to `most` characters; never fails."""
+    """Return the text of any error as one line of printable characters, cut to `most` characters; never fails."""
     try:
         text = str(error)
         start = " ".join(text[: 2 * most].split())
@@ -97,8 +98,8 @@ def error_text(error: BaseException, most: int = 500) -> str:
 
 
 def extra(package: str, missing: HeavyliftError) -> Any:
-    """Import an optional package and return it. Raises `missing`, whose text says what needs the package and how to
-    install it, if the package is not installed, or an error of the same class if the import fails."""
+    """Import an optional package and return it; raises the error `missing`, whose text says what needs the package and
+    how to install it, if the package is not installed, or an error of the same class if the import fails."""
     try:
         return import_module(package)
     except Exception as error:
@@ -120,36 +121,37 @@ class PlacedFault(NamedTuple):
 
 
 class SceneError(HeavyliftError):
-    """The scene cannot be read or cannot be built; `faults`: all faults that have a place in its text."""
+    """Raised for a scene that cannot be read or built; `faults`: all faults that have a place in its text."""
 
     faults: tuple[PlacedFault, ...] = ()
 
 
 class ModelError(HeavyliftError):
-    """A DEVS model broke a rule of the formalism."""
+    """Raised for a DEVS model that breaks a rule of the formalism."""
 
 
 class KernelError(HeavyliftError):
-    """The mechanics cannot be generated or integrated."""
+    """Raised for mechanics that cannot be compiled or integrated."""
 
 
 class ProtocolError(HeavyliftError):
-    """A process or message violates the protocol."""
+    """Raised for a process or message that violates the protocol."""
 
 
 class RecordingError(HeavyliftError):
-    """A recording cannot be read or written."""
+    """Raised for a recording that cannot be read or written."""
 
 
 class SignalError(RecordingError, KeyError):
-    """A recording has no signal with this name."""
+    """Raised for a signal name that a recording does not contain."""
 
     __str__ = Exception.__str__  # not in quotes as that of a KeyError
 
 
 class OutputError(RecordingError):
-    """An output cannot be written under this name: another file exists there, or the name is unsuitable."""
+    """Raised for an output that cannot be written under its name: another file exists there, or the name is
+    unsuitable."""
 
 
 class Stopped(HeavyliftError):
-    """The user ended the run."""
+    """Raised when the user ends a run."""

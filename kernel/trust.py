@@ -1,4 +1,4 @@
-"""Which Python code may run: code that the user names himself, and code in folders that he has trusted.
+"""Rules for which Python code may run: code that the user names himself, and code in folders that he has trusted.
 
 A scene, a recording or a coordinator is data written by others, so the code that it names is checked before it is
 imported: every file that the import would execute is checked, with links and `..` resolved. `heavylift trust DIR` adds
@@ -76,14 +76,15 @@ def foreign(function: object, reference: str = "") -> str:
 
 
 def named(references: Iterable[str], by: str = "") -> None:
-    """Register references to functions that came from data, and where the data came from; these functions are checked
-    from now on."""
+    """Register references to functions that data named, and where the data came from; these functions are checked from
+    now on."""
     for reference in references:
         _named[reference] = by or _named.get(reference, "")
 
 
 def demand(references: Iterable[str], by: str) -> None:
-    """Register references as `named` does, and raise KernelError if the code of one of them must not run."""
+    """Register references to functions that data named, and raise KernelError if the code of one of them must not
+    run."""
     references = [*references]
     named(references, by)
     for reference in references:
@@ -92,13 +93,13 @@ def demand(references: Iterable[str], by: str) -> None:
 
 
 def namer(reference: str) -> str | None:
-    """Return the origin of the data that named a function: "" if it is unknown; None if only this program named it."""
+    """Return the origin of the data that named a function: "" if it is unknown; None if no data named it."""
     return _named.get(reference)
 
 
 def trusted() -> list[Path]:
-    """Return the folders that this user trusts, sorted; raises KernelError if others can write to the list of these
-    folders."""
+    """Return the folders and files that this user trusts, sorted; raises KernelError if other users can write to the
+    list of these."""
     path = _list()
     try:
         with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:
@@ -115,8 +116,8 @@ def trusted() -> list[Path]:
 
 
 def trust(folder: Path) -> Path:
-    """Trust a folder or file and return its resolved path; raises KernelError if it is missing or others can change
-    it."""
+    """Trust a folder or file and return its resolved path; raises KernelError if it is missing or other users can
+    change it."""
     folder = folder.expanduser().resolve()
     if not (folder.is_dir() or folder.is_file()):
         raise KernelError(f"there is no folder {folder}; trust the folder that holds the code")
@@ -130,7 +131,7 @@ def trust(folder: Path) -> Path:
 
 
 def withdraw(folder: Path) -> Path:
-    """Withdraw the trust in a folder and return its path; raises KernelError if it was not trusted."""
+    """Withdraw the user's trust in a folder and return its path; raises KernelError if it was not trusted."""
     known = trusted()
     found = next((x for x in (folder.expanduser().resolve(), folder.absolute()) if x in known), None)
     if found is None:
@@ -151,14 +152,14 @@ def own_file(file: str) -> bool:
 
 
 def written_by_others(file: str) -> bool:
-    """Return whether a file does not belong to heavylift; its bundled models count as files of others."""
+    """Return whether a file is not part of heavylift's own code, as which its bundled models do not count."""
     path = Path(file).resolve()
     return not _among(HEAVYLIFT, path) or _among(MODELS, path)
 
 
 @contextmanager
 def allowed(names: Iterable[str]) -> Iterator[None]:
-    """Allow, within this context, the code of these paths and references, in this process and its children."""
+    """Context in which the code of these paths and references may run, in this process and its children."""
     before = os.environ.get(ALLOWED)
     os.environ[ALLOWED] = json.dumps([*_allowed(), *names])
     try:
@@ -171,7 +172,8 @@ def allowed(names: Iterable[str]) -> Iterator[None]:
 
 
 def others_write(path: Path, found: os.stat_result | None = None) -> str:
-    """Return why another user could write to a path, with the remedy; "" if none can. `found`: its status, if known."""
+    """Return why another user could write to a path, with the remedy; "" if none can. `found`: the path's status, if
+    known."""
     try:
         found = found or path.lstat()
     except OSError:

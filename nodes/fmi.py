@@ -41,7 +41,8 @@ class Signals(Message):
 
 
 class Stepped(Atomic):
-    """An FMU that makes steps of `step` [ns]; subclasses declare the ports and send the outputs that `said` holds."""
+    """An FMU that makes steps of `step` [ns]; subclasses declare the ports, and send the outputs of the FMU, which are
+    stored in `said`."""
 
     def __init__(
         self,
@@ -71,7 +72,7 @@ class Stepped(Atomic):
         self.hold_in(0)
 
     def confluent(self, x: Bag) -> None:
-        """Apply inputs that arrive exactly when a step begins in that step."""
+        """Store the inputs that arrive at the beginning of a step, and then make this step with them."""
         self.external(0, x)
         self.internal()
 
@@ -92,12 +93,12 @@ class Fmu(Stepped):
     u, y = In(Signals), Out(Signals)
 
     def external(self, e: int, x: Bag) -> None:
-        """Store the inputs for the next step; of several values for one variable the last one counts."""
+        """Store the inputs for the next step; if several values arrive for one variable, the last one counts."""
         for signals in x[self.u]:
             self.unit.hold(signals.values)
 
     def output(self) -> None:
-        """Send the outputs at the present time."""
+        """Send the outputs of the FMU at the present time."""
         self.y.send(self.said)
 
 
@@ -140,7 +141,7 @@ class FmuUnit:
         return found, ENUMERATION[self._version] if kind == "Enumeration" else kind, python
 
     def check(self, names: Iterable[str]) -> None:
-        """Raise ModelError if a variable cannot be set during a run."""
+        """Raise ModelError if one of these variables cannot be set during a run."""
         for name in names:
             found, _, _ = self._kind(name)
             if found.causality != "input" and (found.causality, found.variability) != ("parameter", "tunable"):
@@ -150,7 +151,7 @@ class FmuUnit:
                 )
 
     def begin(self) -> None:
-        """Create a new instance, and initialise it at time 0 with the parameters."""
+        """Create a new instance of the FMU, and initialise it at time 0 with the parameters."""
         self._made()
         if self._version == "2":
             self._fmu.setupExperiment(startTime=0.0)
@@ -169,7 +170,7 @@ class FmuUnit:
         self._fmu = library(self.name).instantiate_fmu(folder, self._message, "CoSimulation", **more)
 
     def hold(self, values: Iterable[tuple[str, float]]) -> None:
-        """Store values of input variables, which are set when the next step begins."""
+        """Store values of input variables; the next step sets them in the FMU."""
         given = dict(values)
         self.check(given)
         self._waiting |= given
@@ -195,9 +196,8 @@ class FmuUnit:
             getattr(self._fmu, f"set{kind}")([found.valueReference], [python(value)])
 
     def advance(self, begin: float, h: float, fresh: bool = True) -> float:
-        """Step from where the last call ended to begin + h [s], or to the first event before; return the time reached
-        [s]. If `fresh`, a new step of the fixed length h begins: the stored inputs are applied first. Raises ModelError
-        if the unit terminates during the step."""
+        """Step the FMU to begin + h [s], or to the first event before; return the time reached [s]. `fresh`: a new step
+        begins, so the stored inputs are applied first. Raises ModelError if the FMU terminates during the step."""
         self._state, end = None, begin + h
         if fresh:
             self._now = begin
@@ -234,7 +234,7 @@ class FmuUnit:
         return self.events and bool(done[0]), done[3] if early else t + h
 
     def outputs(self) -> tuple[tuple[str, float], ...]:
-        """Return the present outputs of the unit."""
+        """Return the present values of the output variables of the FMU."""
         found = []
         for name in self.said:
             variable, kind, _ = self._kind(name)
@@ -285,5 +285,5 @@ def unpacked(file: Path) -> Path:
 
 
 def library(name: str) -> Any:
-    """Import FMPy; raises ModelError that explains its installation if it is missing."""
+    """Import FMPy; raises ModelError, with the command that installs FMPy, if it is missing."""
     return extra("fmpy", ModelError(f"{name}: an FMU needs FMPy: pip install 'heavylift[fmi]'"))

@@ -65,7 +65,7 @@ UNLIKE = (
 
 
 class FromMujoco(NamedTuple):
-    """Result of an import: the system, the points that the MJCF model calls sites, and a sentence for each feature that
+    """Result of an import: the system, the points of the sites of the MJCF model, and a sentence for each feature that
     was not converted."""
 
     system: System
@@ -88,8 +88,8 @@ def from_mujoco(model: str | Path | Any) -> FromMujoco:
 
 
 def import_model(path: str | Path | Any) -> ImportedModel:
-    """Return what `from_mujoco` returns, with boxes for drawings and clearances; raises SceneError if the file cannot
-    be read."""
+    """Import an MJCF or URDF file as `from_mujoco` does; return the result with boxes for drawings and clearances.
+    Raises SceneError if the file cannot be read."""
     library = extra("mujoco", SceneError("models of MuJoCo need its package; install heavylift[mujoco]"))
     importer = _Importer(library, copy(path) if isinstance(path, library.MjModel) else _read(library, Path(path)))
     boxes = boxes_of(importer.m, importer.body, importer.missing, importer.matrix)
@@ -305,7 +305,7 @@ class _Importer:
         return Point(self.body[m.site_bodyid[i]], row_of(m.site_pos[i])), self.matrix(m.site_quat[i])
 
     def matrix(self, quaternion: np.ndarray) -> np.ndarray:
-        """Return the rotation of a quaternion (w, x, y, z)."""
+        """Return the rotation matrix (3, 3) of a quaternion (w, x, y, z)."""
         R = np.zeros(9)
         self.library.mju_quat2Mat(R, quaternion)
         return R.reshape(3, 3)

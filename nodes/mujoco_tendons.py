@@ -53,7 +53,8 @@ class WrappedTendons:
             yield data
 
     def rope(self, i: int, name: str, k: float, length: float, damping: float) -> Reeving | None:
-        """Return tendon i as a rope of stiffness k [N/m], unstretched length [m] and damping; None if there is none."""
+        """Return tendon i as a rope with stiffness k [N/m], unstretched length [m] and damping; None if the tendon
+        cannot be converted."""
         m, nodes = self.m, range(self.m.tendon_adr[i], self.m.tendon_adr[i] + self.m.tendon_num[i])
         kinds = [int(m.wrap_type[w]) for w in nodes]
         if not {*kinds} <= {SITE, SPHERE, CYLINDER}:  # each geom is between two sites
@@ -142,5 +143,5 @@ def _flat(x: np.ndarray, n: np.ndarray) -> np.ndarray:
 
 
 def row_of(x: np.ndarray) -> Any:
-    """Return numbers as a tuple, without those that only rounding has left."""
+    """Return numbers as a tuple, with numbers that are only rounding errors set to 0."""
     return tuple(float(e) if abs(e) > ROUNDED else 0.0 for e in x)

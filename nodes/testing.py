@@ -24,8 +24,8 @@ def drive(
     until: int = NEVER,
     log: Callable[[Transition], None] | None = None,
 ) -> list[Said]:
-    """Return the outputs of a model before `until` [ns]; inputs are (time [ns] or logical time, input port,
-    message)."""
+    """Simulate a model and return its outputs before `until` [ns]; `inputs`: triples (time [ns] or logical time, input
+    port, message)."""
     simulator = Simulator(model, log)
     simulator._present.node = True
     simulator.start()
@@ -59,6 +59,6 @@ def _twice(simulator: Simulator) -> list[Event]:
     if simulator.outputs() != first:
         path, tag = simulator.model.path, simulator.next_time
         raise ModelError(
-            f"{path} at {tag}: output() sends something else when called again; it must not change the model"
+            f"{path} at {tag}: output() sends other messages when called again; it must not change the model"
         )
     return first

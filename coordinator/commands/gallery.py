@@ -38,8 +38,8 @@ A [yard](../yard/YARD.md) of 200 blocks.
 
 
 def page(scenes: Iterable[LoadedScene]) -> str:
-    """Return a page about some scenes as Markdown; if these are all bundled scenes, the page includes the bundled yard.
-    Its pictures are in `pictures/`."""
+    """Return a gallery page about some scenes as Markdown, with pictures in `pictures/`; for all bundled scenes the
+    page includes the bundled yard."""
     from heavylift.nodes.scenes import bundled
 
     scenes = [*scenes]

@@ -24,9 +24,11 @@ def open_listener(
 
     names = ", ".join(sorted(remote))
     if in_process and (programs := ", ".join(sorted(external))):
-        raise SceneError(f"--in-process: process {programs} is an external program; use only one of the two options")
+        raise SceneError(
+            f"--in-process: process {programs} is an external program; leave out --in-process or --external"
+        )
     if in_process and remote:
-        raise SceneError(f"--in-process: process {names} is placed on another host; use only one of the two options")
+        raise SceneError(f"--in-process: process {names} is placed on another host; leave out --in-process or --remote")
     if remote and not listen:
         message = f"process {names} runs on another host, say where it can reach this one"
         raise SceneError(f"{message}: --listen tls/ADDRESS:7447")

@@ -208,7 +208,7 @@ def new(
         except FileExistsError:
             raise SceneError(f"{path}: exists already and will not be overwritten; choose another name") from None
         except OSError as error:
-            raise SceneError(f"{path}: cannot be written ({error.strerror}); choose another folder") from None
+            raise SceneError(f"{path}: the file cannot be written ({error.strerror}); choose another folder") from None
         typer.echo(f"wrote {path}")
     typer.echo(f"\nnext: {command()} check {path}")
 
@@ -289,7 +289,7 @@ def hull(
         "--height": height and not wamit, "--length": length != 1.0 and not (wamit or drift),
     }  # fmt: skip
     if names := [name for name, given in idle.items() if given]:
-        raise SceneError(f"{data}: data of this kind take no {' or '.join(names)}; leave it out")
+        raise SceneError(f"{data}: hydrodynamic data in this format take no {' or '.join(names)}; leave the option out")
     given = computed(data, depth) if mesh else data
     found = hull_of(given, volume, height, length, depth, drift)
     error = found.radiation.error

@@ -151,7 +151,7 @@ class _Progress:
             self._console.print(self._line(now), soft_wrap=True)
 
     def end(self) -> None:
-        """Stop the display."""
+        """Remove the progress display from the terminal."""
         if self._live.is_started:
             self._live.stop()
 

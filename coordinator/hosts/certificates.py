@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 def library() -> CertificateLibrary:
-    """Import the package `cryptography`; raises ProtocolError with the command that installs it."""
+    """Import the Python package `cryptography`; raises ProtocolError with the command that installs it."""
     try:
         return CertificateLibrary()
     except ImportError:
@@ -189,8 +189,10 @@ def _check(found: Credentials, name: str) -> None:
 
 
 def make_certificates(directory: Path, names: Sequence[str], hosts: Sequence[str] = (), days: int = 365) -> list[Path]:
-    """Write the keys and certificates of the coordinator and of these processes that do not exist yet; return the new
-    files. `hosts`: names or addresses at which other hosts reach the coordinator."""
+    """Write the missing keys and certificates of the coordinator and of the named processes; return the new files.
+
+    `hosts`: names or addresses at which other hosts reach the coordinator.
+    """
     check_names([name for name in names if name != COORDINATOR], "process")
     if AUTHORITY in names:
         raise ProtocolError(f"process name '{AUTHORITY}' cannot be used: it is the name of the yard's own certificate")

@@ -195,14 +195,14 @@ class RemoteListener:
 
     @property
     def address(self) -> tuple[str, int]:
-        """Host (without brackets) and port of the endpoint."""
+        """Host name (without brackets) and port of the endpoint."""
         host, _, port = self.endpoint.removeprefix("tls/").rpartition(":")
         return host.strip("[]"), int(port)
 
     @property
     def seen_from_afar(self) -> str:
-        """The endpoint to which other hosts connect; if the coordinator listens on all interfaces, the endpoint
-        contains this host's name."""
+        """The endpoint to which processes on other hosts connect; if the coordinator listens on all interfaces, the
+        endpoint contains this host's name."""
         host, _, port = self.endpoint.removeprefix("tls/").rpartition(":")
         return f"tls/{socket.gethostname() if host in ALL else host}:{port}"
 

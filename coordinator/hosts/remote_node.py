@@ -63,13 +63,13 @@ class _Playing:
         self._present = threading.Event()
         self._watch = session.liveliness().declare_subscriber(at, self._changed, history=True)
         if not self._present.wait(JOIN_s):  # the line was cut just now: of who was never seen, no end is heard
-            raise ProtocolError(f"{self._message}; join again after it has been restarted")
+            raise ProtocolError(f"{self._message}; join again after the run has been restarted")
 
     def _changed(self, sample: zenoh.Sample) -> None:
         if sample.kind == zenoh.SampleKind.PUT:
             self._present.set()
         elif sample.kind == zenoh.SampleKind.DELETE and not self.over:
-            self._report(f"heavylift: {self._message}; join again after it has been restarted")
+            self._report(f"heavylift: {self._message}; join again after the run has been restarted")
             os._exit(LOST)
 
 

@@ -98,8 +98,10 @@ class Certificate:
 
 @contextmanager
 def certifying(scene: LoadedScene, given: Sequence[str] = (), at_once: int | None = None) -> "Iterator[Certifying]":
-    """Prepare the runs of a certificate, with `at_once` parallel processes (default: all cores but one). `given`:
-    uncertainties in addition to those of the scene. Raises HeavyliftError."""
+    """Prepare the additional runs of a certificate, with `at_once` parallel processes (default: all cores but one).
+
+    `given`: uncertainties in addition to those of the scene. Raises HeavyliftError.
+    """
     scene, inputs = chosen(scene), uncertain_inputs(scene, given)
     with starting(max(1, cores() - 1) if at_once is None else at_once) as start:
         yield Certifying(scene, inputs, start)

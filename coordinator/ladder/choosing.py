@@ -59,8 +59,8 @@ def chosen(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScen
 
 
 def decided(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
-    """Return the scene at the loosest accuracy of `ACCURACIES` that leaves no check undecided, otherwise at the finest
-    one."""
+    """Return the scene at the first of the `ACCURACIES`, loosest first, with which no check stays undecided; otherwise
+    at the tightest one."""
     ask = scene.facts.ask or MEANT
     for accuracy in ACCURACIES:
         facts = msgspec.structs.replace(scene.facts, own=ask, written=accuracy, named=(*scene.facts.named, "ask"))
@@ -75,7 +75,7 @@ def decided(scene: LoadedScene, say: Report = lambda message: None) -> LoadedSce
 
 
 def known(scene: LoadedScene) -> Answer | None:
-    """Return the cached choice of level and steps for a scene, or None."""
+    """Return the model level and steps that were chosen for a scene earlier, from the cache; None if there are none."""
     if scene.question is None:
         return scene.answer
     try:
@@ -85,7 +85,8 @@ def known(scene: LoadedScene) -> Answer | None:
 
 
 def answered(scene: LoadedScene, answer: Answer) -> LoadedScene:
-    """Return the scene with the model level, integration method and tolerance of an answer."""
+    """Return the scene with the model level, integration method, tolerance and sample rate of a choice that was made
+    for it."""
     plan = at_level(scene.plan, answer.fidelity)
     hz = plan.samples_hz if "samples" in scene.facts.named else answer.samples_hz or plan.samples_hz
     plan = msgspec.structs.replace(plan, method=answer.method, tolerance=answer.tolerance, samples_hz=hz)
@@ -93,8 +94,8 @@ def answered(scene: LoadedScene, answer: Answer) -> LoadedScene:
 
 
 def measured(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
-    """Measure the errors of the requested quantities at the scene's own level and steps; return the scene with these
-    errors."""
+    """Measure the errors of the requested quantities at the scene's own model level and steps; return the scene with
+    these errors."""
     if not (ask := scene.facts.ask) or scene.plan.models:
         return scene
     measuring = Measuring(ask, say=say)
@@ -114,8 +115,8 @@ def level_of(scene: LoadedScene, say: Report = lambda message: None) -> LoadedSc
 
 
 def choose(ladder: Ladder, question: Question, measuring: Measuring) -> Answer:
-    """Choose the cheapest model level and steps for the quantities and accuracy of a question; raises HeavyliftError
-    only if a run exceeds its time limit."""
+    """Choose the cheapest model level and steps for the requested quantities and accuracy, the `question`; raises
+    HeavyliftError only if a run exceeds its time limit."""
     last: Look | None = None
     wrong = inf
     tolerance = LOOSEST * question.accuracy  # looser steps cannot be within the accuracy

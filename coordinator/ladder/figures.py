@@ -46,8 +46,11 @@ class AskedFigure(NamedTuple):
 
 @dataclass(frozen=True)
 class RunSeries:
-    """Results of a run from which figures are computed: stages; peak tensions [N]; times (n,) [s]; positions (n, 3) [m]
-    of lifted bodies and coordinates (n, 1) by name, with units; support forces (n,) [N]; speeds (n,) of places."""
+    """Results of a run from which its result figures are computed.
+
+    Stages; peak tensions [N]; times (n,) [s]; positions (n, 3) [m] of lifted bodies and coordinates (n, 1) by name,
+    with units; support forces (n,) [N]; speeds (n,) of places.
+    """
 
     spans: list[Span]
     peaks: dict[str, float]
@@ -136,8 +139,8 @@ def figures(run: Played, ask: Sequence[Asked] = ASKABLE) -> list[AskedFigure]:
 
 
 def judged(judge: Judge, ask: Sequence[Asked] = ("limits", "clearance"), values: bool = False) -> list[AskedFigure]:
-    """Return the figures that come from the verdict of a run: utilisations of limits and smallest clearances. If
-    `values`, reading errors are omitted."""
+    """Return the result figures that come from the verdict of a run: utilisations of limits and the smallest clearance.
+    If `values`, reading errors are omitted."""
     if values:
         return [f for quantity in ask for f in _numbered(_judged(quantity, *judge.fine))]
     return [f for quantity in ask for f in _misread(_judged(quantity, *judge.fine), _judged(quantity, *judge.coarse))]

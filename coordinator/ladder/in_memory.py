@@ -40,10 +40,13 @@ Judged = tuple[RecordedVerdict, Sequence[Use]]  # a verdict, and the maximum uti
 
 @dataclass(frozen=True)
 class Played:
-    """A finished run of a plan in memory: layout, times (n,) [ns] and rows (n, width) of the samples; events in total
-    order; rope lines with the time [ns] from which they are valid; `apart`: samples of single lifts, by name; notes of
-    the kernel with times [ns]; ropes that went slack; end [ns]; conditions for which the action list still waited;
-    `dense`: rows at the requested instants; number of GRANTs; wall and CPU time before and during the run [s]."""
+    """A finished run of a plan, kept in memory.
+
+    Samples: layout, times (n,) [ns] and rows (n, width); `apart`: samples of single lifts, by name; `dense`: rows at
+    the requested instants. Also the events in total order, rope lines with the time [ns] from which they are valid,
+    notes of the kernel with times [ns], ropes that went slack, end [ns], conditions for which the action list still
+    waited, number of GRANTs, wall and CPU time before and during the run [s].
+    """
 
     plan: Plan
     mechanics: System
@@ -88,7 +91,7 @@ class Played:
 
     @cached_property
     def peaks(self) -> dict[str, Peak]:
-        """The largest tension of each rope."""
+        """The largest tension [N] of each rope, with its time [s]."""
         found: dict[str, Peak] = {}
         note_peaks(found, self.layout, self.times.tolist(), self.rows)
         return found
@@ -113,7 +116,7 @@ class Played:
 
     @property
     def uses(self) -> Sequence[Use]:
-        """The maximum utilisation of each limit."""
+        """The maximum utilisation of each limit during the run."""
         return self.judge.full[1]
 
     @cached_property
@@ -215,7 +218,8 @@ def play(
 
 
 def compiled(plan: Plan) -> None:
-    """Compile the machine code for a plan, so that its run starts at once; if that fails, the run says why."""
+    """Compile the machine code for a plan in advance, so that its run starts at once; errors are left to the run to
+    report."""
     from heavylift.coordinator.participants.kernel_node import KernelNode
     from heavylift.coordinator.participants.session import Session
 

@@ -17,8 +17,11 @@ ORDERS = (1.0, 0.75, 0.5)  # powers of the tolerance that errors of steps fall w
 
 @dataclass(frozen=True)
 class Look:
-    """Measured errors of one candidate: in total, due to its steps, and due to its level; the reason if it could not
-    run; the errors that could not be measured, with the reasons."""
+    """Measured errors of the figures of one candidate: in total, due to its steps, and due to its model level.
+
+    `pairs`: the candidates that were compared; `why`: the reason if it could not run; `missing`: the reasons for errors
+    that could not be measured.
+    """
 
     candidate: ModelLevel
     error: Errors = field(default_factory=lambda: {"": inf})
@@ -31,8 +34,8 @@ class Look:
 
 
 def looks(runs: Sequence[ModelLevel], measuring: Measuring) -> list[Look]:
-    """Return the candidates of one level, loosest steps first, with their step and reading errors, measured against the
-    candidate with the tightest steps.
+    """Return the errors due to steps and sampling for candidates of one level, `runs`, given with the loosest steps
+    first; each is compared with the candidate that has the tightest steps.
 
     Errors of steps are assumed to fall as a power of the tolerance, whose exponent is observed on three candidates
     (Roache 1994; ASME V&V 20-2009, section 2) or, with only two, taken as 1/2. The error of the tightest candidate is
@@ -69,8 +72,8 @@ def _look(
 
 
 def with_level(look: Look, ladder: Ladder, measuring: Measuring) -> Look:
-    """Return a candidate with the error of its model level added to its error; the level error is measured at the
-    candidate's own steps."""
+    """Return the errors of a candidate with the error of its model level added, which is measured at the candidate's
+    own steps."""
     model = error_of_level(ladder, look.candidate, measuring)
     pairs = (*witnesses(ladder, look.candidate, measuring)[:1], *look.pairs)
     return replace(look, error=added(look.error, model), model=model, pairs=pairs)
@@ -92,9 +95,12 @@ def errors_of_limits(look: Look, measuring: Measuring) -> Errors:
 
 
 def witnesses(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> list[tuple[ModelLevel, ModelLevel]]:
-    """Return the pairs of candidates whose difference shows the error of a candidate's level: the candidate itself and
-    one at the cheapest level that models everything it leaves out. If hook ropes go slack or an element has no damping,
-    all such levels are used, since waves along ropes have any length; for the finest level, the next coarser one."""
+    """Return the pairs of candidates whose difference shows the error of a candidate's model level.
+
+    One is the candidate itself, the other its witness: the cheapest level that models every effect which the
+    candidate's level omits. If hook ropes go slack or an element has no damping, all such levels are witnesses, since
+    waves along ropes have any length. The witness of the finest level is the next coarser one.
+    """
     levels, own = ladder.witnesses(candidate.plan.fidelity), ladder.in_own_steps(candidate)
     # waves along ropes and undamped modes are seen by some levels only: compare with all that restore them
     if len(levels) > 1 and not undamped(system(candidate.plan)):
@@ -103,24 +109,24 @@ def witnesses(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> li
 
 
 def error_of_level(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> Errors:
-    """Return twice the largest difference between a candidate and its witnesses, or for the finest level the simple
-    difference, since that level is better than the coarser one with which it is compared."""
+    """Return the error of a candidate's model level: its largest difference to its witnesses, doubled unless the level
+    is the finest one, which is better than its witness."""
     # the finest level has no better one: its error is smaller than the difference to the coarser one
     factor = WITNESSED if ladder.witnesses(candidate.plan.fidelity) else 1.0
     return times(factor, most(*(measuring.apart(*pair) for pair in witnesses(ladder, candidate, measuring))))
 
 
 def tighter(candidate: ModelLevel) -> list[ModelLevel]:
-    """Return the candidate with tighter steps; for a system with rigid ropes, whose impacts can bifurcate, also with
-    even tighter ones."""
+    """Return the candidate with tighter steps; if its ropes are rigid, also with still tighter ones, since the impacts
+    of rigid ropes can bifurcate."""
     # impacts of rigid ropes can bifurcate: one tighter run may agree by chance
     once = candidate.tighter
     return [once, once.tighter] if system(candidate.plan).rigid_ropes else [once]
 
 
 def as_it_is(plan: Plan, accuracy: float, measuring: Measuring) -> Look:
-    """Measure the errors of a plan at its own level and steps: for the steps twice the difference to tighter ones, for
-    the level the difference to its witnesses. Raises HeavyliftError if the plan cannot run."""
+    """Measure the errors of a plan at its own model level and steps, by runs with tighter steps and runs at other
+    levels; raises HeavyliftError if the plan cannot run."""
     ladder, candidate = Ladder(plan), ModelLevel(plan)
     while not measuring.read_well(candidate, accuracy):
         pass

@@ -24,7 +24,8 @@ Key = tuple[Fidelity, str, float, float | None]  # of a candidate
 
 
 class Spent(NamedTuple):
-    """Time spent on a run [s]: CPU time before it and during it, and wall time from its beginning to its end."""
+    """Time that a run has taken [s]: CPU time before the run and during it, and wall time from its beginning to its
+    end."""
 
     start_s: float
     cpu_s: float
@@ -32,7 +33,8 @@ class Spent(NamedTuple):
 
 
 class Measuring:
-    """Runs the candidates of one plan, each only once. `limit`: wall seconds for each run."""
+    """Runs candidates of one plan, each only once, and compares their figures; `limit` returns the wall time [s]
+    allowed for a run."""
 
     def __init__(
         self, ask: Sequence[Asked], limit: Callable[[], float] = lambda: inf,
@@ -51,11 +53,12 @@ class Measuring:
 
     @property
     def seen(self) -> dict[str, AskedFigure]:
-        """All quantities measured in the runs made so far, by name."""
+        """All figures that the runs so far have given, by name."""
         return {name: f for read in self._read.values() for name, f in read.items()}
 
     def prepare(self, candidate: ModelLevel) -> None:
-        """Compile a level in a thread while other levels run: native code runs without the interpreter's lock."""
+        """Compile the code of a candidate in a thread while other candidates run, whose native code does not hold the
+        interpreter's lock."""
         if not any(key[0] == candidate.plan.fidelity for key in self._made):
             self._ahead[candidate.plan.fidelity] = Thread(target=compiled, args=(candidate.plan,))
             self._ahead[candidate.plan.fidelity].start()
@@ -95,7 +98,7 @@ class Measuring:
 
     @property
     def made(self) -> list[ModelLevel]:
-        """The candidates that were run with the present samples, in this order."""
+        """The candidates that were run at the present sample rate, in the order of their runs."""
         return [self._made[key] for key in self._read]
 
     def slack(self, candidate: ModelLevel, hooks: bool = False) -> bool:
@@ -105,12 +108,16 @@ class Measuring:
         return any(hook.rope in found for m in candidate.plan.machines for hook in m.hooks) if hooks else bool(found)
 
     def misread(self, candidate: ModelLevel) -> Errors:
-        """Return the reading errors of a candidate's figures, which are due to sampling."""
+        """Return the relative reading errors of a candidate's figures, which arise because values are read from
+        samples."""
         return {f.name: f.misread / f.scale for f in self.figures(candidate).values()}
 
     def read_well(self, candidate: ModelLevel, accuracy: float) -> bool:
-        """Return whether all reading errors are below a quarter of the accuracy, or denser samples cannot help; if not,
-        discard all runs, to be repeated with denser samples."""
+        """Return whether the samples of a candidate's run are dense enough; if not, discard all runs and raise the
+        sample rate.
+
+        They are if all reading errors are below a quarter of the accuracy, or if denser samples cannot help.
+        """
         # a quarter: reading errors are added to the others
         if max(self.misread(candidate).values(), default=0.0) <= 0.25 * accuracy or DENSER * self._samples > MOST:
             return True
@@ -119,7 +126,7 @@ class Measuring:
         return False
 
     def apart(self, candidate: ModelLevel, other: ModelLevel) -> Errors:
-        """Return the relative differences between the figures of two candidates; infinite for a figure that only one of
+        """Return the relative differences between the figures of two candidates, infinite for a figure that only one of
         the two runs has."""
         mine, others = self.figures(candidate), self.figures(other)
         return {
@@ -131,20 +138,20 @@ class Measuring:
 
 
 def added(*errors: Errors) -> Errors:
-    """Return, for each figure, the sum of several errors."""
+    """Return the sum of several errors of each figure."""
     return {name: sum(e.get(name, 0.0) for e in errors) for name in dict.fromkeys(x for e in errors for x in e)}
 
 
 def most(*errors: Errors) -> Errors:
-    """Return, for each figure, the largest of several errors."""
+    """Return the largest of several errors of each figure."""
     return {name: max(e.get(name, 0.0) for e in errors) for name in dict.fromkeys(x for e in errors for x in e)}
 
 
 def times(factor: float, errors: Errors) -> Errors:
-    """Return all errors multiplied by a factor."""
+    """Return the errors of all figures multiplied by a factor."""
     return {name: factor * e for name, e in errors.items()}
 
 
 def largest(errors: Errors) -> float:
-    """Return the largest error of all figures."""
+    """Return the largest of the errors of all figures."""
     return max(errors.values(), default=0.0)

@@ -67,8 +67,7 @@ class ModelLevel:
 
     @property
     def key(self) -> tuple[Fidelity, str, float, float | None]:
-        """The settings that distinguish this candidate from others of the same plan: fidelity, method, tolerance,
-        step."""
+        """The settings in which candidates of one plan differ: fidelity, method, tolerance, step."""
         return self.plan.fidelity, self.plan.method, self.plan.tolerance, self.plan.step
 
     @property
@@ -78,7 +77,7 @@ class ModelLevel:
 
     @property
     def level(self) -> str:
-        """The modelled effects in words."""
+        """The effects that the candidate's model level includes, in words."""
         at = self.plan.fidelity
         if at.water == "one frequency":
             return f"{self.on(msgspec.structs.replace(at, water='memory')).level}, water at one frequency"
@@ -90,7 +89,7 @@ class ModelLevel:
 
     @property
     def how(self) -> str:
-        """The integration method and its steps in words."""
+        """The candidate's integration method and steps in words."""
         steps = (
             f"steps of {self.plan.step:g} s" if self.plan.step else f"{self.plan.tolerance:.0e}".replace("e-0", "e-")
         )
@@ -98,12 +97,12 @@ class ModelLevel:
 
     @property
     def left_out(self) -> tuple[str, ...]:
-        """The effects that the level leaves out, in words."""
+        """The effects that the candidate's model level leaves out, in words."""
         return left_out(self.plan)
 
     @property
     def tighter(self) -> "ModelLevel":
-        """The same level with a tenth of the tolerance, or half the step."""
+        """The candidate with a tenth of its tolerance, or half its step."""
         if self.plan.step is not None:
             return ModelLevel(msgspec.structs.replace(self.plan, step=0.5 * self.plan.step))
         return ModelLevel(msgspec.structs.replace(self.plan, tolerance=max(FINEST, 0.1 * self.plan.tolerance)))
@@ -133,7 +132,8 @@ class Ladder:
 
     @cached_property
     def full(self) -> list[Fidelity]:
-        """All model levels, including those that the scene excludes; witnesses are chosen from them."""
+        """All model levels of the plan, including levels that the scene's settings exclude but with which candidates
+        are compared."""
         return levels(self.plan)
 
     @property
@@ -153,42 +153,50 @@ class Ladder:
 
     @property
     def plausible(self) -> list[Fidelity]:
-        """The model levels from which one is chosen, coarsest first. With the implicit method the coarsest level is
-        left out: it costs as much as the next one, since implicit steps do not resolve the fast motion of a girder."""
+        """The model levels from which one is chosen, coarsest first.
+
+        With the implicit method the coarsest level is left out: it costs as much as the next one, since implicit steps
+        do not resolve the fast motion of a girder.
+        """
         return self.levels[1:] if self.method == self.own == "radau5" and len(self.levels) > 1 else self.levels
 
     @cached_property
     def whole(self) -> list[Fidelity]:
-        """The levels that differ from the full model only in the number of lumps per rope, finest last."""
+        """The finest model level and those that differ from it only by fewer lumps per rope, finest last."""
         finest = self.full[-1]
         return [x for x in self.full if msgspec.structs.replace(x, lumps=finest.lumps) == finest]
 
     def witnesses(self, level: Fidelity) -> list[Fidelity]:
-        """Return the levels that model everything a level leaves out, cheapest first; empty for the finest level."""
+        """Return the model levels that include every effect which `level` leaves out, cheapest first; empty for the
+        finest level."""
         if len(self.full) == 1 and level in self.levels:
             return []
         return self.whole[self.whole.index(level) + 1 :] if level in self.whole else self.whole
 
     @property
     def poorer(self) -> Fidelity | None:
-        """The level just below the finest one, with which the finest is compared to measure its error; None if there is
+        """The model level just below the finest one, which serves to measure the error of the finest; None if there is
         only one level."""
         return (self.whole if len(self.whole) > 1 else self.full)[-2] if len(self.full) > 1 else None
 
     @cached_property
     def own(self) -> str:
-        """The integration method of candidates if the scene sets none: radau5 for stiff systems, otherwise dop853."""
+        """The integration method that candidates use if the scene sets none: radau5 for stiff systems, otherwise
+        dop853."""
         mechanics = system(self.plan)
         return "radau5" if stiff(mechanics) and not undamped(mechanics) else "dop853"
 
     @property
     def method(self) -> str:
-        """The integration method of the candidates."""
+        """The integration method that all candidates use: that of the scene, otherwise `own`."""
         return self.plan.method if {"method", "step"} & {*self.named} else self.own
 
     def in_own_steps(self, candidate: ModelLevel) -> ModelLevel:
-        """Return the candidate, or its level with the ladder's own integration method and a tight tolerance: the level
-        error does not depend on the steps, and other methods may be slow at a finer level."""
+        """Return the candidate with which the error of a model level is measured: at the same level, but with the
+        integration method `own` and a tight tolerance if the candidate's method differs.
+
+        The level error does not depend on the steps, and other methods may be slow at a finer level.
+        """
         if (candidate.plan.method, candidate.plan.step) == (self.own, None):
             return candidate
         tolerance = 0.1 ** (TOLERANCES[self.own][0] + 1)

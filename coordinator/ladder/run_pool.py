@@ -23,8 +23,8 @@ LONGEST = 3600.0  # [s] of wall time that a run may take
 
 @dataclass(frozen=True)
 class RunFigures:
-    """Figures of a run, with the CPU time [s] of this run and of the runs that measure its errors; relative errors due
-    to steps and level, if measured; which of these errors are missing, and why."""
+    """Figures of a run, with their relative errors due to steps and level if measured, reasons for missing errors, and
+    the CPU time [s] of the run and of the runs that measure its errors."""
 
     figures: list[AskedFigure]
     cpu_s: float

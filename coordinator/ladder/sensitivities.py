@@ -35,8 +35,10 @@ NOISE = 1e-4  # of a figure: what is less is that of the steps
 
 @dataclass(frozen=True)
 class Effect:
-    """Change of a figure [SI] when an input is increased by two standard uncertainties; `switches`: the figure does not
-    respond proportionally, and the change is the largest deviation among several runs."""
+    """Change of a figure [SI] when an input is increased by two standard uncertainties.
+
+    `switches`: the figure does not respond proportionally, and the change is the largest deviation among several runs.
+    """
 
     input: str
     moves: float
@@ -45,8 +47,10 @@ class Effect:
 
 @dataclass(frozen=True)
 class Sensitivities:
-    """Nominal figures of a scene; the effects of its inputs on each figure, largest first; inputs; failed inputs with
-    the reasons; inputs without a stated uncertainty; notes; CPU time [s]."""
+    """Nominal figures of a scene, and the effects of its uncertain inputs on each figure, largest first.
+
+    Also inputs, failed inputs with the reasons, inputs without a stated uncertainty, notes, and CPU time [s].
+    """
 
     figures: list[AskedFigure]
     effects: dict[str, list[Effect]]
@@ -103,8 +107,8 @@ class Sensitivities:
 
 @dataclass(frozen=True)
 class Moved:
-    """The runs started with one input changed by multiples of its standard uncertainty; the reason takes the place of a
-    run that could not start."""
+    """Runs that were started with one input changed by multiples of its standard uncertainty; a run that could not
+    start is replaced by the reason as text."""
 
     input: UncertainInput
     runs: dict[float, Future[Ran] | str]
@@ -114,9 +118,12 @@ def sensitivities(
     scene: LoadedScene | str | Path, given: Sequence[str] = (), at_once: int | None = None,
     say: Callable[[str], None] = LOG.info,
 ) -> Sensitivities:  # fmt: skip
-    """Compute sensitivities of a scene (loaded, its path or name) with `at_once` parallel processes (default: one per
-    core; 0: runs in this process). `given`: uncertainties in addition to those of the scene, such as
-    `block.mass +- 3 %`. Raises HeavyliftError."""
+    """Compute the effects of the uncertain inputs of a scene (loaded, its path or name) on the figures of its run;
+    raises HeavyliftError.
+
+    `at_once`: parallel processes (default: one per core; 0: runs in this process); `given`: uncertainties in addition
+    to those of the scene, such as `block.mass +- 3 %`.
+    """
     scene = chosen(loaded(scene), say)
     inputs = uncertain_inputs(scene, given)
     if not inputs:
@@ -176,7 +183,7 @@ class _Seen:
         self.more(begun)
 
     def more(self, begun: Moved) -> None:
-        """Wait for the next runs in which this input is changed, and add their results to its sensitivities."""
+        """Wait for the next runs in which this input is changed, and add their results."""
         for step, run in begun.runs.items():
             ended = run if isinstance(run, str) else result(run)
             if isinstance(ended, str):

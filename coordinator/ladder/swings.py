@@ -51,7 +51,7 @@ def swing(t: Floats, x: Floats, span: Span) -> Swing | None:
 
 
 def top(t: Floats, y: Floats) -> float:
-    """Return the maximum of the parabola through the largest sample and its neighbours."""
+    """Return the maximum of a signal: that of the parabola through its largest sample and the two beside it."""
     k = int(np.argmax(y))
     if not 0 < k < len(y) - 1:
         return float(y[k])
@@ -91,8 +91,11 @@ def _fitted(t: Floats, y: Floats, f: float) -> tuple[float, float]:
 
 
 def unseen(t: Floats, x: Floats, speed: Floats | None, span: Span) -> float:
-    """Return an upper estimate of the amplitude of a swing that samples (n, columns) of a stage do not show: the part
-    of the RMS speed that the sampled positions do not explain, at the Nyquist frequency of the samples."""
+    """Return an upper estimate of the amplitude of a swing that samples (n, columns) of a stage miss.
+
+    It is the amplitude, at the Nyquist frequency of the samples, of that part of the RMS speed which the sampled
+    positions do not explain.
+    """
     inside = (t >= span.start) & (t <= span.end)
     if speed is None or inside.sum() < FEWEST:
         return 0.0

@@ -24,8 +24,8 @@ REFERENCE = 3  # steps of the finest model level: so many times a tenth of the l
 
 @dataclass(frozen=True)
 class Row:
-    """A row of the trade-off table: largest relative error of each quantity, or the `reason` why the candidate could
-    not run; CPU seconds for start and run; the command that reproduces the run."""
+    """A row of the trade-off table for one candidate: largest relative error of each quantity, CPU seconds for start
+    and run, and the command that reproduces the run; or the `reason` why the candidate could not run."""
 
     level: str
     how: str
@@ -37,7 +37,7 @@ class Row:
 
     @property
     def worst(self) -> float:
-        """The largest error of the requested quantities; infinite if there was no run."""
+        """The largest relative error of the requested quantities; infinite if the candidate could not run."""
         return max(self.errors.values(), default=inf)
 
     def __str__(self) -> str:
@@ -46,8 +46,8 @@ class Row:
 
 @dataclass(frozen=True)
 class Held:
-    """Stability of two systems that exchange forces held constant for `h` [s]: measured and theoretical damping ratio,
-    and the `h` [s] that causes 1 % growth over the run."""
+    """Stability of two systems whose solvers hold the force between them constant for `h` [s]: measured and theoretical
+    damping ratio, and the `h` [s] with which the motion grows by 1 % during the run."""
 
     pair: str
     omega: float
@@ -59,8 +59,11 @@ class Held:
 
 @dataclass(frozen=True)
 class Distributed:
-    """Cost of a distributed run: placement of processes, benefit, simulated and wall seconds, seconds of the kernel and
-    of start and end, CPU seconds, grants, recording size, digest."""
+    """Cost of running a scene in several processes.
+
+    Placement of processes, benefit, simulated and wall seconds, seconds of the kernel and of start and end, CPU
+    seconds, grants, recording size, digest.
+    """
 
     where: str
     buys: str
@@ -75,14 +78,17 @@ class Distributed:
 
     @property
     def per_grant(self) -> float:
-        """Wall seconds per grant spent outside the kernel: on models, messages, waiting and recording."""
+        """Wall time per grant [s] spent outside the kernel: on models, messages, waiting and recording."""
         return max(0.0, self.wall_s - self.around_s - self.kernel_s) / self.grants
 
 
 @dataclass(frozen=True)
 class MeasuredLadder:
-    """Measured model levels and steps of a scene: rows by level, cheapest first; the reference and its error; the
-    recommendation; number of candidates that did not fit into the time budget; cost of processes."""
+    """Measured errors and times of all model levels and steps of a scene, and the recommended one.
+
+    Rows by level, cheapest first; the reference and its error; number of candidates that did not fit into the time
+    budget; cost of processes.
+    """
 
     scene: str
     ask: tuple[Asked, ...]
@@ -103,8 +109,10 @@ def measure(
     scene: LoadedScene, ask: str = "", limit: float | None = None, budget: float = 300.0,
     say: Callable[[str], None] = lambda message: None,
 ) -> MeasuredLadder:  # fmt: skip
-    """Measure all candidates of a scene within `budget` seconds; `ask`: quantities (default: those of the scene, else
-    the usual ones); `limit` of their errors (default: the scene's accuracy, else 1 %).
+    """Measure errors and times of all model levels and steps of a scene within `budget` [s] of wall time.
+
+    `ask`: quantities (default: those of the scene, else the usual ones); `limit` of their errors (default: the scene's
+    accuracy, else 1 %).
 
     Raises SceneError for a quantity that cannot be requested, and for a budget too small for the finest model level.
     """
@@ -127,7 +135,7 @@ def measure(
             raise
         message = f"--budget {budget:.3g} s: too little, a run of the finest model level takes longer"
         raise SceneError(
-            f"{message}; give it {ceil(4.0 * budget):g} s or more, or a scene that ends earlier (--set end=...)"
+            f"{message}; give --budget {ceil(4.0 * budget):g} or more, or let the scene end earlier (--set end=...)"
         ) from None
     quantity = {f.name: f.quantity for f in measuring.figures(true).values()}
     if missing := [q for q in wanted if q not in quantity.values() and ask]:

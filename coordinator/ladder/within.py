@@ -30,7 +30,8 @@ SPARE = 0.93  # of the time, for what nobody foresees
 
 @dataclass(frozen=True)
 class Within:
-    """A scene with settings that fit the available time, and the message that announces them."""
+    """A scene with the settings that fit into the available wall time, and the message that announces these
+    settings."""
 
     scene: LoadedScene
     message: str
@@ -40,9 +41,11 @@ def within(
     name: str | Path, settings: Sequence[str], ask: Sequence[str], seconds: str = "", factor: float | None = None,
     rate: float | None = None,
 ) -> Within:  # fmt: skip
-    """Return the scene at the best accuracy that fits into `seconds` from start to end of this process, or that reaches
-    `factor` simulated seconds per second; `ask`: quantities to measure if the scene names none. Raises SceneError if
-    the time is too short."""
+    """Return the scene at the best accuracy for which this process ends within `seconds` after its start, or for which
+    the run reaches `factor` simulated seconds per wall second.
+
+    `ask`: quantities to measure if the scene names none. Raises SceneError if the time is too short.
+    """
     option = f"--within '{seconds}'" if seconds else f"--real-time {factor:g}"
     if (seconds and factor is not None) or rate is not None:
         raise SceneError(f"{option}: give only one of --within, --real-time and --rate")

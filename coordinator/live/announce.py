@@ -55,7 +55,7 @@ def announced(
     directory: Path, run: str, scene: str, recording: Path | None, units: Mapping[str, Mapping[str, str]],
     angles: tuple[str, ...],
 ) -> Iterator[None]:  # fmt: skip
-    """Make a run findable by observers while this context is open."""
+    """Announce a run to observers while this context is open, so that `find` and `running` list it."""
     plain = {name: dict(fields) for name, fields in units.items()}
     given = path_text(recording.absolute()) if recording else ""
     notice = Notice(run, scene, given, os.getpid(), time.time(), plain, angles, __version__)
@@ -157,7 +157,8 @@ class Reply(msgspec.Struct, frozen=True):
 
 
 def order(run: str | Path | AnnouncedRun, what: RunOrder) -> str:
-    """Send an order to a run in progress and return its answer; raises ProtocolError if the run refuses the order."""
+    """Send an order to a run in progress and return the last reply; raises ProtocolError if the run refuses the
+    order."""
     answer = ask(run, what)
     if not answer.done:
         raise ProtocolError(answer.said)
@@ -170,8 +171,10 @@ def ask(
     patience: float = PATIENCE_s,
     hear: Callable[[str], None] | None = None,
 ) -> Reply:
-    """Send an order to a run in progress and return its last reply; `hear` receives earlier replies. Raises
-    ProtocolError if the last reply takes longer than `patience` [s], or STEP_s for the order `step`."""
+    """Send an order to a run in progress and return the last reply; `hear` receives the replies before it.
+
+    Raises ProtocolError if the last reply takes longer than `patience` [s], or STEP_s for the order `step`.
+    """
     found = run if isinstance(run, AnnouncedRun) else find(str(run))
     timeout, text = STEP_s if what.do == "step" else patience, ""
     with guest_session(found.directory, OPERATOR) as session:

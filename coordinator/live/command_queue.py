@@ -38,7 +38,7 @@ class TimedCommand(NamedTuple):
 
 
 def command(given: TimedCommand) -> Event:
-    """Return the event through which a command enters the run."""
+    """Return the event by which an operator's command enters the run."""
     return Event(*given.tag, OPERATOR, COMMAND, 0, OperatorCommand.__name__, given.payload)
 
 
@@ -85,8 +85,8 @@ class QueuedOrder(NamedTuple):
 
 
 class CommandQueue(AbstractContextManager["CommandQueue"]):
-    """Queue of an operator's orders; on exit it answers waiting clients and removes a journal that is no longer
-    needed."""
+    """Queue of the orders that an operator gives to a run; on exit it answers waiting clients and removes a journal
+    that is no longer needed."""
 
     def __init__(
         self,
@@ -106,12 +106,12 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
         self._closed = False
 
     def repeat(self, commands: Iterable[TimedCommand], core: OpenCoordinator) -> None:
-        """Schedule the commands of another run."""
+        """Schedule the commands that an operator gave in another run."""
         for given in commands:
             self._order(given, core)
 
     def open(self, hub: Hub) -> None:
-        """Accept orders from now on."""
+        """Accept orders of clients from now on."""
         hub.serve("control", self._arrived)
 
     def attend(self, core: OpenCoordinator) -> None:
@@ -131,7 +131,7 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
                     asked.reply(text)
 
     def event(self, event: Event) -> None:
-        """Reply to the client whose command a model has answered with this event."""
+        """If an event is a model's answer to a command, forward the answer to the client that gave the command."""
         if event.type == OperatorAnswer.__name__:
             answer = event.value
             assert isinstance(answer, OperatorAnswer)
@@ -219,8 +219,8 @@ class CommandQueue(AbstractContextManager["CommandQueue"]):
         commands."""
         if self._read is None:
             raise HeavyliftError(
-                f"{words}: no model of this run takes commands; it can be paused, stepped, continued, or stopped "
-                "with Ctrl-C"
+                f"{words}: no model of this run takes commands; the run can be paused, stepped, continued, or "
+                "stopped with Ctrl-C"
             )
         text = OperatorCommand(STOP) if words == STOP else self._read(words)
         t = core.safe_ns

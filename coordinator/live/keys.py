@@ -65,7 +65,7 @@ FASTER = 2.0  # factor of a press on + or -
 
 
 class Keys:
-    """Keyboard control of a run, as a context manager; `say` receives the replies."""
+    """Control of a run by keys on the terminal, as a context manager; `say` receives the replies."""
 
     def __init__(self, queue: CommandQueue, keyboard: Keyboard, say: Callable[[str], None]) -> None:
         self._queue, self._keyboard, self._report = queue, keyboard, say

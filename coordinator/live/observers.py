@@ -57,7 +57,7 @@ class EventPublisher(AbstractContextManager["EventPublisher"]):
         self._events: list[Event] = []  # of this round
 
     def event(self, event: Event) -> None:
-        """Queue a committed event to be published."""
+        """Queue a committed event; `show` publishes it."""
         self._events.append(event)
 
     def show(self) -> None:
@@ -107,7 +107,7 @@ class OnTheBus:
         self._schemas: dict[str, str] = {}
 
     def open(self, hub: Hub) -> None:
-        """Publish on the keys of this run from now on."""
+        """Publish samples on the keys of this run from now on."""
         self._hub = hub
         for topic in self._schemas:
             hub.heard_data(topic[1:])
@@ -165,15 +165,15 @@ def observe(run: str | Path | AnnouncedRun = "") -> Observer:
 
 
 class Lines:
-    """Formats the events of one run as lines of text; the object must receive every event in order to know the current
-    stage."""
+    """Formats the events of one run as lines of text, each with its stage; for this the object must receive every event
+    in order."""
 
     def __init__(self, notice: Notice) -> None:
         self._units, self._angles = notice.units, notice.angles
         self._stage = ""
 
     def of(self, event: Event) -> tuple[str, Any]:
-        """Return the stage in which an event occurs, and its message as plain data."""
+        """Return the name of the stage in which an event occurs, and the event's message as plain data."""
         value = msgspec.msgpack.decode(event.payload)
         if event.type == "Stage":
             self._stage = value["name"] or self._stage
@@ -188,8 +188,8 @@ class Lines:
         return printable(line, keep=SPACES)
 
     def report(self, event: Event) -> str:
-        """Return an event as a line of text for planners; "" for events without interest for planners, such as orders;
-        complete messages for user models."""
+        """Return an event as a line of text for planners, or "" if planners need not see it, such as an order; events
+        of user models are shown completely."""
         stage, value = self.of(event)
         if event.type not in LISTED:
             return "" if hasattr(messages, event.type) or event.source == "kernel" else self.text(event)

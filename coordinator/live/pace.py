@@ -36,8 +36,10 @@ class Lateness(NamedTuple):
 
 
 class Pace:
-    """Pace of a run without a clock: as fast as possible. Decisions reach at most `ahead` [ns] beyond the next event,
-    which bounds how long a command waits."""
+    """Pace of a run without a clock, which runs as fast as possible.
+
+    Decisions reach at most `ahead` [ns] beyond the next event, which bounds how long a command waits.
+    """
 
     def __init__(self, ahead: int = NEVER) -> None:
         self.ahead = ahead
@@ -47,7 +49,7 @@ class Pace:
         return after(first, self.ahead) if first < FOREVER else FOREVER
 
     def wait(self, first: Tag) -> float:
-        """Return the wall time [s] until the horizon passes `first`."""
+        """Return the wall time [s] to wait until `first` may be granted, always 0 without a clock."""
         return 0.0
 
     def rest(self, alarm: Alarm, seconds: float) -> None:
@@ -74,7 +76,8 @@ class Pace:
 
 
 class RealTime(Pace):
-    """Pace by the wall clock: `rate` simulated seconds per second, counted from the first call of `horizon`."""
+    """Pace of a run that follows the wall clock: `rate` simulated seconds per second, counted from the first call of
+    `horizon`."""
 
     def __init__(self, rate: float, clock: Callable[[], float] = time.monotonic) -> None:
         super().__init__(0)
@@ -85,7 +88,7 @@ class RealTime(Pace):
         self._rounds, self._late, self._sum, self._max = 0, 0, 0.0, 0.0
 
     def horizon(self, first: Tag) -> Tag:
-        """Return the present simulation time; everything earlier is due."""
+        """Return the simulation time that the clock has reached; everything earlier is due."""
         if self._since is None:
             self.go_on(Tag(0))
         return Tag(self._now())
@@ -97,7 +100,7 @@ class RealTime(Pace):
         return max(REST_s, -self._lateness(first)) if self._since is None or first.t >= self._now() else 0.0
 
     def granted(self, first: Tag) -> None:
-        """Record the lateness of this grant."""
+        """Record how late the grant for logical time `first` was sent."""
         late = max(0.0, self._lateness(first))
         self._rounds, self._sum, self._max = self._rounds + 1, self._sum + late, max(self._max, late)
         self._late += late > LATE_s
@@ -144,8 +147,8 @@ GRAIN_ns = 2  # of steps to the next event: a step of the mechanics is announced
 
 
 class Tempo:
-    """Pacing of the coordinator's rounds: the logical time up to which it may decide, and how long it waits if nothing
-    is due."""
+    """Decides up to which logical time the coordinator may grant, and how long it waits if nothing is due; also pauses
+    and steps the run."""
 
     def __init__(self, pace: Pace | None = None) -> None:
         self.pace = pace or Pace()
@@ -174,12 +177,12 @@ class Tempo:
         return self._horizon if self.limit is None else min(self.limit, self._horizon)
 
     def granted(self) -> None:
-        """Record that a grant within the horizon was sent."""
+        """Record that a grant was sent for the earliest pending logical time."""
         self.pace.granted(self._first)
 
     def rest(self, core: OpenCoordinator) -> float:
-        """If no node is working, wait until something can be granted; return how long to wait for a node's answer
-        [s]."""
+        """Wait until something can be granted, unless a node is working; return how long [s] to wait for an answer of a
+        node."""
         if self._free:
             return math.inf
         first = core.first
@@ -213,7 +216,7 @@ class Tempo:
         self.pace.go_on(here)
 
     def go_on(self) -> None:
-        """Continue after a pause, without a limit."""
+        """Continue after a pause, without a time at which to pause again."""
         if self.limit is not None:
             self.pace.go_on(self.limit)
         self.limit, self._to_event = None, False

@@ -21,7 +21,7 @@ class Terminal(Console):
         super().__init__(file=getattr(stream, "drawn", stream), markup=False, emoji=False, highlight=False)
 
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
-        """Render as Rich does, without its control characters."""
+        """Render text for the terminal as Rich does, without Rich's control characters."""
         for text, style, control in super().render(renderable, options):
             yield Segment(text if control else displayed(text), style, control)
 

@@ -44,8 +44,8 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Identifiable:
-    """Data of a log for a fit: times (n,) [s], and for each channel its values, systematic standard uncertainty and
-    scatter."""
+    """Measured data to which inputs are fitted: times (n,) [s], and for each channel its values (n,), systematic
+    standard uncertainty (n,) and scatter."""
 
     t: Floats
     values: Sequence[Floats]
@@ -55,8 +55,10 @@ class Identifiable:
 
 @dataclass(frozen=True)
 class InputEstimates:
-    """Estimated values and standard uncertainties of inputs, by number; the reasons why others cannot be identified
-    (`unknown`); the clock offset."""
+    """Estimated values and standard uncertainties of inputs, by their number.
+
+    `unknown`: reasons why other inputs cannot be identified; `at`: clock offset.
+    """
 
     values: dict[int, float]
     sigma: dict[int, float]
@@ -67,7 +69,8 @@ class InputEstimates:
 def estimate(
     simulate: Callable[[Floats], Sequence[Curve]], inputs: Sequence[Input], message: Identifiable, at: Alignment
 ) -> InputEstimates:
-    """Fit the inputs that the log determines; `simulate` returns the channels for given input values (m,)."""
+    """Fit those inputs of a scene that the measured data determine; `simulate` returns the channels for given input
+    values (m,)."""
     m, known = len(inputs), dict[bytes, Sequence[Curve]]()
     unknowns = [(p.value, p.scale, *p.bounds, STEP) for p in inputs]
     unknowns += [(0.0, float(np.median(np.diff(message.t))), -np.inf, np.inf, OFFSET_STEP)] * at.estimated
@@ -172,8 +175,8 @@ Simulate = Callable[[Floats], list[Curve]]
 def simulator(
     begun: Beginning, inputs: Sequence[Input], channels: list[LogChannel], rows_hz: float, say: Callable[[str], None]
 ) -> Simulate:
-    """Return a function from input values (m,) to simulated channels; that function raises HeavyliftError for values
-    that cannot run."""
+    """Return a function that simulates the channels for input values (m,); it raises HeavyliftError for values with
+    which the scene cannot run."""
     hz = begun.scene.plan.samples_hz
     rate = min(max(SAMPLES[0], rows_hz, hz), max(SAMPLES[1], hz))
 
@@ -206,8 +209,10 @@ def spread(simulate: Simulate, values: Floats, sigma: Floats, own: Sequence[Curv
 def scene_text(
     scene: LoadedScene, inputs: Sequence[Input], estimates: Mapping[str, tuple[str, str]], source: str
 ) -> str:
-    """Return the text of a scene that contains the estimates, (value, uncertainty) by name, from the log `source`.
-    Settings of its run, made by `extends` or `--set`, are written into the text."""
+    """Return the text of a scene in which inputs have their estimated values and uncertainties, from the log `source`.
+
+    Settings of its run, made by `extends` or `--set`, are written into the text.
+    """
     name, out, yaml = scene.path.name, io.StringIO(), YAML()
     yaml.preserve_quotes, yaml.width = True, 10_000  # lines stay as long as they are
     yaml.indent(mapping=2, sequence=4, offset=2)

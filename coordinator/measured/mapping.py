@@ -45,8 +45,11 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class LogChannel:
-    """A measured channel: signal and column of the recording, values (n,) in its unit, standard uncertainties (n,) of
-    the sensor; `model`: whether the run also has this channel; `stated`: whether the map states the uncertainty."""
+    """A measured channel: signal and column of the recording, values (n,) and standard uncertainties (n,) of the sensor
+    in its unit.
+
+    `model`: whether the run also has this channel; `stated`: whether the map states the uncertainty.
+    """
 
     signal: str
     column: str
@@ -58,7 +61,7 @@ class LogChannel:
 
     @property
     def name(self) -> str:
-        """The name of the channel as users write it."""
+        """The name of the channel as users write it, SIGNAL/COLUMN."""
         return f"{self.signal}/{self.column}"
 
 

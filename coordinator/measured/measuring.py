@@ -43,8 +43,11 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class MeasurementResult:
-    """Results of comparing a measured log with a recording; `estimates`: value and half-width at 95 % by name;
-    `not_identified`: reasons by name; number of log rows outside the run; paths of the written recording and scene."""
+    """Result of comparing a measured log with a recording.
+
+    `estimates`: value and half-width at 95 % by name; `not_identified`: reasons by name; number of log rows outside the
+    run; paths of the written recording and scene.
+    """
 
     at: Alignment
     comparisons: list[ChannelComparison]
@@ -131,7 +134,7 @@ def _placed(rec: Recording, log: LogSignals, model: list[Curve], offset: float |
     """Return the given or estimated clock offset; raises RecordingError if no rows of the log lie within the run."""
     T = model[0][0]
     if len(T) < 2:
-        raise RecordingError(f"{rec.path}: has no samples to compare; simulate a longer run")
+        raise RecordingError(f"{rec.path}: the recording has no samples to compare; simulate a longer run")
     at = aligned(model, log.t, [c.values for c in log.compared]) if offset is None else Alignment(offset)
     if overlapping(model[0], log.t, at.offset).sum() < 2:
         a, b = log.t[0] + at.offset, log.t[-1] + at.offset

@@ -100,8 +100,10 @@ def overlapping(curve: Curve, t: Floats, offset: float, margin: float = 0.0) -> 
 
 
 def correlation_time(r: Floats) -> float:
-    """Return the integrated autocorrelation time 1 + 2 (sum of autocorrelations), at least 1; the sum is cut at the
-    first window that is five times as long as the result."""
+    """Return the integrated autocorrelation time of a series in samples, at least 1.
+
+    It is 1 + 2 (sum of autocorrelations), cut at the first window that is five times as long as the result.
+    """
     n, r = len(r), r - np.mean(r)
     rho = np.fft.irfft(np.abs(np.fft.rfft(r, 2 * n)) ** 2)[:n]
     if rho[0] <= 0.0:
@@ -149,8 +151,11 @@ LEVEL = 2.0  # standard uncertainties of a level of 95 %
 
 @dataclass(frozen=True)
 class ChannelComparison:
-    """Comparison of one channel: mean, RMS and largest error E and its time [s]; validation uncertainty u_val and its
-    parts; share of rows with |E| <= 2 u_val; `lacks`: uncertainties that were not stated."""
+    """Comparison of one measured channel with the run.
+
+    Mean, RMS and largest error E and its time [s]; validation uncertainty u_val and its parts; share of rows with |E|
+    <= 2 u_val; `lacks`: uncertainties that were not stated.
+    """
 
     channel: str
     unit: str
@@ -179,7 +184,7 @@ class ChannelComparison:
 
 
 def curves_of(rec: Recording, channels: Sequence[LogChannel]) -> list[Curve]:
-    """Return the simulated curves of these channels."""
+    """Return the simulated curves of these measured channels, from a recording."""
     rec.load([*dict.fromkeys(channel.signal for channel in channels)])
     return [(rec.signal(channel.signal).t, rec.signal(channel.signal)[channel.column]) for channel in channels]
 
@@ -188,8 +193,10 @@ def compared(
     rec: Recording, log: LogSignals, at: Alignment, u_input: Sequence[Floats]
 ) -> tuple[list[ChannelComparison], list[Floats]]:
     """Compare each measured channel that the run also has; also return the errors E (n,) at the overlapping rows.
+
     `u_input`: standard uncertainty of each channel at the samples of the run; empty if no input has a stated
-    uncertainty."""
+    uncertainty.
+    """
     out, errors = list[ChannelComparison](), list[Floats]()
     for k, (channel, (T, S)) in enumerate(zip(log.compared, curves_of(rec, log.compared), strict=True)):
         rows = overlapping((T, S), log.t, at.offset)

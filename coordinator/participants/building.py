@@ -26,8 +26,11 @@ _returned: WeakSet[Model] = WeakSet()
 
 
 def built(reference: str, by: str = "") -> Coupled:
-    """Build the model that a reference names; raises ModelError if that fails, or if the reference comes from the data
-    `by` and names code that the user has not trusted."""
+    """Build the DEVS model that a reference names.
+
+    Raises ModelError if that fails, or if the reference comes from the data `by` and names code that the user has not
+    trusted.
+    """
     where, name, arguments, named = read(reference)
     if by and (why := refusal(where, reference)):
         raise ModelError(f"{by}: {why}")
@@ -125,7 +128,8 @@ _DECODER: msgspec.msgpack.Decoder[dict[str, _Declared]] = msgspec.msgpack.Decode
 
 
 def declarations(root: Coupled, nodes: Iterable[Sequence[str]]) -> Iterator[bytes]:
-    """Yield, for each node, the ports and types of the child models that it runs, encoded; `root`: newly built."""
+    """Yield, for each node, the encoded declarations of its models: their ports and types, from a newly built
+    `root`."""
     freezer, first = Freezer(tree(root)), min(root.children)
     for names in nodes:
         yield msgspec.msgpack.encode({name: _declared(root, name, freezer, name == first) for name in names})

@@ -80,9 +80,11 @@ def kernel_config(plan: Plan, models: Mapping[str, NodeModel], systems: Iterable
 
 
 def postponed(core: OpenCoordinator, plan: Plan) -> bool:
-    """Postpone the end of a run whose plan has no end time, if its time bound is reached while a model that gives
-    orders still has an event scheduled (a load that only swings does not count); return whether the end was
-    postponed."""
+    """Postpone the end of a run without a stated end if a model that gives orders still has an event scheduled at the
+    time bound; return whether the end was postponed.
+
+    A load that only swings does not count.
+    """
     if plan.end is not None or core.over is not RunEnd.BOUND or (due := core.scheduled(driving(plan))) >= FOREVER:
         return False
     core.extend(Tag(due.t + PATIENCE_ns))

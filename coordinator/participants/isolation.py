@@ -193,8 +193,10 @@ class Commons:
         self._asked = 0
 
     def unchanged(self, now: bool) -> None:
-        """Raise ModelError for a changed global variable; checks if `now`, otherwise only at calls whose number is a
-        power of two."""
+        """Raise ModelError if a guarded global variable has changed.
+
+        Unless `now`, only calls whose number is a power of two check.
+        """
         self._asked += 1
         if not now and self._asked & (self._asked - 1):
             return
@@ -202,15 +204,15 @@ class Commons:
             for full, (around, name) in sorted(self._all.items()):
                 if _holds_model(around.get(name)):
                     raise ModelError(
-                        f"{self._by(full)} may use {full}, which refers to a model of this process while "
-                        "the other models run elsewhere; communicate by messages instead"
+                        f"{self._by(full)} may use the global variable {full}, which refers to a model of "
+                        "this process while the other models run elsewhere; communicate by messages instead"
                     )
         for full, (around, name) in self._places.items():
             message = image(around.get(name))
             if self._known.setdefault(full, message) != message:
                 raise ModelError(
-                    f"{self._by(full)} use {full}, which has changed, although each process has its own copy; "
-                    "store it in attributes of a model and send it to others in messages"
+                    f"{self._by(full)} use the global variable {full}, which has changed, although each process "
+                    "has its own copy; store it in attributes of a model and send it to others in messages"
                 )
 
     def _by(self, full: str) -> str:

@@ -38,9 +38,11 @@ SILENT = 2**30  # microstep of silent tags
 
 
 class KernelNode:
-    """The kernel as a node: a `Steppable` around a `Simulation`. `publish(batch)` receives encoded samples [first,
-    times, rows, notes] and, if the node `foretells`, the samples of a scene at rest in advance. Rows of a single lift
-    are numbered separately under its name."""
+    """The mechanics kernel as a node of the protocol: a `Steppable` around a `Simulation`.
+
+    `publish(batch)` receives encoded samples [first, times, rows, notes] and, if the node `foretells`, the samples of a
+    scene at rest in advance. Rows of a single lift are numbered separately under its name.
+    """
 
     def __init__(self, config: KernelConfig, publish: Callable[[bytes], None], foretells: bool = False) -> None:
         self._subscriptions: Mapping[str, list[str]] = config.subscriptions
@@ -78,8 +80,10 @@ class KernelNode:
 
     @property
     def next_time(self) -> Tag:
-        """Logical time of the immediate consequences of a command, of the next due sample, or of the located event;
-        otherwise a silent logical time just before the end of the tentative step.
+        """Logical time of the kernel's next event: the report of a command's effects, the next due sample, or the
+        located state event.
+
+        If there is none, a silent logical time just before the end of the tentative step.
 
         The silent logical time never shares its nanosecond with an event that is located later, since the ends of steps
         must not influence the microsteps of events.
@@ -120,13 +124,13 @@ class KernelNode:
 
     @property
     def slack(self) -> list[Slack]:
-        """No observed lookaheads: the kernel schedules no output in response to an input."""
+        """The observed lookaheads, none: the kernel schedules no output in response to an input."""
         return []
 
     @property
     def quiet(self) -> Tag:
-        """Earliest logical time of an output if no input arrives; the end of a tentative step without an event sends
-        nothing."""
+        """Earliest logical time at which the kernel may send something if no input arrives; the end of a tentative step
+        without an event sends nothing."""
         due = self.next_time
         spoken = self._message or self.simulation.event or self._sample
         return due if spoken else max(Tag(self.simulation.next_ns), succ(due))
@@ -149,11 +153,12 @@ class KernelNode:
         return sorted(out, key=lambda e: e.order)
 
     def among(self) -> list[Event]:
-        """Return no events, since all events of the kernel go to models."""
+        """Return the events that no other node receives: none, since models receive all events of the kernel."""
         return []
 
     def advance(self, tag: Tag, bag: Sequence[Event], until: Tag) -> None:
-        """Fire the located event, apply the inputs, or both (confluent: switch first, then inputs); then work ahead."""
+        """Fire the located event, apply the inputs, or both (confluent: switch first, then inputs); then compute ahead
+        up to `until`."""
         fires, message = self.simulation.event and tag == self._located, bool(self._message)
         if tag == self._sample:
             self._sampling.taken()

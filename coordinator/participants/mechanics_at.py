@@ -63,8 +63,10 @@ def at_rest(scene: LoadedScene, at: float | None, after: str) -> tuple[Equilibri
 
 
 def check_steps(scene: LoadedScene) -> None:
-    """Raise HeavyliftError if the integration method of a scene cannot be used for it. The stability of a fixed step is
-    checked by starting the simulation with the same compiled code as the run."""
+    """Raise HeavyliftError if the integration method or the fixed step of a scene cannot be used for its mechanics.
+
+    The stability of a fixed step is checked by starting the simulation with the same compiled code as the run.
+    """
     plan = scene.plan
     if plan.step is not None:
         paused(scene)
@@ -92,7 +94,10 @@ def resting(scene: LoadedScene, after: str = "") -> EquilibriumPath:
 
 def paused(scene: LoadedScene | str | Path, at: float | None = None, after: str = "") -> Simulation:
     """Run a scene up to time `at` [s] or to the end of stage `after`, by default only to its start, and return its
-    simulation. Raises SceneError if there is no such stage, or the error that ended the run earlier."""
+    simulation.
+
+    Raises SceneError if there is no such stage, or the error that ended the run earlier.
+    """
     from heavylift.nodes.scene import loaded  # validators, which processes of nodes do without
 
     plan = loaded(scene).plan

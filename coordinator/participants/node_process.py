@@ -54,8 +54,8 @@ def serve(link: NodeLink) -> str:
 
 
 def life_sign(steps: Callable[[], int]) -> Callable[[], bytes]:
-    """Return a function that encodes the sign of life of a process; `steps` returns a counter that grows with its
-    progress."""
+    """Return a function that encodes the answer of a process to a liveness query; `steps` returns a counter that grows
+    with its progress."""
     return lambda: msgspec.msgpack.encode(Alive(steps(), _traced()))
 
 

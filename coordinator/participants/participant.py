@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 
 
 class Participant:
-    """The messages of one node: `send` answers the coordinator, `sample` publishes data; `over` becomes true after BYE
-    or FAIL."""
+    """Message handling of one node: `send` answers the coordinator, `sample` publishes data; `over` becomes true after
+    BYE or FAIL."""
 
     def __init__(
         self,

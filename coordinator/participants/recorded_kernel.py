@@ -29,8 +29,8 @@ BATCH = 256  # samples that are said at once
 
 @dataclass
 class RecordedKernel:
-    """Recorded history before a branch: events of the kernel, samples by column name, notes, the last checkpoint
-    (complete up to the logical time `at`), all checkpoints, and facts for the new recording.
+    """The kernel's recorded history before a branch: events, samples by column name, notes, all checkpoints and the
+    last one (complete up to the logical time `at`), facts for the new recording.
 
     Results: whether the checkpoint is `used`, or `why` not; how many samples were equal; the first one that was not, as
     (time [ns], column, recorded, now); whether the recorded part is `over`.
@@ -52,7 +52,8 @@ class RecordedKernel:
 
 
 class Recalled:
-    """A kernel that first replays recorded outputs; a `Steppable` like `KernelNode`."""
+    """A kernel that first replays its recorded outputs up to a checkpoint and then computes on; a `Steppable` like
+    `KernelNode`."""
 
     def __init__(self, config: KernelConfig, publish: Callable[[bytes], None], past: RecordedKernel) -> None:
         self._publish, self._past = publish, past
@@ -105,8 +106,8 @@ class Recalled:
 
     @property
     def quiet(self) -> Tag:
-        """Earliest logical time of an output if no input arrives: that of the next recorded event, or that of the
-        kernel."""
+        """Earliest logical time at which the kernel may send something if no input arrives: that of the next recorded
+        event, or that of the kernel itself."""
         return self._events[-1].tag if self._events else self._kernel.quiet
 
     @property
@@ -131,7 +132,7 @@ class Recalled:
         return list(takewhile(lambda event: event.tag == tag, reversed(self._events)))
 
     def among(self) -> list[Event]:
-        """Return the kernel's events on ports without receivers."""
+        """Return the events that no other node receives, as in `KernelNode.among`."""
         return self._kernel.among()
 
     def advance(self, tag: Tag, bag: Sequence[Event], until: Tag) -> None:
@@ -221,8 +222,8 @@ class _Known:
         return times, rows
 
     def read(self, end: int, before_ns: int) -> Iterator[tuple[int, list[int], Floats]]:
-        """Yield the recorded rows in batches: number of the first row, times, and rows in the kernel's layout. Stops at
-        row `end`, or before a time [ns] if that comes first."""
+        """Yield the recorded rows before row `end` or before a time [ns], in batches: number of the first row, times,
+        and rows in the kernel's layout."""
         while self.number < end and self._next() and self._times[0] < before_ns:
             first = self.number
             n = sum(t < before_ns for t in self._times[: min(BATCH, end - first)])
@@ -234,7 +235,8 @@ class _Known:
             yield first, times, spread
 
     def compare(self, times: Sequence[int], rows: Floats) -> tuple[int, str, float, float] | None:
-        """Return the first value that differs from the recording: time [ns], column, recorded, new; or None."""
+        """Compare the kernel's samples with the recorded ones; return the first value that differs (time [ns], column,
+        recorded, new), or None."""
         now, i = np.ascontiguousarray(self._columns(rows)[:, self._here]), 0
         while i < len(times) and self._next():
             n = min(len(times) - i, len(self._times))

@@ -17,7 +17,7 @@ from .parts import SignalSubscription
 
 
 class Sampling:
-    """Samples of signals for the models that subscribe to them; `done`: number of samples sent, by period [ns]."""
+    """Sends samples of signals to the models that subscribe to them; `done`: number of samples sent, by period [ns]."""
 
     def __init__(self, listening: Mapping[str, SignalSubscription], program: Program) -> None:
         self._listening = {
@@ -50,7 +50,7 @@ class Sampling:
         return self._said[1]
 
     def renew(self) -> None:
-        """Discard computed samples that were not sent yet; they are then computed again."""
+        """Discard samples that were computed ahead but not sent, to be computed again."""
         self._said = -1, []
 
     def taken(self) -> None:

@@ -30,7 +30,8 @@ def configured(plan: Plan, models: Mapping[str, NodeModel]) -> KernelConfig:
 
 
 class Session(Generic[Kernel]):
-    """A run of a plan in this process: `models`, `kernel`, the protocol's `core`, and the number of `grants` so far."""
+    """A run of a plan in this process without messages between processes: `models`, `kernel`, the protocol's `core`,
+    and the number of `grants` so far."""
 
     def __init__(
         self,
@@ -89,8 +90,10 @@ class Session(Generic[Kernel]):
         return text
 
     def finish(self, end: Tag) -> str:
-        """Let the kernel finish up to `end`, and return what the models still wait for. Raises ModelError with that
-        text if the plan has no end time and its action list has not finished."""
+        """Let the kernel compute up to `end`, and return the conditions for which models still wait.
+
+        Raises ModelError with this text if the plan has no end time and its action list has not finished.
+        """
         bye = self._nodes[KERNEL].handle(StopRun(end))
         if not isinstance(bye, Bye):
             raise ModelError(getattr(bye, "sentence", f"{KERNEL} answered STOP with {bye!r}"))

@@ -31,8 +31,11 @@ AHEAD = 256  # of what a node has said: what may be held while it goes on
 
 
 class Coordinator:
-    """Call `hello` for each node's HELLO and `done` for each DONE, and send the grants that `ready` returns, until
-    `over` is set."""
+    """Conservative time coordination without any transport: decides which nodes may advance to which logical time.
+
+    Call `hello` for each node's HELLO and `done` for each DONE, and send the grants that `ready` returns, until `over`
+    is set.
+    """
 
     def __init__(
         self,
@@ -131,8 +134,8 @@ class Coordinator:
         self._moved(node)
 
     def working(self, name: str, t_ns: int) -> None:
-        """(6) Record that a node which publishes samples has reached `t_ns` [ns] within its grant, so the node's later
-        outputs are not earlier."""
+        """(6) Record that a node has published samples up to `t_ns` [ns] within its grant, so that none of its later
+        outputs is earlier."""
         node = self._node(name)
         if node.running:
             for tags, at in ((self._tags, 2 * self._n + node.rank), (self._floors, node.rank)):
@@ -188,7 +191,7 @@ class Coordinator:
 
     @property
     def first(self) -> Tag:
-        """The earliest pending logical time of idle nodes; FOREVER if there is none."""
+        """The earliest pending logical time of all nodes that have no grant; FOREVER if nothing is pending."""
         return min((node.first for node in self._by_rank if not node.running), default=FOREVER)
 
     def failed(self, name: str, fail: Fail) -> ModelError:
@@ -211,8 +214,8 @@ class Coordinator:
         return min(self._home[name].first for name in names)
 
     def held(self, name: str) -> list[tuple[int, str]]:
-        """Return (count, name) of the nodes that began to block this one since the last call; `count`: number of DONEs
-        of all nodes before."""
+        """Return (count, name) of the nodes that began to block this node since the last call; `count`: number of DONE
+        messages of all nodes up to then."""
         return self._node(name).blocked_by()
 
     def _node(self, name: str) -> NodeState:

@@ -49,7 +49,7 @@ def plus(tag: Tag, delay: Delay | None) -> Tag:
 
 
 def chain(first: Delay, second: Delay) -> Delay:
-    """Return the sum of two delays."""
+    """Return the sum of two delays, each in ns and microsteps."""
     return (first[0], first[1] + second[1]) if second[0] == 0 else (first[0] + second[0], second[1])
 
 
@@ -65,9 +65,12 @@ def distances(
     finish: tuple[str, str] | None = None,
     heard: Iterable[str] = (),
 ) -> tuple[Matrix, Matrix]:
-    """Return the matrices of least delays between nodes, D from an output and R from an input to an arrival at another
-    node. `nodes`: their models; `lookaheads` by "model.port"; `heard`: models with input from outside. The port
-    `finish` reaches each node after 1 ns."""
+    """Return the matrices of least delays between nodes: D from an output, and R from an input, to an arrival at
+    another node.
+
+    `nodes`: their models; `lookaheads` by "model.port"; `heard`: models with input from outside. The port `finish`
+    reaches each node after 1 ns.
+    """
     home = [rank for rank, models in enumerate(nodes) for _ in models]
     place = {model: i for i, model in enumerate(model for models in nodes for model in models)}
     w: Matrix = [{} for _ in (*home, *nodes)]
@@ -96,8 +99,11 @@ def distances(
 
 
 def paths_to(i: int, D: Matrix, R: Matrix, least: Sequence[int]) -> list[tuple[int, int, int]]:
-    """Return all delay paths that lead to node i, as (index of a logical time, ns, microsteps). The index is j for
-    says_j, n + j for hears_j, and 2n + j for o_j.
+    """Return all paths by which nodes can affect node i, each as (index of a logical time, delay in ns, delay in
+    microsteps).
+
+    The index of node j is j for its next output `says`, n + j for its next input `hears`, and 2n + j for its earliest
+    output o.
 
     o_j = min(says_j, hears_j + least lookahead of j) replaces the other two if the port of j with its least lookahead
     leads to i.
@@ -212,7 +218,7 @@ class NodeState:
         return bool(self.offer) and not self.committed and self.next <= self.hears
 
     def put(self, event: Event) -> bool:
-        """Queue an input in total order; return whether it is now the first one for this node."""
+        """Queue an input of the node in total order; return whether it is now the earliest one."""
         insort(self._pending, event)
         insort(self._fresh, event)
         if self._pending[0] is not event:
@@ -238,8 +244,8 @@ class NodeState:
             other._held.append((dones, self.name))
 
     def blocked_by(self) -> list[tuple[int, str]]:
-        """Return (count, name) of the nodes that began to block this one since the last call; `count`: number of DONEs
-        of all nodes before."""
+        """Return (count, name) of the nodes that began to block this node since the last call; `count`: number of DONE
+        messages of all nodes up to then."""
         held, self._held = self._held, []
         return held
 

@@ -18,7 +18,7 @@ from .messages import GrantDone, Hello
 
 
 class Before(NamedTuple):
-    """The state of a node against which its next message is checked."""
+    """The state of a node before its next message, which is checked against it."""
 
     node: NodeState
     says: Tag = Tag(0)
@@ -197,8 +197,8 @@ class CycleWatch:
             )
 
     def sentence(self, node: str, tag: Tag) -> str:
-        """Return a sentence about the zero-delay cycle that `node` has reached at `tag`; "" if no other nodes take
-        part."""
+        """Return an error sentence about the zero-delay cycle of nodes that `node` has reached at `tag`; "" if no other
+        node takes part."""
         distance = self._back(node, tag) if tag.k >= self.microsteps else []
         if not distance:
             return ""

@@ -155,7 +155,7 @@ def decode(data: bytes) -> AnyMessage:
 
 
 def name_of(message: AnyMessage) -> str:
-    """Return the name of a message in the table above, such as GRANT."""
+    """Return the name of a message in the protocol, such as GRANT."""
     return str(type(message).__struct_config__.tag).upper()
 
 

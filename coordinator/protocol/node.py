@@ -98,7 +98,7 @@ class Node:
 
     @property
     def first(self) -> Tag:
-        """The earliest pending logical time, of the model itself or of an input that it keeps."""
+        """The earliest pending logical time of the node: that of its model, or of an input not yet processed."""
         return min(self.model.next_time, self._kept[0].tag if self._kept else FOREVER)
 
     def _run(self, grant: Grant) -> GrantDone:
@@ -114,7 +114,9 @@ class Node:
         while (tag := first if first < due else due) < stop:
             if tag <= self._last:
                 event = kept[0]
-                raise ModelError(f"{self.name} at {self._last}: late message {event.source}.{event.port} for {tag}")
+                raise ModelError(
+                    f"{self.name} at {self._last}: the message {event.source}.{event.port} is late, it was due at {tag}"
+                )
             bag = []
             while first == tag:
                 bag.append(heappop(kept))

@@ -18,8 +18,8 @@ from .core import Coordinator
 
 
 class OpenCoordinator(Coordinator):
-    """A coordinator that also accepts events from sources that are not nodes; `outside`: their couplings, `inject`:
-    adds such an event."""
+    """A coordinator that also accepts events from outside, whose sources are not nodes, such as an operator's
+    commands."""
 
     def extend(self, end: Tag) -> None:
         """Move the time bound of the run to a later time, unless a model has already ended it."""

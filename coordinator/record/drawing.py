@@ -215,9 +215,11 @@ def _catenary(line: MooringLine, gravity: float, at: kinematics.Poses) -> Iterat
 
 
 class RopeLines:
-    """The rope lines of a scene at the present time of its run; if `bent`, points on beams refer to stations whose
-    deflection the samples contain. Mooring lines keep the curve of the start, up to their last piece, which ends at the
-    fairlead."""
+    """The lines by which ropes are drawn at the present time of a run.
+
+    If `bent`, points on beams refer to stations whose deflection the samples contain. Mooring lines keep the curve of
+    the start, up to their last piece, which ends at the fairlead.
+    """
 
     def __init__(self, systems: list[System], bent: bool = True) -> None:
         ropes = [r for s in systems for r in s.all_ropes]
@@ -277,8 +279,8 @@ class RopeLines:
         self._lines[name] = tuple(Line(p, q) for p, q in pairwise([a, *at, b]))
 
     def resting(self, ties: Mapping[str, Point | None]) -> list[RopeLine]:
-        """Return the lines of all ropes before any event. `ties`: for each sling, the lug to which its line is drawn,
-        or None if the sling is not hooked."""
+        """Return the lines of all ropes at the start of a run. `ties`: for each sling, the lug to which its line is
+        drawn, or None if the sling is not hooked."""
         for rope, lug in ties.items():
             self._hooked[rope] = lug is not None
             if lug is not None:

@@ -26,7 +26,7 @@ Mark = tuple[float, float]  # an instant, and the seconds of recording until the
 
 @dataclass(frozen=True)
 class Budget:
-    """Wall time [s] that each part of a run has taken."""
+    """Wall time [s] that each part of a run has taken: start, kernel, rounds of grants, recording, exit."""
 
     start: float = 0.0
     kernel: float = 0.0
@@ -112,7 +112,7 @@ class RunRecorder(ClockedWork):
         return []
 
     def settle(self, t_ns: int) -> None:
-        """Record that all data before this simulation time [ns] are complete."""
+        """Note that all data before this simulation time [ns] have arrived and can be written."""
 
     def protocol(
         self, t_ns: int, node: str, direction: str, message: m.AnyMessage, data: bytes, held: Held = ()

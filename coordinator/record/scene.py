@@ -49,9 +49,12 @@ MERGED = "merged.json"  # the whole scene, where its own text is not all of it
 
 @dataclass(frozen=True)
 class RunResult:
-    """Result of a run: simulated and wall time, digest, peak tension [N] and its time [s] of each rope, error of the
-    energy balance, grants, conditions for which the action list still waited at the time bound, `budget` of the wall
-    time, lateness in real time, notes of the kernel, verdict, and the path of the `recording`."""
+    """Results of a recorded run: simulated and wall time [s], digest, peak tension [N] and its time [s] of each rope,
+    verdict, and the path of the `recording`.
+
+    Also the error of the energy balance, number of grants, conditions for which the action list still waited at the
+    time bound, `budget` of the wall time, lateness in real time, and notes of the kernel.
+    """
 
     sim_s: float
     wall_s: float
@@ -159,8 +162,10 @@ class Record(FileRecorder):
         return found.times[-1]
 
     def settle(self, t_ns: int) -> None:
-        """Write the data before this simulation time [ns]. During a long rest the kernel sends nothing; the samples
-        that it has announced up to this time are then written, so a crash loses no more than about a second."""
+        """Write the data before this simulation time [ns], including samples that the kernel has announced in advance.
+
+        During a long rest the kernel sends nothing; so a crash loses no more than about a second.
+        """
         if self._foretold is not None and time.monotonic() - self._seen_at > SILENT_s:
             known, period = self._foretold, self._foretold.period
             new = range(self._seen - known.first, bisect_left(known.times, t_ns))
@@ -178,7 +183,8 @@ class Record(FileRecorder):
     def protocol(
         self, t_ns: int, node: str, direction: str, message: m.AnyMessage, data: bytes, held: Held = ()
     ) -> None:
-        """Record a message of the time protocol; a message to the kernel discards the samples that it has announced."""
+        """Record a message of the time protocol; a message to the kernel cancels the samples that the kernel has
+        announced in advance."""
         super().protocol(t_ns, node, direction, message, data, held)
         if node == KERNEL and direction == "to node":
             self._foretold = None

@@ -22,8 +22,8 @@ Floats = NDArray[np.float64]
 
 
 class Deviation(msgspec.Struct, frozen=True):
-    """A difference between two runs: logical time and topic, recorded and new value; None for a value that one of the
-    runs lacks."""
+    """The first difference between a recorded run and its repetition: logical time, topic, recorded and new value; None
+    for a value that one of them lacks."""
 
     t_ns: int
     microstep: int
@@ -37,8 +37,11 @@ class Deviation(msgspec.Struct, frozen=True):
 
 
 class ReplayResult(msgspec.Struct, frozen=True):
-    """Comparison of a new run with the recorded one: number of equal events, first deviation, digest if known, other
-    differences, verdict if computed again, facts that were not computed again."""
+    """Result of comparing a repeated run with the recorded one.
+
+    Number of equal events, first deviation, digest if known, other differences, verdict if computed again, facts that
+    were not computed again.
+    """
 
     events: int
     deviation: Deviation | None = None
@@ -49,12 +52,12 @@ class ReplayResult(msgspec.Struct, frozen=True):
 
     @property
     def same(self) -> bool:
-        """Whether there was no difference."""
+        """Whether no difference was found."""
         return self.deviation is None and not self.others
 
 
 class EventComparison:
-    """Comparison of events, in total order, with the recorded ones."""
+    """Compares the events of a repeated run, in total order, with the recorded ones."""
 
     def __init__(self, recorded: list[Event]) -> None:
         self._recorded = recorded
@@ -62,7 +65,7 @@ class EventComparison:
         """Number of recorded events that the new run has repeated."""
 
     def hear(self, event: Event) -> Deviation | None:
-        """Compare the next event with the recorded one; return the deviation, or None."""
+        """Compare the next event of the repeated run with the recorded one; return the deviation, or None."""
         due = self._recorded[self.count] if self.count < len(self._recorded) else None
         if due == event:
             self.count += 1
@@ -72,8 +75,8 @@ class EventComparison:
         return _deviation(due, event if event.order == due.order else None)
 
     def reach(self, tag: Tag) -> Deviation | None:
-        """Note that no further event before this logical time follows; return the deviation if a recorded event is
-        missing, otherwise None."""
+        """Note that the repeated run sends no further event before this logical time; return a deviation if a recorded
+        event is missing, otherwise None."""
         due = self._recorded[self.count] if self.count < len(self._recorded) else None
         return _deviation(due, None) if due is not None and due.tag < tag else None
 

@@ -45,8 +45,8 @@ class PublishedItem(NamedTuple):
 
 
 class Replay:
-    """The messages of a recording between two times [s], on topics that match the patterns (all topics if there are no
-    patterns)."""
+    """The messages to replay from a recording: those between two times [s], on topics that match the patterns (all
+    topics if there are no patterns)."""
 
     def __init__(
         self, run: RecordedRun, topics: Sequence[str] = (), start: float | None = None, end: float | None = None
@@ -94,14 +94,14 @@ def _wanted(topic: str, patterns: Sequence[str]) -> bool:
 
 
 class Publisher:
-    """A run that only serves observers and publishes the items of a replay; a context manager."""
+    """A run without nodes that publishes the items of a replay to observers; a context manager."""
 
     def __init__(self, name: str, recording: Path) -> None:
         self._name, self._recording = name, recording
         self._stack = ExitStack()
 
     def say(self, text: PublishedItem) -> None:
-        """Publish one item."""
+        """Publish one event or one message of data to observers."""
         if text.event is not None:
             self._publisher.last_ns = max(self._publisher.last_ns, text.t_ns)
             self._publisher.event(text.event)

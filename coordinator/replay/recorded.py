@@ -42,8 +42,11 @@ from heavylift.recordings.format.spellings import BEAM
 
 @dataclass(frozen=True)
 class RecordedModels:
-    """Models of a recorded run: nodes by the name that users see, couplings, the port that ends the run, and
-    constructors. `make(name, publish)` builds a new model; `publish` receives the sample batches of the kernel."""
+    """The models of a recorded run: node of each model by the name that users see, couplings, the port that ends the
+    run, and constructors.
+
+    `make(name, publish)` builds a new model; `publish` receives the sample batches of the kernel.
+    """
 
     models: dict[str, str]
     wiring: Wiring

@@ -40,8 +40,8 @@ def end_ns(until: object) -> int:
 
 
 def timed(orders: object, what: str, fits: Callable[[object], bool]) -> list[Order[What]]:
-    """Return orders sorted by time, each a time [s] and a value that satisfies `fits`; `what` describes such values in
-    messages. Raises ModelError."""
+    """Check and sort orders, each a pair of a time [s] and a value that satisfies `fits`; raises ModelError, in which
+    `what` describes such values."""
     if not isinstance(orders, Iterable) or isinstance(orders, str | bytes):
         raise ModelError(f"orders={orders!r}: give a list of pairs (seconds, {what})")
     found: list[Order[What]] = []
@@ -64,7 +64,7 @@ def patterns(keep: object) -> tuple[str, ...]:
 
 
 def texts(text: object) -> tuple[str, ...] | None:
-    """Return one or several texts as a tuple; None for a value of any other kind."""
+    """Return one or several texts as a tuple; None if the value is anything else."""
     if isinstance(text, str):
         return (text,)
     several = tuple(text) if isinstance(text, Iterable) else (None,)

@@ -75,7 +75,10 @@ class RunBranch:
         cls, path: str | Path, at: str, settings: Sequence[str] = (), scene: str | Path | None = None
     ) -> "RunBranch":
         """Return a branch of the recording `path` that starts `at` "stage NAME", "end of stage NAME", "120 s" or
-        "2:00"; `scene`: an edited file to use instead of the recorded scene. Raises RecordingError or SceneError."""
+        "2:00"; raises RecordingError or SceneError.
+
+        `scene`: an edited file to use instead of the recorded scene.
+        """
         path = file_path(path)
         if not settings and scene is None:
             raise SceneError("the branch changes nothing; give --set or an edited --scene")
@@ -98,7 +101,7 @@ def branch(
     target = file_path(output) if output else beside(what.path, "-branch.mcap")
     if what.path in (target, target.with_name(target.name + PART)):
         raise RecordingError(
-            f"{target}: is the recording itself, which will not be overwritten; choose another name with -o"
+            f"{target}: this is the recording itself, which will not be overwritten; choose another name with -o"
         )
     watch, past = watch or RunObserver(), _past(what)
     checked = _Watch(what, past, watch)
@@ -257,7 +260,7 @@ def _past(what: RunBranch) -> RecordedKernel:
 
 
 def different(old: Plan, new: Plan) -> list[str]:
-    """Return, as texts, the first paths at which two plans differ, and how many more there are."""
+    """Return texts that name the first paths at which two plans differ, and the number of further ones."""
     found = list(_apart("", old, new))
     return [*found[:NAMED], *([f"and {len(found) - NAMED} more"] if len(found) > NAMED else [])]
 

@@ -22,7 +22,7 @@ Control = Callable[[float, dict[str, float]], Mapping[str, float]]  # orders by 
 def steering(
     control: Control | None, period: float | None, end_ns: int
 ) -> list[tuple[int, Callable[[CommandTarget], object]]]:
-    """Return the times [ns] at which the user's control function is called, and the calls; raises KernelError."""
+    """Return the times [ns] at which a run calls the user's control function, and the calls; raises KernelError."""
     if control is None and period is None:
         return []
     if control is None or period is None:

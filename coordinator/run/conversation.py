@@ -76,8 +76,10 @@ def joined(
 
 
 class Conversation:
-    """The coordinator's exchange of messages with its nodes: `welcome` and `hello` for each, then `play` and `dismiss`;
-    `abort` after an error."""
+    """The coordinator's exchange of messages with the nodes of a run.
+
+    Call `welcome` and `hello` for each node, then `play` and `dismiss`; after an error `abort`.
+    """
 
     def __init__(
         self,
@@ -177,7 +179,7 @@ class Conversation:
                 got = self._hear(0.0) if outstanding else None  # one decision for all that have come meanwhile
 
     def dismiss(self, end: Tag) -> dict[str, m.Bye]:
-        """End the run in order: STOP, the last samples, and BYE from every node."""
+        """End the run in order: send STOP, receive the last samples and the BYE of every node."""
         self._close()
         self._take_samples()
         self._recorder.settle(end.t)
@@ -255,7 +257,7 @@ class Conversation:
         try:
             message = m.decode(data)
         except ProtocolError as error:
-            raise ProtocolError(f"node {node} sent data that is {error}") from None
+            raise ProtocolError(f"node {node} sent invalid data: {error}") from None
         return self.externals[node].checked(message) if node in self.externals else message
 
     def _event(self, event: Event) -> None:

@@ -49,8 +49,11 @@ from .watch import RunObserver
 
 @dataclass(frozen=True)
 class ModelRun:
-    """Result of a run of DEVS models: reason of its end, time of the last event [s], wall time of the whole run and of
-    its rounds [s], grants, digest, recording, and the `result()` of each atomic model by path."""
+    """Result of a run of DEVS models.
+
+    Reason of its end, time of the last event [s], wall time of the whole run and of its rounds [s], grants, digest,
+    recording, and the `result()` of each atomic model by path.
+    """
 
     outcome: RunEnd
     sim_s: float
@@ -176,7 +179,7 @@ class _Lines(RunRecorder):
     recording: Path | None = None
 
     def samples(self, node: str, batch: bytes) -> int:
-        """Collect the transitions in a batch of a node; returns the time that it reaches [ns]."""
+        """Record the transitions in a batch from a node; return the simulation time [ns] that the batch reaches."""
         found = read(batch)
         self.lines += found
         return found[-1].tag.t
@@ -245,7 +248,7 @@ def _preload(reference: str) -> list[str]:
 
 
 def referred(build: str | Callable[..., Any]) -> str:
-    """Return the reference `module:function` by which other processes import a function; a reference is returned
+    """Return the reference `module:function` under which other processes can import a function; a reference is returned
     unchanged."""
     if isinstance(build, str):
         return build

@@ -125,8 +125,11 @@ def summary(
     answer: Answer | None = None,
     verbose: bool = False,
 ) -> None:
-    """Print the verdict, the governing checks, findings, and the peak tension of each rope; as JSON in SI units.
-    `verbose`: also digest, wall-clock times and energy balance."""
+    """Print the results of a run: verdict, governing checks, findings, and the peak tension of each rope; as JSON in SI
+    units.
+
+    `verbose`: also digest, wall-clock times and energy balance.
+    """
     limits = rated(plan)
     if as_json:
         verdict = msgspec.to_builtins(result.verdict)
@@ -202,6 +205,6 @@ def _print(text: str | None, style: str | None = None) -> None:
 
 
 def command() -> str:
-    """Return the command name as the user has called it, for commands to copy."""
+    """Return the name by which the user has called heavylift, for commands to copy."""
     called = sys.argv[0]
     return "heavylift" if shutil.which("heavylift") == str(Path(called).absolute()) else called

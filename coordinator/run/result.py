@@ -35,9 +35,10 @@ class StageSpan(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Result:
-    """Results of a run: sample times (n,) [s]; signals by name; stages; peak tension [N] and time [s] of each rope;
-    recorded events; notes of the kernel with times [s]; conditions for which the action list still waited. Verdict and
-    digest are computed on first use.
+    """Results of a simulated run: sampled signals, stages, peak tensions and recorded events.
+
+    Sample times (n,) [s]; signals by name; peak tension [N] and time [s] of each rope; notes of the kernel with times
+    [s]; conditions for which the action list still waited. Verdict and digest are computed on first use.
 
     Times repeat where an event or order coincides with a sample: the first row is before it, the last one after it.
     `at` has other times, each once.
@@ -64,7 +65,7 @@ class Result:
         return self._run.digest if self._run else ""
 
     def at(self, times: Floats | Sequence[float] | float, before: bool = False) -> "Result":
-        """Return the results with signals at these times [s], from the integrator's dense output.
+        """Return the results with the signals evaluated at these times [s], from the integrator's dense output.
 
         At an event or order, values are those after it, or (`before`) those of a nanosecond earlier. The run is
         repeated for this, with the same duration. Raises KernelError for times outside of the run, or if the repeated

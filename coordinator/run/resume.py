@@ -55,8 +55,11 @@ class Beginning:
 
     @classmethod
     def of(cls, part: str | Path, within: Path | None = None) -> "Beginning":
-        """Read the beginning from a `.part` file, or from the recording of a run that failed; raises RecordingError
-        without a scene. `within`: folder for temporary files."""
+        """Read the readable part of a run from a `.part` file, or from the recording of a run that failed; raises
+        RecordingError if it has no scene.
+
+        `within`: folder for temporary files.
+        """
         part = file_path(part)
         with TemporaryDirectory(prefix="heavylift-", dir=within) as folder:
             saved = recover(part, Path(folder) / "beginning.mcap", begun=True)
@@ -69,8 +72,8 @@ class Beginning:
     def left(
         cls, part: Path, left: RecordedRun, instead: str = "`heavylift recover` keeps what there is"
     ) -> "Beginning":
-        """Return the beginning that a recovered recording holds; `instead`: what the user can do if it cannot be
-        simulated again."""
+        """Return the readable part of a run from its recovered recording; `instead`: advice for the error message if
+        the run cannot be repeated."""
         files = left.recording.attachments
         name = next((name for name in files if name != RESOLVED), "")
         if "model" in left.recording.run:
@@ -93,8 +96,10 @@ class Beginning:
 
 
 def rebuilt(rec: Recording, plan: Plan, text: str, merged: str, name: str) -> tuple[LoadedScene, Plan | HeavyliftError]:
-    """Return the scene of a simulated plan with its measured errors, and the plan that the scene's text gives today, or
-    the error if it gives none, for example because files are missing."""
+    """Return the recorded scene as it was simulated, with its measured errors, and the plan that its text gives today.
+
+    The plan is replaced by an error if the text gives none, for example because files are missing.
+    """
     found = {key: x for key, x in rec.fact("answer", {}).items() if key != "told"}
     answer = msgspec.convert(found, Answer) if found else None
     scene = replace(restored(plan, text, merged, name), answer=answer)
@@ -143,7 +148,7 @@ def resume(
     part = file_path(part)
     target = file_path(output) if output else beside(part.with_name(part.name.removesuffix(PART)), "-resumed.mcap")
     if part in (target, target.with_name(target.name + PART)):
-        raise RecordingError(f"{target}: would overwrite the recording to be resumed; choose another name with -o")
+        raise RecordingError(f"{target}: this would overwrite the recording to be resumed; choose another name with -o")
     checked = Checked(begun.events, partial(_parted, part, begun.version), watch or RunObserver())
     result = run(
         begun.scene, target, in_process, watch=checked, processes=processes, commands=begun.commands, force=force

@@ -165,13 +165,14 @@ class _Run(Relay):
         self._nodes = [node for node in hub.nodes if node != KERNEL]
 
     def event(self, event: Event) -> None:
-        """Extend a run without an end time while the commander gives orders."""
+        """Extend a run without a stated end whenever an event shows that the action list makes progress; forward the
+        event."""
         if self._plan.end is None and goes_on(event):
             self.talk.core.extend(Tag(event.t + PATIENCE_ns))
         self._watch.event(event)
 
     def greet(self) -> None:
-        """Start the nodes: first the models, then the kernel with their declarations."""
+        """Start the nodes: first the models, then the kernel, which needs their declarations."""
         models = [self._placement.nodes[node] for node in self._nodes]
         for node, plan in zip(self._nodes, map(encode, divided(self._plan, models)), strict=True):
             self.talk.welcome(node, part(ScenePart(plan)), fingerprint(plan))
@@ -191,13 +192,14 @@ class _Run(Relay):
         self._record.layout(layout, systems)
 
     def play(self) -> None:
-        """Run rounds until the end, postponed while a driving model of a plan without an end time is scheduled."""
+        """Run rounds of grants until the end of the scene; if it states none, as long as a model that gives orders has
+        an event scheduled."""
         self._outcome = self.talk.play()
         while postponed(self.talk.core, self._plan):
             self._outcome = self.talk.play()
 
     def dismiss(self) -> None:
-        """End the run in order; raises ModelError if a model still waits."""
+        """End the run in order; raises ModelError if a model still waits for a condition."""
         ended = self._outcome is RunEnd.QUIET and self._plan.end is None
         byes = self.talk.dismiss(Tag(self.talk.now.t + 1) if ended else self.talk.core.end)
         self.kernel_s = byes[KERNEL].busy_s

@@ -142,7 +142,8 @@ def _of_scene(
 def result_of(
     run: Played, keep: Sequence[str] = ("*",), again: Callable[[list[int]], dict[str, Signal]] | None = None
 ) -> Result:
-    """Return the result of a run of a scene; `again` repeats the run to obtain values at other instants [ns]."""
+    """Return the result of a finished run of a scene; `again` repeats the run to obtain values at other instants
+    [ns]."""
     signals = _signals(run.t, run.rows, run.layout.channels, keep)
     stages = [(t, name) for t, _, name in run.conduct.stages]
     ends = [t for t, _ in stages[1:]] + [_end(run)]

@@ -68,7 +68,7 @@ class _Checking(RunObserver):
         raise _Deviated
 
     def progress(self, t_ns: int) -> None:
-        """Raise _Deviated when samples have passed the end of an incomplete recording."""
+        """Raise _Deviated if samples arrive from beyond the end of an incomplete recording."""
         if not (self._run.complete or self.over) and t_ns > self._last_ns:
             self.over = True
             raise _Deviated
@@ -83,7 +83,7 @@ class _Again:
         self._watch = _Checking(run)
 
     def outcome(self) -> ReplayResult:
-        """Repeat the run and return the result of the comparison."""
+        """Simulate the recorded run again and return the result of the comparison."""
         watch, count = self._watch, self._watch.follower
         try:
             self._repeat()

@@ -21,7 +21,7 @@ class RunObserver:
         """Note that all possible grants were sent; called repeatedly while no answer arrives."""
 
     def say(self, sentence: str) -> None:
-        """Receive a sentence for the user."""
+        """Receive a sentence to show to the user."""
         LOG.info(sentence)
 
 

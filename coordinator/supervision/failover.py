@@ -36,7 +36,8 @@ KEEP_GRANTS = 64  # and at least so many grants
 
 
 class Succession(Hub):
-    """Hub that replaces lost processes; `deadline` [s]: see `DEADLINE_s`."""
+    """Hub that replaces lost processes with new ones that repeat the messages so far; `deadline` [s]: see
+    `DEADLINE_s`."""
 
     def __init__(
         self,
@@ -214,7 +215,7 @@ class Succession(Hub):
         for life in lives:
             life.losses.append(how)
         if any(len(life.losses) >= LOSSES for life in lives):
-            raise self.gone(process, f"{how}, as did its predecessors at this point, {LOSSES} of them")
+            raise self.gone(process, f"{how}; {LOSSES} successive processes were lost at the same point of the run")
         self._held += self._fresh()
         self.tell(f"{self.loss(process, 'replaced')}: {how}")
         awaited = process in self.placement.awaited

@@ -22,8 +22,11 @@ _LENGTH = Struct("<I")
 
 
 class ReplayLog:
-    """Log of the messages to a node and of its answers; `last`: the last message; `open`: whether it is unanswered;
-    `answer`: the last answer after HELLO; `welcome` and `hello`: None until they are sent."""
+    """Log of the messages to a node and of its answers, which a replacement process repeats.
+
+    `last`: the last message; `open`: whether it is unanswered; `answer`: the last answer after HELLO; `welcome` and
+    `hello`: None until they are sent.
+    """
 
     def __init__(self, path: Path) -> None:
         self._journal = Journal(path)
@@ -33,7 +36,7 @@ class ReplayLog:
         self.answer = b""
 
     def sent(self, message: bytes) -> None:
-        """Record a message before it is sent."""
+        """Record a message to the node before it is sent."""
         if self.welcome is None:
             self.welcome = message
         else:
@@ -41,7 +44,7 @@ class ReplayLog:
         self.last, self.open = message, True
 
     def answered(self, message: bytes) -> None:
-        """Record the answer to the last message."""
+        """Record the node's answer to the last message."""
         if self.hello is None:
             self.hello = message
         else:
@@ -49,13 +52,13 @@ class ReplayLog:
         self.open = False
 
     def kept(self, checkpoint: bytes) -> None:
-        """Replace all earlier messages by a checkpoint."""
+        """Replace all earlier messages in the log by a checkpoint of the node."""
         rest = [_entry(self.answer, self.last)] if self.open else []
         self._journal.restart([_entry(b"", checkpoint), *rest])
 
     def retell(self) -> Iterator[tuple[bytes, bytes]]:
-        """Yield all answered messages, from WELCOME on, with their answers, including those that are logged during the
-        iteration."""
+        """Yield the messages to repeat, from WELCOME on, each with its recorded answer, including messages that are
+        logged during the iteration."""
         if self.welcome is None or self.hello is None:
             return
         yield self.welcome, self.hello
@@ -82,7 +85,7 @@ _CURE = "let it depend on nothing but its inputs, time and its own random genera
 
 @dataclass
 class Life:
-    """State of a node across all processes that have run it."""
+    """State of a node across all processes that have run it, as the replacement of lost processes needs it."""
 
     log: ReplayLog
     ready: bool = False  # has heard the whole story
@@ -106,7 +109,8 @@ class Life:
         self.ready, self.repeated, self.asked, self.batch = False, False, b"", self.kept_batch
 
     def outdated(self, answer: bytes) -> bool:
-        """Return whether this DONE repeats an earlier answer because the node received a message twice."""
+        """Return whether this DONE only repeats an earlier answer, because a replacement process received a message
+        twice."""
         if not self.repeated:
             return False
         done, grant = m.decode(answer), m.decode(self.asked) if self.asked else None

@@ -101,8 +101,10 @@ class _Debt:
 
 
 class StallDetector:
-    """Detects hung processes among those that owe an answer; `ask` asks a process for its progress, `tell` receives
-    notices for the user."""
+    """Detects processes that have stopped making progress while they owe an answer.
+
+    `ask` asks a process for its progress, `tell` receives notices for the user.
+    """
 
     def __init__(
         self, deadline: float, crew: Crew, ask: Callable[[str], Alive | None], tell: Callable[[str], None]
@@ -111,8 +113,8 @@ class StallDetector:
         self._debts: dict[str, _Debt] = {}
 
     def lost(self, process: str, since: float, now: float) -> str | None:
-        """For a process that has owed an answer since the time `since` [monotonic s], return how the process was lost;
-        "" if it is not lost, None if it is too early to say."""
+        """Decide whether a process that has owed an answer since `since` [monotonic s] is lost: return a sentence on
+        how, "" if it is not, None if it is too early to say."""
         debt = self._debts.get(process)
         if debt is None or debt.since != since:
             debt = self._debts[process] = _Debt(since, since)

@@ -39,8 +39,10 @@ REMOVE_s = 1.0  # in which a directory that somebody still writes to can be dele
 
 
 def keep(preload: Sequence[str], fresh: bool, life_line: int, directory: str) -> None:
-    """Carry out the coordinator's orders to start and kill processes until no more arrive; `fresh`: start a new
-    interpreter for each node."""
+    """Run the process manager: carry out the coordinator's orders to start and kill processes until no more arrive.
+
+    `fresh`: start a new interpreter for each node.
+    """
     wake_as_an_orphan()
     reports = os.dup(1)
     os.dup2(2, 1)  # for what modules print while they are imported
@@ -75,7 +77,7 @@ class _Keeper:
         signal.set_wakeup_fd(self.child_ended_end, warn_on_full_buffer=False)
 
     def serve(self) -> None:
-        """Handle orders and ended nodes in a loop."""
+        """Handle the coordinator's orders and the ends of nodes in a loop."""
         rest, orders = b"", sys.stdin.fileno()
         while True:
             readable, _, _ = select.select([orders, self.child_ended], [], [])
@@ -123,7 +125,7 @@ class _Keeper:
             os.waitpid(pid, 0)
 
     def report(self, what: dict[str, object]) -> None:
-        """Send a report to the coordinator; the loss of the coordinator is ignored here, since it also ends the
+        """Send a report to the coordinator; errors are ignored, since a lost coordinator also sends no further
         orders."""
         with contextlib.suppress(BrokenPipeError):
             os.write(self.reports, json.dumps(what).encode() + b"\n")
@@ -170,15 +172,17 @@ def name_process(node: str) -> None:
 
 
 def python(function: str, *arguments: object) -> list[str]:
-    """Return the command that starts a new interpreter with this one's module path and calls a function of this
+    """Return the command line that starts a new interpreter with this one's module path and calls a function of this
     file."""
     call = f"from {__name__} import {function}; {function}{arguments!r}"
     return [sys.executable, "-c", f"import sys; sys.path[:] = {sys.path!r}; {call}"]
 
 
 def enter(life_line: int, directory: str, module: str, arguments: Sequence[str]) -> NoReturn:
-    """Run `main(arguments)` of the module; its return value (None: 0) is the exit code of this process. On the signal
-    STACKS the process writes the stacks of all threads to its log, even if it hangs in foreign code."""
+    """Run `main(arguments)` of a module in a new node process, with its return value (None: 0) as exit code.
+
+    On the signal STACKS the process writes the stacks of all threads to its log, even if it hangs in foreign code.
+    """
     threading.Thread(target=_guard, args=(life_line, directory), name="life line", daemon=True).start()
     faulthandler.register(STACKS)
     code = 1

@@ -116,7 +116,7 @@ class Processes(AbstractContextManager["Processes"]):
             self.begin(process)
 
     def begin(self, process: str) -> None:
-        """Start the process that now has this name."""
+        """Start the present process of a node, the first one or a replacement."""
         assert self._hub is not None, "there is a run"
         module, *arguments = self._commands[process]
         self._order(
@@ -146,8 +146,8 @@ class Processes(AbstractContextManager["Processes"]):
             return self._lost
 
     def kill(self, process: str, look: Callable[[], None] = lambda: None) -> None:
-        """Kill a process and wait until it is gone; `look` is called until the process manager has obeyed. May call
-        `give_up`."""
+        """Kill a process and wait until it is gone, calling `look` while the process manager has not yet obeyed; may
+        call `give_up`."""
         self._order(do="signal", signal=int(signal.SIGKILL), name=process)
         while not self._loss() and self.owed_since is not None:
             look()
@@ -222,7 +222,7 @@ class Processes(AbstractContextManager["Processes"]):
         return log.read_text(encoding="utf-8", errors="replace") if log.exists() else ""
 
     def stop(self, grace: float = GRACE_s) -> None:
-        """Wait `grace` [s] for nodes to end, then kill those that have not; the process manager stays."""
+        """Wait `grace` [s] for nodes to end, then kill the remaining ones; the process manager stays."""
         with self._change:
             self._change.wait_for(lambda: not self._alive() or self._lost, timeout=grace)
         if self._alive():

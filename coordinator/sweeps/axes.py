@@ -37,8 +37,11 @@ MOST = 1_000_000  # variants of a study
 
 @dataclass(frozen=True)
 class Axis:
-    """A varied quantity: its path as written; its texts, or the ends of its range in `unit`, or an uncertain input of
-    the scene, or a group of moves; `first`: a setting to apply before that of the axis."""
+    """A quantity that a study varies, at `path` of the scene.
+
+    Its values are `texts`, a range from `low` to `high` in `unit`, the distribution of an `uncertain` input, or those
+    of a group of moves, `motion`. `first`: a setting that is applied before that of the axis.
+    """
 
     path: str
     texts: tuple[str, ...] = ()
@@ -51,13 +54,13 @@ class Axis:
 
     @cached_property
     def numbers(self) -> list[float] | None:
-        """The texts as numbers with a common unit; None if they are not all numbers."""
+        """The texts of the axis as numbers, if all are numbers with a common unit; otherwise None."""
         found = [number_and_unit(text) for text in self.texts]
         return [float(x) for x, _ in found] if all(x for x, _ in found) and len({u for _, u in found}) == 1 else None
 
     @property
     def label(self) -> str:
-        """Path and unit, for figures and column headers."""
+        """Path and unit of the axis, for figures and column headers."""
         unit = self.uncertain.unit if self.uncertain else self.unit
         return f"{self.path} [{unit}]" if unit else self.path
 
@@ -75,11 +78,11 @@ class Axis:
         return f"{x!r} {self.unit}".strip(), x
 
     def value(self, i: int) -> float:
-        """Return the number by which text `i` is plotted: its value, or its index."""
+        """Return the number by which the text with index `i` is plotted: its numerical value, or else the index."""
         return self.numbers[i] if self.numbers else float(i)
 
     def setting(self, text: str) -> list[str]:
-        """Return the `--set` options that select a value."""
+        """Return the `--set` options that give this axis a value, written as text."""
         if self.uncertain is not None:
             return settings([self.uncertain], [text])
         if self.motion is not None:
@@ -97,7 +100,8 @@ class Variant:
 
 
 def axes_of(scene: LoadedScene, vary: Sequence[str], sampling: bool) -> list[Axis]:
-    """Return the requested axes; for a sample also the uncertain inputs of the scene. Raises SceneError."""
+    """Return the axes that `vary` requests, and for a sample also those of the scene's uncertain inputs; raises
+    SceneError."""
     axes = [_axis(scene, text, sampling) for text in vary]
     given = {_place(scene, axis.path) for axis in axes}
     if len(given) < len(axes):

@@ -61,7 +61,7 @@ class _Answer:
         self._answer: object = None
 
     def done(self) -> bool:
-        """Return whether the result is available, or no longer expected."""
+        """Return whether the call has ended or its result is no longer expected."""
         return self._future.done() or time.monotonic() - self._workers.heard > SILENCE_s
 
     def exception(self) -> BaseException | None:
@@ -78,7 +78,7 @@ class _Answer:
         return None
 
     def result(self) -> object:
-        """Return the result as soon as it is there; raises the error of the call."""
+        """Wait for the result of the call and return it; raises the error of the call."""
         while not self.done():
             time.sleep(POLL_s)
         if error := self.exception():
@@ -91,7 +91,7 @@ class _Workers(Executor):
         self._client, self.heard = client, time.monotonic()
 
     def submit(self, call: Callable[..., Any], /, *args: Any, **named: Any) -> Any:
-        """Submit a call, as an executor does."""
+        """Submit a call to the dask workers; return its future."""
         return _Answer(self._client.submit(call, *args, **named, pure=False), self)
 
 

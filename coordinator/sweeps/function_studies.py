@@ -101,7 +101,8 @@ def _function(reference: str) -> tuple[Callable[..., Any], list[object], dict[st
 
 
 def called(reference: str, *first: object, **more: object) -> Any:
-    """Call the function that a reference names; raises ModelError if there is none, or if it fails."""
+    """Call the function that a reference names with the given arguments; raises ModelError if there is none, or if it
+    fails."""
     function, arguments, named = _function(reference)
     try:
         return function(*first, *arguments, **named, **more)

@@ -40,8 +40,10 @@ FAR = 10.0  # times as fast, or so many scales away, where no range is given
 
 @dataclass(frozen=True)
 class FoundLimit:
-    """Result of a search for a limit: path and unit; all values with their rows; the last value with a green verdict
-    and the first with a red one (or the state in `fails`); what went wrong ("" if nothing).
+    """Result of a search for the value of a number beyond which the verdict turns red.
+
+    `path`, `unit`: of the number; `runs`: all values with the rows of their runs; `green`: the last value with a green
+    verdict; `red`: the first with a red one, or with the state in `fails`; `wrong`: what went wrong ("" if nothing).
 
     `bar`: error estimate of the utilisation at the last green value, from tighter steps and the next finer model level,
     at 95 %; None if no utilisation turns the verdict red, or if there is no limit.
@@ -58,13 +60,13 @@ class FoundLimit:
 
     @property
     def most(self) -> Row:
-        """The row of the last value whose verdict is green."""
+        """The results of the run at the last green value."""
         return {} if self.green is None else self.runs.get(self.green, {})
 
     @property
     def half(self) -> float | None:
-        """Uncertainty of the limit that follows from the uncertainty of the utilisation, in the unit of the number;
-        None if unknown."""
+        """Half-width of the uncertainty of the limit that follows from that of the utilisation, in the unit of the
+        varied number; None if unknown."""
         if self.bar is None or self.green is None or self.red is None:
             return None
         name = f"use/{self.runs[self.red]['limit']}"
@@ -73,7 +75,7 @@ class FoundLimit:
 
     @property
     def why(self) -> str:
-        """The reason why the first red value is red."""
+        """The reason why the run at the first red value is red."""
         if self.red is None:
             return ""
         row = self.runs[self.red]
@@ -90,7 +92,7 @@ class FoundLimit:
         return f"{self.most['use']:.1%}" + ("" if self.bar is None else f" +- {self.bar:.2%}")
 
     def shown(self, value: float | None, bar: str = "") -> str:
-        """Return a value with its unit as text; "" for None."""
+        """Return a value of the varied number with its unit as text; "" for None."""
         return "" if value is None else f"{value:.5g}{bar} {self.unit}".strip()
 
     def __str__(self) -> str:
@@ -105,7 +107,7 @@ class FoundLimit:
         return f"{self.path}: {passes} up to {self.limit}{message}; {self.fails} at {self.shown(self.red)}: {self.why}"
 
     def data(self) -> dict[str, object]:
-        """Return the result as plain data; numbers in the unit of the search."""
+        """Return the result of the search as plain data, with numbers in the unit of the varied number."""
         keys = ("path", "unit", "green", "red", "half", "bar", "why", "wrong")
         return {key: getattr(self, key) for key in keys} | {
             "runs": [{"value": x} | {key: row.get(key) for key in REPORTED} for x, row in sorted(self.runs.items())]
@@ -147,8 +149,11 @@ def limits_of_all(
     fails: State = "red",
     replications: int = 0,
 ) -> list[FoundLimit]:
-    """Find the limits of several numbers, each varied alone, in parallel processes; `say` reports the runs; `fails`:
-    the mildest state that ends a search; `replications`: number of seeds with which each value is run."""
+    """Find the limits of several numbers of a scene, each varied alone, in parallel processes.
+
+    `say` reports the runs; `fails`: the mildest state that ends a search; `replications`: number of seeds with which
+    each value is run.
+    """
 
     def message(name: str, value: str, row: Row) -> None:
         status = str(row["state"] if row["status"] == "done" else row["status"])
@@ -185,8 +190,11 @@ def limits_of(
     fails: State = "red",
     seas: SeaRuns | None = None,
 ) -> FoundLimit:
-    """Find the limit of `PATH`, or of `PATH=FROM..TO UNIT` in that direction, over the seeds of `seas` if given; raises
-    SceneError if PATH does not lead to a number."""
+    """Find the limit of the number that `asked` names as `PATH`, or within a range as `PATH=FROM..TO UNIT`; raises
+    SceneError if PATH does not lead to a number.
+
+    `seas`: runs over several seeds, in place of a single run for each value.
+    """
     axis, start, end = _range(scene, asked)
     task, runs = Task.of(scene, limit_s, "none", True), dict[float, Row]()
 

@@ -29,7 +29,8 @@ DIMENSIONS = {("speed", False): SPEED, ("speed", True): RATE,
 
 @dataclass(frozen=True)
 class MotionOrder:
-    """An order of the action list: its path for `--set`, its text, and the number that is varied [SI]."""
+    """A move that the action list orders: its path for `--set`, its text, and its speed or acceleration, which is
+    varied [SI]."""
 
     path: str
     text: str
@@ -52,12 +53,12 @@ class MotionGroup:
 
     @property
     def value(self) -> float:
-        """The largest number among the orders, in the unit of the group."""
+        """The largest speed or acceleration among the moves of the group, in its unit."""
         return max(order.number for order in self.orders) / float(self.dimension.units[self.unit])
 
     def setting(self, text: str) -> list[str]:
-        """Return settings that scale all orders so that the largest number becomes this value; raises SceneError if the
-        text is not a value."""
+        """Return settings that scale all moves of the group so that the largest speed or acceleration becomes this
+        value; raises SceneError if the text is not a value."""
         try:
             part = self.dimension.read(text) / max(order.number for order in self.orders)
         except ValueError as error:

@@ -34,8 +34,8 @@ class ScatterTable:
 
     @classmethod
     def read(cls, path: Path) -> "ScatterTable":
-        """Read a CSV file: the first row has the periods [s], each further one a height [m] and its occurrences; raises
-        SceneError."""
+        """Read a scatter table from a CSV file: the first row has the periods [s], each further one a height [m] and
+        its occurrences; raises SceneError."""
         try:
             with open(path, encoding="utf-8-sig", newline="") as file:
                 rows = [[x.strip() for x in row] for row in csv.reader(file) if any(x.strip() for x in row)]
@@ -56,8 +56,10 @@ class ScatterTable:
 def operability_sheet(
     scene: LoadedScene, table: ScatterTable, sea: str, runs: SeaRuns, say: Callable[[str], None]
 ) -> Sheet:
-    """Return the share of the table's seas in which the scene passes; `sea`: name of the sea that takes the heights and
-    periods ("" if there is only one). Raises SceneError."""
+    """Return the share of the sea states in a scatter table in which the scene passes its checks; raises SceneError.
+
+    `sea`: name of the sea that takes the heights and periods ("" if there is only one).
+    """
     path = f"waves.seas.{sea_of(scene, sea)}"
     rows, passed, total = list[tuple[Cell, ...]](), 0.0, sum(map(sum, table.counts))
     for j, period in enumerate(table.periods):
@@ -99,7 +101,7 @@ def sea_of(scene: LoadedScene, name: str) -> str:
 
 
 def passes(row: Row) -> bool:
-    """Return whether a verdict is neither red nor undecided, nor missing."""
+    """Return whether the verdict in a row allows the operation: it exists and is neither red nor undecided."""
     return bool(row["status"] == "done" and row["state"] != "undecided")
 
 

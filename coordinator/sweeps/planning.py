@@ -79,8 +79,8 @@ class _Search:
     # ---- along the path at rest -----------------------------------------------------------------------------
 
     def at_rest(self) -> str:
-        """Take each step as far as checks and static limits allow; returns why the unchanged scene is refused, or
-        ""."""
+        """Apply each possible acceleration as far as checks and static limits allow on the equilibrium path; return why
+        the unchanged scene is refused, or ""."""
         self.best = self.outlook(self.parts)
         if self.best.why:
             return self.best.why
@@ -127,7 +127,7 @@ class _Search:
         return low, green, why
 
     def outlook(self, parts: Mapping[TimingStep, float]) -> _Outlook:
-        """Check a variant along its equilibrium path."""
+        """Check the scene with these fractions of the accelerations along its equilibrium path, without a run."""
         try:
             scene = self.variant(parts)
         except HeavyliftError as error:
@@ -140,12 +140,12 @@ class _Search:
         return _Outlook(scene, begins, begins[last] if last < len(begins) else scene.statics.states[-1].t)
 
     def variant(self, parts: Mapping[TimingStep, float]) -> LoadedScene:
-        """Return the scene with these fractions of steps, at the same model level."""
+        """Return the scene with these fractions of the possible accelerations applied, at the same model level."""
         found, answer = parse(self.written(parts), str(self.scene.path), passing=True), self.scene.answer
         return answered(found, answer) if answer else found
 
     def written(self, parts: Mapping[TimingStep, float]) -> str:
-        """Return the text of the scene with these fractions of steps."""
+        """Return the scene's text with these fractions of the possible accelerations applied."""
         source, texts = read(self.text, str(self.scene.path)), dict[Path, str]()
         for step, part in parts.items():
             for path in step.paths if part else ():
@@ -155,7 +155,7 @@ class _Search:
     # ---- in runs --------------------------------------------------------------------------------------------
 
     def run(self, scene: LoadedScene, message: str) -> Played:
-        """Run a variant within the remaining budget."""
+        """Simulate a variant of the scene within the wall time that is left, and report its result."""
         began = time.monotonic()
         found = play(scene.plan, max(0.0, self.until - began), errors=scene.errors)
         self.say(
@@ -164,8 +164,10 @@ class _Search:
         return found
 
     def in_runs(self, first: Played) -> tuple[LoadedScene, Played] | None:
-        """Return the quickest variant with a green verdict and its run, searching back from the static result; None if
-        there is none."""
+        """Return the quickest timing whose simulated run is green, with this run; None if there is none.
+
+        The search starts from the result at rest and reduces the accelerations of stages that turn red.
+        """
         lost = Parts()
         while self.parts and not self.spent:
             found = self._green(lost)

@@ -34,7 +34,8 @@ LISTED = 30  # limits in the table of quantiles
 
 
 class SeedRun(msgspec.Struct, frozen=True):
-    """One seed: row of its run, highest utilisation of each limit and of the smallest clearance, findings."""
+    """Results of the run with one seed: row of the study, highest utilisation of each limit and of the smallest
+    clearance, findings."""
 
     row: Row
     uses: tuple[Use, ...] = ()
@@ -59,7 +60,7 @@ class SeedsVerdict:
 
     @property
     def row(self) -> Row:
-        """The verdict as the row of a study, without digest."""
+        """The verdict over the seeds as the row of a study; such a row has no digest."""
         state = self.state
         row: Row = {"status": "red" if state == "red" else "done", "sentence": "", "state": state}
         row |= {"verdict": line_of(self.checks), "use": float("nan"), "limit": ""}
@@ -101,8 +102,8 @@ class SeaRuns:
     pool: Executor
 
     def row(self, settings: Sequence[str]) -> Row:
-        """Return the verdict over the seeds as the row of a study; if a run gave no result, return the row of the first
-        such run."""
+        """Return the verdict over the seeds, for these settings, as the row of a study; if a run gave no result, return
+        the row of the first such run."""
         runs = over_seeds(Task.of(self.scene, self.limit_s, "none", True), settings, self.seeds, self.pool)
         bad = [run.row for run in runs if run.row["status"] not in ("done", "red")]
         return bad[0] if bad else verdict_of_seeds(self.scene, self.seeds, runs).row
@@ -183,7 +184,9 @@ def check_seeds(scene: LoadedScene, count: int) -> None:
     if not ((keys.waves and keys.waves.seas) or (keys.wind and keys.wind.turbulence)):
         raise SceneError("--replications: nothing in the scene depends on its seed; give 'waves: {seas: ...}'")
     if count < FEWEST:
-        raise SceneError(f"--replications {count}: give {FEWEST} or more; with 30 every P90 has a bound")
+        raise SceneError(
+            f"--replications {count}: give {FEWEST} or more; with 30 seeds every P90 has a confidence bound"
+        )
 
 
 def _key(limit: RatedLimit) -> str:

@@ -110,7 +110,7 @@ class Study(AbstractContextManager["Study"]):
 
     @property
     def waiting(self) -> list[Variant]:
-        """Variants that do not have a row yet."""
+        """Variants that have no row yet."""
         return [variant for variant in self.plan.variants if variant.number not in self.rows]
 
     def append(self, rows: Sequence[Row]) -> None:
@@ -148,7 +148,7 @@ class Study(AbstractContextManager["Study"]):
         return found
 
     def join(self) -> None:
-        """Write all rows to one file."""
+        """Write all rows of the study to one file."""
         from pyarrow import Table, parquet
 
         with writing(self.path / ROWS):

@@ -54,7 +54,7 @@ def drawn(design: str, count: int, axes: int, seed: int) -> Floats:
 
 
 def base_rows(design: str, count: int, axes: int) -> Floats:
-    """Return a mask (count,) of the rows that are independent draws of all inputs."""
+    """Return a mask (count,) of those rows of a sample in which all inputs were drawn independently."""
     independent = np.ones(count, bool)
     if design == "sobol":
         block = np.arange(count) % (axes + 2)
@@ -110,8 +110,11 @@ def result_label(name: str) -> str:
 
 @dataclass(frozen=True)
 class Chance:
-    """Statistics of a limit in a study: number of checked variants, mean and maximum utilisation, number and fraction
-    of variants beyond the limit, and for independent draws the 95 % interval of this fraction."""
+    """Statistics of one limit over the variants of a study.
+
+    Number of checked variants, mean and maximum utilisation, number and fraction of variants beyond the limit, and for
+    independent draws the 95 % interval of this fraction.
+    """
 
     limit: str
     judged: int
@@ -125,8 +128,11 @@ class Chance:
 
 @dataclass(frozen=True)
 class Summary:
-    """Summary of a study: counts by status, variants still to run, unfinished variants, inputs (n,) by axis and results
-    (n,) by name, limits with the governing one first, sensitivity indices by result."""
+    """Summary of the results of a study so far.
+
+    Counts by status, variants still to run, unfinished variants, inputs (n,) by axis and results (n,) by name, limits
+    with the governing one first, sensitivity indices by result.
+    """
 
     counts: dict[str, int]
     waiting: int

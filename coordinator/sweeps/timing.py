@@ -36,8 +36,8 @@ BEHIND_SPEED = re.compile(r"(?=\s(?:by|to|until)\s)")
 
 @dataclass(frozen=True)
 class TimingStep:
-    """A possible acceleration of an action (numbered from 0), at paths of the scene, from the value `now` to the value
-    `most`.
+    """A possible change that shortens an action (numbered from 0), from the value `now` to the value `most` at paths of
+    the scene.
 
     Speeds of an action are scaled by a common factor; a ramp is written as `words`; for an overlap `now` and `most` are
     times [s]. `why`: what limits `most`; "" if only a trial can show it.
@@ -53,16 +53,17 @@ class TimingStep:
 
     @property
     def halved(self) -> bool:
-        """Whether a fraction of the step can be tried if the whole step turns the verdict red."""
+        """Whether a part of the change can be tried if the whole change turns the verdict red."""
         return self.kind == "overlap" or not self.why
 
     def value(self, part: float) -> float:
-        """Return the factor, or for an overlap the time [s], at a fraction of the step."""
+        """Return the factor of the speed, or for an overlap the time [s], if only the fraction `part` of the change is
+        applied."""
         return self.most if part >= 1.0 else self.now + (self.most - self.now) * part
 
     def text(self, before: str, part: float) -> str:
-        """Return the scene text to write at a path whose text is `before`, if only the fraction `part` of this
-        acceleration is applied."""
+        """Return the scene text that replaces the text `before` at a path, if only the fraction `part` of the change is
+        applied."""
         x = self.value(part)
         if self.kind == "overlap":
             return f"after {x:.1f} s"
@@ -72,8 +73,8 @@ class TimingStep:
 
 
 def speeds(scene: LoadedScene) -> Iterator[TimingStep]:
-    """Yield steps that raise the speeds of orders to those of their drives, with the largest first; the speed of a turn
-    is multiplied."""
+    """Yield, for each action, changes that raise the speeds of its orders to those of their drives, the largest change
+    first; the speed of a turn is multiplied by `TURNS`."""
     actuators = {a.name: a for machine in scene.plan.machines for a in machine.actuators}
     for i, action in enumerate(scene.scene.actions):
         moves = [o for o in scene.plan.actions[i].orders if isinstance(o, Move) and actuators[o.actuator].speed]
@@ -121,9 +122,12 @@ def ramps(scene: LoadedScene) -> Iterator[TimingStep]:
 
 
 def overlaps(scene: LoadedScene, lasts: Sequence[float]) -> Iterator[TimingStep]:
-    """Yield steps that let an action begin during the moves of the previous action; `lasts`: duration of each action
-    [s]. Only moves without conditions are overlapped, each actuator moving once, and an action still ends after the
-    previous one."""
+    """Yield changes that let an action begin while the previous action still moves; `lasts`: duration of each action
+    [s].
+
+    Only moves without conditions are overlapped, each actuator moving once, and an action still ends after the previous
+    one.
+    """
     listed = scene.plan.actions
     for i in range(1, min(len(listed), len(lasts))):
         before, here = listed[i - 1].orders, listed[i].orders
@@ -136,7 +140,7 @@ def overlaps(scene: LoadedScene, lasts: Sequence[float]) -> Iterator[TimingStep]
 
 
 def rewritten(text: str, name: str, changes: Mapping[Path, str]) -> str:
-    """Return the text with new values at paths; a key that is missing is added as the first of its mapping.
+    """Return the text of a scene with new values at paths; a key that is missing is added as the first of its mapping.
 
     A comment after a value keeps its column as long as there is room. Raises SceneError if a value cannot be replaced
     alone: a value of several lines, an alias, or a value in another file.
@@ -191,8 +195,8 @@ Parts = dict[TimingStep, float]  # how far each step is taken, of 1
 
 @dataclass(frozen=True)
 class FoundTiming:
-    """A planned timing: scene and run before and after, fraction and limit of each step; `wrong`: why no timing was
-    found."""
+    """Result of a search for the shortest timing: scene and run before and after, the fraction of each change that was
+    applied and what limits it; `wrong`: why no timing was found."""
 
     before: LoadedScene
     run_before: Played | None
@@ -211,7 +215,7 @@ class FoundTiming:
 
     @property
     def message(self) -> list[str]:
-        """Lines of text for people: the stages before and after, and the verdict."""
+        """The stages before and after as a table, and the verdict, as text for people."""
         assert self.run_before is not None
         assert self.run_after is not None
         ends = [done(run) for run in (self.run_before, self.run_after)]
@@ -243,7 +247,8 @@ class FoundTiming:
 
 
 def last_wait(actions: Sequence[Action]) -> int:
-    """Return the index of the first of the wait actions that end the list."""
+    """Return the index of the first of the waits with which an action list ends; the length of the list if it ends with
+    none."""
     n = len(actions)
     while n and all(isinstance(order, Wait) for order in actions[n - 1].orders):
         n -= 1

@@ -65,9 +65,11 @@ Row = dict[str, Any]
 
 @dataclass(frozen=True)
 class Task:
-    """The data that all variants of a study share: text and name of the scene, settings, wall time limit [s],
-    recordings to keep, whether limits and clearances are checked, quantities whose errors are measured, and references
-    of the functions that give further columns."""
+    """The data that all variants of a study share, sent to each worker.
+
+    Text and name of the scene, settings, wall time limit [s], recordings to keep, whether limits and clearances are
+    checked, quantities whose errors are measured, and references of the functions that give further columns.
+    """
 
     text: str
     name: str
@@ -100,18 +102,18 @@ def answered(task: Task, variant: Variant) -> bytes:
 def received(answer: object, variant: Variant) -> Row:
     """Decode the row in a worker's answer; raises ProtocolError if the answer is not a row of this variant."""
     if not isinstance(answer, bytes) or len(answer) > MOST_BYTES:
-        raise ProtocolError("its worker returned something other than an encoded row")
+        raise ProtocolError("the worker of this variant returned something other than an encoded row")
     try:
         row = msgspec.msgpack.decode(answer, type=dict[str, Any])  # each column is checked below
     except UNREADABLE:
-        raise ProtocolError("its worker returned bytes that are not a row") from None
+        raise ProtocolError("the worker of this variant returned bytes that are not a row") from None
     recording = row.pop("recording", b"")
     wrong = [name for name, x in row.items() if name.startswith("input/") or not _fits(name, x)]
     if row.get("number") != variant.number or row.get("status") not in STATUSES or "sentence" not in row:
-        raise ProtocolError("its worker returned the row of another variant")
+        raise ProtocolError("the worker of this variant returned the row of another variant")
     if wrong or len(row) > MOST_COLUMNS or not isinstance(recording, bytes):
         message = f": {printable(wrong[0], 80)}" if wrong else ""
-        raise ProtocolError(f"its worker returned an invalid row{message}")
+        raise ProtocolError(f"the worker of this variant returned an invalid row{message}")
     sentence = printable(str(row["sentence"]), keep=f"\n{SPACES}")
     return shown(row) | {"sentence": sentence} | ({"recording": recording} if recording else {})
 
@@ -135,7 +137,8 @@ def played(task: Task, variant: Variant) -> Row:
 
 
 def judged(task: Task, variant: Variant) -> tuple[Row, Judged | None]:
-    """Run a variant and return its row; for a run that reached its end, also the verdict with the utilisations."""
+    """Run a variant and return its row; if the run reached its end, the row also has the verdict and the
+    utilisations."""
     began, cpu = time.perf_counter(), time.thread_time()
     row: Row = {"number": variant.number, "status": "done", "sentence": ""}
     scene, verdict, settings = None, None, (*task.settings, *variant.settings)

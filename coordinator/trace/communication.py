@@ -68,7 +68,8 @@ def communicating(scene: LoadedScene, measured: MeasuredLadder) -> MeasuredLadde
 
 
 def distributed(scene: LoadedScene) -> list[Distributed]:
-    """Run a scene in this process, in several, and in one per node, with full and with reduced output."""
+    """Run a scene in one process, in several, and in one per node, with full and with reduced output; return the
+    costs."""
     plan, nodes = scene.plan, node_names(scene.plan)
     apart = Placement.apart(nodes)
     rows: list[tuple[str, str, Plan, Placement | None]] = [
@@ -89,7 +90,8 @@ def distributed(scene: LoadedScene) -> list[Distributed]:
 
 @dataclass(frozen=True)
 class CoupledPair:
-    """Two bodies (masses [kg]) connected by a rope (stiffness [N/m]), as a test case of co-simulation."""
+    """Two bodies (masses [kg]) connected by a rope (stiffness [N/m]), each with a solver of its own: a test case of
+    co-simulation."""
 
     name: str
     upper: float
@@ -98,7 +100,7 @@ class CoupledPair:
 
     @property
     def omega(self) -> float:
-        """Angular frequency of their relative motion [rad/s]."""
+        """Angular frequency [rad/s] of the relative motion of the two bodies."""
         return sqrt(self.stiffness * (1.0 / self.upper + 1.0 / self.lower))
 
 

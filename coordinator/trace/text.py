@@ -19,8 +19,8 @@ SHOWN = 8  # chains in the text
 
 
 def data(timeline: Timeline) -> dict[str, Any]:
-    """Return times [s], counts and bytes of each node, chains of waiting nodes, and declared and observed lookaheads as
-    plain data."""
+    """Return a trace as plain data: times [s], message counts and bytes of each node, chains of waiting nodes, declared
+    and observed lookaheads."""
     wall = timeline.wall
     return {
         "wall_s": wall * 1e-9,
@@ -54,7 +54,7 @@ def _node(lane: Lane, wall: int) -> dict[str, Any]:
 
 
 def text(timeline: Timeline) -> str:
-    """Return three tables as text: nodes, the longest chains of waiting nodes, and ports with their lookahead."""
+    """Return a trace as three tables: nodes, the longest chains of waiting nodes, and ports with their lookahead."""
     found = data(timeline)
     wall = found["wall_s"] or 1.0
     counts = ("grants", "inputs", "outputs")

@@ -26,7 +26,7 @@ COORDINATOR = "coordinator"  # the end of a chain in which no node is granted
 
 
 class GrantSpan(NamedTuple):
-    """The time between a GRANT and its DONE [ns], with the number of inputs and outputs and the simulation time
+    """One grant of a node: wall times of its GRANT and its DONE [ns], number of inputs and outputs, simulation time
     [ns]."""
 
     begin: int
@@ -38,7 +38,8 @@ class GrantSpan(NamedTuple):
 
 
 class HeldTime(NamedTuple):
-    """An interval in which the next event of the node `by` blocked another node."""
+    """An interval of wall time [ns] in which a node could not advance because the next event of the node `by` might
+    still affect it."""
 
     begin: int
     end: int
@@ -47,8 +48,8 @@ class HeldTime(NamedTuple):
 
 @dataclass
 class Lane:
-    """The activity of one node: process, intervals in which it had a grant or was blocked, working time [s], bytes of
-    its messages."""
+    """The activity of one node over wall time: its process, intervals with a grant and intervals in which it was
+    blocked, working time [s], bytes of its messages."""
 
     node: str
     process: str
@@ -139,13 +140,13 @@ class Timeline:
                 lane.busy_s = summary.busy_s
 
     def holder(self, node: str, at: int) -> str | None:
-        """Return the node that blocks this node at a time [ns]; None if none does."""
+        """Return the node for which `node` waits at a wall time [ns]; None if it does not wait."""
         held = self.lanes[node].held
         n = bisect_left(held, at, key=lambda span: span.end)
         return held[n].by if n < len(held) and held[n].begin <= at else None
 
     def granted(self, node: str, at: int) -> bool:
-        """Return whether a node has a GRANT at this time [ns]."""
+        """Return whether a node has a GRANT at a wall time [ns]."""
         grants = self.lanes[node].grants
         n = bisect_left(grants, at, key=lambda span: span.end)
         return n < len(grants) and grants[n].begin <= at
@@ -158,16 +159,19 @@ def _messages(recording: Recording) -> Iterator[_Message]:
 
 
 class Chain(NamedTuple):
-    """A chain of waiting nodes, the last of which all others wait for, and its total time [ns]."""
+    """A chain of nodes in which each waits for the next, down to the one that works or the coordinator; `ns`: total
+    waiting time [ns]."""
 
     nodes: tuple[str, ...]
     ns: int
 
 
 def chains(timeline: Timeline) -> list[Chain]:
-    """Return all chains of waiting nodes, longest first; the waiting time of a node counts in the chain that begins
-    with it. A chain ends at a node with a GRANT, or at the coordinator if it already has the DONE for which all
-    wait."""
+    """Return all chains of waiting nodes with their total times, longest first.
+
+    The waiting time of a node counts in the chain that begins with it. A chain ends at a node with a GRANT, or at the
+    coordinator if that already has the DONE for which all wait.
+    """
     total: Counter[tuple[str, ...]] = Counter()
     cuts = sorted({cut for lane in timeline.lanes.values() for span in lane.grants for cut in span[:2]})
     for node, lane in timeline.lanes.items():

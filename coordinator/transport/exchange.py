@@ -22,7 +22,7 @@ from .session import local_session, new_run_id
 
 
 class Exchange:
-    """The coordinator's end of a session, common to both kinds of hubs."""
+    """The coordinator's end of a session: what hubs of processes and of nodes in this process have in common."""
 
     def __init__(self, session: zenoh.Session, run: str, placement: Placement) -> None:
         block = zenoh.CongestionControl.BLOCK
@@ -152,7 +152,8 @@ class _Shown:
 
 
 class LocalHub(Exchange):
-    """Connects the coordinator with nodes in this process: one thread, one session, no network end point.
+    """Hub of a run in one process: connects the coordinator with its nodes by one thread and one session, without a
+    network end point.
 
     Each message is sent through Zenoh and queued by a synchronous callback; `receive` passes the queued messages to the
     nodes' handlers, in the order in which they were sent, until a node answers.

@@ -66,7 +66,7 @@ class Writer:
         self._next = 0
 
     def frame(self, payload: bytes) -> bytes:
-        """Return the next message: header and payload in one piece."""
+        """Return the next frame: header and payload in one piece."""
         head = self._next.to_bytes(8, "little") + self._identity
         self._next += 1
         return crc32(payload, crc32(head)).to_bytes(4, "little") + head + payload
@@ -81,7 +81,7 @@ class FrameReader:
         self._next = 0
 
     def open(self, data: bytes) -> bytes:
-        """Return the payload of the next message."""
+        """Check the next frame and return its payload."""
         head = self._next.to_bytes(8, "little") + self._identity
         payload = data[4 + len(head) :]
         if not data.startswith(head, 4) or crc32(payload, crc32(head)) != int.from_bytes(data[:4], "little"):
@@ -169,8 +169,10 @@ SOCKET_PATH_LIMIT = 104  # bytes with the closing zero: the smaller of Linux (10
 
 
 class RunDirectory:
-    """A directory of mode 0700 for one run: socket, passwords, output of nodes. It is locked while its coordinator is
-    alive; the directory of a killed run is removed when the next run begins."""
+    """The private directory (mode 0700) of one run, with its socket, passwords and output of nodes.
+
+    It is locked while its coordinator is alive; the directory of a killed run is removed when the next run begins.
+    """
 
     def __init__(self, path: Path) -> None:
         self.path = path

@@ -119,7 +119,7 @@ class Hub(Exchange):
         return f"on its host type: heavylift node {process} {at}"
 
     def present(self, process: str) -> bool:
-        """Return whether a process is connected."""
+        """Return whether the process of this name is connected."""
         return any(matched(self._publishers[node]) for node in self.placement.hosted[process])
 
     def send(self, node: str, payload: bytes) -> None:
@@ -168,7 +168,7 @@ class Hub(Exchange):
         return process in self._liveness.joined
 
     def renew(self, process: str) -> None:
-        """Admit the next process of this name; messages of the present one will be dropped."""
+        """Prepare for a replacement process of this name: messages of the present one will be dropped."""
         self._liveness.renew(process)
         if self._gate is not None:
             self._gate.free(process)
@@ -216,7 +216,7 @@ class Hub(Exchange):
         return ProtocolError(f"{self.loss(process, 'gone')}: {how}; start the run again")
 
     def loss(self, process: str, what: str) -> str:
-        """Return the beginning of a sentence that names the nodes that were lost or replaced, and when."""
+        """Return the beginning of an error sentence that names the nodes that were lost or replaced, and when."""
         host = self._gate.hosts.get(process, "") if self._gate else ""
         at = self.when()
         return f"{self.placement.described(process, host)} {what}{' at ' + at if at else ''}"
@@ -236,7 +236,7 @@ class Hub(Exchange):
         self._liveness.supervise(deaths)
 
     def notice(self) -> None:
-        """Make the monitoring thread check at once."""
+        """Make the monitoring thread check the processes at once."""
         self._liveness.notice()
 
     def excuse(self, process: str) -> None:

@@ -27,7 +27,7 @@ LOCAL = "local"  # in place of a process's name: the coordinator's own
 
 
 def matched(publisher: zenoh.Publisher) -> bool:
-    """Return whether a subscriber is connected."""
+    """Return whether a publisher has a subscriber that is connected."""
     status: Any = publisher.matching_status  # declared as bool in zenoh's type hints
     return bool(status.matching)
 
@@ -46,7 +46,7 @@ class _Sender:
 
     @property
     def heard(self) -> bool:
-        """Whether the coordinator is connected to both topics."""
+        """Whether the coordinator subscribes to both topics of the node."""
         return matched(self._out) and matched(self._samples)
 
     def send(self, payload: bytes) -> None:
@@ -117,8 +117,11 @@ class NodeLink(AbstractContextManager["NodeLink"]):
         return sender.node, sender.open(sample.payload.to_bytes())
 
     def close(self) -> None:
-        """Leave the run after all messages have arrived, since leaving earlier would lose them. The coordinator's
-        session handles queries in the order of arrival, so its answer shows that everything has arrived."""
+        """Leave the run after all sent messages have arrived, since leaving earlier would lose them.
+
+        The coordinator's session handles queries in the order of arrival, so its answer shows that everything has
+        arrived.
+        """
         if not self._session.is_closed():
             block = zenoh.CongestionControl.BLOCK
             at = key(self.run, "leave", self.process)
@@ -162,11 +165,12 @@ class LocalLink(_Sender):
         self._ready.append(self.node)
 
     def serve(self, handler: Callable[[bytes], None]) -> None:
-        """Set the handler that the hub's `receive` calls with each message; its exceptions propagate to the caller."""
+        """Set the function to which `receive` of the hub passes each message to this node; its exceptions propagate to
+        the caller."""
         self._handler = handler
 
     def dispatch(self) -> bool:
-        """Pass one pending message to the handler; return False if there is none."""
+        """Pass one pending message to the function set by `serve`; return False if there is none."""
         if self._handler is None or not self._pending:
             return False
         self._handler(self.receive())

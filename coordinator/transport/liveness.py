@@ -23,8 +23,8 @@ GRACE_s = 0.3  # how long a lost connection waits for the reason of its process'
 
 
 class News(NamedTuple):
-    """Report that a process has joined (`lost` is None), or how it was lost; `epoch`: its number among the processes of
-    this name."""
+    """Report to the receiving thread that a process has joined (`lost` is None), or how it was lost; `epoch`: its
+    number among the processes of this name."""
 
     process: str
     epoch: int
@@ -55,7 +55,7 @@ class LivenessMonitor:
         self._thread = threading.Thread(target=self._watch, name="hub lookout", daemon=True)
 
     def start(self) -> None:
-        """Start monitoring."""
+        """Start the thread that monitors the processes."""
         self._thread.start()
 
     def close(self) -> None:
@@ -82,11 +82,11 @@ class LivenessMonitor:
         self._deaths = deaths
 
     def notice(self) -> None:
-        """Check at once."""
+        """Make the monitoring thread check the processes at once."""
         self._bell.put(None)
 
     def hurry(self) -> None:
-        """Wake the receiving thread now, if it waits with a deadline."""
+        """Wake the receiving thread at once if it waits with a deadline."""
         if self.deadline is not None:
             self.deadline = time.monotonic()
             self.notice()

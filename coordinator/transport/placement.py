@@ -51,7 +51,7 @@ class Placement:
 
     @classmethod
     def of(cls, models: Sequence[str], hosts: Mapping[str, str]) -> "Placement":
-        """Return the placement given by `hosts`: model -> process; every other model has a process with its own
+        """Return the placement that `hosts` states, model -> process; every other model has a process with its own
         name."""
         found: dict[str, tuple[str, ...]] = {}
         for model in models:
@@ -66,7 +66,8 @@ class Placement:
 
     @property
     def crowd(self) -> str:
-        """The suggestion that `check` prints for a scene with very many processes; "" for fewer."""
+        """The suggestion to let nodes share processes, which `check` prints for a scene with very many; "" for
+        fewer."""
         if (count := len(self.processes)) <= MANY:
             return ""
         return f"a run starts {count} processes: `--processes auto` takes as many as pay, `--processes 4` four"

@@ -106,7 +106,7 @@ class Ticket(msgspec.Struct, frozen=True):
 
     @classmethod
     def take(cls) -> "Ticket":
-        """Read this process's ticket from standard input, and then replace standard input by /dev/null; raises
+        """Read the ticket of this process from standard input, then replace standard input by /dev/null; raises
         ProtocolError."""
         try:
             with open(0, "rb", closefd=False) as given:
@@ -136,8 +136,10 @@ def hub_session(
     listener: ListenAddress | None = None,
     remote: Iterable[str] = (),
 ) -> zenoh.Session:
-    """Open the coordinator's session, which listens on the run's socket for the users of `passwords` only. A `listener`
-    also admits the `remote` processes, identified by the names in their certificates."""
+    """Open the coordinator's session, which listens on the run's socket for the users of `passwords` only.
+
+    A `listener` also admits the `remote` processes, identified by the names in their certificates.
+    """
     known = {**passwords, AFAR: AFAR} if listener else passwords
     users = directory.write("users", "".join(f"{user}:{password}\n" for user, password in known.items()))
     for guest in passwords.keys() & {OBSERVER, OPERATOR}:

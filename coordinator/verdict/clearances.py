@@ -42,7 +42,8 @@ def clearances(
     mechanics: System | None = None,
     meant: Meant = (),
 ) -> list[Clearance]:
-    """Return all clearances below their limits and, if these are few, also the smallest other ones; smallest first.
+    """Return all clearances of a run below their limits and, if these are few, also the smallest other ones; smallest
+    first.
 
     `landing`: intervals [s] in which an order to land is carried out; `mechanics`: those of the plan, if known;
     `meant`: allowed contacts with their times.
@@ -86,8 +87,8 @@ def lift_of(plan: Plan, thing: str) -> str:
 
 
 def limit_between(plan: Plan) -> Kept:
-    """Return a function that gives the required clearance [m] between two parts: the clearance of their lift if both
-    belong to one, otherwise the larger of two. Called without names, it gives the largest of all lifts."""
+    """Return a function that gives the required clearance [m] between two named parts: the larger of the clearances
+    that their lifts require; without names, the largest of all lifts."""
     limits = {x.subject: x.value for x in reversed(plan.limits) if x.quantity == "clearance" and x.value is not None}
     own = {x.name: limits[x.name] for x in plan.lists if x.name in limits}
     most = max(own.values(), default=next(reversed(limits.values()), LIMIT))
@@ -128,8 +129,11 @@ def _finding(c: Clearance, more: str) -> Check:
 
 
 def thinned(past: RunHistory) -> Iterator[tuple[History, tuple[int, int]]]:
-    """Yield parts of a run in which no two samples have the same time, each with the range of samples to search; two
-    more samples at either end serve to compute accelerations."""
+    """Yield consecutive parts of a run without samples at equal times, each with the first and the last sample to
+    search.
+
+    Up to two more samples at either end serve to compute accelerations.
+    """
     kept = np.flatnonzero(np.diff(past.t, prepend=-np.inf) >= THINNEST)
     n = len(kept)
     for first in range(0, max(min(n, 1), n - 1), BLOCK):
@@ -172,7 +176,7 @@ class _Things:
         self.rigid: list[bool] = []
 
     def pairs(self, shapes: list[Moving], now: frozenset[int]) -> tuple[list[tuple[int, int]], list[int]]:
-        """Return the pairs of shapes that can meet, and the number of the pair of things of each; `now`: allowed
+        """Return the pairs of shapes that can meet, and for each the number of the pair of named parts; `now`: allowed
         contacts."""
         pairs: list[tuple[int, int]] = []
         groups: list[int] = []
@@ -214,7 +218,7 @@ class _Things:
         return found
 
     def names(self, a: Moving, b: Moving) -> tuple[str, str]:
-        """Return the names of both things of a pair, the more mobile one first."""
+        """Return the names of the two parts in a pair of shapes, the more mobile one first."""
         one, two = sorted((a, b), key=self._order)
         return one.shape.thing, two.shape.thing
 

@@ -34,8 +34,8 @@ class Placed(NamedTuple):
 
 
 class Near(NamedTuple):
-    """Distances (m,) [m], negative for penetration, with the nearest or deepest points and the directions from a to b
-    (m, 3)."""
+    """Result of a distance computation at m poses: distances (m,) [m], negative for penetration; nearest or deepest
+    points; unit vectors from a to b (m, 3)."""
 
     distance: Floats
     a: Floats
@@ -44,14 +44,14 @@ class Near(NamedTuple):
 
 
 def bounds(a: Placed, b: Placed) -> Floats:
-    """Return lower bounds (m,) of the distances between two shapes at m poses."""
+    """Return a lower bound of the distance between two shapes at each of m poses (m,) [m]."""
     found: Floats = _gaps(_directions(a, b), a, b).max(axis=0)
     return found
 
 
 def bounds_between(a: tuple[Placed, Placed], b: tuple[Placed, Placed]) -> Floats:
-    """Return lower bounds (m,) of the gaps at the first and at the second poses, along directions that turn with the
-    shapes.
+    """Return lower bounds (m,) [m] of the distance between two shapes that move straight from a first to a second pose;
+    the effect of turning is left to the caller.
 
     Seen from a shape that does not turn, the gap along a fixed direction is concave in time while the other shape moves
     straight, so it is least at an end; the caller adds the effect of turning.
@@ -64,8 +64,8 @@ def bounds_between(a: tuple[Placed, Placed], b: tuple[Placed, Placed]) -> Floats
 
 
 def bounds_along(a: tuple[Placed, Placed], b: tuple[Placed, Placed], n: Floats, n_A: Floats, n_B: Floats) -> Floats:
-    """Return lower bounds (m,) of the gap along a direction from a to b that is fixed in the world, in the first or in
-    the second shape."""
+    """Return lower bounds (m,) [m] of the distance between two shapes that move straight from a first to a second pose,
+    from their gaps along a direction from a to b: `n` fixed in the world, `n_A` in a, `n_B` in b."""
     first, second = (
         np.stack([np.broadcast_to(n, x.centre.shape).T, turned(x.R, n_A).T, turned(y.R, n_B).T], axis=1)
         for x, y in zip(a, b, strict=True)
@@ -127,8 +127,11 @@ def _gaps(n: Floats, a: Placed, b: Placed) -> Floats:
 
 
 def separation(a: Placed, b: Placed) -> tuple[Floats, Floats]:
-    """Return the largest gaps (m,) along the normals of all faces and perpendicular to all pairs of edges, and their
-    directions (m, 3); where boxes overlap, these gaps are the distances."""
+    """Return the largest gap (m,) [m] between two boxes along the normals of their faces and of pairs of their edges,
+    with its direction (m, 3).
+
+    For overlapping boxes this is the negative depth of penetration.
+    """
     A, B = _columns(a.R), _columns(b.R)
     crosses = np.stack([cross(A[:, i].T, B[:, j].T).T for i in range(3) for j in range(3)], axis=1)
     n = _towards(_middles(a, b), np.concatenate([A, B, _units(crosses, PARALLEL)], axis=1))
@@ -138,8 +141,8 @@ def separation(a: Placed, b: Placed) -> tuple[Floats, Floats]:
 
 
 def exactly(a: Placed, b: Placed) -> Near:
-    """Return the exact distances of shapes at m poses; for overlapping shapes, the points returned are those that touch
-    last when the shapes separate."""
+    """Return the exact distances of two shapes at m poses; of overlapping shapes, the points are those that touch last
+    when the shapes are moved apart."""
     p, q = _nearest(a, b)
     gap = lengths(q - p)
     n = (q - p) / np.maximum(gap, TINY)[:, None]

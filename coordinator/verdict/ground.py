@@ -44,8 +44,8 @@ class GroundClearance:
 
 
 class GroundSurvey:
-    """Ground clearances of a run: `survey` is called for all parts of the run, then `settle`, then `look` for each
-    part."""
+    """Finds the ground clearances of a run that is read in parts: call `survey` for all parts, then `settle` once, then
+    `look` for each part."""
 
     def __init__(self, shapes: Shapes, keep: Callable[[str], float]) -> None:
         self._shapes, self._keep = shapes, keep
@@ -57,7 +57,7 @@ class GroundSurvey:
         self._high: dict[object, bool] = {}  # shapes of machines: whether they begin above the ground
 
     def survey(self, part: History, between: tuple[int, int]) -> None:
-        """Record when and where the blocks in a part of the run are near the ground or on supports."""
+        """Record at which samples of one part of a run blocks are near the ground or on supports."""
         first, last = between
         inside = slice(first, last if last < len(part.t) - 1 else last + 1)
         for name in sorted({*self._shapes.cargo} & {*part.poses}) if self._looks else ():
@@ -74,8 +74,8 @@ class GroundSurvey:
             self._columns.setdefault(name, []).append(tuple(x[inside].copy() for x in columns))
 
     def settle(self, landing: Spans, meant: Meant = ()) -> None:
-        """Compute, after all parts have been surveyed, when blocks may be near the ground; `landing`: intervals [s] of
-        orders to land; `meant`: allowed contacts."""
+        """Compute when blocks may be near the ground, after `survey` of all parts of the run; `landing`: intervals [s]
+        of orders to land; `meant`: allowed contacts."""
         for name, columns in self._columns.items():
             t, *others = (np.concatenate(x) for x in zip(*columns, strict=True))
             self._meant[name] = _meant(landing, t, *others)
@@ -86,8 +86,8 @@ class GroundSurvey:
     def look(
         self, shapes: Sequence[Moving], coarse: Coarse, part: History, bar: float
     ) -> Iterator[tuple[GroundClearance, bool]]:
-        """Yield ground clearances below `bar` [m] that are smaller than those found so far; the flag beside each is
-        True if only penetration is checked."""
+        """Yield the ground clearances in one part of a run that are below `bar` [m] and smaller than all found before,
+        each with a flag: True if only penetration of the ground is checked."""
         first, last = int(coarse.starts[0]), int(coarse.ends[-1])
         if not self._looks:
             return

@@ -42,10 +42,12 @@ class RunHistory(Protocol):
 
 @dataclass(frozen=True)
 class History:
-    """Recorded columns of a run: t (n,) [s]; poses: body -> (n, 7) [m, quaternion x y z w]; tensions: rope (most loaded
-    part) or support -> (n,) [N]; unstretched lengths: rope -> (n,) [m]; rope lines with their times; joint speeds:
-    joint.component -> (n,) [m/s, rad/s]; deflections `bent`: body.place.axis -> (n,) [m]; edge forces and places:
-    rope.edge -> (n,) [N], [m]."""
+    """Recorded columns of a run, or of a part of one, over its sample times t (n,) [s].
+
+    Poses: body -> (n, 7) [m, quaternion x y z w]; tensions: rope (most loaded part) or support -> (n,) [N]; unstretched
+    lengths: rope -> (n,) [m]; rope lines with their times; joint speeds: joint.component -> (n,) [m/s, rad/s];
+    deflections `bent`: body.place.axis -> (n,) [m]; edge forces and places: rope.edge -> (n,) [N], [m].
+    """
 
     t: Floats
     poses: Mapping[str, Floats]
@@ -80,7 +82,7 @@ def blocks(past: RunHistory) -> Iterator[History]:
 
 
 class Collector:
-    """Collects from sample rows the data that a verdict needs."""
+    """Collects sample rows of a run in progress as the history that its verdict needs."""
 
     def __init__(self, layout: SampleLayout) -> None:
         self._bodies = [c.topic.removeprefix(POSE) for c in layout.channels if c.topic.startswith(POSE)]
@@ -105,7 +107,7 @@ class Collector:
             self._rows.write(rows[skip:, self._columns].tobytes())
 
     def ropes(self, t_ns: int, lines: Sequence[RopeLine]) -> None:
-        """Set the rope lines that are valid from this time [ns] on."""
+        """Add the rope lines that are valid from this time [ns] on."""
         self.rigs.append(Rig(t_ns, list(lines)))
 
     @property

@@ -27,9 +27,11 @@ LONGEST = 64  # samples in a stretch
 
 
 class Coarse:
-    """Bounds of shapes over intervals from `starts` to `ends` (inclusive): `centre` and half edges `reach` of the box
-    at the middle (shapes, m, 3), largest motion of points relative to the common horizontal motion `moved` (shapes, m),
-    and whether the shape is `there`."""
+    """Bounds of moving shapes over long intervals of samples from `starts` to `ends`, inclusive.
+
+    `centre` and half edges `reach` of the box at the middle sample (shapes, m, 3) [m]; `moved`: largest motion of
+    points relative to the common horizontal motion (shapes, m) [m]; `there`: whether the shape exists.
+    """
 
     def __init__(self, shapes: Sequence[Moving], common: Floats, between: tuple[int, int]) -> None:
         """`common`: common horizontal motion (n, 2) [m]; `between`: the first and the last sample."""
@@ -110,9 +112,12 @@ FINEST = 2.0**-20  # part of the time between two samples that is not cut any mo
 
 @dataclass(frozen=True)
 class Stretches:
-    """Intervals of samples for pairs of shapes (indices), from sample `first` to `last` (inclusive): bound of the
-    relative motion of each pair about the middle sample [m], lower bound of its distance [m], number of the pair of
-    parts to which the shapes belong."""
+    """Pairs of shapes over intervals of samples, with bounds of their motion and distance.
+
+    Indices `a`, `b` of the shapes; `first` to `last` sample, inclusive; `moved`: bound of the relative motion about the
+    middle sample [m]; `least`: lower bound of the distance [m]; `group`: number of the pair of parts to which the
+    shapes belong.
+    """
 
     a: Indices
     b: Indices
@@ -124,18 +129,18 @@ class Stretches:
 
     @property
     def middle(self) -> Indices:
-        """Middle sample of each interval."""
+        """Index of the middle sample of each interval."""
         found: Indices = (self.first + self.last) // 2
         return found
 
     def of(self, kept: NDArray[np.bool_] | Indices) -> "Stretches":
-        """Return the intervals that a mask or an array of indices selects."""
+        """Return those intervals that a mask or an array of indices selects."""
         a, b, first, last = self.a[kept], self.b[kept], self.first[kept], self.last[kept]
         return Stretches(a, b, first, last, self.moved[kept], self.least[kept], self.group[kept])
 
 
 def whole(coarse: Coarse, pairs: Sequence[tuple[int, int]], groups: Sequence[int] | None = None) -> Stretches:
-    """Return all pairs of shapes over the longest intervals, with bounds from their boxes."""
+    """Return all pairs of shapes over the longest intervals, with lower bounds of their distances from their boxes."""
     centre, reach, moved = coarse.centre.transpose(2, 0, 1), coarse.reach.transpose(2, 0, 1), coarse.moved
     a, b = (np.array(x, np.intp) for x in zip(*pairs, strict=True))
     group = np.zeros(len(a), np.intp) if groups is None else np.array(groups, np.intp)
@@ -153,13 +158,13 @@ def whole(coarse: Coarse, pairs: Sequence[tuple[int, int]], groups: Sequence[int
 
 
 def in_pieces(now: Stretches, look: Callable[[Stretches], Some]) -> Some:
-    """Apply `look` to the intervals piece by piece, which limits memory, and join the results."""
+    """Apply the function `look` to a limited number of intervals at a time, to save memory, and join the results."""
     found = [look(now.of(np.arange(i, min(i + PIECE, len(now.a))))) for i in range(0, max(1, len(now.a)), PIECE)]
     return found[0] if len(found) == 1 else joined(found)
 
 
 def joined(parts: Sequence[Some]) -> Some:
-    """Concatenate arrays, or tuples and objects that consist of arrays."""
+    """Concatenate arrays; of tuples or objects that consist of arrays, concatenate each component."""
     one, all_ = cast("Any", parts[0]), cast("Any", parts)
     found: Any
     if isinstance(one, np.ndarray):
@@ -173,7 +178,7 @@ def joined(parts: Sequence[Some]) -> Some:
 
 
 def bounded(all_: ShapeBatch, now: Stretches) -> Stretches:
-    """Return the intervals with bounds computed from the gaps at their middle samples."""
+    """Return the intervals with lower bounds of the distances raised by the gaps at their middle samples."""
     if not len(now.a):
         return now
     gap = bounds(all_.placed(now.a, now.middle), all_.placed(now.b, now.middle))
@@ -181,7 +186,7 @@ def bounded(all_: ShapeBatch, now: Stretches) -> Stretches:
 
 
 def cut(all_: ShapeBatch, now: Stretches, size: int) -> Stretches:
-    """Divide the intervals into pieces of `size` samples, each with a motion bound of its own."""
+    """Divide the intervals into shorter ones of `size` samples, and compute a bound of the motion in each."""
     pieces = np.maximum(-(-(now.last - now.first) // size), 1)
     of = np.repeat(np.arange(len(pieces)), pieces)
     number = np.arange(len(of)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
@@ -198,8 +203,8 @@ def cut(all_: ShapeBatch, now: Stretches, size: int) -> Stretches:
 
 @dataclass(frozen=True)
 class Minimum:
-    """Smallest distance of two parts: lower bound `least` [m], value `seen` on the interpolated path, time [s], nearest
-    points (3,), direction from a to b in the world, in a and in b."""
+    """Smallest distance of two shapes in a time step: lower bound `least` [m], distance `seen` on the interpolated path
+    [m], time [s], nearest points (3,), and the direction from a to b in the world, in a and in b."""
 
     least: float
     seen: float
@@ -212,8 +217,8 @@ class Minimum:
 
 @dataclass(frozen=True)
 class Steps:
-    """Pairs of shapes between the samples k and k + 1, with bounds of their deviation from straight motion, due to
-    rotation and due to sampling, and of their distance [m]."""
+    """Pairs of shapes between the samples k and k + 1: their poses there, bounds of their deviation from straight
+    motion due to rotation and sampling [m], and a lower bound of their distance [m]."""
 
     a: Indices
     b: Indices
@@ -226,7 +231,7 @@ class Steps:
     group: Indices
 
     def sharpen(self, found: Minimum | None) -> None:
-        """Raise the lower bounds of the distances along the directions of the minimum that was found."""
+        """Raise the lower bounds of the distances by the gaps along the directions of a minimum that was found."""
         if found is not None and len(self.least):
             raised = bounds_along(self.ends_a, self.ends_b, *found.directions) - self.turning - self.stray
             np.maximum(self.least, raised, out=self.least)
@@ -244,8 +249,8 @@ def _some(x: Placed, kept: NDArray[np.bool_] | Indices) -> Placed:
 
 
 def steps_of(all_: ShapeBatch, now: Stretches, n: int) -> Steps:
-    """Return the steps from the first sample of each interval to the next sample; intervals in which one of the shapes
-    does not exist at the first sample are omitted."""
+    """Return the steps from the first sample of each interval to the next sample, without pairs of which a shape does
+    not exist at the first sample."""
     now = now.of(all_.there(now.a, now.first, now.first) & all_.there(now.b, now.first, now.first))
     k, after = now.first, np.minimum(now.first + 1, n - 1)
     ends_a, ends_b = ((all_.placed(x, k), all_.placed(x, after)) for x in (now.a, now.b))
@@ -255,8 +260,8 @@ def steps_of(all_: ShapeBatch, now: Stretches, n: int) -> Steps:
 
 
 def between(a: Moving, b: Moving, k: int, turning: float, stray: float, bar: float) -> Minimum:
-    """Return the smallest distance between the samples k and k + 1, exact if it is below `bar` [m]: bisection in time
-    with a lower bound along the direction of the nearest points."""
+    """Return the smallest distance of two shapes between the samples k and k + 1, exact if it is below `bar` [m]:
+    bisection in time with a lower bound along the direction of the nearest points."""
     if k + 1 >= len(a.t):
         return seen([(a, b, k)])[0]
     best: Minimum | None = None
@@ -274,8 +279,8 @@ def between(a: Moving, b: Moving, k: int, turning: float, stray: float, bar: flo
 
 
 def seen(pairs: Sequence[tuple[Moving, Moving, int]], s: float = 0.0, stray: float = 0.0) -> list[Minimum]:
-    """Return the distances of pairs of shapes at fractions `s` between a sample and the next, reduced by the
-    interpolation error `stray` [m]."""
+    """Return the distances of pairs of shapes, each interpolated at the fraction `s` between a sample and the next and
+    reduced by the interpolation error `stray` [m]."""
     x, y = _posed([(a, k) for a, _, k in pairs], s), _posed([(b, k) for _, b, k in pairs], s)
     near = exactly(x, y)
     n = near.normal

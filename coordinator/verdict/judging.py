@@ -100,8 +100,8 @@ def _clearances(context: CheckContext) -> None:
 
 
 def near_at_rest(plan: Plan, statics: Followed) -> tuple[Check | Use, ...]:
-    """Return clearances below their limits on the equilibrium path as findings; if there are none, the smallest
-    clearances."""
+    """Return findings for the clearances below their limits on the equilibrium path; if there are none, return the
+    smallest clearances."""
     each = [*at_rest(plan, statics)]
     if found := findings(_placed(x, one.conduct) for one in each for x in one.findings):
         return found
@@ -175,9 +175,11 @@ def verdict_with_uses(
     mechanics: System | None = None,
     whole: bool = False,
 ) -> tuple[RecordedVerdict, Sequence[Use]]:
-    """Return the verdict of a run, and the highest utilisation of each limit. `smallest`: number of clearances to
-    report even if none is below its limit; `mechanics`: those of the plan, if known; `whole`: include all tables of a
-    report."""
+    """Return the verdict of a run, and the highest utilisation of each limit.
+
+    `smallest`: number of clearances to report even if none is below its limit; `mechanics`: those of the plan, if
+    known; `whole`: include all tables of a report.
+    """
     context = CheckContext(plan, history, conduct, smallest=smallest, mechanics=mechanics, whole=whole)
     for one in JUDGES:
         one(context)

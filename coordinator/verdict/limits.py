@@ -85,8 +85,8 @@ def impacts(plan: Plan, past: RunHistory) -> dict[str, tuple[float, float]]:
 
 
 def touches(plan: Plan, past: RunHistory) -> dict[str, tuple[float, float]]:
-    """Return, by name, the largest landing speed of each block, except bounces, and the largest winding speed of its
-    hooks at lift-off [m/s], each with its time [s]."""
+    """Return, by name and each with its time [s], the largest landing speed of each block, except bounces, and the
+    largest winding speed of its hooks at lift-off [m/s]."""
     found: dict[str, tuple[float, float]] = {}
     for block, part, i, touched in _arrivals(plan, past):
         speeds = _sinking(plan, part, touched, i) if touched else _wound(plan, block, part, i)
@@ -98,8 +98,9 @@ def touches(plan: Plan, past: RunHistory) -> dict[str, tuple[float, float]]:
 
 
 def dropped(plan: Plan, past: RunHistory, turning: Sequence[tuple[str, float, float]]) -> Iterator[Check]:
-    """Yield a finding for each block that comes down on its supports on the ground while no hook, winch or drive that
-    holds it lowers it, or in a turn; `turning`: blocks with the intervals [s] in which they are ordered to turn."""
+    """Yield a finding for each block that comes down on its supports on the ground during a turn, or while no hook,
+    winch or drive that holds it lowers it; `turning`: blocks with the intervals [s] in which they are ordered to
+    turn."""
     seen = set[str]()
     for block, part, i, touched in _arrivals(plan, past):
         if not touched or block in seen or any(pad.on for pad, _ in touched):
@@ -186,8 +187,11 @@ def _before(part: History, i: int) -> int:
 
 
 def rehits(plan: Plan, past: RunHistory, lands: Sequence[tuple[float, float]]) -> Iterator[Check]:
-    """Yield a warning for each block that touches the deck of a vessel again after it was lifted off, with the number
-    and the largest relative speed of these impacts; `lands`: intervals [s] in which it is set down on purpose."""
+    """Yield a warning for each block that touches the deck of a vessel again after lift-off, with the number and the
+    largest relative speed of these impacts.
+
+    `lands`: intervals [s] in which the block is set down on purpose.
+    """
     pads = {s.name: s for m in plan.machines for s in m.system.supports if s.on and s.d > 0.0}
     for limit in (x for x in plan.limits if x.quantity == "impact"):
         names = [name for name in limit.elements if name in pads]
@@ -211,8 +215,11 @@ def rehits(plan: Plan, past: RunHistory, lands: Sequence[tuple[float, float]]) -
 
 
 def landing_force(mass: float, free: float, k: float, d: float, speed: float) -> float:
-    """Return the largest force [N] of a spring k [N/m] with damper d [N s/m] on which a mass [kg] with uncarried weight
-    `free` [N] lands at `speed` [m/s]: F = free - m a, m a'' + d a' + k a = 0."""
+    """Return the largest force [N] in a spring-damper support during the landing of a mass.
+
+    Spring k [N/m], damper d [N s/m], mass [kg] with uncarried weight `free` [N] landing at `speed` [m/s]: F = free - m
+    a, m a'' + d a' + k a = 0.
+    """
     a = free / mass - d * speed / mass
     slope = -(k * speed + d * a) / mass
     decay, square = d / (2.0 * mass), k / mass - (d / (2.0 * mass)) ** 2

@@ -46,29 +46,29 @@ class BodyTrack:
 
     @cached_property
     def strays(self) -> Floats:
-        """Bound (n - 1,) of the deviation [m] of the origin from straight lines between samples, computed from
-        accelerations."""
+        """Upper bound (n - 1,) [m] of the deviation of the body's origin from straight lines between samples, computed
+        from accelerations."""
         return _bend(self.t, self.p)
 
     @cached_property
     def turn_strays(self) -> tuple[Floats, Floats]:
-        """Bounds (n - 1,) of the deviation of a rotation from linear interpolation between samples: for the quaternion,
-        and for a point per metre of its distance from the origin."""
+        """Upper bounds (n - 1,) of the deviation of the body's rotation from linear interpolation between samples: that
+        of the quaternion, and that of a point per metre of its distance from the origin."""
         if len(self.turn) == 1:
             return (np.zeros(max(0, len(self.t) - 1)),) * 2
         return _turn_bend(self.t, self.turn)
 
     @cached_property
     def shakes(self) -> tuple[Floats, Floats]:
-        """Bounds (n - 1,) of the deviation from straight lines, computed from joint speeds: for the origin [m], and per
-        metre of distance from it."""
+        """Upper bounds (n - 1,) of the deviation of the body from straight lines between samples, computed from joint
+        speeds: that of its origin [m], and that of a point per metre of its distance from the origin."""
         if self.twist is None:
             nothing = np.zeros(max(0, len(self.t) - 1))
             return nothing, nothing
         return strays(self.t, self._pose, self.twist)
 
     def place(self, x: Vector) -> Floats:
-        """Return the world positions (n, 3) of a point of the body [m]."""
+        """Return the world positions (n, 3) [m] of a point of the body at all samples."""
         if x not in self._places:
             self._places[x] = _place(self.p, self.R, x)
         return self._places[x]
@@ -179,7 +179,7 @@ class Moving:
 
     @cached_property
     def stray(self) -> Floats:
-        """Bound (n - 1,) of the error [m] of positions interpolated between samples."""
+        """Upper bound (n - 1,) [m] of the error of the shape's position if it is interpolated between samples."""
         if self.straight:
             return np.zeros(max(0, len(self.t) - 1))
         reach, found = self.reach if isinstance(self.shape, Solid) else 0.0, self._bent
@@ -214,7 +214,7 @@ def posed(s: Moving, k: Indices) -> tuple[Floats, Floats]:
 
 
 def box(s: Moving, turn: Floats) -> Floats:
-    """Return half edges (m, 3) [m] of the axis-aligned box around a shape."""
+    """Return half edges (m, 3) [m] of the box along the world's axes that encloses a shape."""
     if isinstance(s.shape, Strand):
         return np.abs(turn) / 2 + s.radius
     R, half = s.axes_of(turn)

@@ -20,9 +20,12 @@ PROMISING = 3  # stretches of two things that are looked at exactly on each leve
 
 
 class NearestSoFar:
-    """The smallest distance found so far for each group, and the bound below which an interval is still examined. For
-    groups without a bound of their own (`most` infinite), all distances below `limit` and the `smallest` ones are
-    searched."""
+    """The smallest distance found so far for each group of shape pairs, and the bound below which an interval of a
+    group is still searched.
+
+    For groups without a bound of their own (`most` infinite), all distances below `limit` and the `smallest` ones are
+    searched.
+    """
 
     def __init__(self, smallest: int, limit: float) -> None:
         self.found: list[Minimum | None] = []
@@ -30,7 +33,7 @@ class NearestSoFar:
         self._least = np.zeros(0)
 
     def groups(self, most: Floats) -> None:
-        """Set the bounds of all groups, including new ones."""
+        """Set the bounds [m] of all groups, of which some may be new, to `most` (groups,)."""
         self._most, self.free = most, np.flatnonzero(np.isinf(most))
         self.found += [None] * (len(most) - len(self.found))
         self._least = np.append(self._least, np.full(len(most) - len(self._least), np.inf))
@@ -42,7 +45,8 @@ class NearestSoFar:
         return int(np.isfinite(self._least).sum())
 
     def take(self) -> list[Minimum | None]:
-        """Return and clear the distances found since the last call; the bounds derived from them are kept."""
+        """Return the smallest distance that was found for each group since the last call, None if there was none; the
+        bounds stay."""
         found, self.found = self.found, [None] * len(self.found)
         return found
 
@@ -53,7 +57,7 @@ class NearestSoFar:
             self.message = self._tell()
 
     def bars(self) -> Floats:
-        """Return the bounds (groups,) [m] below which an interval is still examined."""
+        """Return for each group (groups,) the bound [m] below which an interval is still searched."""
         found: Floats = np.minimum(np.minimum(self._most, self.message), self._least - SHARP)
         return found
 
@@ -64,16 +68,17 @@ class NearestSoFar:
         return max(float(last), self._limit)
 
     def open(self, now: Stretches) -> Stretches:
-        """Return the intervals that may contain a smaller distance."""
+        """Return those intervals that may contain a smaller distance than the ones found."""
         return now.of(now.least < self.bars()[now.group])
 
     def bar(self, group: int) -> float:
-        """Return the bound of one group [m]."""
+        """Return the bound [m] below which an interval of one group is still searched."""
         return min(float(self._most[group]), self.message, float(self._least[group]) - SHARP)
 
 
 def search(shapes: list[Moving], start: Stretches, known: NearestSoFar) -> None:
-    """Search the intervals `start` for smaller distances, and add them to `known`."""
+    """Search intervals of pairs of moving shapes, `start`, for smaller distances than those in `known`, and add the
+    distances found to `known`."""
     if known.smallest and len(start.a):
         _begin(shapes, start, known)
     now = known.open(start)

@@ -136,8 +136,8 @@ def twists(joints: Sequence[Joint], frames: Mapping[str, BodyPoses], speeds: Map
 
 
 def strays(t: Floats, pose: Floats, twist: Twist) -> tuple[Floats, Floats]:
-    """Return bounds (n - 1,) of the deviation of a body's origin from straight lines between samples [m], and of this
-    deviation per metre of distance from the origin."""
+    """Return upper bounds (n - 1,) of the deviation of a body from straight motion between samples: that of its origin
+    [m], and that of a point per metre of its distance from the origin."""
     v, w = twist
     h = np.maximum(np.diff(t), 1e-9)[:, None]
     return _strays(h, v, np.diff(pose[:, :3], axis=0) / h), _strays(h, w, _turns(pose[:, 3:]) / h)

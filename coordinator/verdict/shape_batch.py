@@ -20,8 +20,8 @@ def _rows(columns: Floats, i: Indices) -> Floats:
 
 
 class ShapeBatch:
-    """Many shapes with n samples each, concatenated; in all methods the indices `which` of shapes and `k` of samples
-    are broadcast."""
+    """Many moving shapes with n samples each in common arrays; in all methods the indices `which` of shapes and `k` of
+    samples are broadcast."""
 
     def __init__(self, shapes: list[Moving], used: Indices) -> None:
         """`used`: indices of the shapes in use."""
@@ -60,11 +60,11 @@ class ShapeBatch:
         return found
 
     def centre(self, which: Indices, k: Indices) -> Floats:
-        """Return centres (..., 3) [m]."""
+        """Return the centres (..., 3) [m] of shapes at samples."""
         return _rows(self._centre, self._of[which] * self._n + k)
 
     def placed(self, which: Indices, k: Indices) -> Placed:
-        """Return the poses of shapes (m,), each at its own sample."""
+        """Return the poses of m shapes, each at a sample of its own."""
         i = self._of[which]
         turn = self._turns(i, k)
         R, half = np.empty((3, 3, len(i))).transpose(2, 0, 1), _rows(self._half, i)
@@ -82,7 +82,8 @@ class ShapeBatch:
         return Placed(self.centre(which, k), R, half, self._radius[i])
 
     def moved(self, a: Indices, b: Indices, k: Indices, r: Indices) -> Floats:
-        """Return a bound [m] of how far points of shapes `a` move relative to shapes `b` from sample r to sample k."""
+        """Return an upper bound [m] of the distance by which points of the shapes `a` move relative to the shapes `b`
+        from sample r to sample k."""
         apart = self.centre(a, k) - self.centre(b, k) - (self.centre(a, r) - self.centre(b, r))
         distance = lengths(apart)
         for which in (a, b):
@@ -90,14 +91,14 @@ class ShapeBatch:
         return distance
 
     def stray(self, a: Indices, b: Indices, k: Indices) -> Floats:
-        """Return an upper bound of the interpolation error of both shapes between samples [m]."""
+        """Return the sum of the upper bounds [m] of the interpolation errors of two shapes after sample k."""
         j = np.minimum(k, self._steps - 1)
         found: Floats = self._stray[self._of[a] * self._steps + j] + self._stray[self._of[b] * self._steps + j]
         return found
 
     def turning(self, a: Indices, b: Indices, k: Indices, r: Indices) -> Floats:
-        """Return an upper bound (m,) of the deviation of points of one shape, relative to the other, from straight
-        motion between samples k and r [m]: h^2 / 8 times the accelerations w^2 y and 2 w v."""
+        """Return an upper bound (m,) [m] of the deviation of points of one shape, relative to another, from straight
+        motion between the samples k and r, caused by rotation: h^2 / 8 times the accelerations w^2 y and 2 w v."""
         y = lengths(self.centre(b, k) - self.centre(a, k)) + self._reach[self._of[a]] + self._reach[self._of[b]]
         v, w = self.moved(a, b, k, r), self._angles(a, k, r) + self._angles(b, k, r)
         found: Floats = w * w * y / 8.0 + w * v / 4.0

@@ -49,7 +49,8 @@ def edited(text: str, path: Sequence[str | int], value: str | None) -> str:
 
 
 def reordered(text: str, path: Sequence[str | int], to: int) -> str:
-    """Return the text with an item of a block-style list, including its comments, moved to index `to` of that list."""
+    """Return the text with one item of a list, including its comments, moved to index `to`; the list must be in block
+    style."""
     *above, at = keys = tuple(path)
     nodes, known = _found(text, keys)
     if known < len(keys) or not isinstance(nodes[-2], SequenceNode) or not isinstance(at, int):
@@ -102,7 +103,8 @@ def present(path: Path) -> str:
 def _data(text: str) -> Data:
     source = read(text, "scene.yaml")
     if source.faults:
-        raise SceneError(f"line {source.faults[0].mark.line if source.faults[0].mark else 1}: correct the text first")
+        line = source.faults[0].mark.line if source.faults[0].mark else 1
+        raise SceneError(f"line {line} of the scene has a fault; correct the text first")
     return source.data
 
 

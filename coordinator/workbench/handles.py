@@ -14,8 +14,11 @@ TROLLEY = " trolley"
 
 
 def handles(text: str, plan: Plan) -> dict[str, list[dict[str, Any]]]:
-    """Return the parts that can be dragged by hand, since their positions are written as lengths: `moving` with path,
-    bodies, coordinates [m] and free axes; lugs and supports as points `p` of a body; hooks, to which lugs snap."""
+    """Return the parts of a scene that can be dragged by hand, because their positions are written as lengths.
+
+    `moving` with path, bodies, coordinates [m] and free axes; lugs and supports as points `p` of a body; hooks, to
+    which lugs snap.
+    """
     data = read(text, "scene.yaml").data
     hooks = [{"name": x.rope, "body": x.eye.body, "p": x.eye.p} for machine in plan.machines for x in machine.hooks]
     return {"moving": [*_cranes(data, plan), *_blocks(data, plan), *_obstacles(data)], "hooks": hooks}

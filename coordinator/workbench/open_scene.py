@@ -51,7 +51,8 @@ class PageMessage(NamedTuple):
 
 
 class OpenScene:
-    """A folder with its open scene, as a context manager; all methods may be called from any thread."""
+    """The folder that the workbench shows, with the scene that is open; a context manager whose methods may be called
+    from any thread."""
 
     def __init__(self, folder: Path, scene: Path | None) -> None:
         self.folder, self.scene = folder.resolve(), scene
@@ -97,7 +98,7 @@ class OpenScene:
             self._listeners.discard(ring)
 
     def since(self, number: int) -> list[PageMessage]:
-        """Return the last message of each kind that is newer than a serial number, in order."""
+        """Return the messages that a page has missed since a serial number: the last one of each kind, in order."""
         with self._lock:
             return sorted(x for x in self._messages.values() if x.number > number)
 
@@ -117,7 +118,8 @@ class OpenScene:
             ring()
 
     def drawings(self, number: int, k: int) -> list[dict[str, str]] | None:
-        """Return the drawings of a state of the picture with this number; None if that picture is no longer shown."""
+        """Return the drawings of one state `k` of the picture with this number; None if that picture is no longer
+        shown."""
         with self._lock:
             found = self.picture
         if found is None or found[0] != number or not 0 <= k < len(found[1].states):
@@ -199,7 +201,7 @@ class OpenScene:
         try:
             checked_name(stem)
         except ValueError as error:
-            raise SceneError(f"{error}; choose one such as my-lift") from None
+            raise SceneError(f"{error}; choose a name such as my-lift") from None
         path = self.folder / f"{stem}.yaml"
         try:
             with path.open("x", encoding="utf-8", newline="") as file:
@@ -209,7 +211,7 @@ class OpenScene:
         self.open(path.name)
 
     def ask(self, do: str, text: str) -> str:
-        """Run the open scene (see `SceneRun.start`), or give an order to the run in progress."""
+        """Start a run of the open scene (see `SceneRun.start`), or give an order to the run in progress."""
         if self.scene is None:
             raise SceneError("choose a scene first")
         if do not in ("run", "sweep", "limits", "plan"):

@@ -61,7 +61,7 @@ class Picture:
         return RopeLines(self._systems, bent=False).resting(ends)
 
     def content(self) -> dict[str, object]:
-        """Return all states as content of the 3D page, with the number of a state in place of its time."""
+        """Return all states of the plan as content of the 3D page, with the number of a state in place of its time."""
         channels, rows, end = list[SampleChannel](), list[Floats](), 0
         for topic, names, unit, values in self._columns():
             channels.append(SampleChannel(topic, names, unit, end, end := end + len(names)))
@@ -105,7 +105,7 @@ class Picture:
         return found
 
     def drawings(self, k: int) -> list[dict[str, str]]:
-        """Return plan and two elevations of state k, each with its title; empty if nothing hangs on hooks."""
+        """Return plan view and two elevations of state k, each with its title; empty if nothing hangs on hooks."""
         state = self.states[k]
         if not any(machine.hooks for machine in self.plan.machines):
             return []

@@ -33,7 +33,7 @@ Data = dict[str, Any]
 
 
 class Step(NamedTuple):
-    """A step of a preview: the message for pages, and the states to draw, if they are new."""
+    """One step of a preview: the message for pages, and the states to draw, if they are new."""
 
     kind: str  # "picture", "faults", "checks"
     data: Data

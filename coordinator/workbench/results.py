@@ -125,8 +125,8 @@ def keep(folder: Path, name: str) -> dict[str, list[str]]:
 
 
 def kept(folder: Path, name: str) -> tuple[bytes, str]:
-    """Return a report, a drawing or the page of a study in the folder, with its media type; raises SceneError if there
-    is none."""
+    """Return a report, a drawing or the page of a study from the folder, with its media type; raises SceneError if
+    there is none."""
     path = _inside(folder, name)
     study = path.name == STUDY or path.name.endswith(LIMITS)
     if not path.is_file() or not (study or path.suffix in KEPT):

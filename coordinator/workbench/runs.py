@@ -44,9 +44,11 @@ class SceneRun:
         return self._process is not None and self._process.poll() is None
 
     def start(self, scene: Path, folder: Path, do: str, text: str) -> None:
-        """Start a run of a scene into the folder: `run` it, `sweep` it over ranges, find the `limits` of numbers
-        (ranges and numbers as lines of `text`), or `plan` its shortest timing within a wall time. Raises SceneError if
-        a run is in progress."""
+        """Start a simulation of a scene with its results in the folder; raises SceneError if one is in progress.
+
+        `run` the scene, `sweep` it over ranges, find the `limits` of numbers (ranges and numbers as lines of `text`),
+        or `plan` its shortest timing within a wall time.
+        """
         lines = [line for line in map(str.strip, text.splitlines()) if line]
         if do in ("sweep", "limits") and not lines:
             raise SceneError("name what to vary, such as block.mass=200..400 t by 50 t")

@@ -104,7 +104,7 @@ class Edits(msgspec.Struct):
 
 
 class Asked(msgspec.Struct):
-    """Request for a run, a search or an order, see `OpenScene.ask`."""
+    """Request for a run, a search or an order to the run in progress, see `OpenScene.ask`."""
 
     do: str
     text: str = ""

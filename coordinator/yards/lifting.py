@@ -34,7 +34,7 @@ LEAST_WIND = "1"  # m/s, from which limits are looked for
 
 
 def lifter(orders: Sequence[LiftOrder]) -> list[Lift]:
-    """Return the properties of all lifts, from the cache if possible."""
+    """Return duration, wind limits and verdict of all lifts of a yard, from the cache if possible."""
     return kept(orders, code(), lambda: found(orders))
 
 
@@ -45,7 +45,7 @@ def code() -> bytes:
 
 
 def found(orders: Sequence[LiftOrder]) -> list[Lift]:
-    """Compute the properties of all lifts; equal lifts are computed only once."""
+    """Compute duration, wind limits and verdict of all lifts of a yard; equal lifts are computed only once."""
     alone = [*dict.fromkeys(orders)]
     lifts = dict(zip(alone, called(at_rest, alone), strict=True))
     for way in dict.fromkeys((order.scene, order.way, order.grid, order.over, order.windy) for order in alone):
@@ -58,8 +58,8 @@ def found(orders: Sequence[LiftOrder]) -> list[Lift]:
 
 
 def compared(orders: Sequence[LiftOrder], lifts: dict[LiftOrder, Lift]) -> dict[LiftOrder, Lift]:
-    """Return lifts at rest with their error: the largest deviation of the shortest, the middle and the longest one from
-    simulations."""
+    """Return lifts computed at rest with the error of their durations, from simulations of the shortest, the middle and
+    the longest lift."""
     able = sorted((x for x in orders if lifts[x].stages), key=lambda x: (lifts[x].seconds, x.settings))
     spots = [*dict.fromkeys(able[n] for n in (0, len(able) // 2, -1))] if able else []
     errors = [_apart(run.seconds, lifts[x].seconds) for x, run in zip(spots, called(ran, spots), strict=True)]
@@ -67,8 +67,8 @@ def compared(orders: Sequence[LiftOrder], lifts: dict[LiftOrder, Lift]) -> dict[
 
 
 def tabled(orders: Sequence[LiftOrder], lifts: dict[LiftOrder, Lift]) -> dict[LiftOrder, Lift]:
-    """Return lifts whose stage durations and wind limits are interpolated in a table of runs, with the errors of the
-    table; their verdicts are those of statics."""
+    """Return lifts with stage durations and wind limits interpolated in a table of simulated runs, with the errors of
+    the interpolation; their verdicts are those at rest."""
     if not orders:
         return {}
     one = orders[0]
@@ -129,8 +129,8 @@ def _at(order: LiftOrder, node: Sequence[str]) -> LiftOrder:
 
 
 def ran(order: LiftOrder, wind: float = -1.0) -> Lift:
-    """Simulate a lift in a wind [m/s] (-1: the wind of its scene) and return it with its verdict; if requested, also
-    find the wind up to which it is green."""
+    """Simulate a lift in a wind [m/s] (-1: the wind of its scene) and return it with its verdict; if `order` requests
+    it, with the wind up to which the verdict is green."""
     at = at_rest(order)
     settings = (*order.settings, *([f"wind.speed={wind!r} m/s"] if wind >= 0 else []))
     try:
@@ -155,8 +155,8 @@ def _simulated(order: LiftOrder, wind: float) -> Lift:
 
 
 def in_place(order: LiftOrder, wind: float) -> Lift:
-    """Simulate a lift that begins now in this wind [m/s], if its scene has any wind; a lift that fails gets its
-    duration at rest."""
+    """Simulate a lift that begins now in this wind [m/s], which is ignored if its scene has no wind; a lift that fails
+    gets its duration at rest."""
     found = _simulated(replace(order, windy=0.0), wind if windy(order.scene) else -1.0)
     return found if found.stages else replace(at_rest(order), state="red", why=found.why)
 
@@ -168,7 +168,7 @@ def windy(scene: str) -> bool:
 
 
 def called(call: Callable[[LiftOrder], Lift], orders: Sequence[LiftOrder]) -> list[Lift]:
-    """Call a function for all lifts, in a process pool if there are many, and return the results in order."""
+    """Call a function for each lift order, in a process pool if there are many, and return the results in order."""
     if len(orders) <= (FEW if call is at_rest else 1) or cores() == 1:
         return [call(order) for order in orders]
     with Pool(min(cores(), len(orders))) as pool:

@@ -46,8 +46,8 @@ class Replicated:
         return state_of(self.yard, self.values)
 
     def cells(self) -> list[Cell]:
-        """Return the cells of a table row: delivery at P10, P50 and P90, the lowest probability of a contract date, the
-        cause with the longest wait."""
+        """Return the cells of a table row for these replications: delivery at P10, P50 and P90, the lowest probability
+        of a contract date, the cause with the longest wait."""
         dates = [at_end(self.yard, quantile(delivery(self.values), part)) for part in PARTS]
         kept = min((100 * x for x in chances(self.yard, self.values).values()), default=None)
         most = max(waits(self.yard, self.values), key=lambda x: x[1], default=("", 0.0))
@@ -82,7 +82,7 @@ class YardStudy:
         return made
 
     def varied(self, vary: Sequence[str]) -> Sheet:
-        """Replicate all combinations of the values of `PATH=VALUES`."""
+        """Replicate the yard with all combinations of values that axes `PATH=VALUES` give."""
         axes = [axis_of(text) for text in vary]
         variants = [*product(*(texts for _, texts in axes))]
         if not vary or len(variants) > MOST:
@@ -155,8 +155,8 @@ class YardStudy:
         return Sheet(f"Sensitivities of {self.file}", stated(base.state, f"most: {rows[0][0]}"), base.state, (table,))
 
     def limit(self, of: str) -> Sheet:
-        """Find how far a number may go from the first end of a range, `PATH=72..40`, before it is no longer shown that
-        contract dates are met."""
+        """Find how far a number may go from the first end of a range, such as `PATH=72..40`, while it is still shown
+        that contract dates are met."""
         path, _, text = (part.strip() for part in of.partition("="))
         found = range_of(text)
         if found is None:

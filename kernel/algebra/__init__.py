@@ -1,4 +1,4 @@
-"""Arithmetic and linear algebra with the same bits on every processor; spatial algebra.
+"""Arithmetic and linear algebra with bit-identical results on every processor; spatial algebra.
 
 elementary           sin, cos, atan2 and powers of additions, multiplications and divisions alone
 dense, small_blocks  small matrices on Python floats; blocks of rows in traced text; A = L D L^T without pivoting

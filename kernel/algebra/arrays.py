@@ -1,4 +1,4 @@
-"""Linear algebra on arrays by operations on elements alone: the same bits on every processor, without BLAS or LAPACK.
+"""Linear algebra on NumPy arrays without BLAS or LAPACK, with bit-identical results on every processor.
 
 Sums, products, quotients and roots of elements are rounded correctly everywhere; what differs between libraries is the
 order of sums and which factors are fused. Here every order is written out, and NumPy vectorises across it. Sources:
@@ -15,7 +15,7 @@ SWEEPS = 40  # far more than any matrix needs
 
 
 def total(x: np.ndarray) -> np.ndarray:
-    """Return the sum along the first axis by pairwise summation."""
+    """Return the sum of an array along its first axis, by pairwise summation."""
     if not len(x):
         return np.zeros(x.shape[1:])
     while len(x) > 1:
@@ -46,14 +46,14 @@ def _filled(A: np.ndarray) -> list[tuple[int, int]]:
 
 
 def sizes(x: np.ndarray) -> np.ndarray:
-    """Return the lengths of the 3-vectors along the last axis."""
+    """Return the lengths of 3-vectors that lie along the last axis of an array."""
     return np.asarray(np.sqrt(x[..., 0] * x[..., 0] + x[..., 1] * x[..., 1] + x[..., 2] * x[..., 2]))
 
 
 @dataclass(frozen=True)
 class LuFactors:
-    """L U factors of a matrix in one array; L has a unit diagonal. `filled`: for each column, the range of rows that
-    holds its nonzero entries."""
+    """L U factors of a matrix (n, n), stored in one array; L has a unit diagonal. `filled`: for each column, the range
+    of rows that holds its nonzero entries."""
 
     LU: np.ndarray  # (n, n)
     filled: list[tuple[int, int]]
@@ -69,7 +69,8 @@ class LuFactors:
         return X
 
     def half(self) -> np.ndarray:
-        """Return X (n, n) with X^T A X = 1 for a symmetric positive definite matrix A."""
+        """Return X (n, n) with X^T A X = 1, where A is the factorised matrix, which must be symmetric positive
+        definite."""
         X = np.eye(len(self.LU))
         for k in reversed(range(len(X))):
             X[:k] -= self.LU[k, :k, None] * X[k]
@@ -77,8 +78,9 @@ class LuFactors:
 
 
 def factored(A: np.ndarray, least: float = 0.0) -> LuFactors:
-    """Return the L U factors without pivoting, for positive definite matrices and spline interpolation. Raises
-    ZeroDivisionError if a pivot is not larger than `least` times the diagonal element of the original matrix."""
+    """Return the L U factors of a matrix (n, n) without pivoting, for positive definite matrices and spline
+    interpolation. Raises ZeroDivisionError if a pivot is not larger than `least` times the diagonal element of the
+    original matrix."""
     LU = np.array(A, float)
     for k in range(len(LU)):
         if not LU[k, k] > least * abs(float(A[k, k])):

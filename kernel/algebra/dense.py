@@ -18,7 +18,8 @@ SWEEPS = 60  # far more than any matrix needs
 
 
 def dot(a: Row, b: Row) -> float:
-    """Return the dot product: rounded products, summed exactly and rounded once; inf or nan if the sum overflows."""
+    """Return the dot product of two vectors: rounded products, summed exactly and rounded once; inf or nan on
+    overflow."""
     try:
         return fsum(map(mul, a, b))
     except OverflowError:
@@ -101,7 +102,7 @@ def _rotation(a: float, b: float, off: float) -> tuple[float, float]:
 
 
 def singular_values(A: Matrix) -> list[float]:
-    """Return all min(m, n) singular values in descending order."""
+    """Return all min(m, n) singular values of a matrix (m, n) in descending order."""
     return [size for size, _ in decomposed(A)[0]]
 
 
@@ -146,7 +147,8 @@ def least_norm(A: Matrix, b: Row, least: float = 0.0) -> list[float]:
 
 
 def decomposed(A: Matrix, n: int = -1) -> tuple[list[tuple[float, list[float]]], list[list[float]]]:
-    """Return the singular values in descending order with their right singular vectors, and a basis of the null space.
+    """Return the singular values of a matrix in descending order with their right singular vectors, and a basis of its
+    null space.
 
     n: number of columns, needed for a matrix without rows.
     """

@@ -1,4 +1,5 @@
-"""The largest eigenvalues of B x = mu A x with their vectors: modes (A stiffness, B mass) and buckling modes alike.
+"""The largest eigenvalues of B x = mu A x with their vectors, for vibration modes (A stiffness, B mass) and buckling
+modes.
 
 Uncoupled sets of degrees of freedom are solved separately, so that bending in either plane, stretching and torsion of a
 straight beam do not mix even where their frequencies agree. A few vectors are found by subspace iteration (Bathe 2014,
@@ -30,8 +31,8 @@ GOLDEN = 0.6180339887498949
 
 
 def eigenmodes(M: np.ndarray, K: np.ndarray, n: int, rigid: np.ndarray) -> np.ndarray:
-    """Return the shapes (N, n) of K u = w^2 M u, lowest frequency first, M-orthogonal to the rigid motions `rigid` (N,
-    r).
+    """Return the n mode shapes (N, n) with K u = w^2 M u, lowest frequency first, M-orthogonal to the rigid motions
+    `rigid` (N, r).
 
     Raises ZeroDivisionError if a motion other than these rigid ones has no stiffness.
     """
@@ -158,7 +159,7 @@ def _splines(knots: np.ndarray, degree: int, x: np.ndarray) -> np.ndarray:
 
 
 def roots(n: int) -> np.ndarray:
-    """Return the roots (n,) of the Chebyshev polynomial T_n in descending order."""
+    """Return the n roots of the Chebyshev polynomial T_n in descending order."""
     return np.array([cos(np.pi * (k + 0.5) / n) for k in range(n)])
 
 
@@ -171,7 +172,8 @@ def polynomials(x: np.ndarray, degree: int) -> np.ndarray:
 
 
 def series(values: np.ndarray, degree: int) -> np.ndarray:
-    """Return the coefficients (degree + 1, m) of the best approximation to values (n, m) given at the roots of T_n."""
+    """Return the Chebyshev coefficients (degree + 1, m) of the polynomial that best approximates values (n, m) given at
+    the roots of T_n."""
     n = len(values)
     out = times(polynomials(roots(n), degree).T, values) * (2.0 / n)
     out[0] *= 0.5

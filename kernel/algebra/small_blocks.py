@@ -1,4 +1,5 @@
-"""Arithmetic of small dense blocks, stored row by row: one traced function per size, on floats and symbols.
+"""Arithmetic of small dense matrices, stored row by row: one traced function per operation and size, on floats and
+symbols.
 
 A = L D L^T of symmetric matrices without pivoting, and an orthonormal frame of given columns. Factors C of a symmetric
 block hold L below the diagonal and 1/D on it. Only blocks right of the diagonal are stored; in traced functions a row
@@ -39,8 +40,8 @@ class Blocks:
         return self._made[name]
 
     def factor(self, n: int) -> Function:
-        """Return the function that factorises a symmetric M (n, n), reading its upper half: M -> factors C (n, n),
-        pivots (n,) = D."""
+        """Return the function that factorises a symmetric M (n, n) as L D L^T, reading its upper half: M -> factors C
+        (n, n), pivots (n,) = D."""
 
         def body(M: Array) -> Outputs:
             a = [list(M[n * i : n * i + n]) for i in range(n)]
@@ -76,14 +77,14 @@ class Blocks:
         return self._get(f"block_solve{n}", lambda C, b: {"x": self._solved(n, C, list(b))}, {"C": n * n, "b": n})
 
     def under(self, n: int, m: int) -> Function:
-        """Return the function that solves for several columns: factors C (n, n), U (n, m) -> W (n, m), the inverse of
-        the factorised matrix times U."""
+        """Return the function that solves for m columns with the factors C (n, n) of a matrix: C, U (n, m) -> W (n, m),
+        the inverse of the matrix times U."""
         return self._get(
             f"block_under{n}_{m}", lambda C, U: {"W": self._solved(n, C, _rows("U", U, m))}, {"C": n * n, "U": n * m}
         )
 
     def less(self, n: int, m: int, k: int) -> Function:
-        """Return the function M (n, m), U (k, n), W (k, m) -> M - U^T W."""
+        """Return the function that subtracts a product: M (n, m), U (k, n), W (k, m) -> M - U^T W."""
 
         def body(M: Array, U: Array, W: Array) -> Outputs:
             rows, w = _rows("M", M, m), _rows("W", W, m)
@@ -95,7 +96,8 @@ class Blocks:
         return self._get(f"block_less{n}_{m}_{k}", body, {"M": n * m, "U": k * n, "W": k * m})
 
     def minus_transposed(self, m: int, n: int) -> Function:
-        """Return the function x (m,), W (n, m), y (n,) -> x - W^T y."""
+        """Return the function that subtracts a transposed product from a vector: x (m,), W (n, m), y (n,) -> x - W^T
+        y."""
 
         def body(x: Array, W: Array, y: Array) -> Outputs:
             (out,) = _rows("x", x, m)
@@ -106,7 +108,7 @@ class Blocks:
         return self._get(f"block_minus_transposed{m}_{n}", body, {"x": m, "W": n * m, "y": n})
 
     def minus(self, n: int, m: int) -> Function:
-        """Return the function x (n,), W (n, m), y (m,) -> x - W y."""
+        """Return the function that subtracts a product from a vector: x (n,), W (n, m), y (m,) -> x - W y."""
 
         def body(x: Array, W: Array, y: Array) -> Outputs:
             out = list(x)
@@ -118,7 +120,7 @@ class Blocks:
         return self._get(f"block_minus{n}_{m}", body, {"x": n, "W": n * m, "y": m})
 
     def gram(self, n: int, m: int, k: int) -> Function:
-        """Return the function A (n, m), Y (n, k), Z (k, m) -> A + Y Z."""
+        """Return the function that adds a product: A (n, m), Y (n, k), Z (k, m) -> A + Y Z."""
 
         def body(A: Array, Y: Array, Z: Array) -> Outputs:
             rows, z = _rows("A", A, m), _rows("Z", Z, m)
@@ -148,7 +150,7 @@ class LDLT:
                     U[i][j] = U[i][j] - U[i][k] * self.L[j][k]
 
     def solve(self, b: Scalars) -> list[Scalar]:
-        """Return A^-1 b for one right-hand side b (n,)."""
+        """Return A^-1 b for one right-hand side b (n,), where A is the factorised matrix."""
         n = len(self.L)
         y: list[Scalar] = list(b)
         for i in range(n):
@@ -162,8 +164,8 @@ class LDLT:
 
 
 def frame(columns: list[Array]) -> tuple[Any, Any]:
-    """Return an orthogonal Q (n, n) and an upper triangular R (m, m) with columns = Q[:, :m] R, by Householder
-    reflections.
+    """Return the QR factors of a matrix given by m columns (n,), by Householder reflections: orthogonal Q (n, n) and
+    upper triangular R (m, m), with Q[:, :m] R equal to the matrix.
 
     The remaining columns of Q span the space orthogonal to all given columns.
     """

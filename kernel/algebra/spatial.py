@@ -13,8 +13,8 @@ from .elementary import cos, sin
 
 
 def exact(x: "Scalars | Sequence[Sequence[float]]") -> Array:
-    """Return an array of Python floats, whose products are summed in a fixed order; NumPy's own products use BLAS,
-    which differs between processors."""
+    """Return an array converted to Python floats, whose products are summed in a fixed order; products of NumPy floats
+    use BLAS, which differs between processors."""
     return np.array(np.asarray(x, dtype=float).tolist(), dtype=object)
 
 
@@ -31,8 +31,8 @@ def cross(a: Array, b: Array) -> Array:
 
 
 def mirror(A: Array) -> Array:
-    """Return the matrix with its upper triangle mirrored to the lower one: exactly symmetric, and each product is
-    traced only once."""
+    """Return a square matrix made exactly symmetric by copying its upper triangle to the lower one; in traced code this
+    computes each entry only once."""
     n = len(A)
     return np.array([[A[min(i, j), max(i, j)] for j in range(n)] for i in range(n)])
 

@@ -33,7 +33,8 @@ class Corrector:
         self.renew(simulation.state[: simulation.program.nq].copy())
 
     def renew(self, q: np.ndarray) -> None:
-        """Restart the prediction at a pose with a new stiffness, after commands or after laws have switched."""
+        """Restart the prediction of equilibria at pose q (nq,) with a new stiffness, after commands or after laws have
+        switched."""
         if self._program is not self._simulation.program:
             self._program = self._simulation.program
             self.poses = Poses(self._simulation)
@@ -41,7 +42,7 @@ class Corrector:
         self._stiffen(q)
 
     def place(self, q: np.ndarray) -> np.ndarray:
-        """Return the pose with the prescribed coordinates set to their commanded values."""
+        """Return a pose (nq,) with the prescribed coordinates set to their commanded values."""
         s = self._simulation
         q = q.copy()
         for d in s.program.system.drives:
@@ -50,7 +51,7 @@ class Corrector:
         return self.poses.unit(q)
 
     def guards(self, q: np.ndarray) -> np.ndarray:
-        """Return the guards (event functions) of all force laws at a pose."""
+        """Return the guards (event functions, negative after their event) of all force laws at a pose."""
         self.poses.accelerations(q)
         return self.poses.guards()
 

@@ -1,4 +1,5 @@
-"""Static equilibrium with one-sided laws: a pose without accelerations, and which ropes and pads carry load there.
+"""Static equilibrium with one-sided force laws: a pose without accelerations, and which ropes and pads carry load
+there.
 
 Pseudo-transient continuation (Kelley, Keyes 1998): steps (1/h^2 - da/dq)^-1 a in the metric of the inertia; with small
 h the scene falls with gravity and friction, large h is Newton's method. Between steps, laws whose guards are negative
@@ -37,8 +38,8 @@ OPPOSITE = {"taut": "slack", "closed": "open", "stick": "slip", "locked": "freed
 
 
 def switch(poses: Poses, q: np.ndarray, thresholds: bool = False) -> list[StateChange]:
-    """Switch the laws whose guards are negative at pose q (nq,) until no guard is negative; return the changes. If
-    `thresholds`, switch armed thresholds of signals, too."""
+    """Switch the force laws whose guards (event functions) are negative at pose q (nq,), until no guard is negative;
+    return the changes. If `thresholds`, switch armed thresholds of signals, too."""
     simulation = poses.simulation
     guards = simulation.program.guards
     happened: list[StateChange] = []
@@ -73,8 +74,8 @@ def _rub(simulation: Simulation, kind: str, name: str) -> StateChange:
 
 
 def release(simulation: Simulation) -> float:
-    """Move the anchors of sliding friction springs until friction can hold their forces (radial return). Return the
-    longest slide of a pad [m]; each slide is taken to be straight, in its final direction."""
+    """Move the anchors of slipping friction springs until friction can hold the spring forces (radial return). Return
+    the longest slide of a pad [m]; each slide is taken to be straight, in its final direction."""
     slid = 0.0
     program, row = simulation.program, simulation.row()
     for kind, law in ((kind, x) for (kind, _), x in program.of_guard.items() if kind in RUBS):
@@ -93,7 +94,7 @@ def release(simulation: Simulation) -> float:
 
 
 def net(events: list[StateChange]) -> list[StateChange]:
-    """Return the last change of each law that has changed its state."""
+    """Return the last change of each law, without laws that switched and then switched back."""
     last: dict[tuple[str, str], StateChange] = {}
     odd: dict[tuple[str, str], bool] = {}
     pairs = {two: one for one, two in OPPOSITE.items()}

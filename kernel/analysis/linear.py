@@ -1,4 +1,4 @@
-"""A scene linearised about an instant: x' = A x + B u, y = C x + D u, by derivatives of the traced equations.
+"""Linearisation of a scene about an instant: x' = A x + B u, y = C x + D u, by derivatives of the traced equations.
 
 x: displacements and velocities of the free coordinates, the states of radiation, and position and speed of the
 references that u drives; u: the highest derivative of a reference that the equations use, or the value of a signal.
@@ -112,7 +112,7 @@ class _Linearised:
             )
 
     def model(self) -> LinearModel:
-        """Return the matrices A, B, C, D in independent states."""
+        """Return the linear model, with its matrices A, B, C, D reduced to independent states."""
         p = self.program
         dy, moves = self.found["dy"][1], self.found["dy"][1][: p.nq, self.speeds]
         fixed = {tree.v.start + k for tree, _ in p.instances for k in tree.prescribed_dofs}
@@ -257,7 +257,9 @@ class _Input:
             known = [
                 x for x in dict.fromkeys(known) if x not in {r.name for r in p.system.straight_ropes if not r.winch}
             ]
-            raise KernelError(f"linearise: there is no input '{name}'; {closest(name, known) or 'it has none'}")
+            raise KernelError(
+                f"linearise: there is no input '{name}'; {closest(name, known) or 'the scene has no inputs'}"
+            )
         units = [unit, f"{unit}/s", f"{unit}/s2"] if unit != "1" else ["1", "1/s", "1/s2"]
         self.held = [
             (f"reference/{name}{suffix}", units[k]) for k, suffix in enumerate(("", " rate")[: len(self.places) - 1])
@@ -295,7 +297,7 @@ def _state_names(p: Program) -> list[str]:
 
 
 def unit_of(p: Program, topic: str, i: int, unit: str) -> str:
-    """Return the unit of the i-th column of a topic whose columns have several."""
+    """Return the unit of the i-th column of a sampled topic; `unit`: the unit of all columns, unless they differ."""
     if topic.startswith("pose/"):
         return "m" if i < 3 else "1"
     units: dict[str, list[str]] = {"joint/position": [], "joint/velocity": []}

@@ -54,20 +54,20 @@ class Modes:
 
     @property
     def growth(self) -> float:
-        """Growth rate [1/s] of the fastest unstable motion; 0 if the pose is stable."""
+        """The growth rate [1/s] of the fastest unstable motion; 0 if the pose is stable."""
         rates = [-x for x in self.decays] + [-2.0 * pi * m.frequency * m.damping for m in self.oscillations]
         return max([x for x in rates if x > GROWS], default=0.0)
 
 
 def modes(simulation: "Simulation") -> Modes:
-    """Return the modes of a simulation about its pose, with drives stopped; the pose should be at rest (see
-    `equilibrium`)."""
+    """Return the modes of small motions of a simulation about its pose, with drives stopped; the pose should be at rest
+    (see `equilibrium`)."""
     poses = Poses.stopped(simulation)
     return modes_at(poses, poses.q)
 
 
 def modes_at(poses: Poses, q: np.ndarray) -> Modes:
-    """Return the modes about a pose q (nq,)."""
+    """Return the modes of small motions of a simulation about a pose q (nq,), with drives stopped."""
     simulation = poses.simulation
     allowed = poses.basis(q)
     basis = np.eye(len(poses.free)) if allowed is None else allowed
@@ -144,8 +144,8 @@ def _movers(mode: NaturalMode) -> str:
 
 
 def modes_data(found: Modes) -> dict[str, object]:
-    """Return frequencies [Hz], angular frequencies (`pulsation`) [rad/s], damping ratios, shares and shapes (amplitude
-    and phase [rad]) as data."""
+    """Return modes as data: frequencies [Hz], angular frequencies (`pulsation`) [rad/s], damping ratios, shares and
+    shapes (amplitude and phase [rad])."""
     return {
         "modes": [
             {

@@ -1,4 +1,4 @@
-"""Mass, centre, linear and angular momentum of a scene; only external forces change them.
+"""Mass, centre of mass, linear and angular momentum of a scene; only external forces change the momentum.
 
 Sums of I V over the bodies of each tree (Featherstone 2008, section 2.9), moved from the tree's point to the world's
 origin.
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Momentum:
-    """Mass [kg], centre of mass (3,) [m], linear momentum (3,) [kg m/s], and angular momentum (3,) about the world's
-    origin [kg m2/s]."""
+    """The momentum of a scene: mass [kg], centre of mass (3,) [m], linear momentum (3,) [kg m/s], and angular momentum
+    (3,) about the world's origin [kg m2/s]."""
 
     mass: float
     centre: np.ndarray

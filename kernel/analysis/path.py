@@ -1,4 +1,5 @@
-"""The equilibrium path: the rest poses of a scene while its drives, winches and masters move as commanded.
+"""The equilibrium path: the rest poses of a scene as its drives, winches and other motions proceed as commanded,
+without dynamics.
 
 The path is continued in the time of the commands, without inertia and speeds; the curvature that the corrector measures
 sets the steps. Events (guards that become negative) are located on the path and switch the laws there. Where no
@@ -47,7 +48,7 @@ CHATTER = 50  # events at one instant after which the laws are settled together
 
 @dataclass(frozen=True)
 class PathPoint:
-    """A point of the equilibrium path: time, coordinates (nq,), sample row, events."""
+    """A point of the equilibrium path: time, coordinates (nq,), sample row, events at this time."""
 
     t_ns: int
     q: np.ndarray
@@ -56,8 +57,9 @@ class PathPoint:
 
 
 class EquilibriumPath:
-    """Follows the equilibrium of a simulation, which no other code may advance; `run` returns at events of the laws
-    named in `heard`. `points`: all equilibria so far; `notes`: messages for the user."""
+    """Moves a simulation from one static equilibrium to the next as commands take effect; nothing else may advance the
+    simulation. `heard`: names of laws whose events stop `run`; `points`: all equilibria so far; `notes`: messages for
+    the user."""
 
     def __init__(self, simulation: Simulation, heard: frozenset[str] = frozenset()) -> None:
         self.command, self.heard = simulation, heard
@@ -74,7 +76,8 @@ class EquilibriumPath:
     # ---- life ---------------------------------------------------------------------------------------------
 
     def start(self) -> list[StateChange]:
-        """Find the first equilibrium of the simulation; return the events. Raises KernelError if there is none."""
+        """Find the first equilibrium of the simulation; return the events on the way to it. Raises KernelError if there
+        is none."""
         self.command.start()
         self._commanded()
         self._q = self.command.state[: self.command.program.nq].copy()
@@ -82,7 +85,8 @@ class EquilibriumPath:
         return self._fall("")
 
     def settle(self) -> list[StateChange]:
-        """Find the equilibrium after commands; return the events. Raises KernelError if there is none."""
+        """Find the equilibrium after commands; return the events on the way to it. Raises KernelError if there is
+        none."""
         self._commanded()
         self._near.renew(self._q)
         q = self._near.corrected(self._near.place(self._q))
@@ -96,7 +100,7 @@ class EquilibriumPath:
         return []
 
     def run(self, until_ns: int) -> list[StateChange]:
-        """Follow the path to `until_ns` or to the first subscribed event, and return the events there.
+        """Follow the equilibrium path to `until_ns` or to the first event of a law in `heard`; return the events there.
 
         Raises KernelError if the path ends earlier.
         """
@@ -113,7 +117,7 @@ class EquilibriumPath:
         return []
 
     def rest(self) -> Equilibrium:
-        """Return the present equilibrium, and leave the simulation in its pose."""
+        """Return the present equilibrium, with the simulation set to its pose."""
         self._near.poses.accelerations(self._q)
         return equilibrium_at(self.command, self._q, self._steps)
 
@@ -301,7 +305,7 @@ class EquilibriumPath:
         return self._near.stiffness(self._q)
 
     def modes(self) -> Modes:
-        """Return the small motions about the present equilibrium."""
+        """Return the modes of small motions about the present equilibrium."""
         return modes_at(self._near.poses, self._q)
 
     def _check_stability(self) -> None:

@@ -1,4 +1,4 @@
-"""A simulation seen as a function of its pose: accelerations, guards, tangent stiffness, with all speeds zero.
+"""A simulation as a function of its pose: accelerations, guards and tangent stiffness at zero speed.
 
 Poses are compared in the tangent space, one number per free degree of freedom, so that quaternions need no care. With
 closed loops, `basis` spans the motions that they allow, and every pose is projected back onto the closed loops.
@@ -19,7 +19,7 @@ STEP, SMALLEST = 1e-4, 1e-7  # [m, rad] between poses of differences; smaller wh
 
 
 class Poses:
-    """Evaluates a simulation at poses near its own, with its drives, winches and masters stopped."""
+    """Evaluates a simulation at poses near its own, with its drives, winches and master signals stopped."""
 
     def __init__(self, simulation: "Simulation") -> None:
         self.simulation = simulation
@@ -58,7 +58,7 @@ class Poses:
 
     @staticmethod
     def stopped(simulation: "Simulation") -> "Poses":
-        """Stop all drives, winches and masters of a simulation permanently; return its evaluator."""
+        """Stop all drives, winches and master signals of a simulation permanently; return its evaluator at poses."""
         simulation.commands.admit("statics or modes")
         simulation.references.stop(simulation.epoch)
         simulation.references.write(simulation.epoch)
@@ -76,8 +76,8 @@ class Poses:
         return dv
 
     def water(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return derivatives at pose q: of the accelerations with respect to the m radiation states (n_free, m), and of
-        the rates of these states with respect to velocities and states (m, n_free + m). Both relations are linear."""
+        """Return two derivatives at pose q (nq,): of the accelerations with respect to the m radiation states (n_free,
+        m), and of the rates of these states with respect to velocities and states (m, n_free + m)."""
         p, n = self.simulation.program, len(self.free)
         places = [*p.memory.values()]
         a, rates = np.zeros((n, len(places))), np.zeros((len(places), n + len(places)))
@@ -95,7 +95,7 @@ class Poses:
         return a, rates
 
     def guards(self) -> np.ndarray:
-        """Return the guards of all laws at the last pose that was evaluated."""
+        """Return the guards (event functions) of all laws at the last pose that was evaluated."""
         G: np.ndarray = self._G.copy()
         return G
 
@@ -120,7 +120,8 @@ class Poses:
         return found
 
     def factorise(self, K: np.ndarray, h: float, basis: np.ndarray | None) -> None:
-        """Factorise 1/h^2 - K for `solve`, with K (n_free, n_free), restricted to the motions spanned by `basis`."""
+        """Factorise the matrix 1/h^2 - K for `solve`, with the stiffness K (n_free, n_free), restricted to the motions
+        spanned by `basis`."""
         self._B = basis
         K = K if basis is None else basis.T @ K @ basis
         whole, n = self._eye.copy(), len(K)
@@ -129,7 +130,7 @@ class Poses:
         self._factorise()
 
     def solve(self, a: np.ndarray) -> np.ndarray:
-        """Return the step (n_free,) for accelerations a (n_free,), with the matrix factorised last."""
+        """Return the step (n_free,) that the matrix factorised last gives for accelerations a (n_free,)."""
         x = self._found
         if self._B is None:
             self._given[:] = a
@@ -140,7 +141,7 @@ class Poses:
         return x.copy() if self._B is None else self._B @ x[: self._B.shape[1]]
 
     def sign(self) -> float:
-        """Return the sign of the determinant of the matrix factorised last."""
+        """Return the sign of the determinant of the matrix that `factorise` factorised last."""
         f, n = self._tangent.factors, len(self.free)
         exchanges = self._M[f.exchanges : f.exchanges + n] != np.arange(n)
         negative = self._M[f.inverses[0] : f.inverses[0] + n] < 0.0

@@ -1,4 +1,4 @@
-"""Derivatives of recorded functions: forward mode over their symbols, for all directions at once.
+"""Derivatives of traced functions by forward-mode differentiation, for all directions at once.
 
 Every node has its value and its derivatives along k directions. Rounding to a whole number has derivative zero; a
 condition keeps its present value. (Griewank, Walther, Evaluating Derivatives, 2008, chapter 3.)
@@ -19,8 +19,8 @@ WHOLE = 2.0**51  # a constant that leaves no fraction in a sum: the sum steps, i
 def derivatives(
     f: Function, values: Mapping[str, np.ndarray], seeds: Mapping[str, np.ndarray]
 ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Return the outputs (n,) of a function by name, each with its derivatives (n, k) along k directions, for inputs
-    (n,) with tangent directions `seeds` (n, k)."""
+    """Return the outputs (n,) of a traced function by name, each with its derivatives (n, k) along k directions, for
+    inputs (n,) with tangent directions `seeds` (n, k)."""
     k = next(iter(seeds.values())).shape[1]
     given = {
         name: [(float(x), seeds[name][i] if name in seeds and seeds[name][i].any() else None) for i, x in enumerate(X)]

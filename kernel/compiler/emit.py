@@ -1,4 +1,5 @@
-"""Recorded functions -> LLVM IR text: straight-line code, and one loop construct around it.
+"""Translation of traced functions to LLVM IR text, as straight-line code with one loop construct around it, and its
+compilation.
 
 Every function takes pointers to blocks of doubles.  Arithmetic is strict IEEE (no reassociation except inside dot
 products of fixed lanes, no contraction unless asked for), so that the bits are the same at every optimisation level.
@@ -38,7 +39,7 @@ _DECLARE = [
 
 
 class EmittedParts:
-    """A named combination of functions, sequences and loops that becomes one native function."""
+    """A named combination of traced functions, sequences and loops that becomes one native function."""
 
     name: str
     parts: "tuple[Function | EmittedParts, ...]"
@@ -50,7 +51,7 @@ class EmittedParts:
 
 @dataclass(frozen=True)
 class Sequence(EmittedParts):
-    """Functions or loops that run one after the other."""
+    """Traced functions or loops that run one after the other in one native function."""
 
     name: str
     parts: tuple[Function | EmittedParts, ...]
@@ -58,7 +59,7 @@ class Sequence(EmittedParts):
 
 @dataclass(frozen=True)
 class While(EmittedParts):
-    """A loop that repeats its parts while block[flag] > 0."""
+    """A loop in native code that repeats its parts while block[flag] > 0."""
 
     name: str
     flag: int
@@ -164,8 +165,13 @@ class Library:
             options = llvm.create_pipeline_tuning_options(speed_level=opt)
             options.slp_vectorization = False
             passes = llvm.create_pass_builder(self._machine, options)
-            if opt == 1:  # straight-line code without branches has little use for the other passes, which take longer
+            if opt == 1:  # straight-line code without branches, beside short loops, has little use for other passes
                 few = llvm.create_new_module_pass_manager()
+                few.add_instruction_combine_pass()
+                few.add_loop_rotate_pass()  # loops are unrolled in this form only
+                few.add_loop_unroll_pass()
+                few.add_sroa_pass()
+                few.add_simplify_cfg_pass()
                 few.add_instruction_combine_pass()
                 few.run(module, passes)
             else:

@@ -1,4 +1,4 @@
-"""Recorded functions: a body is traced once and called many times, so that its machine code exists once.
+"""Traced functions: a body is traced once and called many times, so that its machine code exists once.
 
 Named parts of one block of doubles: the same names index it from Python and from traced text.
 """
@@ -25,13 +25,13 @@ def operands(n: Sym) -> list[Sym]:
 
 
 def symbols(block: str, n: int) -> np.ndarray:
-    """Return the n scalars of an input block as symbols (n,)."""
+    """Return the n numbers of an input block as symbols (n,)."""
     return np.array([node("in", block, i) for i in range(n)] + [None], dtype=object)[:-1]
 
 
 class Function:
-    """A traced function body(**blocks) -> {name: values, or (row, values) for a row of a table}; its body is traced
-    only once.
+    """A function that is traced once and called many times: body(**blocks) -> {name: values, or (row, values) for a row
+    of a table}.
 
     On floats a call runs the body itself; while another function is being traced a call adds one call node, so the
     machine code exists once. `vectors`: outputs that callers receive as one vector symbol. `rare`: called between steps
@@ -52,7 +52,7 @@ class Function:
         self._outputs: dict[str, list[Any]] = {}
 
     def record(self) -> None:
-        """Trace the body and drop unused operations."""
+        """Trace the body of the function and drop unused operations."""
         with ONCE:
             if self._nodes is None:
                 self._record()
@@ -86,7 +86,7 @@ class Function:
 
     @cached_property
     def operations(self) -> int:
-        """Number of arithmetic operations in one call, including those of called functions."""
+        """The number of arithmetic operations in one call, including those of called functions."""
         return sum(n.args[0].operations if n.op == "call" else n.op not in IDLE for n in self.nodes)
 
     def __call__(self, **values: Any) -> SimpleNamespace:
@@ -109,7 +109,8 @@ class Function:
 
 
 class Primitive(Function):
-    """A function given as LLVM IR `text` (native loops), with `body` as its reference on floats.
+    """A native function given as LLVM IR `text` (hand-written loops), with the Python function `body` as its reference
+    on floats.
 
     A primitive without outputs works in place on its blocks and serves as a part of a loop.
     """
@@ -132,7 +133,8 @@ class Primitive(Function):
 
 
 def placed(block: str, values: list[Any]) -> list[tuple[Any, bool]]:
-    """Return the values written to a block, each with a flag: whether it lies in its final place already."""
+    """Return the values to be written to a block, each with a flag: whether the block holds the value at this place
+    already."""
     out, at = [], 0
     for x in values:
         out.append((x, is_sym(x) and x.op in ("in", "slice") and x.args == (block, at)))

@@ -1,4 +1,4 @@
-"""One recorded function as straight-line LLVM IR, for one call or for several side by side."""
+"""Translation of one traced function to straight-line LLVM IR, for one call or for several side by side."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -21,8 +21,8 @@ def blocks_of(f: Function) -> list[str]:
 
 
 def named_code(f: Function, lanes: int, shared: frozenset[str] = frozenset()) -> str:
-    """Return the name of the machine code for `lanes` calls at once in SIMD lanes (0: a single call) that share the
-    blocks `shared`."""
+    """Return the name of the machine code for `lanes` calls at once in SIMD lanes (0: a single call); `shared`: blocks
+    that the calls have in common."""
     return ".".join([f"{f.name}.x{lanes}", *sorted(shared)]) if lanes else f.name
 
 
@@ -44,7 +44,7 @@ def _in_pieces(lines: list[str]) -> Iterator[str]:
 
 
 class StraightLineCode:
-    """Straight-line code of one recorded function, or of `lanes` calls of it in SIMD lanes.
+    """Straight-line LLVM IR of one traced function, or of `lanes` calls of it in SIMD lanes.
 
     With `lanes`, each scalar is a vector, and in the blocks the lanes of a number lie next to each other. `fused`:
     products may be added without being rounded, so that the bits depend on the processor. `shared`: input blocks that
@@ -98,7 +98,7 @@ class StraightLineCode:
         return "\n".join(lines)
 
     def read_before_written(self) -> None:
-        """Load the numbers that outputs take from blocks, before the first output is written over them."""
+        """Load all numbers that outputs copy from memory blocks, before an output can overwrite them."""
         for row in self.f.rows.values():
             self.value(row)
         for name, values in self.f.outputs.items():
@@ -116,7 +116,8 @@ class StraightLineCode:
         return reference(x, lanes)
 
     def pieces(self, x: Any) -> list[tuple[str, int, int]]:
-        """Return suffix, offset and number of lanes for each piece of a value; 0 lanes for a scalar."""
+        """Return the registers that hold the parts of value x, each by name suffix, first index and number of lanes (0:
+        a scalar)."""
         return _cut(x.width) if is_sym(x) and x.width else [("", 0, self.lanes)]
 
     def load(self, n: Sym, base: str, index: int) -> None:
@@ -127,7 +128,7 @@ class StraightLineCode:
             ]
 
     def store(self, values: list[tuple[Any, bool]], base: str, tag: str) -> None:
-        """Emit the stores of consecutive values, except those that are already in place."""
+        """Emit the stores of consecutive values to a block, except values that are already in place."""
         i = 0
         for x, kept in values:
             if is_long(x) and not kept:
@@ -141,7 +142,7 @@ class StraightLineCode:
             i += _width(x) * max(1, self.lanes)
 
     def operand(self, x: Any, piece: str, lanes: int) -> str:
-        """Return the IR name of a piece of an operand; scalars are broadcast to all lanes."""
+        """Return the IR name of the register that holds a part of an operand; scalars are broadcast to all lanes."""
         if not lanes or self.lanes or (is_sym(x) and x.width):
             return self.value(x, self.lanes) + (piece if is_sym(x) and x.width else "")
         if not is_sym(x):
@@ -151,7 +152,7 @@ class StraightLineCode:
         return self.spreads[x, lanes]
 
     def new(self) -> str:
-        """Return a new name for an intermediate vector."""
+        """Return an unused IR name for an intermediate vector."""
         self.vectors += 1
         return f"%s{self.vectors}"
 

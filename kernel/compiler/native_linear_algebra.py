@@ -1,4 +1,4 @@
-"""Dense systems A x = b in native loops, real or complex: LU factors with partial pivoting.
+"""Dense linear systems A x = b, real or complex, solved in native loops by LU factors with partial pivoting.
 
 Right-looking elimination by columns (Golub, Van Loan, Matrix Computations, 3.4); the pivot is the first largest entry
 of its column, so that the same numbers give the same bits.  Matrices lie column after column, `stride` apart; those of
@@ -144,8 +144,8 @@ class FactorLayout:
 
 
 def solver(name: str, factors: FactorLayout, ny: int) -> Primitive:
-    """Return the function that computes A^-1 b for the first n of `ny` components of b, and the product of its input
-    `tail` and b for the others; outputs: real part `re` and imaginary part `im`."""
+    """Return the native function that computes A^-1 b for the first n of `ny` components of b, and `tail` times b for
+    the remaining ones; outputs: real part `re` and imaginary part `im`."""
     parts = ("re", "im")[: factors.planes]
     n, stride = factors.n, factors.stride
     inputs: dict[str, int] = {"M": OPAQUE, **{f"b_{p}": ny for p in parts}, "tail": factors.planes}
@@ -176,7 +176,7 @@ def solver(name: str, factors: FactorLayout, ny: int) -> Primitive:
 
 
 def product(name: str, n: int, stride: int, start: int) -> Primitive:
-    """Return the function x = A b for an (n, n) matrix stored in block M from `start`."""
+    """Return the native function x = A b for an (n, n) matrix stored in block M from `start`."""
     c = LoopEmitter(name, ["M", "b", "x"])
     total = c.reserve(f"[{stride} x double]")
     with c.loop(0, stride, WIDEST) as i:
@@ -199,7 +199,7 @@ def _size(c: LoopEmitter, x: Number) -> str:
 
 
 def times(c: LoopEmitter, a: Sequence[str], b: Sequence[str], kind: str = "double") -> Number:
-    """Emit the product a b, real or complex; return the registers of the result."""
+    """Emit the product a b of two numbers, real or complex; return the registers of the result."""
 
     def mul(x: str, y: str) -> str:
         return c.let(f"fmul {kind} {x}, {y}")

@@ -1,4 +1,4 @@
-"""Loops of native code by hand: a writer of LLVM IR text for what must not be unrolled, such as 54 x 54 matrices.
+"""A writer of LLVM IR text for loops that must not be unrolled, such as those over 54 x 54 matrices.
 
 Values are names of IR registers (strings).  Counters live on the stack; the compiler's first pass lifts them into
 registers.  Arithmetic is strict IEEE and runs over WIDEST doubles at once wherever memory is contiguous.
@@ -48,7 +48,7 @@ class LoopEmitter:
         return self.let(f"{operation} i64 {a}, {b}")
 
     def at(self, pointer: str, *index: int | str) -> str:
-        """Return the address of the double whose index is the sum of the given indices."""
+        """Emit the address of the double whose index is the sum of the given indices; return its register."""
         for i in index:
             pointer = self.let(f"getelementptr double, ptr {pointer}, i64 {i}")
         return pointer
@@ -69,7 +69,8 @@ class LoopEmitter:
         return self.let(f"shufflevector {VECTOR} {one}, {VECTOR} poison, <{WIDEST} x i32> zeroinitializer")
 
     def lanes(self, comparison: str, i: str, k: int | str) -> str:
-        """Return the mask of those of the indices i, i + 1, ... that satisfy a comparison with k."""
+        """Emit a comparison of the indices i, i + 1, ... of all lanes with k; return the mask of the lanes for which it
+        is true."""
         both = []
         for x in (i, k):
             one = self.let(f"insertelement {_INDICES} poison, i64 {x}, i64 0")

@@ -1,4 +1,4 @@
-"""Equal calls side by side: independent calls of one function become the lanes of one vector call.
+"""Batches of independent calls of one traced function, one call per SIMD lane of a vector call.
 
 Equal frames, ropes and trees are calls of one function with different numbers, so the processor's vector units take up
 to eight of them at once. Every lane does what the scalar code does, operation by operation, so no bit changes; where a
@@ -23,7 +23,7 @@ CROWDED = 4  # so many times fewer calls side by side than each of them has insi
 
 @dataclass(frozen=True)
 class SimdBatch:
-    """Calls of one function, one per SIMD lane; if there are fewer calls than `width`, the last call fills the
+    """Calls of one traced function, one per SIMD lane; if there are fewer calls than `width`, the last call fills the
     remaining lanes. `shared`: input blocks that all calls have in common."""
 
     calls: tuple[Sym, ...]
@@ -133,8 +133,8 @@ def _ordered(nodes: Sequence[Sym], at: dict[Sym, SimdBatch]) -> tuple[list[Sym |
 
 
 class OperandCode(Protocol):
-    """Interface of straight-line code under construction. `lane`: batch and lane of each batched call; `value`: returns
-    the IR name of a number, which is loaded on first use."""
+    """Interface of code being emitted that operands of SIMD batches need. `lane`: batch and lane of each batched call;
+    `value`: returns the IR name of a number, which is loaded on first use."""
 
     body: list[str]
     lane: dict[Sym, tuple[SimdBatch, int]]
@@ -174,7 +174,7 @@ def spread_value(body: list[str], name: str, x: str, lanes: int) -> None:
 
 
 def gathered(code: OperandCode, values: tuple[Any, ...]) -> str:
-    """Emit a vector of one number per lane; return its name."""
+    """Emit a vector that holds one given number per lane; return its name."""
     if all(x is values[0] for x in values):
         return spread(code, values[0], len(values))
     if not any(map(is_sym, values)):

@@ -1,4 +1,4 @@
-"""Symbolic scalars: a Python function runs on them, and its operations are kept as a graph without duplicates.
+"""Symbolic scalars: a Python function that runs on them records its operations as a graph without duplicates.
 
 The algorithms are written once. On floats they compute; on these symbols the same code is recorded (hash-consing: an
 expression exists once; zeros and ones fold away, so sparse 6x6 matrices cost nothing). Rules for traced code: no
@@ -35,7 +35,8 @@ def _is_array(x: Any) -> bool:
 
 
 class ExpressionGraph:
-    """The nodes of one traced function. If `opaque`, named quantities become symbols of the printed equations."""
+    """The operations recorded from one traced function. If `opaque`, named quantities become symbols of the printed
+    equations."""
 
     def __init__(self, opaque: bool = False) -> None:
         self.table: dict[Any, Sym] = {}
@@ -230,7 +231,7 @@ def power_of_two(n: Any) -> Any:
 
 
 def printing(x: Any) -> bool:
-    """Return whether x is traced for printing, where elementary functions keep their names."""
+    """Return whether x is traced for printed equations, where elementary functions keep their names."""
     return is_sym(x) and RECORDING.graphs[-1].opaque
 
 
@@ -274,7 +275,7 @@ def any_of(conditions: Iterable[Any]) -> Any:
 
 @contextmanager
 def scope(name: str) -> Iterator[None]:
-    """Assign the quantities named inside this context to the force law `name` in printed equations."""
+    """Context in which named quantities belong to the force law `name` in printed equations."""
     graph = RECORDING.graphs[-1] if RECORDING.graphs else None
     if graph is not None:
         graph.scope = name
@@ -284,7 +285,7 @@ def scope(name: str) -> Iterator[None]:
 
 
 def named(label: str, x: Any) -> Any:
-    """Give a traced quantity its name in printed equations; return the quantity, or new symbols in an opaque graph."""
+    """Give a traced quantity x the name `label` in printed equations; return x, or new symbols in an opaque graph."""
     graphs = RECORDING.graphs
     if not graphs or not graphs[-1].opaque:
         return x

@@ -1,4 +1,4 @@
-"""Arithmetic on whole states as loops over vectors of eight numbers, so that code does not grow with the state.
+"""Loops over vectors of eight numbers for arithmetic on whole states, so that the code does not grow with the state.
 
 Elementwise operations between two calls become one loop. Results needed outside it are kept in memory; comparisons are
 recomputed where they are needed. Every number passes through the operations of unrolled code in the same order, also in
@@ -18,12 +18,12 @@ _MOVED = ("call", "dot", "ret", "slice", "in", "block")
 
 
 def is_long(x: Any) -> bool:
-    """Return whether a value is so long that it is processed in loops."""
+    """Return whether a traced value is a vector so long that it is processed in loops."""
     return is_sym(x) and x.width > UNROLLED
 
 
 class VectorEmitter(Protocol):
-    """Interface of the code under construction that this module uses; `head` and `body`: its lines of LLVM IR."""
+    """Interface of code being emitted that `Wide` needs; `head` and `body`: its lines of LLVM IR."""
 
     head: list[str]
     body: list[str]
@@ -32,8 +32,8 @@ class VectorEmitter(Protocol):
 
 
 class Wide:
-    """Long vectors of one function: determines which are computed in the same loop and which are kept in memory, and
-    emits the loops."""
+    """Emitter of the loops for the long vectors of one traced function: determines which vectors share a loop and which
+    are kept in memory."""
 
     def __init__(self, code: VectorEmitter, f: Function, order: Sequence[Sym | SimdBatch]) -> None:
         self._code = code
@@ -64,14 +64,14 @@ class Wide:
                     self._kept.add(x)
 
     def later(self, n: Sym) -> bool:
-        """Schedule n for the next loop if n is computed in loops; return whether it was scheduled."""
+        """Add operation n to the next loop if n is computed in loops; return whether it was added."""
         if n in self._group:
             self._pending.append(n)
             return True
         return False
 
     def address(self, x: Sym) -> tuple[str, int]:
-        """Return the pointer and the first index of a long value in memory."""
+        """Return the pointer and the first index of a long vector in memory."""
         if x in self._copies:
             return self._copies[x], 0
         if x.op == "slice":
@@ -81,7 +81,7 @@ class Wide:
         return f"%m{x.id}", 0
 
     def flush(self) -> None:
-        """Emit the loop of all scheduled operations."""
+        """Emit one loop for all operations that were added since the last loop."""
         nodes, self._pending = self._pending, []
         for n in nodes:
             if n in self._kept:
@@ -111,7 +111,7 @@ class Wide:
         self._loop(x.width, block)
 
     def save(self, x: Sym) -> None:
-        """Emit a copy of the part of a block that is about to be overwritten."""
+        """Emit a copy of a part of a block that is about to be overwritten but is still needed."""
         if x.op == "slice" and x not in self._copies:
             name = f"%c{x.id}"
             self._code.head.append(f"{name} = alloca [{x.width} x double], align 64")

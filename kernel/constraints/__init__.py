@@ -1,4 +1,4 @@
-"""Constraint rows: joints that close loops, rigid ropes, contacts.
+"""Constraint rows: scalar constraint equations of joints that close loops, of rigid ropes and of contacts.
 
 loop_closures     rows for the directions that each joint type locks
 row_structure     which rows a scene has and which of them couple; rows of loops and rigid ropes at one instant

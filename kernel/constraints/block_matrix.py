@@ -1,4 +1,4 @@
-"""Factorisation of the Delassus matrix G H^-1 G^T, by blocks or by entries; trees opened up for constraint rows.
+"""Factorisation of the Delassus matrix G H^-1 G^T by blocks or by entries, and of trees on which constraint rows act.
 
 Loops and rigid ropes: symmetric, one block per joint or rope. Blocks that share no tree do not couple, and only blocks
 that can be non-zero exist, so that a chain of loops costs in proportion to its length. A row of a block is a vector of
@@ -28,8 +28,8 @@ from heavylift.kernel.multibody.trees import Tree, with_numbers
 
 
 class Blockwise(Proximal):
-    """Functions `factorise` (A, size -> C, mu, pivot) and `multipliers` (C, mu, b -> x) for one sparsity pattern of
-    blocks.
+    """Factorisation of a symmetric Delassus matrix with one sparsity pattern of blocks: traced functions `factorise`
+    (A, size -> C, mu, pivot) and `multipliers` (C, mu, b -> x).
 
     `sizes`: rows of each block; `couples`: pairs (s, r), s <= r, of blocks that share a degree of freedom; `equal`:
     groups of rows with the same unit, such as rope tensions, which are regularised alike; other rows are regularised by
@@ -53,7 +53,7 @@ class Blockwise(Proximal):
         self._substitute = Function("substitute", self._substituted, {"C": n_C, "b": self.n})
 
     def rows(self, r: int) -> range:
-        """Return the range of row numbers of block r."""
+        """Return the range of matrix rows that block r occupies."""
         return range(self.starts[r], self.starts[r + 1])
 
     def _cut(self, flat: Array, pairs: Sequence[tuple[int, int]]) -> dict[tuple[int, int], list[Scalar]]:
@@ -116,8 +116,8 @@ class Blockwise(Proximal):
 
 
 class Unsymmetric(Proximal):
-    """Functions `factorise` (A, size, soft -> C, mu, pivot) and `multipliers` (C, mu, b, prior -> x) for a sparsity
-    pattern with unsymmetric rows, whose exerted wrenches differ from the transposed Jacobian.
+    """Factorisation of a Delassus matrix whose rows exert other wrenches than the transposed Jacobian: traced functions
+    `factorise` (A, size, soft -> C, mu, pivot) and `multipliers` (C, mu, b, prior -> x).
 
     `couples`: pairs (r, s), r > s, of rows that share a degree of freedom; entries stand for (r, s) and (s, r).
     """
@@ -171,7 +171,7 @@ class Unsymmetric(Proximal):
 
 @dataclass(frozen=True)
 class OpenTree:
-    """Functions of one kind of tree, factorised for constraint rows.
+    """Traced functions for one kind of tree on which constraint rows act: its factors, and its response to wrenches.
 
     `factor` returns F (L and D^-1), half (L^-T rhs), dq, given and cross (rows of H for prescribed degrees of freedom),
     and for each body b with rows its columns S{b} and bias acceleration A{b}. `half[b]`: F, S, w -> y, f: for a wrench
@@ -186,8 +186,8 @@ class OpenTree:
 
 
 def open_tree(k: int, tree: Tree, inputs: dict[str, int], ends: tuple[int, ...]) -> OpenTree:
-    """Return the functions of the k-th kind of tree; `inputs`: sizes of the arguments of its accelerations; `ends`:
-    bodies on which constraint rows act."""
+    """Return the traced functions of the k-th kind of tree with constraint rows on the bodies `ends`; `inputs`: sizes
+    of the arguments of its accelerations."""
     n, free, fixed = tree.v.stop - tree.v.start, tree.free_dofs, tree.prescribed_dofs
     below = [(i, j) for i, path in enumerate(tree.free_paths) if i in free for j in path]
     cross = [(i, j) for i in fixed for j in free if i in tree.dof_paths[j] or j in tree.dof_paths[i]]

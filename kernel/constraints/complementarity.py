@@ -1,4 +1,5 @@
-"""The next active set: a linear complementarity problem with boxes, solved by pivoting in a fixed order.
+"""Solver for the next active set of constraints: a linear complementarity problem with bounds, by pivoting in a fixed
+order.
 
 Find x in [lo, hi] with w = A x + b such that w_i >= 0 where x_i = lo_i, w_i <= 0 where x_i = hi_i, else w_i = 0. Block
 principal pivoting (Judice, Pires, Comput. Oper. Res. 21 (1994)): every row that violates its condition changes sides at
@@ -27,15 +28,15 @@ ROUNDS = 60.0  # per row and solve; Murty's worst case is exponential, but is ne
 
 
 def start_of(n: int, side: Array) -> SimpleNamespace:
-    """Return the loop variables before the first round; `side` (n,): initial active set."""
+    """Return the loop variables of the pivoting before its first round; `side` (n,): initial active set."""
     return SimpleNamespace(
         side=side, x=np.zeros(n), w=np.zeros(n), fewest=n + 1.0, patience=PATIENCE, budget=ROUNDS * n, run=1.0
     )
 
 
 def round_of(s: SimpleNamespace, A: Array, b: Array, lo: Array, hi: Array, small_x: Scalar, small_w: Scalar) -> None:
-    """Solve for the present active set, then change the sides of rows that violate their condition; if none, set run =
-    0."""
+    """Do one round of pivoting: solve for the present active set, then change the sides of rows that violate their
+    condition; set run = 0 if there are none."""
     n = len(b)
     low, high = less(s.side, 0.0), less(0.0, s.side)
     free = select(low, 0.0, select(high, 0.0, 1.0)) * np.ones(n)
@@ -65,7 +66,7 @@ def round_of(s: SimpleNamespace, A: Array, b: Array, lo: Array, hi: Array, small
 
 
 def product(A: Array, x: Array, b: Array) -> Array:
-    """Return A x + b, summed column by column."""
+    """Return the vector A x + b, summed column by column."""
     for j in range(len(b)):
         b = b + A[:, j] * x[j]
     return b
@@ -155,8 +156,8 @@ SMALL = 1e-11  # relative size of what counts as zero
 
 @dataclass(frozen=True)
 class Solution:
-    """Solution of the boxed complementarity problem: x and w (n,); side (n,): -1 at lo, 1 at hi, 0 between; `found`:
-    whether all conditions hold."""
+    """Solution of a linear complementarity problem with bounds: x and w (n,); side (n,): -1 at lo, 1 at hi, 0 between;
+    `found`: whether all conditions hold."""
 
     x: np.ndarray
     w: np.ndarray
@@ -172,8 +173,8 @@ def solve(
     side: np.ndarray | None = None,
     prior: np.ndarray | None = None,
 ) -> Solution:
-    """Solve the boxed LCP. A: (n, n), possibly unsymmetric or singular; `side` (n,): initial active set (default: at
-    the bound nearest to zero, or free without bounds).
+    """Solve the linear complementarity problem with bounds. A: (n, n), possibly unsymmetric or singular; `side` (n,):
+    initial active set (default: at the bound nearest to zero, or free without bounds).
 
     Singular problems are solved by proximal passes; of all solutions they find the one whose redundant rows share the
     load equally, or the one nearest to `prior` (n,).
@@ -208,8 +209,8 @@ PROXIMAL_PASSES = 3  # each divides the error by 1/MU for well-conditioned rows
 
 
 def fill_in(n: int, couples: Sequence[tuple[int, int]]) -> list[list[int]]:
-    """Return, for each row or block s, the later rows r that become nonzero when s is eliminated; `couples`: initial
-    nonzero pairs (s, r), s < r."""
+    """Return, for each row or block s of a matrix, the later rows r that become nonzero when s is eliminated;
+    `couples`: initial nonzero pairs (s, r), s < r."""
     later: list[list[int]] = [[] for _ in range(n)]
     for s, r in couples:
         later[s].append(r)
@@ -222,7 +223,7 @@ def fill_in(n: int, couples: Sequence[tuple[int, int]]) -> list[list[int]]:
 
 
 class Proximal:
-    """Base class of factorisations of A + mu, with the proximal passes for redundant rows."""
+    """Base class of factorisations of A + mu: finds multipliers also for redundant rows, by proximal iterations."""
 
     _substitute: Function  # (C, b -> x) of one factorisation
 

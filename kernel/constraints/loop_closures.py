@@ -1,4 +1,5 @@
-"""Rows of joints that close loops: one row per direction in which the two sides of a joint cannot move apart.
+"""Constraint rows of joints that close loops: one row per direction in which the two sides of a joint cannot move
+apart.
 
 Two conditions make every joint type (Haug 1989, section 9.4): the displacement of the joint's point on side B has no
 component along a direction e fixed in the parent's side A, `e_A . d = 0`; two directions stay perpendicular, `e_A . e_B
@@ -29,8 +30,8 @@ RATES = 1e-9  # singular value of the velocity columns of a joint below which tw
 
 @dataclass(frozen=True)
 class JointClosure:
-    """Both sides A and B of a joint in world axes: directions a, b (rows: axis, second, third), their rates, and d =
-    p_B - p_A."""
+    """A loop joint with its sides A and B in world axes: directions a, b (rows: axis, second, third), their rates, and
+    d = p_B - p_A."""
 
     a: Array
     b: Array
@@ -42,8 +43,8 @@ class JointClosure:
 
 @dataclass(frozen=True)
 class Condition:
-    """A residual g with its generalised force (force f at the joint's point on B and moment n on B; opposite on A), and
-    their rates."""
+    """A constraint residual g of a loop joint, with its generalised force (force f at the joint's point on B and moment
+    n on B; opposite on A), and the rates of both."""
 
     g: Scalar
     f: Array
@@ -118,8 +119,8 @@ def closure_numbers(joint: Joint) -> list[float]:
 
 
 def closed_coordinates(joint: Joint, A: Array, B: Array) -> list[float]:
-    """Return the coordinates (n_q,) of a loop joint from its sides A and B, with angles near `q0`; used in messages
-    only."""
+    """Return the coordinates (n_q,) of a loop joint from the poses of its sides A and B, with angles near `q0`; only
+    messages use them."""
     a, b, _, _, d, _ = vars(_pair(exact(closure_numbers(joint)), exact(A), exact(B))[0]).values()
     along = [float(x @ d) for x in a]
     M = np.array([[float(x @ y) for y in b] for x in a])  # (3, 3) the child's directions in the parent's
@@ -150,7 +151,8 @@ def closed_coordinates(joint: Joint, A: Array, B: Array) -> list[float]:
 
 
 def closed_rates(joint: Joint, A: Array, B: Array) -> list[float]:
-    """Return the velocities (n_v,) of a loop joint from its sides A and B and their twists; used in messages only."""
+    """Return the velocities (n_v,) of a loop joint from poses and twists of its sides A and B; only messages use
+    them."""
     R_A, R_B = (np.reshape(exact(e[:9]), (3, 3)) for e in (A, B))
     _, (x_a, _), (V_A, V_B), v = _pair(exact(closure_numbers(joint)), exact(A), exact(B))
     # velocity of the point on B relative to A at the same place, free of the common motion
@@ -164,7 +166,7 @@ def closed_rates(joint: Joint, A: Array, B: Array) -> list[float]:
 
 
 def near(x: float, y: float) -> float:
-    """Return the angle x [rad] plus that multiple of 2 pi which brings it nearest to y."""
+    """Return the angle that equals x [rad] modulo 2 pi and is nearest to y."""
     # wrapped into half a turn around y
     return float(y + (x - y + pi) % (2.0 * pi) - pi)
 
@@ -186,8 +188,8 @@ def _perpendicular(axis: np.ndarray) -> np.ndarray:
 
 
 def closure_function(kind: str) -> Function:
-    """Return the function for the rows of a joint type: `gap`, `rate`, `bias` (n,), and wrenches `wa`, `wb` (6 n,)
-    about the points of the trees of A and B."""
+    """Return the traced function for the constraint rows of a loop joint of one type: `gap`, `rate`, `bias` (n,), and
+    wrenches `wa`, `wb` (6 n,) about the reference points of the trees of A and B."""
 
     def body(p: Array, A: Array, B: Array) -> Outputs:
         pair, (x_a, x_b), (V_A, V_B), v = _pair(p, A, B)

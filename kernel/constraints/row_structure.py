@@ -1,4 +1,4 @@
-"""Structure of the constraint rows of a scene: which rows it has, which bodies they hold, which rows couple.
+"""Structure of the constraint rows of a scene: its rows, the bodies on which each row acts, and which rows are coupled.
 
 Rows of loop joints come first, in their listed order, then one per rigid rope, then those of contacts. Rows couple
 where the paths from the ground to their bodies share a degree of freedom.
@@ -33,21 +33,21 @@ LINE = 7  # numbers of a line: a(3), b(3), share
 
 
 class RigidAt:
-    """Indices of a rigid rope's numbers; each straight part of the rope has its end points a (3), b (3) and its share
-    of the length."""
+    """Indices into the parameters of a rigid rope; each straight part of the rope has its end points a (3), b (3) and
+    its share of the length."""
 
     HOOKED, TAUT, LINES = range(3)
     A, B = slice(2, 5), slice(5, 8)
 
 
 def rigid_numbers(rope: RigidRope) -> list[float]:
-    """Return the numbers of a rigid rope: whether it is hooked, whether it is taut, and its straight parts."""
+    """Return the parameters of a rigid rope: whether it is hooked, whether it is taut, and its straight parts."""
     return [float(rope.hooked), 0.0, *(x for line in rope.lines for x in (*line.a.p, *line.b.p, line.share))]
 
 
 def rigid_rope(n: int) -> Function:
-    """Return the function for the row of a rope with n straight parts: L (L0, L0', L0'') -> gap, rate, bias, and
-    wrenches wa, wb (6,) for each part."""
+    """Return the traced function for the constraint row of a rigid rope with n straight parts: L (L0, L0', L0'') ->
+    gap, rate, bias, and wrenches wa, wb (6,) for each part."""
 
     def body(L: Array, p: Array, **ends: Array) -> Outputs:
         gap, rate, bias = L[0], L[1], L[2]
@@ -76,7 +76,7 @@ BLOCK = 6  # rows of a block at most
 
 
 class ContactRows(Protocol):
-    """Interface of the rows of contacts, implemented in `contact.contact_points`."""
+    """Interface of the constraint rows of contacts, implemented in `contact.contact_points`."""
 
     @property
     def names(self) -> list[str]: ...
@@ -110,7 +110,8 @@ class Constraints:
         return len(self.held)
 
     def link(self, instances: Sequence[tuple[Tree, Any]]) -> None:
-        """Connect rows with trees and their functions: determine which trees a row acts on and which rows couple."""
+        """Connect constraint rows with trees and their functions: determine on which trees a row acts and which rows
+        couple."""
         self.instance = {
             tree.first + b: (i, b) for i, (tree, _) in enumerate(instances) for b in range(len(tree.bodies))
         }
@@ -163,7 +164,7 @@ Lengths = Mapping[str, tuple[Scalar, Scalar, Scalar]]  # of rigid ropes, with tw
 
 
 class CompiledScene(Protocol):
-    """Interface that the rows need from a compiled scene."""
+    """Interface that constraint rows need from a compiled scene."""
 
     @property
     def graph(self) -> Graph: ...
@@ -176,7 +177,7 @@ class CompiledScene(Protocol):
 @dataclass(frozen=True)
 class ConstraintRow:
     """A constraint row at one instant; `wrenches`: body numbers, each with the wrench (6,) of a unit multiplier about
-    the point of the body's tree."""
+    the reference point of the body's tree."""
 
     wrenches: list[tuple[int, Array]]
     gap: Scalar
@@ -191,8 +192,8 @@ class ConstraintRow:
 def held_rows(
     scene: CompiledScene, ends: Mapping[int, Array], numbers: Numbers, lengths: Lengths
 ) -> list[ConstraintRow]:
-    """Return the rows of loops, then those of rigid ropes, for bodies placed at `ends`; arguments as in
-    `ConstraintRows`."""
+    """Return the constraint rows of loop joints, then those of rigid ropes, for bodies with poses and twists `ends`;
+    arguments as in `ConstraintRows`."""
     rows = [row for j in scene.constraints.loops for row in _loop(scene, j, ends, numbers("loop", j.name))]
     ropes = scene.constraints.ropes
     return rows + [_rope(scene, r, ends, numbers("rigid", r.name), lengths[r.name]) for r in ropes]

@@ -23,7 +23,7 @@ _Parts = dict[tuple[int, int], Scalar]  # per tree and degree of freedom
 
 
 class ConstraintRows:
-    """The factorised constraint rows of an evaluation under the forces applied so far."""
+    """The factorised constraint rows of an evaluation of the equations, under the forces applied so far."""
 
     def __init__(
         self,
@@ -56,12 +56,13 @@ class ConstraintRows:
 
     @property
     def pivots(self) -> Any:
-        """Relative pivots (n,) of the factorisation: about 1e-6 for a redundant row."""
+        """The relative pivots (n,) of the factorised constraint rows: about 1e-6 for a redundant row."""
         return self._factors.pivot
 
     @property
     def movable(self) -> np.ndarray:
-        """Return for each row (n,) whether it can cause any motion beyond round-off; on floats only."""
+        """Return for each constraint row (n,) whether a force on it can cause any motion beyond round-off; on floats
+        only."""
         each = enumerate(self._sizes)
         return np.array([float(self._entry(r, r)) > ROUNDED * float(size) for r, size in each], dtype=bool)
 
@@ -74,7 +75,7 @@ class ConstraintRows:
         return self._instances[i][0].free_dofs
 
     def held(self, values: list[Scalar]) -> list[Scalar]:
-        """Return the given values for active rows, and 0 for the others."""
+        """Return the given values (n,) with 0 in place of those of inactive constraint rows."""
         return [select(row.on > 0.0, x, 0.0) for row, x in zip(self.rows, values, strict=True)]
 
     def _masked(self, r: int, s: int, a: Scalar) -> Any:
@@ -95,12 +96,13 @@ class ConstraintRows:
         return [self._masked(r, s, a) for (r, s), a in zip(pairs, A, strict=True)]
 
     def matrix(self) -> Array:
-        """Return the Delassus matrix G H^-1 G^T (n, n) of all rows, active or not; on floats only."""
+        """Return the Delassus matrix G H^-1 G^T (n, n) of all constraint rows, active or not; on floats only."""
         n = len(self.rows)
         return np.array([[float(self._entry(r, s)) for s in range(n)] for r in range(n)])
 
     def entries(self) -> list[Scalar]:
-        """Return the entries (n * n,) of the Delassus matrix of active rows, row by row; for scenes with contacts."""
+        """Return the entries (n * n,) of the Delassus matrix of active constraint rows, row by row; for scenes with
+        contacts."""
         d = self.constraints.delassus
         assert isinstance(d, Unsymmetric), "asked for with contacts only"
         A = dict(zip(d.entries, self._entries, strict=True))
@@ -156,13 +158,14 @@ class ConstraintRows:
         return sum((y * self._W[s][ik] for ik, y in self._Y[r].items() if ik in self._W[s]), 0.0)
 
     def solve(self, b: list[Scalar], prior: list[Scalar] | None = None) -> Any:
-        """Return x (n,) with G H^-1 G^T x = b: with contacts the solution nearest to `prior`, else that of least
-        norm."""
+        """Return the solution x (n,) of G H^-1 G^T x = b: with contacts the solution nearest to `prior`, otherwise the
+        solution of least norm."""
         more = {"prior": prior or [0.0] * len(b)} if self.slots else {}
         return self.constraints.delassus.multipliers(C=self._factors.C, mu=self._factors.mu, b=b, **more).x
 
     def approach(self) -> list[Scalar]:
-        """Return the second derivatives (n,) of the residuals under the applied forces, with all multipliers zero."""
+        """Return the second derivatives (n,) of the constraint residuals under the applied forces, without constraint
+        forces."""
         out = []
         for row, Z in zip(self.rows, self._Z, strict=True):
             a = row.bias
@@ -177,7 +180,8 @@ class ConstraintRows:
         return out
 
     def accelerate(self) -> None:
-        """Compute the multipliers that cancel the second derivatives of active residuals under the applied forces."""
+        """Compute the constraint forces (multipliers) that keep the active residuals from accelerating under the
+        applied forces."""
         self.free = self.approach()
         self.multipliers = self.solve(self.held([-a for a in self.free]), [row.prior for row in self.rows])
 
@@ -202,7 +206,8 @@ class ConstraintRows:
         return out
 
     def guards(self) -> dict[str, Scalar]:
-        """Return the guards of rigid ropes by name: the tension of a taut rope [N], the slack of a slack one [m]."""
+        """Return the guards (event functions) of rigid ropes by name: the tension of a taut rope [N], the slack of a
+        slack one [m]."""
         out = {}
         for r, row in zip(self.constraints.ropes, self._rope_rows, strict=True):
             hooked = self._numbers("rigid", r.name)[RigidAt.HOOKED]
@@ -211,12 +216,13 @@ class ConstraintRows:
         return out
 
     def wrenches(self) -> list[tuple[int, Array]]:
-        """Return the wrenches of the rows on bodies, as pairs of body number and wrench (6,)."""
+        """Return the wrenches that all constraint forces exert on bodies, as pairs of body number and wrench (6,)."""
         pairs = zip(self.multipliers, self.rows, strict=True)
         return [(b, x * w) for x, row in pairs for b, w in row.push or row.wrenches]
 
     def motion(self, i: int) -> SimpleNamespace:
-        """Return dq, dv and the reaction of prescribed joints of tree i under applied forces and multipliers."""
+        """Return dq/dt, dv/dt and the reactions of prescribed joints of tree i under applied forces and constraint
+        forces."""
         tree, x = self._instances[i][0], self._trees[i]
         half = dict(zip(tree.free_dofs, x.half, strict=True))
         given = dict(zip(tree.prescribed_dofs, x.given, strict=True))
@@ -238,8 +244,8 @@ class ConstraintRows:
                         values[k] = values[k] + multiplier * y
 
     def change(self, x: Scalars) -> Mapping[int, Array]:
-        """Return the velocity change (n_v,) of each linked tree under impulses x on the rows; prescribed velocities do
-        not change."""
+        """Return, by tree, the velocity changes (n_v,) that impulses x on the constraint rows cause; prescribed
+        velocities do not change."""
         out = {}
         for i in self.constraints.linked:
             tree = self._instances[i][0]

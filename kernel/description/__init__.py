@@ -1,4 +1,4 @@
-"""What is simulated, as plain data: imports neither NumPy nor the rest of the kernel.
+"""Plain data that describe a scene's mechanics; imports neither NumPy nor the rest of the kernel.
 
 mechanics                     System: bodies, joints, masters, measured values; the table of joint types
 laws                          ropes, supports; springs, stops, brakes, drives and locks of joints

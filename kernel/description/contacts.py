@@ -7,7 +7,7 @@ from .units import IDENTITY, Matrix, Vector
 
 
 class Ball(Struct, frozen=True, tag=True):
-    """A ball fixed on a body; radius 0 makes it a point."""
+    """A ball-shaped contact surface fixed on a body; radius 0 makes it a point."""
 
     body: str
     p: Vector = (0.0, 0.0, 0.0)
@@ -15,7 +15,7 @@ class Ball(Struct, frozen=True, tag=True):
 
 
 class Box(Struct, frozen=True, tag=True):
-    """A box fixed on a body: centre p, edge lengths `size` along the columns of R."""
+    """A box-shaped contact surface fixed on a body: centre p, edge lengths `size` along the columns of R."""
 
     body: str
     size: Vector
@@ -24,7 +24,7 @@ class Box(Struct, frozen=True, tag=True):
 
 
 class Plane(Struct, frozen=True, tag=True):
-    """The half space below a plane fixed on a body; `normal` points out of the half space."""
+    """A contact surface fixed on a body: the half space below a plane; `normal` points out of the half space."""
 
     body: str = "world"
     p: Vector = (0.0, 0.0, 0.0)

@@ -1,4 +1,4 @@
-"""Type checks of a description: every field is converted to its annotated type, in plain tuples and Python numbers.
+"""Type checks of a description: every field is converted to its annotated type, as tuples and plain Python numbers.
 
 The annotations of the description modules are the schema. Lists, arrays and NumPy numbers become tuples and floats;
 whatever does not fit raises one KernelError that names the item, the field and the expected type.
@@ -25,8 +25,8 @@ SHOWN = 60  # characters of a wrong value in a sentence
 
 
 def plain(system: System, known: Callable[[object], object | None]) -> System:
-    """Return the description in tuples and floats; raises KernelError for the first invalid field. `known` returns the
-    plain form of an item that was converted before, else None."""
+    """Return a description with all arrays as tuples and all numbers as Python numbers; raises KernelError for the
+    first invalid field. `known` returns the plain form of an item that was converted before, else None."""
     if not isinstance(system, System):
         raise KernelError(f"the description is {_shown(system)}; it must be a System")
     groups: dict[str, Any] = {}
@@ -54,7 +54,7 @@ def item_word(x: object) -> str:
 
 
 def choice(choices: tuple[str | int, ...]) -> str:
-    """Return alternatives as words: "a, b or c"."""
+    """Return alternatives as a phrase for messages: "a, b or c"."""
     return f"{', '.join(map(str, choices[:-1]))} or {choices[-1]}"
 
 
@@ -180,7 +180,7 @@ OF = {  # what a quantity is of, if not of a body
 
 
 def check_names(system: System) -> None:
-    """Raise KernelError for the first reference to a missing name, with the nearest known name."""
+    """Raise KernelError for the first reference of a system to a missing name, with the nearest known name."""
     known = {
         "body": [*(b.name for b in system.bodies), WORLD],
         "joint": [j.name for j in system.joints],

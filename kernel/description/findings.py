@@ -1,4 +1,4 @@
-"""Checks of a lift, before and after a run, and notes of a run: their data, as all rooms use them.
+"""Data of the checks of a lift, before and after a run, and of the notes of a run, shared by all packages.
 
 A note belongs to one simulation time, as a sample does; its text does not depend on how a run is divided into calls.
 """
@@ -52,17 +52,18 @@ class Check(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
 
     @property
     def word(self) -> str:
-        """The state in words, with the reason for amber."""
+        """The state of the check as a word, with the reason for amber."""
         return self.why or self.state
 
     @property
     def between(self) -> bool:
-        """Whether the value must lie between two limits, so that no utilisation is defined."""
+        """Whether the checked value must lie between two limits, so that no utilisation is defined."""
         return " to " in self.allowed
 
     @property
     def load(self) -> bool:
-        """Whether the value is a load, moment or pressure, which can govern a lift, and not a place, angle or speed."""
+        """Whether the checked value is a load, moment or pressure, which can govern a lift, and not a place, angle or
+        speed."""
         return self.unit in LOADS or self.quantity in ("rope factor", "uplift")
 
     @property

@@ -49,8 +49,8 @@ class WaveSum(Struct, frozen=True):
 
 
 class InputSignal(Struct, frozen=True):
-    """A number that changes with time: the constant `value`, or piecewise linear through (times [s], values), or
-    driven.
+    """A number that changes with time: the constant `value`, or piecewise linear through (times [s], values), or driven
+    by commands.
 
     Before the first and after the last time the end value holds; two equal times are a jump. If `driven`, it starts at
     `value` and then follows a Profile or a Master commanded at run time, as a winch does. A regular `wave` and
@@ -81,13 +81,14 @@ class Element(Struct, frozen=True):
 
     @property
     def points(self) -> tuple[Point, ...]:
-        """The points at which the element acts."""
+        """The points on bodies at which the force element acts."""
         values = (getattr(self, field) for field in self.__struct_fields__)
         return tuple(p for x in values for p in (x if isinstance(x, tuple) else (x,)) if isinstance(p, Point))
 
     @property
     def along(self) -> tuple[str, str] | None:
-        """The joint and coordinate ("" if there is only one) along which the element acts; None if it has points."""
+        """The joint along which the force element acts, and the coordinate ("" if there is only one); None if it acts
+        at points."""
         joint = getattr(self, "joint", "")
         return (joint, getattr(self, "coordinate", "")) if joint else None
 
@@ -258,7 +259,7 @@ class UserLaw(Element, frozen=True, tag=True):
 
 
 class Sheave(Struct, frozen=True):
-    """A sheave of a rope, fixed on a body; the rope turns positively about its axis (body frame).
+    """A sheave of a rope, fixed on a body; the rope runs around it in the positive sense of its axis (body frame).
 
     Where the rope slips, the tension ratio is exp(friction * wrap) / efficiency. A radius of 0 is a point, which the
     rope never leaves; it can leave a sheave with a radius and return. An `edge` is a sheave along whose axis the rope
@@ -296,7 +297,7 @@ class Reeving(Element, frozen=True, tag=True):
 
     @property
     def edges(self) -> tuple[Sheave, ...]:
-        """The edges over which the rope may slide: all sheaves of the rope if they are edges, otherwise none."""
+        """The edges over which the rope may slide: all its sheaves if they are edges, otherwise none."""
         return tuple(s for s in self.sheaves if s.edge)
 
     @property
@@ -344,12 +345,12 @@ class MooringLine(Element, frozen=True, tag=True):
 
     @property
     def lines(self) -> tuple[Line, ...]:
-        """The straight line from anchor to fairlead."""
+        """The straight line from anchor to fairlead, for drawing."""
         return (Line(self.a, self.b),)
 
     @property
     def L0(self) -> float:
-        """The unstretched length [m]."""
+        """The unstretched length of the mooring line [m]."""
         return self.length
 
 
@@ -375,7 +376,7 @@ class TuggerLine(Element, frozen=True, tag=True):
 
     @property
     def lines(self) -> tuple[Line, ...]:
-        """The straight line from winch to load."""
+        """The straight line from winch to load, for drawing."""
         return (Line(self.a, self.b),)
 
 

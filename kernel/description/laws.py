@@ -104,7 +104,7 @@ class Straight:
 
     @property
     def points(self) -> tuple[Point, ...]:
-        """The end points of all lines."""
+        """The end points of all straight lines of the rope."""
         return tuple(p for line in self.lines for p in (line.a, line.b))
 
 

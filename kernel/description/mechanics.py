@@ -54,8 +54,9 @@ AnyRope = Rope | RigidRope | RopeForce
 
 @dataclass(frozen=True)
 class SharedWater:
-    """Added mass of water between a body and the body `beside` it: maps the twist of that one in its axes to the
-    momentum of the water about this body's origin in this body's axes, linear before angular."""
+    """Added mass of water between a body and its neighbour `beside`: maps the twist of the neighbour, in the
+    neighbour's axes, to the momentum of the water about this body's origin in this body's axes, linear before
+    angular."""
 
     beside: str
     added: Matrix6  # [kg, kg m, kg m2]
@@ -63,7 +64,7 @@ class SharedWater:
 
 @dataclass(frozen=True)
 class Body:
-    """A body; its frame is that of the joint that carries it, unless the joint states otherwise.
+    """A rigid or flexible body; its frame is that of the joint that carries it, unless the joint states otherwise.
 
     `flexible` adds a deformable part, whose floating frame is the body's frame; mass, com and inertia are then those of
     the parts fixed rigidly to that frame (0: none). A massless body may have any moments of inertia, such as those of a
@@ -110,7 +111,7 @@ class Joint:
 
 @dataclass(frozen=True)
 class Master:
-    """A commanded scalar, such as the angle of a turn-over, that several actuators follow."""
+    """A commanded scalar (master signal), such as the angle of a turn-over, that several actuators follow."""
 
     name: str
     value: float = 0.0  # at the start
@@ -118,7 +119,8 @@ class Master:
 
 @dataclass(frozen=True)
 class Measured:
-    """A measured scalar that actuators can follow: attitude of `of` about world axis, or a joint coordinate.
+    """A measured scalar (master signal) that actuators can follow: the attitude of body `of` about a world axis, or a
+    joint coordinate.
 
     kind "angle": rotation of body `of` about the horizontal axis `axis` (0 = x, 1 = y), positive as +w towards
     +y for axis 0 (the lift's theta).  kind "joint": coordinate of joint `of`.  `followers`: the only actuators that may
@@ -156,12 +158,12 @@ class System:
 
     @property
     def laws(self) -> tuple[Law, ...]:
-        """All entries of the force table: ropes, supports, springs, stops, brakes, then other forces."""
+        """All force laws of the system: ropes, supports, springs, stops, brakes, then other forces."""
         return *self.ropes, *self.supports, *self.springs, *self.stops, *self.brakes, *self.forces
 
     @property
     def reevings(self) -> tuple[Reeving, ...]:
-        """The ropes over sheaves, which are kept among the forces."""
+        """The ropes over sheaves, which are stored among the forces."""
         return tuple(f for f in self.forces if isinstance(f, Reeving))
 
     @property
@@ -185,22 +187,23 @@ class System:
 
     @property
     def mooring_lines(self) -> tuple[MooringLine, ...]:
-        """The mooring lines, which are kept among the forces."""
+        """The mooring lines, which are stored among the forces."""
         return tuple(f for f in self.forces if isinstance(f, MooringLine))
 
     @property
     def tugger_lines(self) -> tuple[TuggerLine, ...]:
-        """The tugger lines, which are kept among the forces."""
+        """The tugger lines, which are stored among the forces."""
         return tuple(f for f in self.forces if isinstance(f, TuggerLine))
 
     @property
     def all_ropes(self) -> tuple[AnyRope, ...]:
-        """All ropes: elastic and rigid ones of straight lines, those over sheaves, mooring lines, then tugger lines."""
+        """All ropes: elastic and rigid ropes over straight lines, ropes over sheaves, mooring lines, then tugger
+        lines."""
         return *self.straight_ropes, *self.reevings, *self.mooring_lines, *self.tugger_lines
 
     @property
     def straight_ropes(self) -> tuple[Rope | RigidRope, ...]:
-        """The ropes of straight lines: elastic ones, then rigid ones."""
+        """The ropes over straight lines: elastic ones, then rigid ones."""
         return self.ropes + self.rigid_ropes
 
 
@@ -208,7 +211,7 @@ GROUPS = tuple(f.name for f in fields(System) if f.name != "gravity")
 
 
 def merge(parts: Iterable[System], gravity: float) -> System:
-    """Return the union of several systems, with their elements in order."""
+    """Return one system that contains the elements of several systems, in their order."""
     whole: dict[str, list[Any]] = {group: [] for group in GROUPS}
     for part in parts:
         for group, items in whole.items():
@@ -217,7 +220,8 @@ def merge(parts: Iterable[System], gravity: float) -> System:
 
 
 def assembled(declared: list[System], gravity: float) -> System:
-    """Join the nodes' declarations into the system of a run, with elements sorted by name."""
+    """Return the system of a run, joined from the declarations of all nodes (processes), with elements sorted by
+    name."""
     whole = merge(declared, gravity)
     named = {g: tuple(sorted(getattr(whole, g), key=lambda x: natural(x.name))) for g in GROUPS}
     return System(**named, gravity=gravity)
@@ -248,7 +252,7 @@ def _slide(axis: int, coordinate: int, factor: float | None = 1.0) -> JointMotio
 
 @dataclass(frozen=True)
 class JointType:
-    """A row of the joint table.
+    """A type of joint, such as a hinge, as an entry of the joint table: coordinates, velocities and elementary motions.
 
     `coordinates` maps the coordinates' names to their values in the undisplaced joint, `velocities` names the
     velocities; in a chain of `motions`, velocities are the rates of coordinates. `quaternion` is the index of the first
@@ -275,12 +279,13 @@ class JointType:
 
     @property
     def actable(self) -> tuple[str, ...]:
-        """Coordinates that springs, stops, brakes or drives can act on: those whose rate is a velocity."""
+        """Coordinates of the joint on which springs, stops, brakes or drives can act: those whose rate is a
+        velocity."""
         return tuple(self.coordinates) if self.quaternion is None else ()
 
     @property
     def axes(self) -> int:
-        """Number of axes: 0, 1 (only `axis`), or 3 (`axis`, `second` and their cross product)."""
+        """Number of axes of the joint: 0, 1 (only `axis`), or 3 (`axis`, `second` and their cross product)."""
         used = {m.axis for m in self.motions}
         return 3 if used - {AXIS} else len(used)
 

@@ -12,8 +12,8 @@ from math import copysign, inf, isfinite, sqrt
 
 @dataclass(frozen=True)
 class Trapezoid:
-    """A speed profile: speed v0 [m/s], acceleration a1 [m/s2] for d1 [s], constant speed for `cruise` [s], acceleration
-    a2 for d2 [s]."""
+    """A trapezoid speed profile: speed v0 [m/s], acceleration a1 [m/s2] for d1 [s], constant speed for `cruise` [s],
+    acceleration a2 for d2 [s]."""
 
     v0: float
     a1: float
@@ -24,15 +24,15 @@ class Trapezoid:
 
     @property
     def duration(self) -> float:
-        """Time until the last change of speed [s]; inf if the move is endless."""
+        """Time from the start until the last change of speed [s]; inf if the move is endless."""
         return self.d1 + self.cruise + self.d2
 
     def speed(self, t: float) -> float:
-        """Return the speed t seconds after the start."""
+        """Return the speed t seconds after the start of the profile [m/s or rad/s]."""
         return self.v0 + self.a1 * _clamp(t, self.d1) + self.a2 * _clamp(t - self.d1 - self.cruise, self.d2)
 
     def displacement(self, t: float) -> float:
-        """Return the displacement t seconds after the start."""
+        """Return the displacement t seconds after the start of the profile [m or rad]."""
         t = max(t, 0.0)
         return self.v0 * t + self.a1 * _ramp(t, self.d1) + self.a2 * _ramp(t - self.d1 - self.cruise, self.d2)
 
@@ -51,8 +51,8 @@ def _ramp(t: float, d: float) -> float:
 
 
 def trapezoid(distance: float | None, speed: float, accel: float, v0: float = 0.0) -> Trapezoid:
-    """Return the shortest trapezoid from speed v0 over a signed distance; None: an endless move at `speed` (0: ramp
-    down and stop).
+    """Return the fastest trapezoid speed profile that moves by a signed distance from speed v0; distance None: an
+    endless move at `speed` (0: ramp down and stop).
 
     `speed` is a magnitude if a distance is given; otherwise its sign is the direction. accel > 0. If v0 is too high to
     stop within the distance, the profile overshoots and comes back. Raises ValueError for accel <= 0 or for a distance

@@ -1,4 +1,4 @@
-"""Table of scalar signals of a scene, which can be sampled and guarded by thresholds."""
+"""The scalar signals of a scene, which can be sampled and guarded by thresholds."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -15,7 +15,7 @@ Quantity = Literal[
 
 @dataclass(frozen=True)
 class ScalarSignal:
-    """A scalar of a scene.
+    """A scalar quantity of a scene, such as a height, a tension or an angle, that can be sampled.
 
     "height"        of `point` in the world [m]; "height difference": above `origin` [m];
                     "height over": above it along the z axis of its body [m]
@@ -68,16 +68,16 @@ class ScalarSignal:
 
 @dataclass(frozen=True)
 class Named:
-    """Base class of all described items that have a name."""
+    """Base class of all items of a description that have a name."""
 
     name: str
 
 
 @dataclass(frozen=True)
 class Threshold(ScalarSignal, Named):
-    """A guard on a signal: reports when the signal crosses a value that is set at run time."""
+    """An event condition on a scalar signal: reports when the signal crosses a value that is set at run time."""
 
 
 def guard_of(name: str, x: ScalarSignal) -> Threshold:
-    """Return the threshold that guards a signal."""
+    """Return the threshold that watches a scalar signal."""
     return Threshold(name, **vars(x))

@@ -1,5 +1,5 @@
-"""Dimension, SI unit and sign of the numbers of a description, as annotations of its fields; points and lines; name
-order.
+"""Dimension, SI unit and sign of the numbers of a description, as annotations of its fields; points and lines; order of
+names.
 
 Scenes write numbers with a unit of that dimension (`nodes.scene.text.units` has the tables). Rotations are row-major
 3x3 tuples; a point is (body, position in that body's frame). Names are sorted naturally, "H2" before "H10". Elements
@@ -52,7 +52,8 @@ Direction = Annotated[tuple[float, float, float], Unit("direction")]  # of lengt
 
 
 def wrong_sign(x: Any) -> tuple[str, str]:
-    """Return the first field with a wrong sign and a description of the error; two empty strings if there is none."""
+    """Return the first field of an item with a wrong sign and a description of the error; two empty strings if there is
+    none."""
     for field, least in _signs(x.__class__):
         value = getattr(x, field)
         low = min(value) if isinstance(value, tuple) else value
@@ -91,7 +92,8 @@ class Point:
 
 @dataclass(frozen=True)
 class Line:
-    """A straight part of a rope; `share`: the factor by which its length counts in the length of the rope."""
+    """A straight part of a rope between two points; `share`: the factor by which its length counts in the length of the
+    rope."""
 
     a: Point
     b: Point

@@ -1,5 +1,5 @@
-"""Equations of every body in print: the paper's (1) to (4) with all applied forces, the recursion of Fig. 6, and
-joints.
+"""Printed equations of every body: (1) to (4) of Ku et al. (2012) with all applied forces, the recursion of Fig. 6
+there, and the joints.
 
 Force: m_i r"_i = F_i + Fc_i minus the joint forces that row i of T^-T subtracts. The moment balance about the centre of
 mass has the same terms with the levers of those forces.
@@ -45,7 +45,7 @@ def _moment(graph: Graph, i: int) -> Equation:
 
 
 def balances(system: System, graph: Graph) -> DocumentSection:
-    """Return the force and moment balance of every body, including its applied force and moment."""
+    """Return the printed balance of force and moment of every body, including its applied force and moment."""
     acting = Acting(system)
     groups = []
     for i, link in enumerate(graph.links):
@@ -96,7 +96,8 @@ def _elastic(n: int) -> Formula:
 
 
 def recursion(graph: Graph) -> DocumentSection:
-    """Return Fig. 6 (a)-(e) for every body, parents before children, with the corrected sign of (d)."""
+    """Return the printed recursive equations of motion of every body, parents before children (Ku et al. 2012, Fig. 6
+    (a)-(e), with the sign of (d) corrected)."""
     groups = []
     for i, link in enumerate(graph.links):
         n, p = i + 1, link.parent + 1
@@ -130,7 +131,7 @@ _AXES = "est"  # letters of axis, second, and axis x second
 
 
 def joints(system: System, graph: Graph) -> DocumentSection:
-    """Return coordinates, columns of S and joint forces tau of all joints."""
+    """Return the printed coordinates, velocity columns S and joint forces tau of all joints."""
     acting = Acting(system)
     groups = []
     for i, link in enumerate(graph.links):

@@ -1,4 +1,4 @@
-"""The scene's equations in coordinates: the traced equations before any elimination, every quantity named.
+"""Printed equations of a scene in coordinates: the traced equations before any elimination, every quantity named.
 
 They are printed from the same traced code that becomes machine code, so print and motion cannot differ.
 """
@@ -45,7 +45,7 @@ class _Named(Program):
 
 
 def coordinates(system: System, formulation: str) -> DocumentSection:
-    """Return the equations of all named quantities, in the order in which they are computed."""
+    """Return the printed equations of all named quantities, in the order in which they are computed."""
     program = _Named(system, formulation)
     with Trace(opaque=True) as trace:
         y, P = symbols("y", program.ny), symbols("P", len(program.parameters.initial))

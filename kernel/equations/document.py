@@ -31,7 +31,8 @@ def plain(s: str) -> Formula:
 
 
 def sym(base: str, index: object = "", mark: str = "", dots: int = 0, bold: bool = True) -> Formula:
-    """Return a symbol with index and mark: sym("F", 3, "c") is Fc3, F with superscript c and subscript 3."""
+    """Return a symbol with index and mark as a formula: sym("F", 3, "c") is Fc3, F with superscript c and subscript
+    3."""
     letter = _GREEK.get(base, base)
     core = _DOTS[dots][1].format(rf"\mathbf{{{letter}}}" if bold and base not in _GREEK else letter)
     above = rf"^{{{mark}}}" if mark else ""
@@ -40,7 +41,7 @@ def sym(base: str, index: object = "", mark: str = "", dots: int = 0, bold: bool
 
 
 def law(base: str, name: str, bold: bool = False, dots: int = 0) -> Formula:
-    """Return the symbol of a quantity of a force law or point, such as T(H1)."""
+    """Return the symbol of a quantity of a force law or point as a formula, such as T(H1)."""
     letter = _GREEK.get(base, base)
     core = _DOTS[dots][1].format(rf"\mathbf{{{letter}}}" if bold else letter)
     return Formula(f"{base}({name}){_DOTS[dots][0]}", rf"{core}_{{\text{{{escaped(name)}}}}}")
@@ -51,7 +52,7 @@ def cross(a: Formula, b: Formula) -> Formula:
 
 
 def dual_cross(a: Formula, b: Formula) -> Formula:
-    """Return v x* f of spatial vectors."""
+    """Return the spatial cross product v x* f of two formulas."""
     return a + Formula(" x* ", r" \times^{*} ") + b
 
 
@@ -89,7 +90,7 @@ PER_BLOCK = 40  # equations in one align environment, which TeX reads as a whole
 
 @dataclass(frozen=True)
 class Equation:
-    """An equation left = right with a remark; `parts`: terms of a long sum, between which a line may break."""
+    """A printed equation left = right with a remark; `parts`: terms of a long sum, between which a line may break."""
 
     left: Formula
     right: Formula
@@ -110,7 +111,7 @@ class DocumentSection:
 
 
 def as_text(sections: list[DocumentSection]) -> str:
-    """Return the sections as plain text, one below the other."""
+    """Return the sections of the printed equations as plain text, one below the other."""
     return "\n\n".join("\n".join(_text(s)) for s in sections)
 
 
@@ -130,7 +131,7 @@ def _text(s: DocumentSection) -> list[str]:
 
 
 def as_latex(sections: list[DocumentSection], title: str) -> str:
-    """Return the sections as a LaTeX document that needs amsmath only."""
+    """Return the sections of the printed equations as a LaTeX document that needs amsmath only."""
     body = [PREAMBLE + rf"\section*{{{escaped(title)}}}"]
     for s in sections:
         body.append(rf"\subsection*{{{escaped(s.title)}}}")
@@ -210,7 +211,7 @@ _LOOPS: tuple[_Row, ...] = (
 
 
 def formulation_section(graph: Graph, formulation: str) -> DocumentSection:
-    """Return the section that shows the system which the formulation solves for the accelerations."""
+    """Return the section that prints the linear system which the formulation solves for the accelerations."""
     n, n_v = len(graph.links), graph.nv
     sentence = {
         "recursive": f"{n_v} accelerations from {n} composite inertias, which are sums along the paths of T",

@@ -1,4 +1,4 @@
-"""Every law of a scene in print: where it acts, the formula of its kind, its numbers.
+"""Printed equations of every force law of a scene: where it acts, the formula of its kind, its numbers.
 
 A kind without a formula here is printed with the docstring of its description, so that no law is left out.
 """
@@ -41,7 +41,7 @@ Row = tuple[Point, str, str]  # where a law acts, its name with the number of it
 
 
 class Acting:
-    """The forces and laws of a system, sorted by the bodies and joints on which they act."""
+    """The forces and force laws of a system, sorted by the bodies and joints on which they act."""
 
     def __init__(self, system: System) -> None:
         self.system = system
@@ -60,7 +60,7 @@ class Acting:
                 self.couples.append((point.body, name))
 
     def on(self, body: str, n: int, gravity: float) -> tuple[Formula, Formula]:
-        """Return F and M for body n: the sums of the applied forces and of the applied moments."""
+        """Return the printed sums of the forces (F) and of the moments (M) applied to body n."""
         weight = [("+", Formula(f"m{n} g", rf"m_{{{n}}}\,\mathbf{{g}}"))] if gravity else []
         here = [(name, sign) for point, name, sign in self.points if point.body == body]
         forces = weight + [(sign, law("f", name, bold=True)) for name, sign in here]
@@ -72,7 +72,7 @@ class Acting:
         return joined(forces), joined(moments)
 
     def along(self, joint: str) -> list[tuple[Any, str]]:
-        """Return the laws that act on a joint, each with its coordinate ("" if the joint has only one)."""
+        """Return the force laws that act on a joint, each with its coordinate ("" if the joint has only one)."""
         s = self.system
         groups: list[Any] = [*s.springs, *s.stops, *s.brakes, *s.drives]
         own = [(x, x.coordinate) for x in groups if x.joint == joint]
@@ -84,13 +84,13 @@ def _place(name: str, sign: str) -> Formula:
 
 
 def loops_at(graph: Graph, body: str) -> list[tuple[str, str]]:
-    """Return the loop joints at a body: name of each joint with the sign of its force."""
+    """Return the loop joints at a body: the name of each joint, with the sign of its force on the body."""
     ends = [(j.name, sign, on) for j in graph.loops for on, sign in ((j.child, "+"), (j.parent, "-"))]
     return [(name, sign) for name, sign, on in ends if on == body]
 
 
 def laws(system: System) -> list[DocumentSection]:
-    """Return a section for each kind of law: formulas and a table of numbers."""
+    """Return a printed section for each kind of force law: formulas and a table of numbers."""
     groups: dict[type, list[Any]] = {}
     for f in fields(system):
         if f.name not in ("bodies", "joints", "thresholds", "gravity"):

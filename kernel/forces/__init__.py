@@ -1,4 +1,4 @@
-"""Forces: one entry of the force table each.
+"""Force laws: each kind of force is one entry of the force table.
 
 table, force_law        the force table; what the kernel asks of a kind of force
 ropes                   elastic ropes over straight lines; the mass of a rope, lumped at its ends

@@ -28,7 +28,7 @@ THIRD = 1.0 / 3.0
 
 
 class EndForces(NamedTuple):
-    """Forces at the fairlead, relative to the weight of the line: horizontal and vertical; `turn`: difference of
+    """Forces at the fairlead of a catenary line, relative to its weight: horizontal and vertical; `turn`: difference of
     asinh(V / H) between the ends of the part that hangs; `missed`: error of the length before the last iteration."""
 
     H: Scalar
@@ -38,7 +38,8 @@ class EndForces(NamedTuple):
 
 
 def hanging(x: Scalar, z: Scalar, k: Scalar) -> EndForces:
-    """Return the forces of a line that hangs from both ends, which are x (positive) and z apart."""
+    """Return the end forces of a line that hangs from both ends; the ends are x > 0 apart horizontally and z
+    vertically, relative to the line's length."""
     x = maximum(x, PLUMB)
     chord = sqrt(x * x + z * z)
     share, stretch = x * x * (1.0 / (chord * chord)), log(chord)
@@ -52,7 +53,8 @@ def hanging(x: Scalar, z: Scalar, k: Scalar) -> EndForces:
 
 
 def lying(x: Scalar, z: Scalar, k: Scalar) -> EndForces:
-    """Return the forces of a line that partly lies on the seabed, with its fairlead z (positive) above it."""
+    """Return the end forces of a line that partly lies on the seabed, with its fairlead z > 0 above it, relative to the
+    line's length."""
     z = maximum(z, LEVEL)
     low = 2.0 * z / (1.0 + sqrt(1.0 + 4.0 * k * z))  # the vertical force of a slack line
     slack = (1.0 - x) / low

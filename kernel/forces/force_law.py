@@ -1,4 +1,4 @@
-"""Interface of the kinds of force: the columns of the force table, with the defaults of a plain force.
+"""Interface of a kind of force: the methods that every entry of the force table has, with defaults for simple forces.
 
 A kind states where it acts, which numbers it keeps in P and its output at one instant. Its code is traced once per
 shape and shared by all forces of that shape. Discrete states (hooked, taut, closed, stick) are numbers in P, frozen
@@ -53,7 +53,8 @@ class Setting:
 
 @dataclass(frozen=True)
 class LawOutput:
-    """Output of a force law at one instant. Kinetic + potential + stored - work + heat stays constant."""
+    """Output of a force law at one instant; over all laws, kinetic + potential + stored energy - work + heat stays
+    constant."""
 
     wrenches: list[Array] = field(default_factory=list)  # (6,) on each end's body about its tree's point
     effort: Scalar = 0.0  # along its joint [N or N m]
@@ -67,8 +68,9 @@ class LawOutput:
 
 
 class ForceLaw(ABC, Generic[F]):
-    """A row of the force table. `kind`: key of its numbers in P; `works`: it does external work; `timed`: it depends on
-    time; `initial`: its guards set the discrete states of the initial pose without events."""
+    """Base class of the force laws, one for each kind of force. `kind`: key of its numbers in the parameter block P;
+    `works`: it does external work; `timed`: it depends on time; `initial`: its guards set the discrete states of the
+    initial pose without events."""
 
     kind = "force"
     works = False
@@ -76,7 +78,7 @@ class ForceLaw(ABC, Generic[F]):
     initial = True
 
     def check(self, f: F) -> None:
-        """Raise KernelError for an invalid description."""
+        """Raise KernelError if the description of force f is invalid."""
         return  # of most kinds, all can
 
     def within(self, f: F, setting: Setting) -> ForceLaw[F]:
@@ -94,18 +96,19 @@ class ForceLaw(ABC, Generic[F]):
 
     @abstractmethod
     def numbers(self, f: F, poses: Poses) -> list[float]:
-        """Return the numbers of f in P, including its discrete states."""
+        """Return the parameters of force f in the parameter block P, including its discrete states."""
 
     @abstractmethod
     def answer(self, f: F, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> LawOutput:
-        """Return the output of the law at one instant.
+        """Return the output of the force law (wrenches, heat, guards) at one instant.
 
         `p`: its numbers; `ends`: the bodies (21,) at its ends (see `attachment`); `signal`: value and rate; `joint`: q
         and v; `t`: time [s] if the law is timed. Only those properties of f may be used that `shape` includes.
         """
 
     def angles(self, f: F) -> int:
-        """Return the number of angles whose full turns are counted; `answer` receives their integrals as `counted`."""
+        """Return the number of angles of the force law whose full turns are counted; `answer` receives their integrals
+        as `counted`."""
         return 0
 
     def turns(self, f: F, poses: Poses) -> tuple[str, str, Array] | None:
@@ -116,28 +119,28 @@ class ForceLaw(ABC, Generic[F]):
         )
 
     def guards(self, f: F) -> tuple[str, ...]:
-        """Return the names of the law's guards, in the order of `LawOutput.guards`."""
+        """Return the names of the force law's guards (event functions), in the order of `LawOutput.guards`."""
         return ()
 
     def switch(self, f: F, p: np.ndarray, guard: str, shown: np.ndarray) -> tuple[str, float]:
-        """Change discrete states in p after a guard has become negative; return the event and a value. Coordinates and
-        velocities do not change; released elastic energy becomes heat of the law."""
+        """Change discrete states in the parameters p after a guard has become negative; return the event and a value.
+        Coordinates and velocities do not change; released elastic energy becomes heat of the law."""
         raise KernelError(
             f"{type(f).__name__.lower()} '{f.name}': its law has guards but no method 'switch'; define one"
         )
 
     def shows(self, f: F) -> list[SampledQuantity]:
-        """Return the quantities that are sampled, in the order of `LawOutput.shown`."""
+        """Return the quantities of the force law that are sampled, in the order of `LawOutput.shown`."""
         return []
 
     def demand(self, f: F, field_: str, good: bool, message: str) -> None:
-        """Raise KernelError about a field of the description if `good` is false."""
+        """Raise KernelError about a field of force f if `good` is false."""
         if not good:
             raise KernelError(f"{item_word(f)} '{f.name}': {field_} {message}")
 
 
 class LawBreakdown(KernelError):
-    """A law has left its domain of validity: name and reason; the simulation adds the time."""
+    """Raised for a force law that has left its domain of validity: name and reason; the simulation adds the time."""
 
     def __init__(self, who: str, why: str) -> None:
         super().__init__(f"{who}: {why}")
@@ -149,8 +152,8 @@ class LawBreakdown(KernelError):
 
 
 def attachment(body: Array, p_BX: Array, label: str = "X") -> tuple[Array, Array, Array]:
-    """Return, for a point X fixed on a body, its position relative to the tree's point, its position in the world, and
-    its velocity.
+    """Return, for a point X fixed on a body, its position relative to the tree's reference point, its position in the
+    world, and its velocity.
 
     body: (21,) R_WB row-major, the tree's point o, r from o to the body's origin, twist V; label: name of the point in
     print.
@@ -161,6 +164,6 @@ def attachment(body: Array, p_BX: Array, label: str = "X") -> tuple[Array, Array
 
 
 def wrench(x: Array, force: Array, moment: Array | None = None) -> Array:
-    """Return the wrench (6,) about the tree's point of a force that acts at x relative to this point."""
+    """Return the wrench (6,) about the tree's reference point of a force that acts at x relative to this point."""
     turning = cross(x, force)
     return join(turning if moment is None else turning + moment, force)

@@ -1,4 +1,5 @@
-"""Laws along one coordinate of a joint: springs, end stops, dry brakes; points on pads, horizontal or on a body.
+"""Force laws along one coordinate of a joint (springs, end stops, dry brakes), and of points on pads, horizontal or on
+a body.
 
 Joint laws and pads share one-sided springs, which only push, and friction that sticks and slips.
 """
@@ -39,7 +40,7 @@ def one_sided(force: Scalar, clamped: bool) -> Scalar:
 
 
 def pushes(depth: Scalar, rate: Scalar, k: Scalar, d: Scalar, closed: Scalar, clamped: bool) -> FrictionForce:
-    """Return force, guard, heat and stored energy of a one-sided spring-damper."""
+    """Return force, guard, heat and stored energy of a spring-damper that pushes only."""
     trial = k * depth + d * rate
     on = closed > 0.0
     return FrictionForce(
@@ -54,7 +55,7 @@ def pushes(depth: Scalar, rate: Scalar, k: Scalar, d: Scalar, closed: Scalar, cl
 def friction(
     s: Array, v: Array, limit: Scalar, k: Scalar, d: Scalar, stick: Scalar, direction: Array, at_rest: bool
 ) -> FrictionForce:
-    """Return dry friction (n,): a spring-damper from its anchor (at distance s) that slips at `limit`.
+    """Return the dry friction force (n,) of a spring-damper at distance s from its anchor, which slips at `limit`.
 
     While slipping, the force has the size of the limit and opposes the velocity; `direction` (n,) is the direction in
     which the slip began, and the slip ends when the velocity along it becomes negative. If `at_rest`, the direction is
@@ -78,12 +79,12 @@ def friction(
 
 
 def deflection(force: Any, velocity: Any, k: float, d: float) -> Any:
-    """Return the deflection at which a friction spring holds a force; zero for a spring without stiffness."""
+    """Return the deflection at which a friction spring holds a given force; zero for a spring without stiffness."""
     return (force - d * velocity) / k if k > 0.0 else 0.0 * force
 
 
 class SupportAt:
-    """Indices of a support's numbers, which follow the coordinates (3) of its point."""
+    """Indices into the parameters of a support, after the coordinates (3) of its point."""
 
     HEIGHT, K, D, MU, KT, DT, CLOSED, STICK = range(3, 11)
     ANCHOR, DIRECTION = slice(11, 13), slice(13, 15)
@@ -91,8 +92,8 @@ class SupportAt:
 
 @dataclass(frozen=True)
 class SupportLaw(ForceLaw[Support]):
-    """Law of a support; arguments as in `Setting`. Its guards are the normal force of a closed contact and the reserve
-    of friction."""
+    """Force law of a support; arguments as in `Setting`. Its guards are the normal force of a closed contact and the
+    reserve of friction."""
 
     clamped: bool = True
     at_rest: bool = False
@@ -164,7 +165,7 @@ class SupportLaw(ForceLaw[Support]):
 
 
 class JointSpringLaw(ForceLaw[JointSpring]):
-    """Law of a linear spring and damper."""
+    """Force law of a linear spring and damper on a joint coordinate."""
 
     kind = "spring"
 
@@ -180,14 +181,15 @@ class JointSpringLaw(ForceLaw[JointSpring]):
 
 
 class StopAt:
-    """Indices of an end stop's numbers."""
+    """Indices into the parameters of an end stop."""
 
     LOWER, UPPER, K, D, AT_LOWER, AT_UPPER = range(6)
 
 
 @dataclass(frozen=True)
 class StopLaw(ForceLaw[Stop]):
-    """One-sided spring-dampers beyond both limits of a joint coordinate; `clamped` as in `Setting`."""
+    """Force law of end stops: one-sided spring-dampers beyond both limits of a joint coordinate; `clamped` as in
+    `Setting`."""
 
     clamped: bool = True
 
@@ -222,14 +224,15 @@ class StopLaw(ForceLaw[Stop]):
 
 
 class BrakeAt:
-    """Indices of a brake's numbers."""
+    """Indices into the parameters of a brake."""
 
     MOMENT, K, D, ENGAGED, STICK, ANCHOR, DIRECTION = range(7)
 
 
 @dataclass(frozen=True)
 class BrakeLaw(ForceLaw[Brake]):
-    """Dry friction of a brake; `start`: its initial coordinate; `at_rest` as in `Setting`."""
+    """Force law of a brake with dry friction; `start`: initial value of its joint coordinate; `at_rest` as in
+    `Setting`."""
 
     start: float = 0.0
     at_rest: bool = False

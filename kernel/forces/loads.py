@@ -21,7 +21,7 @@ UNIT = 1e-6  # how far a direction may be off by rounding
 
 
 class LoadLaw(ForceLaw[Load]):
-    """A force and a moment multiplied by the signal; their power counts as external work."""
+    """Force law of a given force and moment, multiplied by the load's signal; their power counts as external work."""
 
     works = True
 
@@ -47,7 +47,7 @@ class LoadLaw(ForceLaw[Load]):
 
 
 class WindLaw(ForceLaw[Wind]):
-    """Wind drag at a point, which may move."""
+    """Force law of wind drag at a point, which may move."""
 
     works = True
 
@@ -82,8 +82,8 @@ Curve = TypeVar("Curve", Characteristic, Immersion)
 
 
 class PiecewiseLaw(ForceLaw[Curve]):
-    """An effort f(x) given by points; its power counts as external work. Its numbers in P begin with those of the
-    active piece."""
+    """Force law of an effort f(x) that is piecewise linear through given points; its power counts as external work. Its
+    parameters begin with those of the active piece."""
 
     works = True
 
@@ -104,7 +104,7 @@ class PiecewiseLaw(ForceLaw[Curve]):
 
 
 class CharacteristicLaw(PiecewiseLaw[Characteristic]):
-    """An effort signal * f(x) along a joint."""
+    """Force law of an actuator: an effort signal * f(x) along a joint."""
 
     def shape(self, f: Characteristic) -> Hashable:
         return f.of
@@ -128,7 +128,7 @@ class CharacteristicLaw(PiecewiseLaw[Characteristic]):
 
 
 class ImmersionLaw(PiecewiseLaw[Immersion]):
-    """An upward force over the depth of a body."""
+    """Force law of immersion: an upward force that depends on the depth of a body."""
 
     def numbers(self, f: Immersion, poses: Poses) -> list[float]:
         return [*_piece(f, 0), *f.at.p, f.level + f.below]

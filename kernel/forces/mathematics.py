@@ -1,4 +1,4 @@
-"""Functions for user-defined laws, on floats and in traced code alike.
+"""Mathematical functions for user-defined laws, on floats and in traced code alike.
 
 Allowed are also + - * / ** 2 and abs. No `if` on a value (select(condition, a, b) computes both and takes one), no
 `math` and no NumPy functions of values; NumPy arrays of values, `@` and slices are fine.

@@ -21,15 +21,15 @@ TINY = 1e-160  # keeps 0/0 away
 
 
 class LineAt:
-    """Indices of a line's numbers; `HOOKED`: 0 if it has broken or is released, `HANGS`: 1 if no part of a mooring line
-    lies on the seabed."""
+    """Indices into the parameters of a mooring or tugger line; `HOOKED`: 0 if it has broken or is released, `HANGS`: 1
+    if no part of a mooring line lies on the seabed."""
 
     HOOKED, HANGS = range(6, 8)
 
 
 @dataclass(frozen=True)
 class MooringLaw(ForceLaw[MooringLine]):
-    """Law of a mooring line in equilibrium (see the module)."""
+    """Force law of a mooring line, an elastic catenary that is in equilibrium at each instant."""
 
     gravity: float = 0.0
 

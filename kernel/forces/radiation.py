@@ -20,7 +20,7 @@ COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 
 
 class RadiationLaw(ForceLaw[Radiation]):
-    """Radiation force at a point of a body, with the states of the water."""
+    """Force law of wave radiation at a point of a floating body, with memory states of the water."""
 
     def check(self, f: Radiation) -> None:
         n = len(f.F)

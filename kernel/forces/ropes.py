@@ -1,4 +1,4 @@
-"""A tension-only elastic rope over straight lines, with winch.
+"""Elastic ropes over straight lines, which pull only, with winch.
 
 Taut: T = max(0, EA e/L0 + c (l' - L0')). Guards: slack -> taut when e rises through 0; taut -> slack when the tension
 falls through 0. Winch power -T L0' - (EA strain^2/2) L0': the second term is strain energy wound onto the drum.
@@ -41,19 +41,20 @@ def with_rope_masses(system: System) -> System:
 
 
 def not_weighed(weight: Scalar) -> Scalar:
-    """Return that part of a rope's weight [N] at one end which the mass added to the end body does not cover."""
+    """Return the part of a rope's weight [N] at one end that the mass added to the end body does not cover."""
     # of half the weight, a third of the mass has been added to the end body, which gravity pulls already
     return (WEIGHS - MOVES) * weight
 
 
 def pulls_down(weight: Scalar, x: Array) -> Array:
-    """Return the wrench (6,) of the weight given by `not_weighed`, for a rope end at x relative to the tree's point."""
+    """Return the wrench (6,) of the weight that `not_weighed` returns, for a rope end at x relative to the tree's
+    reference point."""
     f = -not_weighed(weight)
     return join([x[1] * f, -x[0] * f, 0.0], [0.0, 0.0, f])
 
 
 def at_the_hook(tension: Scalar, weight: Scalar) -> Any:
-    """Return the tension at the lower end of a rope [N], given the tension in its middle."""
+    """Return the tension at the lower end of a rope [N], given the tension at mid-length and the weight of the rope."""
     return maximum(tension - WEIGHS * weight, 0.0)
 
 
@@ -82,7 +83,8 @@ ROPE_HEAD, ROPE_LINE = 4, 7  # numbers of a rope, and of each of its lines: a(3)
 
 
 class RopeAt:
-    """Indices of a rope's numbers; a and b are the end points of its first line, and the weight is the last number."""
+    """Indices into the parameters of a rope; a and b are the end points of its first line, and the weight is the last
+    number."""
 
     EA, DAMPING, HOOKED, TAUT = range(4)
     A, B = slice(4, 7), slice(7, 10)
@@ -90,9 +92,9 @@ class RopeAt:
 
 @dataclass(frozen=True)
 class RopeLaw(ForceLaw[Rope]):
-    """Law of an elastic rope; if it has a mass, samples show the tension at the ends b (see the module). `calm`: the
-    rope has no events; its damping acts while e > 0 and is at most as large as the elastic part, so nothing jumps at e
-    = 0."""
+    """Force law of an elastic rope; if it has a mass, samples show the tension at the ends b (see the module). `calm`:
+    the rope has no events; its damping acts only at elongations e > 0 and is at most as large as the elastic part, so
+    nothing jumps at e = 0."""
 
     clamped: bool = True
     calm: bool = False

@@ -56,7 +56,7 @@ def _rotation_vector(R: Array) -> tuple[Any, Any]:
 
 
 class SpringLaw(ForceLaw[Spring]):
-    """Law of a spring and damper along the line between two points, which pulls and pushes."""
+    """Force law of a spring and damper along the line between two points, which pulls and pushes."""
 
     def check(self, f: Spring) -> None:
         self.demand(f, "b", f.a != f.b, "is the same point as a; it has no direction")
@@ -85,7 +85,7 @@ class SpringLaw(ForceLaw[Spring]):
 
 
 class TorsionLaw(ForceLaw[Torsion]):
-    """Law of a torsional spring on the twist angle, independent of the tilt between the axes (swing-twist
+    """Force law of a torsional spring on the twist angle, independent of the tilt between the axes (swing-twist
     decomposition)."""
 
     def check(self, f: Torsion) -> None:
@@ -141,7 +141,7 @@ class TorsionLaw(ForceLaw[Torsion]):
 
 
 class BushingLaw(ForceLaw[Bushing]):
-    """Law of a 6x6 spring and damper; the rotation vector's rate is J(theta) times the relative angular velocity.
+    """Force law of a 6x6 spring and damper; the rotation vector's rate is J(theta) times the relative angular velocity.
 
     `axis` (3,), in frame a: the axis of all rotation that the joints in between allow, if there is only one; theta is
     then the angle about it, over all turns, and J = 1. Otherwise J = 1 - theta x / 2 + (1 - theta/2 cot theta/2) /
@@ -173,8 +173,8 @@ class BushingLaw(ForceLaw[Bushing]):
     def switch(self, f: Bushing, p: np.ndarray, guard: str, shown: np.ndarray) -> tuple[str, float]:
         raise LawBreakdown(
             f"bushing '{f.name}'",
-            f"'{f.b.body}' is turned by {AGAINST} against '{f.a.body}', about more than one axis; a bushing is "
-            "valid below 180 degrees: make it stiffer, or connect the bodies by a hinge",
+            f"'{f.b.body}' is turned by {AGAINST} relative to '{f.a.body}', about more than one axis, but a bushing is "
+            "valid only below 180 degrees: make it stiffer, or connect the bodies by a hinge",
         )
 
     def check(self, f: Bushing) -> None:
@@ -252,7 +252,7 @@ class BushingLaw(ForceLaw[Bushing]):
 
 
 def filled(pattern: list[int], given: Iterator[Scalar], shape: tuple[int, int]) -> Any:
-    """Return a matrix with given numbers at the flat indices `pattern`, zeros elsewhere."""
+    """Return a matrix of a given shape with given numbers at the flat indices `pattern`, zeros elsewhere."""
     places = set(pattern)
     flat = [next(given) if i in places else 0.0 for i in range(shape[0] * shape[1])]
     return np.array([*flat, None], dtype=object)[:-1].reshape(shape)

@@ -1,4 +1,5 @@
-"""Wind and current on a vessel by coefficients of their direction, as of OCIMF, alike on port and starboard.
+"""Wind and current forces on a vessel by direction-dependent coefficients, such as those of OCIMF, equal on port and
+starboard.
 
 The table of coefficients becomes its trigonometric polynomial (Trefethen, Spectral Methods in MATLAB, 2000, chapter 3):
 C_x of cosines, C_y and C_z of sines of multiples of the direction beta. With the unit vector (c, s) of the stream these
@@ -22,7 +23,7 @@ STILL = 1e-24  # [m2/s2]: keeps 0/0 away
 
 
 class StreamLaw(ForceLaw[Stream]):
-    """Force and yaw moment of a stream that flows past a point of a body."""
+    """Force law of wind or current that flows past a point of a body: force and yaw moment."""
 
     works = True
 
@@ -63,8 +64,8 @@ class StreamLaw(ForceLaw[Stream]):
 
 
 def harmonics(table: tuple[tuple[float, float, float], ...]) -> np.ndarray:
-    """Return, for k = 0 to n, the factors of cos(k beta) of the first column, and of sin(k beta) of the others, in a
-    table of beta = 0 to pi in n steps."""
+    """Return the Fourier coefficients (n + 1, 3) of a table with columns C_x, C_y, C_z over beta = 0 to pi in n steps:
+    of cos(k beta) for C_x, of sin(k beta) for C_y and C_z."""
     n, rows = len(table) - 1, np.array(table)
     k = np.arange(n + 1)
     turns: Any = np.pi / n * np.outer(k, k)

@@ -1,4 +1,5 @@
-"""The force table: a new force is a new entry here and its dataclass in `forces.py`.
+"""The force table, which assigns a law to every kind of force: a new force is a new entry here and its dataclass in
+`forces.py`.
 
 `shared` turns the laws of a scene into traced functions, one per shape, that evaluation calls for each law with its
 own numbers, ends, signal and joint.
@@ -52,14 +53,14 @@ FORCES: dict[type, ForceLaw[Any]] = {
 
 
 def law_of(f: Law) -> ForceLaw[Any]:
-    """Return the entry of a force in the force table."""
+    """Return the law of a force from the force table."""
     return FORCES[type(f)]
 
 
 @dataclass(frozen=True)
 class SharedForce:
-    """A force with the traced function that it shares with equal ones. `ends`: link numbers of its bodies, -1 for the
-    ground; `along`: indices of its coordinate in q and v; `guards`: names; `shows`: sampled quantities."""
+    """A force of a scene with the traced function that forces of equal shape share. `ends`: link numbers of its bodies,
+    -1 for the ground; `along`: indices of its coordinate in q and v; `guards`: names; `shows`: sampled quantities."""
 
     force: Any
     law: ForceLaw[Any]
@@ -85,7 +86,7 @@ class SharedForce:
 
 
 def shared(laws: tuple[Law, ...], setting: Setting) -> tuple[SharedForce, ...]:
-    """Return the force laws of a scene; laws of equal shape share one function."""
+    """Return all forces of a scene with their laws; laws of equal shape share one traced function."""
     graph, poses = setting.graph, setting.poses
     functions: dict[str, Function] = {}
     out = []
@@ -114,13 +115,13 @@ def shared(laws: tuple[Law, ...], setting: Setting) -> tuple[SharedForce, ...]:
 
 
 def steered(system: System) -> list[str]:
-    """Return the names of the signals of forces, except lengths of ropes; commands may change these by a jump."""
+    """Return the names of the forces whose signals may jump by command; lengths of ropes over sheaves may not."""
     ropes = {r.name for r in system.reevings}
     return [name for name, signal in signals(system.forces).items() if signal.driven and name not in ropes]
 
 
 def signals(forces: tuple[Force, ...]) -> dict[str, InputSignal]:
-    """Return the signals of the forces that have one, by the names of the forces."""
+    """Return, by the names of the forces, the signals of those forces that have one."""
     return {f.name: s for f in forces if (s := law_of(f).signal(f))}
 
 

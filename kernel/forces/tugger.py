@@ -17,7 +17,7 @@ TINY = 1e-160  # keeps 0/0 away
 
 
 class TuggerLaw(ForceLaw[TuggerLine]):
-    """Law of a line with a winch of constant tension."""
+    """Force law of a tugger line with a winch of constant tension."""
 
     def check(self, f: TuggerLine) -> None:
         self.demand(f, "spread", f.spread < 1.0, f"is {f.spread:g}; it must be below 1, or the line would push")

@@ -47,7 +47,8 @@ class LawInput:
 
 
 class UserLawEntry(ForceLaw[UserLaw]):
-    """Force-table entry of user-defined laws: traces the function once to check it; P holds parameters and modes."""
+    """Force law of user-defined laws: traces the user's function once to check it; its parameters are the user's
+    parameters and modes."""
 
     works = True
     timed = True

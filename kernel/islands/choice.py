@@ -1,4 +1,4 @@
-"""Decides whether a scene is solved as one system or as islands."""
+"""Decision whether a scene is simulated as one system or as islands."""
 
 from collections.abc import Collection, Mapping
 from typing import Any

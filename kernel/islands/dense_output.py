@@ -1,4 +1,5 @@
-"""Values between samples: the run is repeated, and the dense output of its steps is read at given times.
+"""Values of a run at any time between samples: the run is repeated, and the dense output of its steps is read at these
+times.
 
 Steps do not depend on samples or subscribers, so the second run equals the first to the last bit.
 """
@@ -38,7 +39,7 @@ class DenseRows:
         self._run(until_ns, pause)
 
     def fire(self) -> list[StateChange]:
-        """Take the simulation's event, after reading the requested times before it."""
+        """Execute the located event of the simulation, after reading the rows at the requested times before it."""
         if self._waiting and self._waiting[0] < self._simulation.next_ns:
             self.run(self._simulation.next_ns)
         return self._fire()
@@ -71,7 +72,7 @@ def instants_of(times: object, start: float, end: float, before: bool) -> NDArra
 
 
 def trail_of(rows: Sequence[tuple[int, NDArray[np.float64]]]) -> str:
-    """Return a digest of the samples of a run; equal runs have equal digests."""
+    """Return a digest of all sample rows of a run; equal runs have equal digests."""
     return sha256(b"".join(row.tobytes() for _, row in rows)).hexdigest()
 
 

@@ -1,4 +1,5 @@
-"""One island of a scene: a simulation that runs ahead and rolls back, with the ropes at which it could be split."""
+"""One island of a scene: a simulation that runs ahead of others and can roll back, with the ropes at which it could be
+split."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -23,7 +24,7 @@ PRICE = 2e5  # attempted steps that take as long as compiling their code: 3 oper
 
 
 class RecompileBudget:
-    """Decides when splitting an island pays, by the ski-rental rule: once the wasted work equals the cost of compiling.
+    """Rule that decides when splitting an island pays (ski rental): once the wasted work equals the cost of compiling.
 
     The total cost is at most twice that of an optimal decision (Karlin et al., Algorithmica 3, 1988). Steps are
     counted, not seconds, so that all runs of a scene decide alike.
@@ -36,14 +37,15 @@ class RecompileBudget:
         self.seen: frozenset[str] = frozenset()  # ropes that tied nothing then
 
     def ends(self, attempts: float, loose: frozenset[str], share: float) -> bool:
-        """Return whether the ropes `loose` should stop coupling their bodies; `share`: part of the work saved."""
+        """Return whether splitting an island at the unhooked ropes `loose` pays by now; `share`: part of the work
+        saved."""
         if self.seen:
             self.spent[self.seen] = self.spent.get(self.seen, 0.0) + attempts - self.since
         self.since, self.seen = attempts, loose
         return share * self.spent.get(loose, 0.0) >= self._price
 
     def kept(self) -> dict[str, Any]:
-        """Return the state of the rule as plain lists."""
+        """Return the state of the splitting rule (steps counted so far, by ropes) as plain lists."""
         return {
             "spent": [[sorted(ropes), n] for ropes, n in self.spent.items()],
             "since": self.since,
@@ -51,13 +53,14 @@ class RecompileBudget:
         }
 
     def go_on(self, kept: dict[str, Any]) -> None:
-        """Continue from the state of another rule that `kept` returned."""
+        """Set the splitting rule to a state that `kept` returned."""
         self.spent = {frozenset(ropes): n for ropes, n in kept["spent"]}
         self.since, self.seen = kept["since"], frozenset(kept["seen"])
 
 
 class Island(Simulation):
-    """The simulation of one island; rows of its events are stored separately, as parts of the scene's rows."""
+    """The simulation of one island; the sample rows at its events are stored separately, as parts of rows of the whole
+    scene."""
 
     struck: np.ndarray  # row of the last event or command
 
@@ -69,8 +72,8 @@ class Island(Simulation):
         self.stand()
 
     def settle(self) -> None:
-        """Settle as `Simulation.settle` does, but store the event's row in `struck`; its peaks count for the next
-        sample."""
+        """Recompute derivative and guards as `Simulation.settle` does, but store the event's row in `struck`; its peaks
+        count for the next sample."""
         before = len(self.rows)
         super().settle()
         ((_, self.struck),) = self.rows[before:]
@@ -80,7 +83,7 @@ class Island(Simulation):
         native.part("peak_time")[:] = self.struck[at["peak_time"]] - self.epoch * 1e-9
 
     def stand(self) -> None:
-        """Make the present state final: no earlier time can be requested any more."""
+        """Make the island's present state final: no earlier time can be requested any more."""
         self.marks: list[tuple[int, Snapshot]] = []  # to which it can go back, with their times [ns]
         self.span = 1  # periods of samples that it runs ahead of what is known of the others
         self.refused = False  # it cannot run ahead
@@ -93,7 +96,7 @@ class Island(Simulation):
         self.began = self.present_ns
 
     def extend(self, until_ns: int, most_ns: int, pause: Callable[[], None]) -> None:
-        """Advance to a time [ns], and by up to `most_ns` more if no event or error stops the island."""
+        """Advance the island to a time [ns], and by up to `most_ns` more if no event or error stops it."""
         marked = self.began, mark(self)
         end = until_ns if self.refused else max(until_ns, self.due + min(self.span * self.recorder.sample_ns, most_ns))
         try:
@@ -131,32 +134,33 @@ class Island(Simulation):
 
     @property
     def earliest(self) -> int:
-        """The earliest time [ns] at which commands are possible."""
+        """The earliest time [ns] at which the island can receive commands."""
         return self.marks[0][0] if self.marks else self.began
 
     @property
     def history(self) -> int:
-        """The latest time [ns] up to which the state is known, unless a command for an earlier time arrives."""
+        """The latest time [ns] up to which the island's state is known, unless a command for an earlier time
+        arrives."""
         return FOREVER_NS if self.still and not self.marks else self.earliest - 1
 
     def shown_at(self, t_ns: int) -> np.ndarray:
-        """Return the sample row at a time [ns], rolling back if the island has passed that time."""
+        """Return the island's sample row at a time [ns], rolling back if the island has passed that time."""
         self.rewind(t_ns)
         return self.shown(t_ns)
 
     @property
     def resting(self) -> np.ndarray | None:
-        """The sample row of an island at rest; None while it moves."""
+        """The sample row of the island at rest; None while it moves."""
         if self.still and self._resting is None:
             self._resting = self.shown(self.epoch)
         return self._resting
 
     def snapshot(self) -> Snapshot:
-        """Return a snapshot of the simulation that includes the rollback marks."""
+        """Return a snapshot of the island that includes its rollback marks."""
         return super().snapshot() | {"ahead": copied({"marks": self.marks, "span": self.span, "refused": self.refused})}
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Restore a snapshot, including the rollback marks."""
+        """Restore a snapshot of the island, including its rollback marks."""
         super().restore(snapshot)
         ahead = copied(snapshot["ahead"])
         self.marks, self.span, self.refused = ahead["marks"], ahead["span"], ahead["refused"]
@@ -166,12 +170,12 @@ class Island(Simulation):
         """Do nothing: rows of rest are published together with those of other islands."""
 
     def tells(self, subscribed: frozenset[str]) -> bool:
-        """Return whether the next event has a subscriber."""
+        """Return whether the next event of the island has a subscriber."""
         return not subscribed.isdisjoint(self.events.names)
 
     def may_be_cut(self) -> frozenset[str]:
-        """Return the unhooked ropes whose removal would separate a part at rest as an island of its own, if the split
-        is worth its cost; otherwise an empty set."""
+        """Return the unhooked ropes without which a part at rest would be an island of its own, if the split is worth
+        its cost; otherwise an empty set."""
         loose = self._unhooked()
         if self.events.fallen or not (share := self._resting_share(loose)):
             return frozenset()
@@ -198,7 +202,7 @@ class Island(Simulation):
 
 
 def inherit(new: Simulation, old: Sequence[Simulation]) -> None:
-    """Bring a new simulation to the time and state of the old ones, before `settle` is called.
+    """Copy time and state of old simulations to a new one that replaces them, before `settle` is called.
 
     Coordinates, velocities and energy accounts, discrete states, motions, locks and thresholds are copied by name; step
     control starts with the shortest of their steps.

@@ -1,4 +1,4 @@
-"""Simulation of several islands: each takes its own steps, and one at rest takes none.
+"""Simulation of a scene as several islands: each takes its own steps, and an island at rest takes none.
 
 Each runs ahead of the others (see `running_ahead`), and the cost of an event is that of its own island, however many
 islands there are. Steps depend on the history of one island only, so results do not depend on how far or in what order
@@ -64,7 +64,7 @@ class Islands(RunningAhead):
 
     @property
     def alone(self) -> list[LiftRows]:
-        """Lifts whose events are recorded as separate rows; none if the scene has only one lift."""
+        """The lifts whose events are recorded in rows of their own; empty if the scene has only one lift."""
         return self.lifts
 
     def _method_of(self, system: System) -> Stepping:
@@ -143,7 +143,8 @@ class Islands(RunningAhead):
                 return
 
     def foretold(self) -> tuple[int, np.ndarray] | None:
-        """Return the next sample of a scene at rest, as `Simulation.foretold` does."""
+        """Return time [ns] and row of the next sample of a scene at rest, as `Simulation.foretold` does; None if an
+        island moves."""
         parts = [found[1] for p in self.parts if (found := p.foretold())]
         if len(parts) < len(self.parts) or any(p.rows for p in self.parts) or self.samples.struck:
             return None
@@ -163,8 +164,8 @@ class Islands(RunningAhead):
         return [e for p in self._firing for e in p.preview()]
 
     def fire(self) -> list[StateChange]:
-        """Integrate the event's islands up to the event and switch the laws whose guards are negative; return the
-        events."""
+        """Integrate the islands concerned up to the located event and switch the laws whose guards are negative; return
+        the events."""
         self.order.check_settled("fire", self.epoch)
         if not (firing := self._firing):
             raise KernelError("no event has been located; run first")
@@ -176,7 +177,7 @@ class Islands(RunningAhead):
         return events
 
     def interrupt(self, t_ns: int, pause: Callable[[], None] = lambda: None) -> None:
-        """Advance to t_ns so that commands can be given; islands without commands continue (see
+        """Advance to t_ns so that commands can be given; islands that receive no commands continue (see
         `Simulation.interrupt`).
 
         `pause` is also called in `settle` and in commands.
@@ -193,7 +194,7 @@ class Islands(RunningAhead):
         self.order.phase = call_protocol.PAUSED
 
     def settle(self) -> None:
-        """Recompute the stopped islands after events and commands. If none is stopped (end of the run), do so for
+        """Recompute the stopped islands after events and commands; at the end of a run, when none is stopped, recompute
         all."""
         self.order.check_standing("settle", self.epoch)
         if ended := not self._stopped:
@@ -244,8 +245,8 @@ class Islands(RunningAhead):
         raise KernelError(f"'{name}': there is no {kind} with this name")
 
     def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
-        """Set a motion of an actuator or of a commanded master; every island with actuators has a copy of each
-        commanded master."""
+        """Set a motion of an actuator or of a master signal; every island with actuators has a copy of each commanded
+        master signal."""
         self.order.command("set_profile", self.epoch)
         owners = [p for p in self.parts if name in p.references.actuators]
         if not owners:

@@ -1,4 +1,5 @@
-"""Islands run ahead of each other; one that receives an earlier command rolls back (Time Warp).
+"""Optimistic simulation of islands: each runs ahead, and an island that receives an earlier command rolls back (Time
+Warp).
 
 The global time is the time up to which no island has an event that was not processed (Jefferson, Virtual time, ACM
 TOPLAS 7, 1985); samples, log and notes of the islands are published once no possible command can change them.
@@ -31,15 +32,15 @@ class GivenUp(BaseException):
 
 
 class SideBySide:
-    """Worker threads, one per processor, which start when there is parallel work."""
+    """Pool of worker threads, one per processor, which start when there is parallel work."""
 
     def __init__(self, threads: int = 0) -> None:
         self._threads = threads or len(os.sched_getaffinity(0))
         self._pool: ThreadPoolExecutor | None = None
 
     def carry_out(self, tasks: Sequence[Task], pause: Callable[[], None]) -> None:
-        """Run all tasks; raise the first exception in the order of the tasks. `pause` is called in the calling
-        thread."""
+        """Run all tasks in parallel; raise the first exception in the order of the tasks. `pause` is called in the
+        calling thread."""
         if len(tasks) < 2 or self._threads < 2:
             for task in tasks:
                 task(pause)
@@ -67,9 +68,9 @@ SPAN = 64  # periods of samples that islands run ahead of each other at most
 
 
 class RunningAhead(CommandTarget):
-    """Common part of the simulation of several islands that run ahead of each other. `parts`: islands; `reached`:
-    global time [ns]; `epoch`: last event or command; `_stopped`: islands stopped there; `samples`, `rows`, `log`,
-    `notes`: of the whole scene."""
+    """Base class of the simulation of several islands that run ahead of each other. `parts`: islands; `reached`: global
+    time [ns]; `epoch`: last event or command; `_stopped`: islands stopped there; `samples`, `rows`, `log`, `notes`: of
+    the whole scene."""
 
     samples: Joining
 

@@ -1,4 +1,4 @@
-"""Samples of a scene from those of its islands: one row of all columns per time, in order of time.
+"""Merging of the islands' samples into samples of the scene: one row of all columns per time, in order of time.
 
 Islands compute samples at different moments of the run but for the same simulation times; a row is complete when all
 moving islands have given their part; an island at rest gives the row in which it rests. The effect of an event or
@@ -38,7 +38,8 @@ class _Loose:
     ends: list[tuple[int, int]]
 
     def span(self, frames: np.ndarray) -> float:
-        """Return the length along the rope's lines [m]; `frames` (n, 12): origin and rotation of each link."""
+        """Return the length of a rope along its straight lines [m]; `frames` (n, 12): origin and rotation of each
+        link."""
         out = 0.0
         for line, ends in zip(self.lines.reshape(-1, ROPE_LINE), self.ends, strict=True):
             places = [
@@ -58,7 +59,7 @@ class Merge:
         self._places: list[np.ndarray] = []
 
     def cut(self, parts: Sequence[Island], loose: frozenset[str]) -> None:
-        """Set the present islands and the ropes that couple nothing."""
+        """Set the present islands and the unhooked ropes that couple no bodies."""
         self._places = [np.array([self._place[x] for x in labels(p.program)], dtype=int) for p in parts]
         at, s, number = self._at, self._program.system, self._program.graph.number
         self._loose: list[_Loose] = []
@@ -88,7 +89,8 @@ class Merge:
 
 
 class LiftRows(Merge):
-    """Rows of one lift after events and commands, with only the columns of this lift, in the layout of `method`."""
+    """Sample rows of one lift after events and commands, with only the columns of this lift, in the layout of
+    `method`."""
 
     def __init__(self, name: str, method: Stepping) -> None:
         super().__init__(method.program)
@@ -98,7 +100,7 @@ class LiftRows(Merge):
         self.parts: list[Island] = []
 
     def cut(self, parts: Sequence[Island], loose: frozenset[str]) -> None:
-        """Set the islands of the lift."""
+        """Set the present islands of the lift and the unhooked ropes that couple no bodies."""
         self.parts = [p for p in parts if p.given.bodies[0].name in self.bodies]
         super().cut(self.parts, frozenset(r.name for r in self._program.system.straight_ropes if r.name in loose))
 
@@ -159,7 +161,7 @@ class Joining(Merge):
         return out
 
     def ready(self) -> Rows:
-        """Return the rows of events that are due before the next sample."""
+        """Return the rows of events and commands that are due before the next sample."""
         return self._struck(self.next_ns)
 
     def _struck(self, before: int) -> Rows:

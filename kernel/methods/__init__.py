@@ -1,4 +1,5 @@
-"""Integration methods: tableaus as data, and small classes that compute the stages and dense output of a step from one.
+"""Integration methods: Butcher tableaus as data, and small classes that compute the stages and the dense output of a
+step.
 
 dop853                   the tableaus: coefficients with order and source
 method, choice           interface of methods: stages, interpolant, stability; null method for statics; choice by name

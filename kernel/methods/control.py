@@ -1,4 +1,4 @@
-"""Whether an attempted step is taken and how long the next one is: error-controlled or fixed.
+"""Step control: whether an attempted step is accepted and how long the next one is, with error control or fixed steps.
 
 Error control: the estimate is divided by tol scale (1 + |y|), scale <= 1 for small motions (see below), in the root
 mean square over coordinates and velocities (Hairer, Norsett, Wanner I, II.4) and the next step is Gustafsson's PI
@@ -33,7 +33,8 @@ ULPS = 16.0 * 2.0**-52  # relative displacement that shows what rounding does to
 
 
 def scale_of(before: Value, v: Value) -> Value:
-    """Return the scale of the tolerance for velocities v (nv,), which depends on the previous scale."""
+    """Return the scale of the error tolerance, which grows with the largest speed so far; `before`: the previous scale;
+    v (nv,): velocities."""
     for u in v:
         # the largest speed so far: a scene that comes to rest keeps the scale of its motion
         before = maximum(before, abs(u) * (1.0 / SWIFT))
@@ -53,8 +54,8 @@ def still_below(scale: Value, faint: Value) -> Value:
 
 
 def rounded(acceleration: Callable[[np.ndarray], np.ndarray], q: np.ndarray, tol: float) -> dict[str, float]:
-    """Return the effect of round-off at coordinates q (nq,): `grain`, a tolerance scale of at most 1, and `faint`, the
-    part of the rest threshold STILL that remains.
+    """Return how round-off at coordinates q (nq,) limits step control: `grain`, the smallest useful scale of the
+    tolerance, and `faint`, a factor on the threshold STILL of rest.
 
     `acceleration`: function from coordinates to accelerations (nv,). A law that turns a displacement d into an
     acceleration a oscillates at sqrt(a / d); round-off in the displacement then becomes a speed of sqrt(a d).
@@ -81,8 +82,8 @@ FINITE = 1e300  # a squared state beyond it, or one that is not a number, is not
 
 @dataclass
 class StepDecision:
-    """Decision on an attempted step: whether it is accepted, the length of the next step, the error to remember, and
-    whether the step failed."""
+    """Decision on an attempted step: whether it is accepted, the length of the next step, the error estimate to keep
+    for the next decision, and whether the step failed."""
 
     ok: Value
     h: Value
@@ -131,7 +132,7 @@ class ErrorControl:
 
 
 class FixedStep:
-    """Fixed steps of length s.h, shortened only at boundaries, events and commands."""
+    """Step control with fixed steps of length s.h, shortened only at boundaries, events and commands."""
 
     def judge(self, s: StepState, a: Attempt, h: Value, last: Value) -> StepDecision:
         finite = a.y @ a.y < FINITE

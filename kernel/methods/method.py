@@ -1,4 +1,4 @@
-"""Interface of an integration method: stages of one step, the solution inside it, and its amplification.
+"""Interface of an integration method: the stages of one step, the solution inside the step, and its amplification.
 
 The methods run on floats and are traced, like all code of the kernel. A method sees the equations only through `rate(t,
 among, y)`, so that it serves every scene; `among` is a time inside the step, which selects the piece of a profile where
@@ -35,7 +35,8 @@ SCALARS = (
 
 
 class StepState(SimpleNamespace):
-    """The state block X, with its parts by name: `SCALARS`, peaks, data of a method (see `Method`), M and P."""
+    """State block X of the stepping loop, with its parts by name: `SCALARS`, peaks, data of a method (see `Method`), M
+    and P."""
 
     y: Value  # (ny,) state and derivative now, then at the start of the step
     f: Value
@@ -51,8 +52,9 @@ class StepState(SimpleNamespace):
 
 
 class Evaluated(Protocol):
-    """Result of one evaluation: derivative (ny,), tensions (n_ropes,) and guards (n_guards,). For step control: `drift`
-    of the constraint rows, longest steps `reach` and `window` in which shapes cannot pass each other."""
+    """Result of one evaluation of the equations: derivative (ny,), tensions (n_ropes,) and guards (n_guards,). For step
+    control: `drift` of the constraint rows, longest steps `reach` and `window` in which shapes cannot pass each
+    other."""
 
     dy: Value
     T: Value
@@ -75,8 +77,9 @@ LEFT = 1e-10  # [s] before a boundary a step ends at it: by rounding nothing wou
 
 @dataclass(frozen=True)
 class Exponents:
-    """Exponents of step control: growth error^up last_error^memory, shrinkage error^down (Gustafsson's PI). A step that
-    would grow by less than the factor `held` keeps its length, so that its matrix factors can be used again."""
+    """Exponents of error-based step control: growth error^up last_error^memory, shrinkage error^down (Gustafsson's PI).
+    A step that would grow by less than the factor `held` keeps its length, so that its matrix factors can be used
+    again."""
 
     down: float
     up: float
@@ -103,7 +106,7 @@ class Attempt:
 
 
 class StepCode(Protocol):
-    """Interface of native functions that are called by name."""
+    """Interface of native stepping functions that are called by name."""
 
     def call(self, name: str, *blocks: np.ndarray) -> None: ...
 
@@ -112,7 +115,8 @@ Build = Callable[..., Function]  # (name, part) -> native function of X and P; w
 
 
 class Method(ABC):
-    """An integration method; `order` of the solution; `vectors`: names of the (ny,) blocks for `interpolate`.
+    """Base class of integration methods; `order` of the solution; `vectors`: names of the (ny,) blocks for
+    `interpolate`.
 
     Implicit methods solve their equations before `attempt` in parts of their own (`prologue`), keep numbers in
     `scalars` and matrices in a block M of `matrices` doubles. `evaluations`: number of evaluations of the equations in
@@ -135,25 +139,26 @@ class Method(ABC):
     def prologue(
         self, build: Build, at: Places, rate: Function, sizes: Mapping[str, int]
     ) -> tuple[Function | EmittedParts, ...]:
-        """Return native parts to run before `attempt` in each step; `at`: places in X; `sizes`: of `rate`'s results."""
+        """Return native functions that run before `attempt` in each step; `at`: places in the state block X; `sizes`:
+        of `rate`'s results."""
         return ()
 
     @property
     def implicit(self) -> bool:
-        """Whether the method may damp fast motions numerically."""
+        """Whether the method is implicit and may damp fast motions numerically."""
         return bool(self.matrices)
 
     def run(self, code: StepCode, at: Places, sizes: Mapping[str, int]) -> StepCode:
-        """Return the native functions, extended by steps in Python if the method takes its steps outside native code;
-        `at`: places in X; `sizes`: of the results of `rate`."""
+        """Return the native stepping functions, extended by steps in Python if the method takes its steps outside
+        native code; `at`: places in the state block X; `sizes`: of the results of `rate`."""
         return code
 
     def constants(self) -> dict[str, Value]:
-        """Return the constants of the method in X, by name."""
+        """Return the constants that the method needs in the state block X, by name."""
         return {}
 
     def forgotten(self) -> dict[str, float]:
-        """Return the values of X that are reset after a jump of the derivative."""
+        """Return values of the method in the state block X to set after a jump of the derivative, by name."""
         return {}
 
     @abstractmethod
@@ -162,12 +167,12 @@ class Method(ABC):
 
     @abstractmethod
     def keep(self, s: StepState, h: Value, a: Attempt) -> None:
-        """Write the `vectors` of the attempted step to s, for `interpolate`; s.d0 is the state at the start of the
+        """Store the `vectors` of the attempted step in s, for `interpolate`; s.d0 is the state at the start of the
         step."""
 
     def complete(self, s: StepState, rate: Rate) -> None:
         """Compute the remaining stages of the dense output, when it is first used."""
-        raise AssertionError(f"{self.name}: its dense output needs nothing more")
+        raise AssertionError(f"method {self.name}: the dense output has no remaining stages")
 
     @abstractmethod
     def interpolate(self, s: StepState, x: Value) -> Value:
@@ -185,42 +190,44 @@ def combine(c: list[float], k: list[Value]) -> Value:
 
 
 def fallen_in(r: Evaluated) -> Value:
-    """Return whether an evaluation has a negative guard."""
+    """Return whether any guard of an evaluation is negative."""
     return any_of(g < 0.0 for g in r.G)
 
 
 def inside(s: StepState) -> Value:
-    """Return a time within the profile piece that begins at t; no step crosses t_stop, where the next piece begins."""
+    """Return a time within the profile piece that begins at s.t; no step crosses s.t_stop, where the next piece
+    begins."""
     # at most half a second inside: t_stop may be for ever, and a time so late would lose its digits
     return s.t + 0.5 * minimum(1.0, s.t_stop - s.t)
 
 
 def length(s: StepState) -> tuple[Value, Value]:
-    """Return the length of the step that begins at t, and whether it ends at the boundary t_stop."""
+    """Return the length [s] of the step that begins at s.t, and whether it ends at the boundary s.t_stop."""
     # a step that would leave less than LEFT before the boundary ends on it, or the rest would be lost in round-off
     last = s.t + s.h >= s.t_stop - LEFT
     return select(last, s.t_stop - s.t, s.h), last
 
 
 class Stepless(Method):
-    """A method whose steps are taken outside native code; the kernel uses only its interpolant."""
+    """Base class of methods whose steps are taken outside native code; the kernel uses only their interpolants."""
 
     native = False
     order = evaluations = 0
     exponents = Exponents(0.0, 0.0, 0.0)
 
     def attempt(self, s: StepState, rate: Rate, h: Value, among: Value) -> Attempt:
-        raise AssertionError("it has no native steps")
+        raise AssertionError("a method without native code makes no steps")
 
     def keep(self, s: StepState, h: Value, a: Attempt) -> None:
-        raise AssertionError("it has no native steps")
+        raise AssertionError("a method without native code makes no steps")
 
     def amplification(self, J: np.ndarray, h: float, nq: int) -> np.ndarray:
-        raise AssertionError("it has no fixed steps")
+        raise AssertionError("a method without native code has no fixed steps")
 
 
 class AtRest(Stepless):
-    """Null method for statics: evaluations only; one-sided laws are smooth beyond their guards."""
+    """Null method for statics: takes no steps, only evaluates the equations; one-sided laws are smooth beyond their
+    guards."""
 
     name = "at-rest"
     vectors = ()

@@ -1,4 +1,4 @@
-"""Checks of steps: refuse a fixed step that is unstable for the fastest mode, and steps that create energy.
+"""Checks of steps: refusal of a fixed step that is unstable for the fastest mode, and of steps that create energy.
 
 Before the run, after every event and where a rope has become much shorter, the scene is linearised (central
 differences), and the spectral radius of a fixed step must not exceed the growth of the motion itself. Between events
@@ -24,7 +24,8 @@ LEAST = 1e-6  # [rad/s] of an oscillation
 
 
 def jacobian(rate: Callable[[np.ndarray], np.ndarray], y: np.ndarray, n: int) -> np.ndarray:
-    """Return the derivative (n, n) of the first n components of `rate` at y (ny,)."""
+    """Return the Jacobian (n, n) of the first n components of `rate` with respect to the first n of y (ny,), by central
+    differences."""
     J = np.zeros((n, n))
     for j in range(n):
         # relative to 1 + |y|, as the tolerance is: coordinates near zero are metres or radians
@@ -37,7 +38,8 @@ def jacobian(rate: Callable[[np.ndarray], np.ndarray], y: np.ndarray, n: int) ->
 
 
 def check_step(method: Method, J: np.ndarray, step: float, nq: int, t: float, message: Callable[[], str]) -> None:
-    """Raise KernelError if a fixed step [s] is unstable for the scene linearised at t [s]; `message`: the mode."""
+    """Raise KernelError if a fixed step [s] is unstable for the scene linearised at t [s]; `message`: describes the
+    fastest mode."""
     if not np.isfinite(J).all():
         return  # the run itself says what is not finite
     modes = np.linalg.eigvals(J)
@@ -75,12 +77,12 @@ def unresolved(method: Method, J: np.ndarray, step: float) -> tuple[float, float
 
 
 def bent(method: Method, s: complex, step: float) -> bool:
-    """Return whether a fixed step distorts the oscillation with eigenvalue s."""
+    """Return whether a fixed step distorts the oscillation with eigenvalue s [1/s]."""
     return s.imag > LEAST and missed(method, s, step) > FOLLOWED
 
 
 def missed(method: Method, s: complex, step: float) -> float:
-    """Return the relative error of one step, per radian of phase, for the oscillation with eigenvalue s."""
+    """Return the relative error of one step, per radian of phase, for the oscillation with eigenvalue s [1/s]."""
     # one oscillator y'' = 2 Re(s) y' - |s|^2 y with this eigenvalue stands for the mode
     J = np.array([[0.0, 1.0], [-(abs(s) ** 2), 2.0 * s.real]])
     got = np.linalg.eigvals(method.amplification(J, step, 1))
@@ -90,7 +92,7 @@ def missed(method: Method, s: complex, step: float) -> float:
 
 
 class Balance:
-    """Energy balance: kinetic + potential + stored - work + heat must stay constant.
+    """Energy balance of a run: kinetic + potential + stored - work + heat must stay constant.
 
     The works and heats of the laws are integrated with the state, so that energy created or lost in any step stays in
     the sum and is seen at every reading. Energy changed by switches and commands is added to the balance. `controlled`:
@@ -110,12 +112,13 @@ class Balance:
         return self._tolerance > 0.0 and not self._implicit
 
     def begin(self, kinetic: float, parts: np.ndarray) -> None:
-        """Restart the balance after an event or command, from the kinetic energy and the other energies (parts,)
+        """Restart the energy balance after an event or command, from the kinetic energy and the other energies (parts,)
         [J]."""
         self._start = kinetic, parts
 
     def end(self, kinetic: float, parts: np.ndarray) -> None:
-        """Close the balance before an event or command, with the kinetic energy and the other energies (parts,) [J]."""
+        """Close the energy balance before an event or command, with the kinetic energy and the other energies (parts,)
+        [J]."""
         before, start = self._start
         changes = parts - start
         # energy that vanished before a switch stays in the sum, or many small losses would pass
@@ -141,11 +144,12 @@ class Balance:
         return made, np.fmax.accumulate(np.fmax(turned, self._turned))
 
     def see(self, kinetic: np.ndarray, parts: np.ndarray) -> None:
-        """Add readings of energies (n,) and (n, parts) [J]; the energy exchanged between readings is summed."""
+        """Add n readings of the kinetic energy (n,) and the other energies (n, parts) [J]; the energy exchanged between
+        readings is summed."""
         self._turned = float(self._read(kinetic, parts)[1][-1])
 
     def fine(self, kinetic: np.ndarray, parts: np.ndarray, slip: np.ndarray, held: np.ndarray) -> bool:
-        """Return whether `check` would accept all n readings; if so, they are added as readings."""
+        """Return whether `check` would accept all n readings of energies; if so, add these readings."""
         made, turned, allowed = self._allowed(kinetic, parts, slip, held)
         known = (made < 0.0) & (not self.strict and self.lost > 0.0)
         if not (np.isfinite(allowed) & ((np.abs(made) <= allowed) | known)).all():
@@ -168,7 +172,7 @@ class Balance:
         return STRAYED if self.strict else MADE
 
     def check(self, where: str, kinetic: np.ndarray, parts: np.ndarray, slip: np.ndarray, held: np.ndarray) -> None:
-        """Raise KernelError at a reading if energy was created, or lost without heat.
+        """Raise KernelError at a reading of energies if energy was created, or lost without heat.
 
         kinetic (1,); parts (1, parts): potential, stored, heats, and works with the opposite sign [J]; slip (1,):
         energy [J] explained by an error of size one in every step; held (1,): largest energy of a rope since the last

@@ -1,4 +1,5 @@
-"""Newton systems of implicit methods, reduced to the velocities: (I - e J_v - e^2 J_q) dv = ..., e: part of a step.
+"""Newton systems of implicit methods, reduced to the velocities: (I - e J_v - e^2 J_q) dv = ..., where e is part of a
+step.
 
 Coordinates follow from velocities, q' = N(q) v, and are eliminated in closed form: a quarter of the numbers and an
 eighth of the operations of a matrix over both. J_q are derivatives of the accelerations along the displacements of unit
@@ -25,8 +26,8 @@ MOVED, SPED = 1e-6, 1e-5  # [m, rad], [m/s, rad/s] finite differences
 
 
 class VelocitySpace(Method):
-    """Base of methods with Newton systems over the velocities: block M holds the Jacobians at the state `z`, where the
-    accelerations are `here`, and the factors for the part `e` of a step.
+    """Base class of implicit methods that solve Newton systems over the velocities: block M holds the Jacobians at the
+    state `z`, where the accelerations are `here`, and the factors for the part `e` of a step.
 
     `columns`: number of derivatives to recompute: 0, those by displacements (nv), or also those by velocities (2 nv).
     """

@@ -1,4 +1,4 @@
-"""The equations of one scene, compiled from its description.
+"""The equations of motion of one scene, compiled from its description.
 
 checks               requirements on a description
 parameters           where each number of a scene lives in the block P

@@ -1,4 +1,4 @@
-"""Requirements on a description before it is compiled: unique names, valid numbers.
+"""Checks of a description before it is compiled: unique names, valid numbers.
 
 Each violation is one KernelError that names the item, the field and the requirement.
 """
@@ -94,7 +94,7 @@ def _check_shared_water(system: System) -> None:
     for b in system.bodies:
         if b.shared and (other := given.get(b.shared.beside)):
             if not b.added or not other.added:
-                raise KernelError(f"body '{b.name}': it shares water with '{other.name}', and one has no added mass")
+                raise KernelError(f"body '{b.name}': it shares water with '{other.name}'; give both bodies added mass")
             C, own = np.array(b.shared.added), [np.array(x.added) for x in (other, b)]
             A = np.block([[own[0], C.T], [C, own[1]]])
             size = np.sqrt(np.maximum(A.diagonal(), np.finfo(float).tiny))
@@ -159,7 +159,7 @@ def _encoded(system: object) -> bytes:
 
 
 def accepted(part: System) -> System:
-    """Mark a part of a description as checked and return it."""
+    """Mark a system as checked, so that it is not checked again, and return it."""
     _checked[id(part)] = part
     return part
 

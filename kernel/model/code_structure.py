@@ -19,13 +19,15 @@ def structure(program: Program, *method: object) -> str:
     ropes, forces = [r.name for r in s.all_ropes], [f.name for f in s.forces]
 
     def of(x: Measured | Threshold) -> object:
-        """Return what the traced code uses of a measured object: its body's number, or its coordinate's indices."""
+        """Return the parts of a measured object on which the traced code depends: the body's number or the coordinate's
+        indices."""
         if x.of and (kind := x.kind if isinstance(x, Measured) else x.quantity) in ("angle", "joint", "speed"):
             return number(x.of) if kind == "angle" else along(x.name, x.of, x.coordinate)
         return None
 
     def of_signal(h: Threshold) -> object:
-        """Return what the traced code uses of a guard's formula: quantity, inputs, and number of values."""
+        """Return the parts of a threshold's formula on which the traced code depends: quantity, inputs, and number of
+        values."""
         wind = forces.index(h.of) if h.quantity == "wind" else None
         bodies = [number(point.body) for point in points(h, s)]
         over = [ropes.index(r) for r in h.ropes], bodies, len(numbers(h, s)), lines(h, s), wind

@@ -1,4 +1,5 @@
-"""The equations of a whole scene at one instant, as a list of stages: poses -> laws -> rows -> accelerations.
+"""Evaluation of the equations of motion of a whole scene at one instant, as a list of stages: poses -> laws -> rows ->
+accelerations.
 
 The same code runs on floats, as reference, and is traced into machine code. Each stage is a function of the evaluation
 that reads what earlier stages have written.
@@ -38,7 +39,7 @@ from .quantities import lines, names, points, scalar
 
 
 def hold_rows(x: Evaluation) -> None:
-    """Compute the multipliers that keep loops, taut rigid ropes and closed contacts together."""
+    """Compute the constraint forces that keep loops, taut rigid ropes and closed contacts together."""
     if len(x.program.constraints):
         x.rows = x.constraint_rows()
         x.rows.accelerate()
@@ -58,7 +59,8 @@ def accelerate(x: Evaluation) -> None:
 
 
 def pull_rigid_ropes(x: Evaluation) -> None:
-    """Compute guards and work of rigid ropes; their heat arises in impacts (see `constraints.row_structure`)."""
+    """Compute guards and work of rigid ropes; no heat, which arises only in impacts (see
+    `constraints.row_structure`)."""
     if x.rows:
         tensions = x.rows.tensions
         for name, guard in x.rows.guards().items():
@@ -67,7 +69,7 @@ def pull_rigid_ropes(x: Evaluation) -> None:
 
 
 def press_contacts(x: Evaluation) -> None:
-    """Compute guards, heat and forces of contacts, and the wrenches of all rows on bodies."""
+    """Compute guards, heat and forces of contacts, and the wrenches of all constraint rows on bodies."""
     contacts, rows = x.program.contacts, x.rows
     slots, pushes = (rows.slots, rows.multipliers[len(rows.rows) - len(contacts.held) :]) if rows else ([], [])
     guards, heat, x.pressing = contacts.loads(slots, pushes)
@@ -107,7 +109,8 @@ def _value(x: Evaluation, h: Threshold, name: str) -> Any:
 
 
 def collect(x: Evaluation) -> None:
-    """Collect all guards and the derivative of the state, with the energy accounts, in the order of the program."""
+    """Collect all guards and the derivative of the state, with the energy accounts, in the order of the state
+    vector."""
     p = x.program
     waiting = {label: iter(values) for label, values in x.watched.items()}
     x.guards = [next(waiting[label]) for label in p.guards]
@@ -116,7 +119,8 @@ def collect(x: Evaluation) -> None:
 
 
 def read_signals(x: Evaluation) -> None:
-    """Read the value and rate of each law's signal: commanded, from the active piece of its history, or constant."""
+    """Compute the value and rate of each force law's signal: commanded, from the active piece of its history, or
+    constant."""
     for law in x.program.laws:
         if s := law.signal:
             if s.driven:
@@ -148,7 +152,7 @@ def weigh_rigid_ropes(x: Evaluation) -> None:
 
 
 def apply_laws(x: Evaluation) -> None:
-    """Evaluate every entry of the force table with its own numbers."""
+    """Evaluate every force law of the scene with its own parameters."""
     for law in x.program.laws:
         _apply(x, law)
 
@@ -194,7 +198,7 @@ def drive(x: Evaluation) -> None:
 
 
 def bend(x: Evaluation) -> None:
-    """Apply the elasticity and damping of flexible bodies, mode by mode."""
+    """Apply the elastic and damping forces of flexible bodies, mode by mode."""
     for link in x.program.graph.links:
         if link.modes and link.n_modes:
             name = link.body.name
@@ -210,8 +214,8 @@ __all__ = ["FORCES", "POSES", "Evaluation", "EvaluationStage", "evaluate"]
 
 
 class EvaluationStage(NamedTuple):
-    """A stage of the evaluation: a function with the fields of `instant.Evaluation` that it reads and writes; program,
-    t, inside and P are always available."""
+    """A stage of the evaluation of the equations: a function with the fields of `instant.Evaluation` that it reads and
+    writes; program, t, inside and P are always available."""
 
     run: Callable[[Evaluation], None]
     reads: str

@@ -1,4 +1,5 @@
-"""Loads on the bodies that a base or a joint carries: their weights, and the pulls of ropes that lead to other bodies.
+"""Loads on a base or joint by the bodies that it carries: their weights, and the pulls of ropes that lead to other
+bodies.
 
 Weights and pulls give one resultant force with its position on the base; inertia of the bodies and wind on them are not
 included. That force V [N] at x, y [m] from the middle of the base is shared by
@@ -30,8 +31,8 @@ TIPS = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))  # m
 
 @dataclass(frozen=True)
 class CarriedGroup:
-    """Bodies that a base or joint carries, the points of its frame, and by rope the lines that lead to other bodies,
-    each with its end on the group first."""
+    """Bodies that a base or joint carries, the points of its frame, and for each rope the lines that lead to other
+    bodies, each starting at its end on the group."""
 
     frame: tuple[Point, ...]
     bodies: tuple[Body, ...]
@@ -41,7 +42,7 @@ class CarriedGroup:
 
     @property
     def points(self) -> tuple[Point, ...]:
-        """The points whose positions the formula takes."""
+        """The points whose positions the load formulas need: of the frame, the bodies and the ropes."""
         tips = TIPS if self.turned else TIPS[:1]
         return (
             *self.frame,
@@ -51,7 +52,8 @@ class CarriedGroup:
 
     @property
     def numbers(self) -> tuple[float, ...]:
-        """The weight of each body [N] (for "starting moment" also its mass and inertia), and the share of each line."""
+        """The numbers that the load formulas need: the weight of each body [N] (for "starting moment" also its mass and
+        inertia), and the share of each line."""
         found = list[float]()
         for body in self.bodies:
             found.append(body.mass * self.gravity)
@@ -60,7 +62,8 @@ class CarriedGroup:
 
 
 def carried_group(h: ScalarSignal, system: System) -> CarriedGroup:
-    """Return the bodies on the base below `h.point`, or on the joint `h.of`, with the ropes that pull at them."""
+    """Return the bodies on the base below the point `h.point`, or on the joint `h.of`, with the ropes that pull at
+    them; h: a scalar signal."""
     if h.quantity in ON_BASES:
         assert h.point is not None
         own, frame = _connected(system, h.point.body), tuple(moved_point(h.point, tip) for tip in TIPS[:3])
@@ -79,7 +82,7 @@ def carried_group(h: ScalarSignal, system: System) -> CarriedGroup:
 
 
 def moved_point(p: Point, d: Sequence[float]) -> Point:
-    """Return the point that is d [m] beyond another, in the frame of its body."""
+    """Return the point at distance d (3,) [m] from another point, in the frame of the same body."""
     return Point(p.body, (p.p[0] + d[0], p.p[1] + d[1], p.p[2] + d[2]))
 
 
@@ -105,8 +108,8 @@ def _reached(start: str, more: Any) -> set[str]:
 
 
 def base_force(x: Any, own: int) -> tuple[Any, Any, Any]:
-    """Return the resultant force [N] on a base and its position [m] along and across it, with all bodies above it
-    slewed by an angle, whose cosine and sine are the first two numbers; `own`: count of the signal's numbers."""
+    """Return the resultant vertical force [N] on a base and its position [m] along and across it, with all bodies above
+    it slewed by an angle, whose cosine and sine are the first two numbers; `own`: count of the signal's numbers."""
     middle, *tips = x.places[:3]
     V: Any = 0.0
     Mx: Any = 0.0
@@ -138,7 +141,8 @@ def _forces(x: Any, own: int, frame: int, each: int) -> Iterator[tuple[Any, Any]
 
 
 def track_pressure(x: Any) -> Any:
-    """Return numbers[6] times the largest pressure below one track plus numbers[7]; infinite if the machine tips."""
+    """Return the largest pressure below one track [N/m2], times numbers[6] plus numbers[7]; infinite if the machine
+    tips."""
     V, along, across = base_force(x, ON_BASES["track pressure"])
     length, apart, breadth, side, times, plus = x.numbers[2:8]
     own = _between(0.0, V / 2.0 * (1.0 + 2.0 * side * across / apart), V)
@@ -150,7 +154,7 @@ def track_pressure(x: Any) -> Any:
 
 
 def corner_load(x: Any) -> Any:
-    """Return numbers[6] times the load on one corner of a base, plus numbers[7]."""
+    """Return the load on one corner of a base [N], times numbers[6] plus numbers[7]."""
     V, along, across = base_force(x, ON_BASES["corner load"])
     length, width, ahead, left, times, plus = x.numbers[2:8]
     u, v = 2.0 * along / length, 2.0 * across / width
@@ -162,8 +166,8 @@ def corner_load(x: Any) -> Any:
 
 
 def tipping(x: Any) -> Any:
-    """Return how far the force is from the middle, as a fraction of the distance at which the machine tips or, if the
-    last number is above zero, at which one corner loses contact."""
+    """Return the distance of the base force from the middle, as a fraction of the distance at which the machine tips
+    or, if the last number is above zero, one corner loses contact."""
     _, along, across = base_force(x, ON_BASES["tipping"])
     length, width, lifts = x.numbers[2:5]
     u, v = abs(2.0 * along / length), abs(2.0 * across / width)

@@ -1,4 +1,5 @@
-"""A scene at one instant: fields that the stages of an evaluation fill in, and quantities computed from them.
+"""The state of a scene at one instant: fields that the stages of an evaluation fill in, and quantities computed from
+them.
 
 Every field is written by the stages that name it (see `evaluation`); a label is the kind and the name of a law.
 
@@ -34,7 +35,8 @@ Master = tuple[Scalar, Scalar, Scalar, Scalar, Scalar]  # s, ds/dt, d2s/dt2, sin
 
 @dataclass
 class Evaluation:
-    """The equations of a scene evaluated at one state, on floats or traced. Steps use `dy` and `guards`."""
+    """Result of evaluating the equations of a scene at one state, on floats or traced; integration uses `dy` and
+    `guards`."""
 
     program: Program
     t: Scalar  # [s] since the epoch
@@ -70,7 +72,7 @@ class Evaluation:
     guards: list[Scalar] = field(default_factory=list)  # in the order of the program
 
     def numbers(self, kind: str, name: str) -> Array:
-        """Return that part of the parameters P which belongs to an item."""
+        """Return the parameters of an item, such as a law or a tree, from the parameter block P."""
         return self.P[self.program.parameters.at[kind, name]]
 
     @property
@@ -79,12 +81,12 @@ class Evaluation:
         return g
 
     def push(self, body: int, wrench: Array) -> None:
-        """Add a wrench (6,) to those on a body."""
+        """Add a wrench (6,) to the wrenches on a body."""
         if body >= 0:
             self.wrenches[body] = self.wrenches[body] + wrench
 
     def arguments(self, i: int) -> dict[str, Scalars]:
-        """Return the arguments of the equations of motion of the i-th tree."""
+        """Return the arguments (coordinates, velocities, forces) of the equations of motion of the i-th tree."""
         tree, shared = self.program.instances[i]
         return {
             "q": self.q[tree.q],
@@ -104,13 +106,14 @@ class Evaluation:
         return [drives.get(tree.v.start + k) for k in tree.prescribed_dofs]
 
     def own(self, name: str) -> Reference:
-        """Return the reference that the profile of an actuator or master gives."""
+        """Return the reference (value, rate, acceleration) that the own speed profile of an actuator or master signal
+        gives."""
         x = self.program.profile(t=[self.t, self.inside], p=self.numbers("reference", name))
         return x.x[0], x.v[0], x.a[0]
 
     def reference(self, name: str) -> Reference:
-        """Return the reference of an actuator: its profile plus the functions f(s) = k1 s + kc cos s + ks sin s of all
-        masters known so far."""
+        """Return the reference of an actuator: its own profile plus functions f(s) = k1 s + kc cos s + ks sin s of the
+        master signals s that it follows."""
         ref, dref, ddref = self.own(name)
         follow = self.numbers("follow", name)
         for i, (s, ds, dds, sine, cosine) in enumerate(self.masters):
@@ -122,7 +125,8 @@ class Evaluation:
         return named(f"s({name})", ref), named(f"ds({name})", dref), named(f"dds({name})", ddref)
 
     def wave(self, name: str, given: Drive | InputSignal) -> Reference:
-        """Return the regular and irregular waves of a drive or signal; zero in equilibria."""
+        """Return the sum of the regular and irregular waves of a drive or signal, with its first two derivatives; zero
+        in equilibria."""
         found: Reference = (0.0, 0.0, 0.0)
         if self.program.at_rest:
             return found
@@ -145,11 +149,11 @@ class Evaluation:
         return r * c, dr * c - r * s, ddr * c - 2.0 * dr * s - r * frequency * frequency * c
 
     def length_of(self, r: RigidRope) -> Reference:
-        """Return the length of a rigid rope and its first two derivatives."""
+        """Return the unstretched length of a rigid rope [m] and its first two derivatives."""
         return self.reference(r.name) if r.winch else (self.numbers("reference", r.name)[1], 0.0, 0.0)
 
     def constraint_rows(self) -> ConstraintRows:
-        """Return the constraint rows under the forces known so far; after `accelerate`, the solved rows."""
+        """Return the constraint rows under the forces known so far; after `accelerate`, with their multipliers."""
         if self.rows:
             return self.rows
         for r in self.program.system.rigid_ropes:
@@ -166,7 +170,7 @@ class Evaluation:
 
     @property
     def tensions(self) -> list[Scalar]:
-        """Tensions of elastic ropes [N]."""
+        """Tensions of elastic ropes over straight lines [N]."""
         return self.column("tension")
 
     @property
@@ -176,19 +180,19 @@ class Evaluation:
 
     @property
     def reach(self) -> Scalar:
-        """Longest step [s] from this state in which shapes cannot pass through each other."""
+        """Longest step [s] from this state in which shapes in contact cannot pass through each other."""
         longest: Scalar = self.program.contacts.reach(self.numbers, self.ends)
         return longest
 
     @property
     def window(self) -> Scalar:
-        """The value of `reach` for fixed steps, which are not shortened; a note is added instead (see
+        """Longest step [s] in which shapes in contact cannot pass through each other, to check fixed steps (see
         `steps.passing`)."""
         return self.reach
 
     @property
     def drift(self) -> Scalar:
-        """The largest gap of active rows [m or rad], less the round-off of the coordinates."""
+        """The largest residual of active constraint rows [m or rad], less the round-off of the coordinates."""
         widest: Scalar = 0.0
         for gap in self.rows.held([abs(row.gap) for row in self.rows.rows]) if self.rows else ():
             widest = maximum(widest, gap)
@@ -198,12 +202,12 @@ class Evaluation:
     # ---- what samples ask for -----------------------------------------------------------------------------
 
     def column(self, group: str) -> list[Scalar]:
-        """Return the values of one column group among the sampled quantities of all laws."""
+        """Return the values of one group of sampled quantities, such as all tensions, over all force laws."""
         return [self.shown[label][i] for label, i, _ in self.program.columns[group]]
 
     @property
     def axial(self) -> list[Scalar]:
-        """The axial loads of flexible bodies (see `multibody.dynamics.axial_loads`)."""
+        """The axial loads of flexible bodies [N, m/s2, rad/s] (see `multibody.dynamics.axial_loads`)."""
         out: list[Scalar] = []
         for i, (tree, shared) in enumerate(self.program.instances):
             if shared.axial:
@@ -225,7 +229,7 @@ class Evaluation:
 
 
 def command_masters(x: Evaluation) -> None:
-    """Compute the commanded masters from their profiles."""
+    """Compute the commanded master signals, which actuators follow, from their speed profiles."""
     for m in x.program.system.masters:
         value, rate, acceleration = x.own(m.name)
         s = named(f"s({m.name})", value)
@@ -234,7 +238,7 @@ def command_masters(x: Evaluation) -> None:
 
 
 def prescribe_joints(x: Evaluation) -> None:
-    """Set the coordinates that drives prescribe."""
+    """Set the joint coordinates that drives prescribe."""
     for d in x.program.system.drives:
         if d.kind == "prescribed":
             x.references[d.name] = x.reference(d.name)
@@ -245,7 +249,7 @@ def prescribe_joints(x: Evaluation) -> None:
 
 
 def place_bodies(x: Evaluation) -> None:
-    """Compute poses and twists of all bodies on which laws act."""
+    """Compute poses and twists of all bodies on which force laws act."""
     for i, (tree, shared) in enumerate(x.program.instances):
         if shared.ends:
             out = shared.place(q=x.q[tree.q], v=x.v[tree.v], P=x.numbers("tree", str(i)))
@@ -253,7 +257,7 @@ def place_bodies(x: Evaluation) -> None:
 
 
 def measure_angles(x: Evaluation) -> None:
-    """Compute the attitudes that are measured or guarded, including full turns."""
+    """Compute the attitudes of bodies that are measured or guarded, including full turns."""
     for i, label in enumerate(x.program.angles):
         kind, body, axis = label
         if kind == "body":
@@ -263,7 +267,7 @@ def measure_angles(x: Evaluation) -> None:
 
 
 def measure_masters(x: Evaluation) -> None:
-    """Compute the joint coordinates and attitudes that actuators follow."""
+    """Compute the measured master signals: joint coordinates and attitudes that actuators follow."""
     for m in x.program.system.measured:
         if m.kind == "joint":
             i, k = x.program.graph.coordinate(m.name, m.of, m.coordinate)
@@ -277,15 +281,15 @@ def measure_masters(x: Evaluation) -> None:
 
 
 def follow(x: Evaluation) -> None:
-    """Compute the references that servo and speed drives follow."""
+    """Compute the references that servo drives and speed drives follow."""
     for d in x.program.system.drives:
         if d.kind != "prescribed":
             x.references[d.name] = x.reference(d.name)
 
 
 def attitude(body: Array, axis: int) -> tuple[Scalar, Scalar, Scalar]:
-    """Return sin and cos (not normalised) of the tilt of body axis w towards +y (axis 0, about -x) or +x (axis 1, about
-    +y), and sin' cos - sin cos'."""
+    """Return sine and cosine (not normalised) of the tilt of a body's z axis towards +y (axis 0, about -x) or +x (axis
+    1, about +y), and the numerator of the tilt's rate, sin' cos - sin cos'."""
     w = np.reshape(body[:9], (3, 3))[:, 2]
     dw = cross(body[15:18], w)
     i = 1 if axis == 0 else 0

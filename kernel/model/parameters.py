@@ -1,4 +1,4 @@
-"""Layout of the parameter block P, which holds each number of a scene and which the machine code reads.
+"""Layout of the parameter block P, which holds all numbers of a scene that the machine code reads.
 
 Masses, geometry, laws, references and discrete states are run-time numbers: between native calls the simulation writes
 them, so hooking, switching and commands never compile anything.
@@ -24,14 +24,15 @@ PROFILE = 8  # start, x0, v0, a1, d1, cruise, a2, d2
 
 @dataclass(frozen=True)
 class ParameterLayout:
-    """Positions in P, by kind and name; `initial` is P at the start of a run."""
+    """Positions of all parameters in the parameter block P, by kind and name; `initial` is P at the start of a run."""
 
     at: dict[tuple[str, str], slice]
     initial: np.ndarray  # (n,)
 
     @staticmethod
     def of(system: System, graph: Graph, trees: list[Tree], laws: tuple[SharedForce, ...]) -> "ParameterLayout":
-        """Return the layout for a system; references are at rest at their initial values, thresholds are disarmed."""
+        """Return the parameter layout for a system; references are at rest at their initial values, thresholds are
+        disarmed."""
         at: dict[tuple[str, str], slice] = {}
         values: list[float] = []
 
@@ -87,7 +88,7 @@ class ParameterLayout:
 
 
 def irregular_waves(system: System) -> dict[str, WaveSum]:
-    """Return the irregular waves of a system by the names of the drives and forces that follow them."""
+    """Return the irregular waves of a system, by the names of the drives and forces that follow them."""
     given = [(d.name, d.waves) for d in system.drives] + [(n, s.waves) for n, s in signals(system.forces).items()]
     return {name: waves for name, waves in given if waves}
 

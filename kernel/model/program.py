@@ -1,4 +1,4 @@
-"""A compiled description: layout of state, parameters, guards and accounts, and the functions of equal parts.
+"""A compiled scene: layout of state, parameters, guards and energy accounts, and the functions of equal parts.
 
 State y = [q, v, w]: coordinates, velocities, and one integral per law of the work it takes or the heat it produces.
 Equal trees and equal laws share one traced function each, called for every instance with its own numbers: the code
@@ -52,7 +52,8 @@ def program_of(system: System, *how: Any) -> "Program":
 
 
 class Program:
-    """A compiled system. Raises KernelError if a law names a missing part or two drives act on one joint.
+    """A compiled system: layout of its state and parameters, and its traced functions. Raises KernelError if a law
+    names a missing part or two drives act on one joint.
 
     `formulation`: equations for the accelerations, see `kernel.multibody.formulations`; `locked`: names of the engaged
     locks, None for those engaged at the start; `clamped`, `at_rest`, `calm`: see `Setting`.
@@ -147,7 +148,7 @@ class Program:
                 column.append((label, i, shown))
 
     def shown(self, law: SharedForce, row: SimpleNamespace) -> np.ndarray:
-        """Return the values of a law in a sample row, in the order of `LawOutput.shown`."""
+        """Return the sampled quantities of a force law from a sample row, in the order of `LawOutput.shown`."""
         return np.array([getattr(row, group)[i] for group, i in self._places[law.law.kind, law.name]])
 
     def _check(self) -> None:
@@ -168,7 +169,7 @@ class Program:
             check_signal(h, s, f"threshold '{h.name}'")
 
     def driven(self, drive: Drive) -> tuple[int, int]:
-        """Return the indices of a drive's coordinate in q and v."""
+        """Return the indices of a drive's joint coordinate in q and of its rate in v."""
         return self.graph.coordinate(drive.name, drive.joint, drive.coordinate)
 
     def _check_loops(self) -> None:
@@ -213,14 +214,15 @@ class Program:
 
     @cached_property
     def memory(self) -> dict[tuple[str, int], int]:
-        """Places in y of the states of radiation, by the name of the force and their number."""
+        """Indices in the state y of the memory states of wave radiation, by the name of the force and the number of the
+        state."""
         names, first = {x.name for x in self.system.forces if isinstance(x, Radiation)}, self.ny - len(self.angles)
         of = {(name, n): first + i for i, (kind, name, n) in enumerate(self.angles) if kind == "force"}
         return {label: place for label, place in of.items() if label[0] in names}
 
     @cached_property
     def axial(self) -> list[int]:
-        """For each number of `Evaluation.axial`, the index of its flexible body."""
+        """The index of the flexible body to which each number of `Evaluation.axial` belongs."""
         number = self.graph.number
         return [number(k.body.name) for k, on, _ in self.compressible for _ in range(3 * (2 + len(on)))]
 
@@ -237,12 +239,12 @@ class Program:
 
     @cached_property
     def sliders(self) -> list[tuple[Link, float]]:
-        """Sliders on beams, each with the length of its beam [m]."""
+        """The sliders on beams, each with the length of its beam [m]."""
         carriers = ((k, self.graph.links[k.parent].modes) for k in self.graph.links if k.joint.kind == "slider")
         return [(k, x.flexible.beam.length if x and x.flexible.beam else 0.0) for k, x in carriers]
 
     def turned_at_start(self, label: AngleLabel) -> float:
-        """Return by how much joints have turned the bodies of an angle signal about its axis before the start [rad]."""
+        """Return by how much joints have turned the bodies of an angle label about its axis before the start [rad]."""
         kind, name, i = label
         if kind == "body":
             a, b, axis = WORLD, name, np.array(AXES[i])
@@ -254,7 +256,7 @@ class Program:
         return turned_at_start(self.graph, self.poses_at_start, a, b, axis)
 
     def sharing(self, tree: Tree) -> str:
-        """Return the key that is equal for trees which share their functions."""
+        """Return a key that is equal for trees which share their traced functions."""
         return tree.kind
 
     def _share(self, trees: list[Tree]) -> list[tuple[Tree, SharedTree]]:

@@ -1,4 +1,4 @@
-"""The quantities of signals: one formula each, traced by thresholds and computed by samples.
+"""Formulas of the scalar signals, one for each quantity, traced for thresholds and computed from samples.
 
 A formula takes positions of points, numbers, and named values of a scene: tensions and lengths of ropes, coordinates,
 angles, wind speeds. `description.signals` defines the quantities.
@@ -36,7 +36,7 @@ TOUCH = 1e-9  # [m] between them where boxes touch
 
 @dataclass(frozen=True)
 class FormulaContext:
-    """Arguments of a formula: positions, numbers and named values."""
+    """Arguments of a signal's formula: positions of points, numbers, and named values such as tensions."""
 
     places: Places
     numbers: Scalars
@@ -199,7 +199,8 @@ def _dot(a: Scalars, b: Scalars) -> Any:
 
 @dataclass(frozen=True)
 class QuantityFormula:
-    """A row of the table of quantities: a formula, and the fields that a signal of this quantity must have."""
+    """An entry of the table of signal quantities: a formula, and the fields that a signal of this quantity must
+    have."""
 
     formula: Callable[[FormulaContext], Scalar]
     needs: tuple[str, ...] = ()
@@ -257,7 +258,7 @@ def scalar(h: ScalarSignal, places: Places, numbers: Scalars, values: Scalars, l
 
 
 def points(h: ScalarSignal, system: System) -> tuple[Point, ...]:
-    """Return the points whose positions the formula takes."""
+    """Return the points whose positions the formula of a signal takes."""
     if h.quantity in LINED:
         more = (h.origin,) if h.quantity in LEADS and h.origin else ()
         return (*(p for rope in _lines(h, system) for line in rope for p in (line.a, line.b)), *more)
@@ -272,7 +273,8 @@ def points(h: ScalarSignal, system: System) -> tuple[Point, ...]:
 
 
 def numbers(h: ScalarSignal, system: System) -> tuple[float, ...]:
-    """Return the numbers that the formula takes: those of the signal, of a carried group, and the shares of lines."""
+    """Return the numbers that the formula of a signal takes: those of the signal, of a carried group, and the shares of
+    lines."""
     if h.quantity in OF_GROUPS:
         return (*h.numbers, *carried_group(h, system).numbers)
     shares = (line.share for rope in _lines(h, system) for line in rope) if h.quantity in LINED else ()
@@ -280,14 +282,14 @@ def numbers(h: ScalarSignal, system: System) -> tuple[float, ...]:
 
 
 def lines(h: ScalarSignal, system: System) -> tuple[int, ...]:
-    """Return the number of lines of each rope of the signal."""
+    """Return the number of straight lines of each rope of a signal."""
     if h.quantity in OF_GROUPS:
         return tuple(map(len, carried_group(h, system).ropes.values()))
     return tuple(map(len, _lines(h, system))) if h.quantity in SIDES else ()
 
 
 def names(h: ScalarSignal, system: System) -> tuple[str, ...]:
-    """Return the names whose values the formula takes: ropes, or a single element."""
+    """Return the names of the ropes, or of the single element, whose values the formula of a signal takes."""
     if h.quantity in OF_GROUPS:
         return (*carried_group(h, system).ropes,)
     if h.quantity in ("tension", "load", "moment", "use", "use by place", *SIDES):
@@ -298,7 +300,7 @@ def names(h: ScalarSignal, system: System) -> tuple[str, ...]:
 
 
 def check_signal(h: ScalarSignal, system: System, label: str) -> None:
-    """Raise KernelError for a signal without the fields of its quantity."""
+    """Raise KernelError for a signal without the fields that its quantity needs."""
     a = f"an {h.quantity}" if h.quantity[0] in "aeiou" else f"a {h.quantity}"
     line = h.quantity in LINED and h.point and h.origin
     given = {"rope": h.ropes or line, "joint": h.of, "point": h.point, "origin": h.origin}

@@ -1,4 +1,5 @@
-"""References of actuators: profiles that start at integer times, and functions of a master, continuous across commands.
+"""Reference values of actuators: speed profiles that start at integer times, and functions of a master signal,
+continuous across commands.
 
 The simulation holds each actuator's present profile with its start time in integer nanoseconds; the machine code gets
 starts relative to the last event, so that no precision is lost in long runs. P holds only the active piece of a
@@ -28,7 +29,8 @@ SAME = 1e-9  # relative difference of two values that is round-off
 
 @dataclass
 class ReferenceProfile:
-    """A speed profile that starts from the value x0, and the followed masters with their coefficients."""
+    """Reference of an actuator: a speed profile that starts from the value x0, and the followed master signals with
+    their coefficients."""
 
     start_ns: int
     x0: float
@@ -37,8 +39,8 @@ class ReferenceProfile:
 
 
 class References:
-    """Profiles and followed masters of all drives and winches, written into P; `admit` is called before each
-    command."""
+    """Speed profiles and followed master signals of all drives and winches, written into the parameter block P; `admit`
+    is called before each command."""
 
     def __init__(self, parameters: ParameterLayout, P: np.ndarray, system: System) -> None:
         self._at, self._P = parameters.at, P
@@ -77,7 +79,8 @@ class References:
         return a
 
     def own(self, name: str, t_ns: int) -> tuple[float, float]:
-        """Return value and speed of an actuator's own profile at a time, without its masters."""
+        """Return value and speed of the actuator's own speed profile at a time, without the master signals that it
+        follows."""
         a = self._actuator(name)
         t = (t_ns - a.start_ns) * 1e-9
         speed = a.move.speed(t)
@@ -88,13 +91,13 @@ class References:
         self._epoch_ns = epoch_ns
 
     def value(self, name: str, t_ns: int) -> float:
-        """Return an actuator's reference at a time: its profile plus the contributions of its masters, which may be the
-        references of joint drives."""
+        """Return an actuator's reference at a time: its own profile plus functions of the master signals that it
+        follows; a measured joint counts with the reference of its drive."""
         led = [_follow(k, self.own(self._asked[m], t_ns)[0]) for m, k in self._actuator(name).follows.items()]
         return self.own(name, t_ns)[0] + sum(led)
 
     def speed(self, name: str, t_ns: int) -> float:
-        """Return the rate of the reference at a time."""
+        """Return the rate of an actuator's reference at a time."""
         own = self.own(name, t_ns)[1]
         for m, (k1, kc, ks) in self._actuator(name).follows.items():
             s, ds = self.own(self._asked[m], t_ns)
@@ -102,7 +105,8 @@ class References:
         return own
 
     def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
-        """Start a trapezoid from the present value and speed; raises KernelError if the profile is impossible."""
+        """Start a trapezoid speed profile of an actuator from its present value and speed; raises KernelError if the
+        profile is impossible."""
         a = self._driven(name)
         self._check_start(name, start_ns)
         x0, v0 = self.own(name, start_ns)
@@ -131,20 +135,21 @@ class References:
         return v != 0.0 or speed != 0.0 or abs(later - x) > SAME * (1.0 + abs(x))
 
     def moves(self, name: str, t_ns: int) -> bool:
-        """Return whether an actuator moves, or follows a master that moves."""
+        """Return whether an actuator moves by itself, or follows a master signal that moves."""
         a = self._actuator(name)
         masters = [self._masters[m] for m in a.follows]
         return self.own(name, t_ns)[1] != 0.0 or any(m in self.actuators and self.moves(m, t_ns) for m in masters)
 
     def set_value(self, name: str, t_ns: int, value: float) -> None:
-        """Set a constant value at once, such as the new length of a sling being hooked."""
+        """Set the reference of an actuator to a constant value at once, such as the new length of a sling being
+        hooked."""
         a = self._actuator(name)
         self.admit("set_value")
         a.start_ns, a.x0, a.move, a.follows = t_ns, value, REST, {}
 
     def set_follow(self, name: str, t_ns: int, master: str, f: tuple[float, float, float], now: list[float]) -> None:
-        """Make an actuator follow k1 s + kc cos s + ks sin s, where s is the value of a master ("": no master), without
-        a jump. `now`: present values of the masters."""
+        """Make an actuator follow k1 s + kc cos s + ks sin s, where s is the value of a master signal ("": none),
+        without a jump. `now`: present values of the master signals."""
         a = self._driven(name)
         if master and (master not in self._masters or name in self._masters):
             raise KernelError(f"'{name}' cannot follow '{master}': masters are {', '.join(self._masters) or 'none'}")
@@ -165,19 +170,20 @@ class References:
         a.x0 += before - after
 
     def take(self, other: "References") -> None:
-        """Take over the motions of those actuators of another scene that have the same names."""
+        """Copy the present motions of actuators with equal names from the references of another scene."""
         for name in self.actuators.keys() & other.actuators.keys():
             a = other.actuators[name]
             follows = {self._masters.index(other._masters[m]): f for m, f in a.follows.items()}
             self.actuators[name] = ReferenceProfile(a.start_ns, a.x0, a.move, follows)
 
     def stop(self, t_ns: int) -> None:
-        """Stop the profiles of all actuators; actuators that follow a master keep following it."""
+        """Stop the profiles of all actuators; actuators that follow a master signal keep following it."""
         for name, a in self.actuators.items():
             a.start_ns, a.x0, a.move = t_ns, self.own(name, t_ns)[0], REST
 
     def write(self, epoch_ns: int) -> None:
-        """Write the profiles, followed masters and histories into P, with times in seconds since the epoch."""
+        """Write the profiles, followed master signals and histories of all actuators into the parameter block P, with
+        times in seconds since the epoch."""
         self._epoch_ns = epoch_ns
         rows = list[float]()
         for a in self.actuators.values():
@@ -194,7 +200,8 @@ class References:
             self._P[self._at["clock", ""]] = epoch_ns * 1e-9
 
     def breaks(self, epoch_ns: int, after: float = 0.0) -> list[float]:
-        """Return the sorted times since the epoch [s], later than `after`, at which accelerations or slopes change."""
+        """Return the sorted times since the epoch [s], later than `after`, at which accelerations or slopes of
+        references change."""
         out = {*self.histories.breaks(epoch_ns, after), *self.waves.breaks(epoch_ns, after)}
         out |= {t for end in self._ramps if (t := (end - epoch_ns) * 1e-9) > after}
         for a in self.actuators.values():
@@ -222,7 +229,8 @@ class References:
 
 
 class Histories:
-    """Time histories of all signals; a piece consists of its local start [s], the value there, and the slope."""
+    """Piecewise linear time histories of all signals; a piece consists of its local start [s], the value there, and the
+    slope."""
 
     def __init__(self, signals: dict[str, InputSignal], parameters: ParameterLayout, P: np.ndarray) -> None:
         self._P = P
@@ -232,7 +240,7 @@ class Histories:
                 self._all.append((parameters.at["signal", name], [round(t * 1e9) for t in s.times], s))
 
     def write(self, epoch_ns: int, t: float = 0.0) -> None:
-        """Write into P the pieces that are active at local time t."""
+        """Write the pieces of all histories that are active at local time t [s] into the parameter block P."""
         now = epoch_ns + round(t * 1e9)
         for at, times, s in self._all:
             i = bisect_right(times, now) - 1
@@ -248,7 +256,7 @@ class Histories:
         return [(times[i] - epoch_ns) * 1e-9 for times, i in following if i < len(times)]
 
     def end(self, epoch_ns: int) -> float:
-        """Return the local time after which no history changes [s]."""
+        """Return the local time [s] after which no history changes."""
         return max(((times[-1] - epoch_ns) * 1e-9 for _, times, _ in self._all), default=-inf)
 
 

@@ -1,4 +1,4 @@
-"""Discrete states of laws, and their changes when a guard becomes negative or by command.
+"""Discrete states of force laws, and their changes when a guard becomes negative or by command.
 
 Coordinates and velocities do not change. Elastic energy that a law still stores when it releases (a rope that slackens
 under damping, a sling unhooked, a pad that opens) counts as heat of that law; the simulation adds it to the energy
@@ -27,8 +27,8 @@ ROPES = ("rope", "rigid", ReevingLaw.kind)  # kinds of numbers that ropes have
 
 @dataclass(frozen=True)
 class StateChange:
-    """A state change: `what` is taut, slack, closed, open, stick, slip, bent or reached, or for a lock locked or freed;
-    the meaning of `value` depends on the law."""
+    """A change of a law's discrete state: `what` is taut, slack, closed, open, stick, slip, bent or reached, or for a
+    lock locked or freed; the meaning of `value` depends on the law."""
 
     name: str
     what: str
@@ -36,7 +36,8 @@ class StateChange:
 
 
 class Switches:
-    """Reads and writes the discrete states in P; `row` is the present sample row (see `sample_row`).
+    """Reads and writes the discrete states of laws in the parameter block P; `row` is the present sample row (see
+    `sample_row`).
 
     `admit(command)` is called before a command takes effect.
     """
@@ -51,7 +52,7 @@ class Switches:
         self.admit: Callable[[str], None] = lambda command: None
 
     def fire(self, guard: int, row: SimpleNamespace) -> StateChange:
-        """Switch the law whose guard has become negative, and return the change."""
+        """Switch the law whose guard has become negative, and return the change of state."""
         what, name = label = self._program.guards[guard]
         if what == "threshold":
             self._disarm(name)
@@ -61,7 +62,8 @@ class Switches:
         return StateChange(name, *law.law.switch(law.force, self._P[self._at[law.law.kind, name]], what, shown))
 
     def watch(self, name: str, value: float, rising: bool) -> None:
-        """Arm a threshold; raises KernelError for an unknown name."""
+        """Arm a threshold, so that its signal's crossing of `value` is an event; raises KernelError for an unknown
+        name."""
         p = self._threshold_numbers(name)
         if not isfinite(value):
             raise KernelError(f"threshold '{name}': {value} is not a valid threshold; it must be a finite number")
@@ -97,7 +99,8 @@ class Switches:
             p[BrakeAt.ENGAGED :] = [float(engaged), 1.0, row.q[self._brakes[name][0]], 0.0]
 
     def rope_numbers(self, name: str) -> np.ndarray:
-        """Return the numbers of a rope: EA, damping, hooked, taut and lines; raises KernelError for an unknown name."""
+        """Return the parameters of a rope: EA, damping, hooked, taut and lines; raises KernelError for an unknown
+        name."""
         if name not in self._ropes:
             raise KernelError(
                 f"'{name}': there is no rope with this name; there are {', '.join(self._ropes) or 'none'}"
@@ -105,7 +108,7 @@ class Switches:
         return self._P[self._at["rope", name]]
 
     def rigid_numbers(self, name: str) -> np.ndarray | None:
-        """Return the numbers of a rigid rope: hooked, taut and lines; None if the rope is not rigid."""
+        """Return the parameters of a rigid rope: hooked, taut and lines; None if the rope is not rigid."""
         return self._P[self._at["rigid", name]] if ("rigid", name) in self._at else None
 
     def reeving(self, name: str) -> Reeving | None:
@@ -113,11 +116,11 @@ class Switches:
         return next((r for r in self._program.system.reevings if r.name == name), None)
 
     def reeving_numbers(self, name: str) -> np.ndarray:
-        """Return the numbers of a rope over sheaves (see `ReevingAt`)."""
+        """Return the parameters of a rope over sheaves (see `ReevingAt`)."""
         return self._P[self._at[ReevingLaw.kind, name]]
 
     def unhook(self, name: str) -> None:
-        """Unhook a rope."""
+        """Unhook a rope of any kind, without accounting for its energy."""
         if (reeving := self.reeving(name)) is not None:
             ReevingLaw().take_off(reeving, self.reeving_numbers(name))
             return

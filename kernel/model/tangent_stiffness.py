@@ -32,8 +32,8 @@ Rate = Callable[..., SimpleNamespace]  # (t (2,), y (ny,), P) -> dy, T, G, ... b
 
 @dataclass(frozen=True)
 class Tangent:
-    """Native functions of a scene. `sizes`: number of values that `rate` returns in each array, the derivative (ny,)
-    first; n: free degrees of freedom.
+    """Native functions for the tangent stiffness of a scene. `sizes`: number of values that `rate` returns in each
+    array, the derivative (ny,) first; n: free degrees of freedom.
 
     `abreast`: largest number of degrees of freedom of a joint; as many evaluations give the coordinate rates of unit
     velocities, for all joints at once. Block G: guards. Block J: per velocity the derivative of all accelerations
@@ -53,12 +53,12 @@ class Tangent:
 
     @property
     def work(self) -> int:
-        """Size of the work block of `rate`: state, results, displacements."""
+        """Size of the work block of `rate` in numbers: state, results, displacements."""
         return self.sizes["dy"] + sum(self.sizes.values()) + self.abreast * self.nq
 
     def functions(self, rate: Rate) -> list[Primitive]:
-        """Return `tangent`(t, y, P, G, order, columns, work, J), `factorise_tangent`(M), and `solve_tangent`(M, b,
-        tail, x).
+        """Return the native functions `tangent`(t, y, P, G, order, columns, work, J), `factorise_tangent`(M), and
+        `solve_tangent`(M, b, tail, x).
 
         order: weights of the two differences; columns (nv, 4): difference step (0: skip this column), number of the
         evaluation with its coordinate rates, and the range of coordinates that it displaces.

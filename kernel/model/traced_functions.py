@@ -1,4 +1,5 @@
-"""Traced functions shared by equal parts of a scene: profiles, and trees of one kind (for laws see `forces.table`).
+"""Traced functions shared by equal parts of a scene: speed profiles, and trees of one kind (for laws see
+`forces.table`).
 
 Each instance calls them with its own numbers.
 """
@@ -20,8 +21,8 @@ from heavylift.kernel.multibody.trees import Tree, with_numbers
 
 @dataclass(frozen=True)
 class SharedTree:
-    """The functions that trees of one kind share; `ends`: bodies on which laws act; `opened`: functions for constraint
-    rows on the bodies `held`."""
+    """The traced functions that trees of one kind share; `ends`: bodies on which laws act; `opened`: functions for
+    constraint rows on the bodies `held`."""
 
     ends: tuple[int, ...]
     held: tuple[int, ...]
@@ -40,7 +41,7 @@ MOST = 64
 def shared_tree(
     key: str, k: int, tree: Tree, ends: tuple[int, ...], held: tuple[int, ...], formulation: str
 ) -> SharedTree:
-    """Return the functions of trees with equal `key`, which may belong to other scenes; the most recent ones are
+    """Return the traced functions of trees with equal `key`, which may belong to other scenes; the most recent ones are
     cached."""
     made = k, formulation, key
     found = _made.pop(made, None) or tree_functions(k, tree, ends, held, formulation)
@@ -51,7 +52,7 @@ def shared_tree(
 
 
 def profile(t: Array, p: Array) -> Outputs:
-    """Return reference, rate and acceleration of a profile; p = (start, x0, v0, a1, d1, cruise, a2, d2), see
+    """Return reference, rate and acceleration of a speed profile; p = (start, x0, v0, a1, d1, cruise, a2, d2), see
     `description.profile`.
 
     t: the present time, and a time within the present step, which selects the piece where two pieces meet, since the

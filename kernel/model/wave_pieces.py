@@ -1,4 +1,4 @@
-"""Irregular waves as cubic Hermite pieces in P, so that a step evaluates a cubic however many harmonics a sea has.
+"""Irregular waves as cubic Hermite pieces, so that a step evaluates one cubic however many harmonics a sea has.
 
 A piece begins at each multiple of `piece` of the run's time; its values and slopes at both ends are those of the sum of
 harmonics, so that a cubic misses harmonic w by at most (w piece)^4 / 384 of its amplitude (Hermite's remainder). Sums
@@ -35,12 +35,12 @@ class WavePieces:
         return len(self._groups)
 
     def write(self, epoch_ns: int, t: float = 0.0) -> None:
-        """Write into P the pieces that are active at local time t [s]."""
+        """Write the cubic pieces of all waves that are active at local time t [s] into the parameter block P."""
         for sea in self._groups:
             self._P[sea.places] = sea.piece(epoch_ns, epoch_ns + round(t * 1e9))
 
     def breaks(self, epoch_ns: int, after: float) -> list[float]:
-        """Return the ends [local s] of the pieces that are active after local time `after` [s]."""
+        """Return the ends [local s] of the wave pieces that are active after local time `after` [s]."""
         now = epoch_ns + round(after * 1e9)
         return [((now // sea.length + 1) * sea.length - epoch_ns) * 1e-9 for sea in self._groups]
 
@@ -57,7 +57,7 @@ class _Sea:
         self._knots: dict[int, Knot] = {}  # the last two
 
     def piece(self, epoch_ns: int, now_ns: int) -> np.ndarray:
-        """Return the numbers (n, 5) of the piece that is active at a time."""
+        """Return the numbers (n, 5) of the cubic pieces of n waves that are active at a time."""
         k = now_ns // self.length
         self._knots = {i: self._knots.get(i) or self._knot(i) for i in (k, k + 1)}
         (x, dx), (y, dy) = self._knots[k], self._knots[k + 1]

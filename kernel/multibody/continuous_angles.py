@@ -1,4 +1,4 @@
-"""Angles over several turns: a rotation gives them within +-180 degrees, an integral selects the turn.
+"""Angles over several turns: a rotation matrix gives an angle within +-180 degrees, an integral selects the turn.
 
 The integral of an angle's rate is a number of the state, after the energy accounts; the angle is that of the rotation
 plus the whole turns that bring it nearest to the integral. So the angle is exact as long as the integral's error is
@@ -28,20 +28,21 @@ Poses = Callable[[str], tuple[Array, Array]]
 
 
 def on_turn(wrapped: Scalar, counted: Scalar) -> Scalar:
-    """Return the angle [rad] that equals `wrapped` modulo 2 pi and is nearest to its integral `counted`."""
+    """Return the angle [rad] that equals `wrapped` modulo 2 pi and is nearest to its integrated rate `counted`."""
     # whole turns that bring the exact, wrapped angle nearest to its integral
     return wrapped + TURN * nearest((counted - wrapped) * (1.0 / TURN))
 
 
 def starting(wrapped: float, turned: float) -> float:
-    """Return the angle [rad] that equals `wrapped` modulo 2 pi and is nearest to the joints' rotation `turned`."""
+    """Return the angle [rad] that equals `wrapped` modulo 2 pi and is nearest to `turned`, the rotation by the
+    joints."""
     # EVEN: half a turn counts upwards even where rounding makes it a little less
     return wrapped + TURN * floor((turned - wrapped) / TURN + 0.5 + EVEN)
 
 
 def between(graph: "Graph", poses: Poses, a: str, b: str) -> Iterator[tuple[np.ndarray | None, float]]:
-    """Yield the world axis and the angle of each joint between a and b; the axis is None for a joint, or a bending
-    body, without a fixed axis."""
+    """Yield the world axis and the angle [rad] of each joint between bodies a and b; the axis is None for a joint, or a
+    bending body, without a fixed axis."""
 
     def path(body: str) -> list[int]:
         i, out = graph.number(body), list[int]()
@@ -73,7 +74,7 @@ def between(graph: "Graph", poses: Poses, a: str, b: str) -> Iterator[tuple[np.n
 
 
 def hinge(graph: "Graph", poses: Poses, a: str, b: str) -> np.ndarray | None:
-    """Return the common world axis of all joints between a and b; None if they do not share a single axis."""
+    """Return the common world axis of all joints between bodies a and b; None if they do not share a single axis."""
     axes = [axis for axis, _ in between(graph, poses, a, b)]
     first = axes[0] if axes else None
     if first is None or any(x is None or np.linalg.norm(np.cross(x, first)) > PARALLEL for x in axes):
@@ -82,7 +83,7 @@ def hinge(graph: "Graph", poses: Poses, a: str, b: str) -> np.ndarray | None:
 
 
 def turned_at_start(graph: "Graph", poses: Poses, a: str, b: str, axis: np.ndarray) -> float:
-    """Return the rotation [rad] of b relative to a about a world axis: the sum of the angles of the joints between
-    them."""
+    """Return the rotation [rad] of body b relative to body a about a world axis: the sum of the angles of the joints
+    between them."""
     along = [(x, q) for x, q in between(graph, poses, a, b) if x is not None]
     return float(sum((x @ axis) * q for x, q in along if np.linalg.norm(np.cross(x, axis)) <= PARALLEL))

@@ -1,4 +1,5 @@
-"""Recursive equations of motion of one tree: the paper's Fig. 6 (c)-(e), solved with CRBA and LTDL, and their inverse.
+"""Recursive equations of motion of one tree (Ku et al. 2012, Fig. 6 (c)-(e)), solved by composite inertias and LTDL
+factors, and their inverse.
 
 World axes about the root body's origin, so that with the path matrix T the recursions are sums along paths: composite
 inertias and wrenches as the twists of `kinematics`, H_kl = S_l^T I^c S_k for l on the path of k (Featherstone 2008,
@@ -23,7 +24,8 @@ from .trees import Tree
 
 @dataclass(frozen=True)
 class LtdlFactors:
-    """H = L^T D L over the free degrees of freedom of a tree, without fill-in along the paths.
+    """Factors H = L^T D L of a tree's joint-space inertia over its free degrees of freedom, without fill-in along the
+    paths.
 
     L[k, i] for i on the path of k (its unit diagonal is not stored), D_inverse[k] = 1/D_k.
     """
@@ -34,7 +36,7 @@ class LtdlFactors:
     D_inverse: dict[int, Scalar]
 
     def half(self, b: list[Scalar]) -> list[Scalar]:
-        """Return L^-T b, so that b^T H^-1 c = half(b)^T D^-1 half(c)."""
+        """Return L^-T b, the first half of solving H x = b; b^T H^-1 c = half(b)^T D^-1 half(c)."""
         y = dict(zip(self.dofs, b, strict=True))
         for k in reversed(self.dofs):
             for i in self.paths[k]:
@@ -42,7 +44,7 @@ class LtdlFactors:
         return [y[k] for k in self.dofs]
 
     def back(self, y: list[Scalar]) -> list[Scalar]:
-        """Return L^-1 D^-1 y, which completes the solution that `half` begins."""
+        """Return L^-1 D^-1 y, the second half of solving H x = b, with y from `half`."""
         x: dict[int, Scalar] = {}
         for k, y_k in zip(self.dofs, y, strict=True):
             t = y_k * self.D_inverse[k]
@@ -52,7 +54,7 @@ class LtdlFactors:
         return [x[k] for k in self.dofs]
 
     def solve(self, b: list[Scalar]) -> list[Scalar]:
-        """Return H^-1 b over the free degrees of freedom."""
+        """Return H^-1 b over the free degrees of freedom, with the joint-space inertia H."""
         return self.back(self.half(b))
 
 
@@ -83,14 +85,15 @@ class Equations:
     factors: LtdlFactors
 
     def accelerations(self, a: list[Scalar], a_ref: Scalars) -> Array:
-        """Return all accelerations (n_v,), given those of the free and of the prescribed degrees of freedom."""
+        """Return all accelerations (n_v,) of the tree, given those of the free and of the prescribed degrees of
+        freedom."""
         values = dict(zip(self.tree.free_dofs, a, strict=True)) | dict(
             zip(self.tree.prescribed_dofs, a_ref, strict=True)
         )
         return np.array([values[k] for k in range(len(self.rhs))])
 
     def solution(self, a_ref: Scalars) -> tuple[dict[int, Scalar], Array]:
-        """Return the accelerations when no further forces act, and the forces of prescribed joints."""
+        """Return the accelerations of the tree when no further forces act, and the forces of prescribed joints."""
         a = self.accelerations(self.factors.solve([self.rhs[k] for k in self.tree.free_dofs]), a_ref)
         reaction = [
             # row k of H a - rhs: the effort that holds a prescribed degree of freedom on its given acceleration
@@ -100,7 +103,7 @@ class Equations:
         return dict(enumerate(a)), np.array(reaction)
 
     def given(self, k: int) -> dict[int, Scalar]:
-        """Return the entries of row k of H, of a prescribed degree of freedom, in the columns of the free ones."""
+        """Return the entries of row k of H in the columns of the free degrees of freedom; k: a prescribed one."""
         free = self.tree.free_dofs
         return {l: self.H[max(k, l), min(k, l)] for l in free if (max(k, l), min(k, l)) in self.H}
 
@@ -108,7 +111,8 @@ class Equations:
 def equations_of_motion(
     tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars = ()
 ) -> Equations:
-    """Set up Fig. 6 (a)-(e) as the linear system of the joint accelerations; arguments as of `dynamics`."""
+    """Set up the recursive equations (Ku et al. 2012, Fig. 6 (a)-(e)) as the linear system of the joint accelerations;
+    arguments as of `dynamics`."""
     K = kinematics(tree, q, v, g, a_ref)
     I, F = composites(tree, K, W)
     H = joint_space_inertia(tree, K, I)
@@ -120,16 +124,16 @@ def equations_of_motion(
 def dynamics(
     tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars = ()
 ) -> tuple[Array, Array, Array]:
-    """Return dq/dt, dv/dt and the forces in the prescribed joints. W: wrench (6,) applied to each body, about the
-    tree's point; tau: (n_v,) joint forces from springs, drives, brakes and stops [N or N m]."""
+    """Return dq/dt, dv/dt and the forces in the prescribed joints of a tree. W: wrench (6,) applied to each body, about
+    the tree's reference point; tau: (n_v,) joint forces from springs, drives, brakes and stops [N or N m]."""
     x = equations_of_motion(tree, q, v, tau, W, g, a_ref)
     motion, reaction = x.solution(a_ref)
     return join(*x.K.dq), np.array(list(motion.values())), reaction
 
 
 def composites(tree: Tree, K: Kinematics, W: list[Array]) -> tuple[list[Array], list[Array]]:
-    """Return, for each body, its composite inertia I^c and the wrench of its joint when all accelerations are zero
-    (Fig. 6 (c), (d))."""
+    """Return, for each body of a tree, its composite inertia I^c and the wrench of its joint when all accelerations are
+    zero (Ku et al. 2012, Fig. 6 (c), (d))."""
     I, F = newton_euler(tree, K, W)
     for i, b in enumerate(tree.bodies):
         if b.elastic is not None:
@@ -144,7 +148,7 @@ def composites(tree: Tree, K: Kinematics, W: list[Array]) -> tuple[list[Array], 
 
 
 def joint_forces(tree: Tree, K: Kinematics, F: list[Array]) -> Iterator[Any]:
-    """Yield S^T F (n_v,): the forces along the degrees of freedom that keep all accelerations of `composites` at zero.
+    """Yield S^T F (n_v,): the joint forces [N or N m] that keep all accelerations of `composites` at zero.
 
     The force on a mode has contributions from its own body (equation (8) of `flexible.attachment`) and from the bodies
     that this body carries.
@@ -160,7 +164,8 @@ def joint_forces(tree: Tree, K: Kinematics, F: list[Array]) -> Iterator[Any]:
 
 
 def joint_space_inertia(tree: Tree, K: Kinematics, I: list[Array]) -> dict[tuple[int, int], Scalar]:
-    """Return H[k, l] = S_l^T I^c S_k for l on the path of k (CRBA); raises KernelError for a motion without inertia."""
+    """Return the joint-space inertia H[k, l] = S_l^T I^c S_k of a tree for l on the path of k (CRBA); raises
+    KernelError for a motion without inertia."""
     H: dict[tuple[int, int], Scalar] = {}
     of = tree.body_of_dof
     for k, (i, path) in enumerate(zip(of, tree.dof_paths, strict=True)):
@@ -229,7 +234,8 @@ def energies(tree: Tree, K: Kinematics, g: Scalar) -> tuple[Scalar, Scalar]:
 
 
 def accelerated(tree: Tree, q: Array, v: Array, dv: Array, g: Scalar) -> Kinematics:
-    """Return poses, twists and accelerations of all bodies, with gravity as an upward acceleration of the ground."""
+    """Return poses, twists and accelerations of all bodies of a tree, with gravity as an upward acceleration of the
+    ground."""
     K = kinematics(tree, q, v, g, [0.0] * len(tree.prescribed_dofs))
     X: list[Array] = []  # what the accelerations of the joints add
     for i, (b, S) in enumerate(zip(tree.bodies, K.S, strict=True)):
@@ -262,7 +268,8 @@ def axial_loads(tree: Tree, q: Array, v: Array, dv: Array, W: list[Array], g: Sc
 
 
 def inverse_dynamics(tree: Tree, q: Array, v: Array, dv: Array, W: list[Array], g: Scalar) -> tuple[Array, list[Array]]:
-    """Return the joint forces tau (n_v,) that cause the accelerations dv, and the wrenches of joints on bodies.
+    """Return the joint forces tau (n_v,) that cause the accelerations dv of a tree, and the wrenches of joints on
+    bodies.
 
     W: wrench (6,) applied to each body; the result also has a wrench (6,) per body, [moment; force] in world axes about
     the tree's point [N m, N]. Prescribed joints are treated like all others: tau is then the effort required of their

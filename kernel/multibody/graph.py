@@ -1,4 +1,4 @@
-"""The graph of the paper from a list of bodies and joints: regular numbering, path matrix T, trees.
+"""Graph of a system's bodies and joints (Ku et al. 2012): regular numbering, path matrix T, trees.
 
 T (rows bodies, columns joints) has T_ki = 1 where joint i lies on the path from the ground to body k: the paper's eq.
 (5), the unsigned transpose of Wittenburg's (2008), T = (I - P)^-1 for parents before children. The joints whose
@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 
 
 class Freedoms(ABC):
-    """Base of a body with its coordinates q and velocities v: those of its joint, followed by those of its modes."""
+    """Base class of a body with its coordinates q and velocities v: those of its joint, followed by those of its
+    modes."""
 
     q: slice
     v: slice
@@ -32,7 +33,7 @@ class Freedoms(ABC):
     @property
     @abstractmethod
     def n_modes(self) -> int:
-        """The number of modes; 0 for a rigid body."""
+        """The number of elastic modes of the body; 0 for a rigid body."""
 
     @property
     def q_modes(self) -> slice:
@@ -45,7 +46,8 @@ class Freedoms(ABC):
 
 @dataclass(frozen=True)
 class Link(Freedoms):
-    """A body with its joint; parent: link number, -1 for the ground; q and v are its positions in the state."""
+    """A numbered body with the joint that carries it; parent: link number, -1 for the ground; q and v are its positions
+    in the state."""
 
     body: Body
     joint: Joint
@@ -56,7 +58,7 @@ class Link(Freedoms):
 
     @property
     def q0(self) -> tuple[float, ...]:
-        """Coordinates at the start: those of the joint, then those of the modes."""
+        """Coordinates of the link at the start: those of the joint, then those of the modes."""
         modes = self.modes.flexible.start or (0.0,) * self.n_modes if self.modes else ()
         return (*(self.joint.q0 or JOINTS[self.joint.kind].rest), *modes)
 
@@ -85,11 +87,11 @@ class Graph:
 
     @cached_property
     def q0(self) -> list[float]:
-        """Coordinates (nq,) at the start."""
+        """Coordinates (nq,) of all links at the start."""
         return [x for k in self.links for x in k.q0]
 
     def joint(self, name: str) -> Link:
-        """Return the link that a joint carries; raises KernelError for an unknown name."""
+        """Return the link that a joint carries; raises KernelError for an unknown joint."""
         for link in self.links:
             if link.joint.name == name:
                 return link
@@ -108,8 +110,8 @@ class Graph:
         if f"{on.body.name}@{x:.9g}" != body:
             at = ", ".join(f"{e:g}" for e in link.joint.p_PJ)
             raise KernelError(
-                f"{where}: its end on the flexible body '{on.body.name}' stays at the station "
-                f"({at}); use one rope for each station, and hook the other one"
+                f"{where}: its end on the flexible body '{on.body.name}' cannot leave the station "
+                f"({at}); use one rope for each station, and hook the other rope"
             )
         return (p[0] - X[0], p[1] - X[1], p[2] - X[2])
 
@@ -131,14 +133,16 @@ class Graph:
         return link.q.start + i, link.v.start + i
 
     def trees(self) -> list[range]:
-        """Return the ranges of link numbers, one per body on the ground; bodies that share water are in one."""
+        """Return the ranges of link numbers of the trees, one per body on the ground; bodies that share water are in
+        one tree."""
         roots = [i for i, k in enumerate(self.links) if k.parent < 0 and not k.body.shared] + [len(self.links)]
         return [range(a, b) for a, b in pairwise(roots)]
 
 
 def build_graph(system: System, modes: "Mapping[str, FlexibleModes] | None" = None) -> Graph:
-    """Number bodies depth-first from the ground in the given order; `modes`: those of flexible bodies. Raises
-    KernelError naming the body or joint for duplicate, missing or unreachable bodies."""
+    """Return the spanning tree of a system, its bodies numbered depth-first from the ground in the given order;
+    `modes`: those of flexible bodies. Raises KernelError naming the body or joint for duplicate, missing or unreachable
+    bodies."""
     bodies = _by_name(system.bodies, "body")
     joints = _by_name(system.joints, "joint")
     for name, joint in joints.items():
@@ -183,7 +187,7 @@ def _beside(roots: list[str], bodies: Mapping[str, Body]) -> list[str]:
     follower = {x.beside: name for name, b in bodies.items() if (x := b.shared)}
     for pair in follower.items():
         if lost := next((b for b in pair if b not in roots or (b == pair[1] and b in follower)), None):
-            raise KernelError(f"body '{lost}': bodies that share water must be a pair of bodies on the ground")
+            raise KernelError(f"body '{lost}': only two bodies that no other body carries can share water")
     alone = [b for b in roots if b not in follower.values()]
     return [x for b in alone for x in ([b, follower[b]] if b in follower else [b])]
 
@@ -204,7 +208,8 @@ def _lost(bodies: Mapping[str, Body], carrier: Mapping[str, Joint], found: set[s
 
 
 def path_matrix(parents: list[int]) -> np.ndarray:
-    """Return T (n, n) of a regular numbering (parents[i] < i, -1 = ground)."""
+    """Return the path matrix T (n, n) of a regular numbering (parents[i] < i, -1 = ground): T_ki = 1 where joint i lies
+    on the path from the ground to body k."""
     n = len(parents)
     T = np.eye(n, dtype=int)
     for i, p in enumerate(parents):
@@ -214,8 +219,8 @@ def path_matrix(parents: list[int]) -> np.ndarray:
 
 
 def children_of(T: np.ndarray, i: int) -> list[int]:
-    """Return the joints whose forces are subtracted in the equation of body i: the first ones to the right of column i
-    in the rows k with T_ki = 1."""
+    """Return the joints whose forces the equation of body i subtracts, from the path matrix T: the first joints to the
+    right of column i in the rows k with T_ki = 1."""
     first = {next((j for j in range(i + 1, len(T)) if T[k, j]), None) for k in range(len(T)) if T[k, i]}
     return sorted(j for j in first if j is not None)
 
@@ -242,7 +247,8 @@ def _check_start(joint: Joint) -> None:
 
 
 def coordinate_names(graph: Graph) -> tuple[list[str], list[str]]:
-    """Return the names of all coordinates q and of all velocities v, made of joint and component, or body and mode."""
+    """Return the names of all coordinates q and of all velocities v, made of joint and component, or of body and
+    mode."""
     q: list[str] = []
     v: list[str] = []
     for k in graph.links:

@@ -1,4 +1,4 @@
-"""Joint locking and fixed joints.
+"""Joints locked during a run, and bodies merged over fixed joints.
 
 Joints locked during a run: a locked joint is a prescribed one at rest: its velocities leave the free degrees of freedom
 of a *variant* of the scene's code, while layouts of state and parameters stay. If it is locked in motion, an impulse L
@@ -62,8 +62,8 @@ def check_locks(system: System, graph: Graph) -> None:
 
 
 def halt_function(k: int, tree: Tree) -> Function:
-    """Return the function of a kind of tree that computes the velocities after its locked joints have stopped, and the
-    impulses in prescribed joints."""
+    """Return the traced function, for one kind of tree, of the velocities after its locked joints have stopped and of
+    the impulses in prescribed joints."""
     nv, fixed = tree.v.stop - tree.v.start, len(tree.prescribed_dofs)
 
     def halt(q: Array, v: Array, P: Array) -> Outputs:
@@ -88,7 +88,8 @@ def halt_function(k: int, tree: Tree) -> Function:
 
 
 def merged(tree: Tree) -> Tree:
-    """Return the tree with bodies behind fixed joints merged into their carriers; numbers are floats."""
+    """Return a tree with the mass of each body behind a fixed joint added to the body that carries it; numbers are
+    floats."""
     bodies = list(tree.bodies)
     for i in reversed(range(len(bodies))):
         b = bodies[i]
@@ -118,8 +119,8 @@ def _with(parent: TreeBody, child: TreeBody) -> TreeBody:
 
 
 def gathered(inertia: Array, parts: Sequence[tuple[Any, Array]]) -> tuple[float, Array, Array]:
-    """Return mass, centre of mass and inertia about that centre of several `parts` (mass, centre); `inertia` (3, 3):
-    sum of the parts' own inertias."""
+    """Return mass, centre of mass and inertia about that centre of several joined `parts` (mass, centre); `inertia` (3,
+    3): sum of the parts' own inertias."""
     mass = sum(m for m, _ in parts)
     com = sum((m * x for m, x in parts), np.zeros(3)) / mass if mass else np.zeros(3)
     # Steiner's theorem about the common centre of mass

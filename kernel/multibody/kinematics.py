@@ -1,4 +1,5 @@
-"""Kinematics of one tree: poses, twists and bias accelerations from the root outwards, the paper's Fig. 6 (a), (b).
+"""Kinematics of one tree: poses, twists and bias accelerations from the root outwards (Ku et al. 2012, Fig. 6 (a),
+(b)).
 
 World axes about the root body's origin, so that sums along paths need no transformations: V = T^T S qd with the path
 matrix T (Featherstone 2008, chapter 5). A flexible body carries its children at deformed stations. The code runs on
@@ -25,8 +26,9 @@ from .trees import Tree
 
 @dataclass
 class Kinematics:
-    """Motion of all bodies of a tree in world axes: rotation R_WB, r from the tree's point o to the body's origin,
-    twist V, bias acceleration A (gravity as upward acceleration of the ground), columns S and dq/dt of each joint.
+    """Motion of all bodies of a tree in world axes: rotation R_WB, r from the tree's reference point o to the body's
+    origin, twist V, bias acceleration A (gravity as upward acceleration of the ground), columns S and dq/dt of each
+    joint.
 
     A mode does not move the floating frame, so its column in S is zero. `modes`: coordinates, rates and accelerations
     of a flexible body (accelerations 0, as for the joints in A); `carried`: the columns of the parent's modes at the
@@ -49,8 +51,9 @@ Base = tuple[Array, Array, Array, Array]  # R, r, V, A of what a root stands on
 
 
 def kinematics(tree: Tree, q: Array, v: Array, g: Scalar, a_ref: Scalars = (), base: Base | None = None) -> Kinematics:
-    """Evaluate Fig. 6 (a), (b) with zero accelerations except those of the prescribed joints, a_ref (n_prescribed,).
-    `base`: the body that carries the root, if that is not the ground; r then counts from the point of its tree."""
+    """Return the motion of all bodies of a tree (Ku et al. 2012, Fig. 6 (a), (b)) with zero joint accelerations except
+    those of the prescribed joints, a_ref (n_prescribed,). `base`: the body that carries the root, if that is not the
+    ground; r then counts from the reference point of its tree."""
     # gravity as upward acceleration of the ground, so that no weight has to be applied to any body (Featherstone, 5.3)
     ground = (exact(np.eye(3)), np.zeros(3), np.zeros(6), join(np.zeros(3), [0.0, 0.0, g]))
     K = Kinematics(o=np.zeros(3), g=g)
@@ -106,7 +109,7 @@ def kinematics(tree: Tree, q: Array, v: Array, g: Scalar, a_ref: Scalars = (), b
 
 
 def seen_from(tree: Tree, K: Kinematics, k: int, i: int) -> Any:
-    """Return the column (6,) by which degree of freedom k, on the path of body i, moves body i."""
+    """Return the velocity column (6,) by which degree of freedom k, on the path of body i, moves body i."""
     on = tree.body_of_dof[k]
     b = tree.bodies[on]
     mode = k - b.v_modes.start
@@ -119,12 +122,13 @@ def seen_from(tree: Tree, K: Kinematics, k: int, i: int) -> Any:
 
 
 def elastic(tree: Tree, K: Kinematics, i: int) -> FlexibleInertia:
-    """Return the inertia and inertia forces of flexible body i at these poses and motions."""
+    """Return the inertia and inertia forces of flexible body i in the motion K of its tree."""
     return flexible_inertia(tree.bodies[i].elastic, *K.modes[i], K.R[i], K.r[i], K.V[i], K.A[i])
 
 
 def added_inertia(A: Array, r: Array, R: Array) -> Any:
-    """Return the added mass (6, 6) in world axes about the tree's point; r: from this point to the body's origin."""
+    """Return the added mass (6, 6) of a body in world axes about the tree's reference point; r: from this point to the
+    body's origin."""
     T = _to_body(r, R)
     return mirror(T.T @ A @ T)
 
@@ -136,22 +140,24 @@ def _to_body(r: Array, R: Array) -> Any:
 
 def shared_inertia(tree: Tree, K: Kinematics) -> Iterator[tuple[int, int, Any]]:
     """Yield the numbers of two bodies that share water and the matrix (6, 6) from the twist of the second to the
-    momentum of the water at the first, in world axes about the tree's point."""
+    momentum of the water at the first, in world axes about the tree's reference point."""
     for i, b in enumerate(tree.bodies):
         if b.shared is not None and b.beside is not None:
             yield i, b.beside, _to_body(K.r[i], K.R[i]).T @ b.shared.A @ _to_body(K.r[b.beside], K.R[b.beside])
 
 
 def body_inertia(tree: Tree, K: Kinematics, i: int) -> Any:
-    """Return the inertia (6, 6) of a rigid body, including added mass, in world axes about the tree's point."""
+    """Return the inertia (6, 6) of a rigid body, including added mass, in world axes about the tree's reference
+    point."""
     b = tree.bodies[i]
     J = spatial_inertia(b.mass, K.r[i] + K.R[i] @ b.com, mirror(K.R[i] @ b.inertia @ K.R[i].T))
     return J if b.added is None else J + added_inertia(b.added.A, K.r[i], K.R[i])
 
 
 def newton_euler(tree: Tree, K: Kinematics, W: list[Array]) -> tuple[list[Array], list[Array]]:
-    """Return M (6, 6) and p (6,) for each body such that M x + p is the sum of its joint wrenches. x (6,): acceleration
-    of the body beyond the bias K.A; world axes about the tree's point; W: applied wrenches (6,)."""
+    """Return mass matrix M (6, 6) and force p (6,) of each body such that M x + p is the sum of its joint wrenches. x
+    (6,): acceleration of the body beyond the bias K.A; world axes about the tree's reference point; W: applied wrenches
+    (6,)."""
     M, p = [], []
     for i, b in enumerate(tree.bodies):
         J = body_inertia(tree, K, i)

@@ -1,4 +1,4 @@
-"""Motion of one joint by its row of the joint table: pose, rates, velocity columns and bias, on floats and symbols.
+"""Motion of one joint from its entry in the joint table: pose, rates, velocity columns and bias, on floats and symbols.
 
 A chain of elementary motions is a chain of massless links: motion i turns about or slides along an axis that the
 motions before it carry, S_i in world axes about the tree's point. The joint's twist is the sum of S_i times its speed,
@@ -22,7 +22,7 @@ from heavylift.kernel.description.mechanics import JOINTS, Joint, JointKind, Joi
 
 
 class Jointed(Protocol):
-    """Interface of a body with its joint (`trees.TreeBody`), with numbers or symbols."""
+    """Interface of a body with its joint, implemented by `trees.TreeBody`, with numbers or symbols."""
 
     @property
     def kind(self) -> JointKind: ...
@@ -42,7 +42,7 @@ def axes_of(joint: Joint) -> np.ndarray:
 
 
 def placement(kind: JointKind, axes: Array, pitch: Scalar, q: Any) -> tuple[Array, Array]:
-    """Return rotation R_JB (3, 3) and position p_JB (3,) [m] of the child in the joint frame; `axes` as from
+    """Return rotation R_JB (3, 3) and position p_JB (3,) [m] of a joint's child in the joint frame; `axes` as from
     `axes_of`."""
     joint = JOINTS[kind]
     if joint.quaternion is not None:
@@ -60,7 +60,7 @@ def placement(kind: JointKind, axes: Array, pitch: Scalar, q: Any) -> tuple[Arra
 
 
 def rates(kind: JointKind, q: Array, v: Array) -> Any:
-    """Return dq/dt (n_q,) for velocities v."""
+    """Return the coordinate rates dq/dt (n_q,) of a joint for its velocities v (n_v,)."""
     i = JOINTS[kind].quaternion
     if i is None:
         return v
@@ -68,7 +68,7 @@ def rates(kind: JointKind, q: Array, v: Array) -> Any:
 
 
 def speeds(kind: JointKind, q: Array, rate: Array) -> Any:
-    """Return the velocities (n_v,) that cause the given coordinate rates, as nearly as the joint allows."""
+    """Return the velocities (n_v,) of a joint that cause the given coordinate rates, as nearly as the joint allows."""
     i = JOINTS[kind].quaternion
     if i is None:
         return rate
@@ -82,8 +82,8 @@ def speeds(kind: JointKind, q: Array, rate: Array) -> Any:
 
 
 def columns(b: Jointed, q: Array, v: Array, R_WJ: Array, R_WB: Array, r: Array) -> tuple[list[Any], Any]:
-    """Return the velocity columns S, each (6,), and the bias (6,) of the joint (None if structurally zero). World axes
-    about the tree's point; r (3,) from that point to the child's origin [m]."""
+    """Return the velocity columns S of a joint, each (6,), and its bias (6,) (None if structurally zero). World axes
+    about the tree's reference point; r (3,) from that point to the child's origin [m]."""
     joint = JOINTS[b.kind]
     if joint.quaternion is not None:
         slides = [_column(False, r, e) for e in R_WB.T] if joint.quaternion else []

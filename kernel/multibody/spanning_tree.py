@@ -1,4 +1,4 @@
-"""Choice of the joints that form the spanning tree of a graph, and of those that close its loops.
+"""Choice of the joints that form the spanning tree of a system, and of those that close its loops.
 
 The tree grows from the ground, one body at a time (Prim 1957). A body should be carried by a joint on which a spring,
 stop, brake or drive acts or which is measured (its coordinates must be states), else by the joint with the fewest
@@ -78,8 +78,8 @@ def _turned_round(j: Joint, flexible: Collection[str]) -> Joint:
     """Return the joint with parent and child exchanged; raises KernelError if its coordinates would differ."""
     if JOINTS[j.kind].axes > 1 or JOINTS[j.kind].quaternion is not None or {j.parent, j.child} & set(flexible):
         raise KernelError(
-            f"joint '{j.name}': only this joint holds its parent '{j.parent}', and a "
-            "joint carries its child; swap its parent and child"
+            f"joint '{j.name}': no other joint carries its parent '{j.parent}', so "
+            "the child must carry the parent; swap parent and child"
         )
     x, y, z = j.axis
     return replace(
@@ -105,6 +105,6 @@ def _check(j: Joint, acted: Mapping[str, str], carrier: Mapping[str, Joint]) -> 
         )
     if j.name in acted:
         raise KernelError(
-            f"joint '{j.name}': it closes a loop, so that '{acted[j.name]}' has no coordinate in it; "
-            "every other joint of the loop has laws, too: remove those of one of them"
+            f"joint '{j.name}': it closes a loop and therefore has no coordinate for '{acted[j.name]}'; "
+            "since every other joint of the loop has laws, too, remove all laws of one of these joints"
         )

@@ -1,4 +1,4 @@
-"""One tree of the graph with its numbers, and trees of one kind sharing machine code.
+"""One tree of bodies with its numbers; trees of one kind share machine code.
 
 Numbers of a body that are 0, 1 or -1 are structure (they fold away in the traced code); all others are parameters of
 the run, so that one object file serves all variations of a scene and all equal trees of it.
@@ -37,7 +37,8 @@ class AddedMass:
 
 @dataclass(frozen=True)
 class TreeBody(Freedoms):
-    """A link with numbers as floats or symbols; parent, q and v are counted within the tree.
+    """A body of a tree, with its joint and its numbers as floats or symbols; parent, q and v are counted within the
+    tree.
 
     `axes`: (1, 3), or (3, 3) if the joint has a second axis; `prescribed`: which of its velocities are given, by a
     drive or, if `locked`, as zero; `elastic`: `flexible.tracks.ReducedBody` of a flexible body; `place`: position of
@@ -79,7 +80,7 @@ class TreeBody(Freedoms):
 
 @dataclass(frozen=True)
 class Tree:
-    """A connected set of links above the ground; q and v are its parts of the scene's state."""
+    """A connected set of bodies above the ground with their joints; q and v are its parts of the scene's state."""
 
     bodies: tuple[TreeBody, ...]
     first: int
@@ -88,19 +89,20 @@ class Tree:
 
     @cached_property
     def kind(self) -> str:
-        """Key that is equal for trees which share code: joints, numbering and the positions of 0, 1 and -1."""
+        """Key that is equal for trees which share machine code: joints, numbering and the positions of 0, 1 and -1
+        among the numbers."""
         bodies = self.bodies
         return repr([(b.kind, b.parent, b.prescribed, b.locked, b.n_modes, b.beside, _pattern(b)) for b in bodies])
 
     @cached_property
     def numbers(self) -> list[Any]:
-        """The parameters, in the order of `with_numbers`."""
+        """The parameters of the tree's bodies and joints, in the order of `with_numbers`."""
         return in_order(self, all_numbers(self.bodies))
 
     @cached_property
     def places(self) -> list[int]:
-        """Positions of the parameters among all numbers: interleaved for equal bodies, so vector calls load them at
-        once (see `simd_batches`)."""
+        """Positions of the parameters among all numbers of the tree: interleaved for equal bodies, so vector calls load
+        them at once (see `simd_batches`)."""
         depths: list[int] = []
         leaders: dict[tuple[int, str, int], int] = {}
         places: list[tuple[int, int, int, int]] = []
@@ -120,7 +122,7 @@ class Tree:
     @property
     def dof_paths(self) -> list[list[int]]:
         """For each degree of freedom, the degrees of freedom between it and the ground, nearest first, then those of a
-        body with which the root shares water: the pattern of H."""
+        body with which the root shares water: the sparsity pattern of H."""
         paths: list[list[int]] = []
         last: list[int | None] = []
         for b in self.bodies:
@@ -133,7 +135,7 @@ class Tree:
 
     @cached_property
     def roots(self) -> list[int]:
-        """For each body, the body on the ground that carries it."""
+        """For each body of the tree, the body on the ground that carries it."""
         found: list[int] = []
         for i, b in enumerate(self.bodies):
             found.append(i if b.parent < 0 else found[b.parent])
@@ -159,8 +161,8 @@ class Tree:
 
 
 def cut(graph: Graph, prescribed: set[int], locked: frozenset[str] = frozenset()) -> list[Tree]:
-    """Return the trees of a graph; `prescribed`: indices in v of the velocities given by drives; `locked`: names of
-    locked joints."""
+    """Return the trees of a graph with their numbers; `prescribed`: indices in v of the velocities given by drives;
+    `locked`: names of locked joints."""
     out = []
     for numbers_ in graph.trees():
         links = [graph.links[i] for i in numbers_]
@@ -240,17 +242,17 @@ def _values(body: TreeBody) -> list[Any]:
 
 
 def all_numbers(bodies: Sequence[TreeBody]) -> list[Any]:
-    """Return the structural numbers and the parameters of bodies in a fixed order."""
+    """Return all numbers of bodies and their joints (0, 1 and -1 as well as parameters) in a fixed order."""
     return [x for b in bodies for value in _values(b) for x in np.ravel(value).tolist()]
 
 
 def in_order(tree: Tree, every: Sequence[Scalar]) -> list[Any]:
-    """Return the parameters of a tree, in the order of `with_numbers`, from `all_numbers` of an equal tree."""
+    """Return the parameters of a tree, in the order of `with_numbers`, taken from `all_numbers` of an equal tree."""
     return [every[i] for i in tree.places]
 
 
 def with_numbers(tree: Tree, values: Any) -> Tree:
-    """Return the tree with other parameters, which are symbols in traced code."""
+    """Return a tree with other values for its parameters, which are symbols in traced code."""
     given = iter([x for _, x in sorted(zip(tree.places, values, strict=True), key=lambda pair: pair[0])])
 
     def replaced(x: Any) -> Any:
@@ -276,5 +278,6 @@ def _pattern(body: TreeBody) -> list[str]:
 
 
 def structural(x: float) -> bool:
-    """Return whether a number (0, 1 or -1) is part of the structure rather than a parameter."""
+    """Return whether a number is 0, 1 or -1 and so belongs to the structure of the code rather than to the
+    parameters."""
     return x in (0.0, 1.0, -1.0)

@@ -1,4 +1,4 @@
-"""One run of a compiled scene: steps, located events, commands, samples, in integer time.
+"""One run of a compiled scene in integer time: steps, located events, commands, samples.
 
 simulation           the run as a whole, made of the following parts
 events               events: located, previewed, taken

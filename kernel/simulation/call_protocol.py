@@ -1,4 +1,4 @@
-"""The order in which a simulation may be called, and the errors for calls out of order.
+"""The order in which methods of a simulation may be called, and the errors for calls out of order.
 
     start -> [settled] -> run ... -> [going on] -> interrupt -> [paused] -> commands -> [stopped] -> settle -> [settled]
                                                 -> fire -> [fired] -> commands -> [stopped] -> settle -> [settled]
@@ -17,13 +17,13 @@ NEW, SETTLED, GOING, PAUSED, FIRED, STOPPED = "new", "settled", "going on", "pau
 
 
 class CallProtocol:
-    """Checks the order of calls of a simulation; `phase`: one of the phases in the module's diagram."""
+    """Checks the order of calls to a simulation; `phase`: one of the phases in the module's diagram."""
 
     def __init__(self) -> None:
         self.phase = NEW
 
     def check_new(self, epoch_ns: int) -> None:
-        """Raise KernelError after the simulation has advanced."""
+        """Raise KernelError if the simulation has already advanced."""
         if self.phase == GOING or epoch_ns > 0:
             raise KernelError("the simulation has already advanced; create another one to begin again")
 
@@ -33,7 +33,7 @@ class CallProtocol:
             raise KernelError("the simulation has no state yet; start it first")
 
     def check_settled(self, what: str, epoch_ns: int) -> None:
-        """Raise KernelError unless time may advance."""
+        """Raise KernelError unless simulation time may advance."""
         self.check_begun()
         if self.phase in (FIRED, STOPPED):
             raise KernelError(
@@ -42,8 +42,8 @@ class CallProtocol:
             )
 
     def stands_at(self, t_ns: int, epoch_ns: int) -> bool:
-        """Return whether the simulation already stands at the time of an interrupt; raises KernelError for a call out
-        of order or an invalid time."""
+        """Return whether the simulation has already stopped at the time of an interrupt; raises KernelError for a call
+        out of order or an invalid time."""
         self.check_begun()
         check_time(t_ns)
         if self.phase in (PAUSED, FIRED, STOPPED) and t_ns == epoch_ns:
@@ -52,7 +52,7 @@ class CallProtocol:
         return False
 
     def check_standing(self, what: str, epoch_ns: int) -> None:
-        """Raise KernelError unless commands may be given now."""
+        """Raise KernelError unless the simulation may receive commands now."""
         self.check_begun()
         if self.phase == GOING:
             raise KernelError(
@@ -62,25 +62,25 @@ class CallProtocol:
             )
 
     def command(self, what: str, epoch_ns: int) -> None:
-        """Register a command; raises KernelError if commands are not allowed now."""
+        """Register a command to the simulation; raises KernelError if commands are not allowed now."""
         self.check_standing(what, epoch_ns)
         self.phase = STOPPED
 
 
 def check_time(t_ns: int) -> None:
-    """Raise KernelError for an invalid time."""
+    """Raise KernelError for a time that is not a valid integer number of nanoseconds."""
     if not isinstance(t_ns, Integral):
         raise KernelError(f"time {t_ns!r}: it must be a whole number of nanoseconds")
 
 
 def check_present(t_ns: int, present_ns: int) -> None:
-    """Raise KernelError for a time before the present one."""
+    """Raise KernelError for a time before the present time of the simulation."""
     if t_ns < present_ns:
         raise KernelError(f"time {t_ns} ns is before the present time, {present_ns} ns")
 
 
 def passed_by(t_ns: int, event_ns: int, names: Sequence[str]) -> KernelError:
-    """Return the error for an interrupt at a time later than an event that has a subscriber."""
+    """Return the error for an interrupt that would skip an earlier event with a subscriber."""
     what = ", ".join(f"'{name}'" for name in dict.fromkeys(names))
     return KernelError(
         f"time {t_ns} ns: an event of {what} at {event_ns} ns comes before; call fire() and settle() first"

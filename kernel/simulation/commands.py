@@ -1,4 +1,4 @@
-"""Commands to a simulation that stands at an instant, and their effect on the laws.
+"""Commands to a simulation that has stopped at an instant, and their effect on the force laws.
 
 They are given after `interrupt` or `fire` and before `settle` (see `simulation`), at the time of the epoch. Energy that
 a law loses by a command becomes its heat, so that the balance stays closed.
@@ -36,7 +36,7 @@ from .native.native_functions import Stepping
 
 
 class CommandSwitches:
-    """Executes commands on the laws of a run, as `CommandTarget` specifies them."""
+    """Executes commands on the force laws of a run, as `CommandTarget` specifies them."""
 
     def __init__(
         self,
@@ -52,14 +52,14 @@ class CommandSwitches:
         references.admit = switches.admit = self.admit
 
     def admit(self, what: str) -> None:
-        """Register a command; it may undo an event at the same time, so `settle` must check the guards again. Raises
-        KernelError if commands are not allowed now (see `call_protocol`)."""
+        """Register a command, after which `settle` checks the guards again, since it may undo an event at the same
+        time. Raises KernelError if commands are not allowed now (see `call_protocol`)."""
         self._order.command(what, self._native.epoch)
         self._events.forget()
 
     def set_follow(self, actuator: str, master: str, f: tuple[float, float, float]) -> None:
-        """Make an actuator follow k1 s + kc cos s + ks sin s from now on, where s is the value of a master ("": no
-        master)."""
+        """Make an actuator follow k1 s + kc cos s + ks sin s from now on, where s is the value of a master signal ("":
+        none)."""
         self._standing("set_follow")
         self.references.set_follow(actuator, self._native.epoch, master, f, self.masters_now())
 
@@ -203,7 +203,7 @@ class CommandSwitches:
         return float(row.elongation[elastic.index(rope)] if rope in elastic else -row.slack[rigid.index(rope)])
 
     def masters_now(self) -> list[float]:
-        """Return the values of masters and measured scalars at the present epoch."""
+        """Return the present values of all master signals, commanded and measured, that actuators can follow."""
         native, program = self._native, self._native.program
         values = [self.references.own(m.name, native.epoch)[0] for m in program.system.masters]
         row = native.row()
@@ -231,8 +231,8 @@ def _moving_drive(program: Program, v: np.ndarray) -> str:
 
 
 class LiftRowsView(Protocol):
-    """Interface of the rows recorded after events of one lift among several: times [ns] and rows; `method` describes
-    their layout."""
+    """Interface of the sample rows recorded after the events of one lift among several: times [ns] and rows; `method`
+    describes their layout."""
 
     name: str
     method: Stepping
@@ -240,12 +240,12 @@ class LiftRowsView(Protocol):
 
 
 class CommandTarget(ABC):
-    """Interface of a receiver of commands; each command raises KernelError for an unknown name and when called out of
-    order."""
+    """Interface of a simulation that receives commands; each command raises KernelError for an unknown name and when
+    called out of order."""
 
     @property
     def alone(self) -> Sequence[LiftRowsView]:
-        """The rows of the lifts whose events are recorded separately; empty if the scene has only one lift."""
+        """The lifts whose events are recorded in rows of their own; empty if the scene has only one lift."""
         return ()
 
     @abstractmethod
@@ -253,7 +253,8 @@ class CommandTarget(ABC):
         """Return the command receiver of the simulation that contains the law of this name."""
 
     def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
-        """Start a trapezoid speed profile from the present value and speed (see `References.set_profile`)."""
+        """Start a trapezoid speed profile of an actuator from its present value and speed (see
+        `References.set_profile`)."""
         commands = self._addressed("set_profile", "reference", name)
         commands.references.set_profile(name, start_ns, speed, accel, distance)
 
@@ -262,8 +263,8 @@ class CommandTarget(ABC):
         self._addressed("set_signal", "reference", name).set_signal(name, value)
 
     def set_follow(self, actuator: str, master: str, f: tuple[float, float, float]) -> None:
-        """Make an actuator follow k1 s + kc cos s + ks sin s from now on, where s is the value of a master ("": no
-        master)."""
+        """Make an actuator follow k1 s + kc cos s + ks sin s from now on, where s is the value of a master signal ("":
+        none)."""
         self._addressed("set_follow", "reference", actuator).set_follow(actuator, master, f)
 
     def set_brake(self, brake: str, engaged: bool) -> None:
@@ -287,7 +288,7 @@ class CommandTarget(ABC):
         self._addressed("unhook", "rope", rope).unhook(rope)
 
     def watch(self, threshold: str, value: float, rising: bool) -> None:
-        """Report from now on when the signal of a threshold crosses a value."""
+        """Report from now on when the signal of a threshold crosses `value`."""
         self._addressed("watch", "threshold", threshold).switches.watch(threshold, value, rising)
 
     def unwatch(self, threshold: str) -> None:

@@ -1,4 +1,5 @@
-"""Events: located inside a step, previewed, then taken: the laws of negative guards switch in fixed order.
+"""Events of a run: located inside a step, previewed, then executed: the laws of negative guards switch in a fixed
+order.
 
 A guard that becomes negative stops the run; the step is repeated up to the next whole nanosecond, where the guards are
 evaluated again. Until the events are taken, all of this can be undone.
@@ -25,9 +26,9 @@ CHATTER = 200  # events at one instant, after which the laws contradict each oth
 
 
 class Events:
-    """Located and past events of a run. `fallen`: guards that are negative at the located event; `t_ns`: its time;
-    `before`: state X before the location; `log`: past events with times [ns]; `instant`: number of consecutive events
-    at the same time."""
+    """The located event and the past events of a run. `fallen`: guards that are negative at the located event; `t_ns`:
+    its time; `before`: state block X before the event was located; `log`: past events with times [ns]; `instant`:
+    number of consecutive events at the same time."""
 
     def __init__(
         self, native: NativeState, integrator: Integrator, switches: Switches, held: HeldRows, step: float
@@ -44,7 +45,7 @@ class Events:
 
     @property
     def names(self) -> list[str]:
-        """Names of the laws that switch at the next event."""
+        """Names of the laws that switch at the located event."""
         return [self._native.program.guards[i][1] for i in self.fallen] if self.fallen else []
 
     @property
@@ -56,7 +57,7 @@ class Events:
         return native.reached_ns(float(X[native.at["t0" if X[native.at["tentative"]] > 0.0 else "t"]]))
 
     def start(self) -> None:
-        """Set the discrete states of the initial pose."""
+        """Set the discrete states of the laws in the initial pose."""
         native = self._native
         row, switched = None, list[object]()
         for i in self._below():
@@ -69,7 +70,7 @@ class Events:
                 switched.append(found)
 
     def look(self) -> None:
-        """Turn the guards that are negative after a jump into an event at the present time."""
+        """Register guards that are negative after a jump of the state as an event at the present time."""
         self.fallen = self._below()
         self.t_ns = self._native.epoch if self.fallen else FOREVER_NS
 
@@ -93,7 +94,7 @@ class Events:
             self.before = None
 
     def forget(self) -> None:
-        """Discard the located event."""
+        """Discard the located event, without undoing the step."""
         self.before, self.fallen, self.t_ns = None, [], FOREVER_NS
 
     def take_back(self) -> None:
@@ -155,8 +156,8 @@ class Events:
         native.state[first : first + len(before.stored)] += before.stored - native.raw()[stored]
 
     def hear(self, events: list[StateChange], t_ns: int) -> None:
-        """Log events. Add a note for a beam at its first limit, and make a rope that switches too often continue
-        without events."""
+        """Log events that have happened. Add a note for a beam at its first limit, and make a rope that switches too
+        often continue without events."""
         native = self._native
         self.log += [(t_ns, e) for e in events]
         for e in events:

@@ -1,4 +1,4 @@
-"""Constraint rows of a run: loops closed at the start and kept closed in steps, impulses at events."""
+"""Constraint rows during a run: loops closed at the start and kept closed in steps, impulses at events."""
 
 import numpy as np
 from heavylift.kernel.constraints.row_structure import RigidAt
@@ -16,7 +16,7 @@ TOO_SHORT = 1e-6  # [m] by which a rigid rope may be too short by rounding
 
 
 class HeldRows:
-    """Loops, rigid ropes and contacts of a run; everything but the decisions at events is native code."""
+    """The constraints of a run (loops, rigid ropes, contacts); only the decisions at events are not native code."""
 
     def __init__(self, native: NativeState, references: References) -> None:
         self._native, self._references = native, references
@@ -33,7 +33,8 @@ class HeldRows:
             self._pivots = native.part("pivot").copy()
 
     def measure(self) -> None:
-        """Record how independent the constraint rows are now, as the reference for later checks."""
+        """Record the present pivots, which show how independent the constraint rows are, as the reference for later
+        checks."""
         if len(self._native.program.constraints):
             self._pivots = self._native.close(self._native.state.copy())[3]
 
@@ -50,7 +51,7 @@ class HeldRows:
             self._contacts.check_start(native.state)
 
     def check(self) -> None:
-        """Raise KernelError if a constraint was lost in the committed steps."""
+        """Raise KernelError if a kinematic loop has opened in the steps committed so far."""
         native = self._native
         if not len(native.program.constraints):
             return
@@ -58,7 +59,8 @@ class HeldRows:
             raise error
 
     def locked(self, t: float) -> KernelError | None:
-        """Return the error that explains why no step could be taken, if constraint rows are the reason; else None."""
+        """Return the error that explains why no step could be taken, if dependent constraint rows are the reason; else
+        None."""
         native = self._native
         if not len(native.program.constraints):
             return None
@@ -67,7 +69,8 @@ class HeldRows:
         return locked(native.program, self._pivots, pivot, t, self._moving() if apart else [])
 
     def torn(self, rope: str) -> str:
-        """Return, as part of a sentence, why a rigid rope switches endlessly; "" if no drive is the cause."""
+        """Return, as part of a message, why a rigid rope switches endlessly between taut and slack; "" if no drive
+        causes it."""
         native, system = self._native, self._native.program.system
         row = len(native.program.constraints.of) + [r.name for r in system.rigid_ropes].index(rope)
         movable = bool(native.instant().constraint_rows().movable[row])
@@ -82,7 +85,7 @@ class HeldRows:
     # ---- events -------------------------------------------------------------------------------------------
 
     def resolve(self, fallen: list[int], t_ns: int) -> list[StateChange]:
-        """Determine the next set of active rigid ropes and contacts together; return the changes."""
+        """Apply impacts and determine which rigid ropes and contacts are active afterwards; return the changes."""
         native = self._native
         if not native.program.contacts.sites:
             return self._ropes()

@@ -1,4 +1,4 @@
-"""Steps between events: tentative until they are committed, forced to a given time, or taken back.
+"""Integration steps between events: tentative until they are committed, forced to a given time, or undone.
 
 Local time is float seconds since the last event or command (the epoch); each epoch begins a new *stretch* of local
 time, so that long runs do not lose precision.
@@ -20,7 +20,7 @@ SHORTEST = 1e-9  # [s] of those that lead to an event in more than one
 
 
 class Integrator:
-    """Takes the integration steps of a run; `held`: its constraint rows, for error messages."""
+    """Takes the integration steps of a run; `held`: the constraint rows of the run, for error messages."""
 
     def __init__(
         self, native: NativeState, recorder: SampleRecorder, references: References, held: HeldRows, fixed: bool
@@ -46,7 +46,8 @@ class Integrator:
         self._recorder.drain()
 
     def led(self, t: float) -> None:
-        """Advance to local time t in forced steps: one step, or repeatedly halved ones if the method fails."""
+        """Advance the run to local time t [s] in forced steps: one step, or repeatedly halved ones if the method
+        fails."""
         # each half ends in a committed state, from which the rest is tried again
         ends = [t]
         while ends:
@@ -60,7 +61,7 @@ class Integrator:
                 ends.append(0.5 * (self.native["t"] + ends[-1]))
 
     def forced(self, t: float) -> bool:
-        """Take a forced step to local time t without a change of step control. Returns False if the step has no
+        """Take a forced step to local time t [s] without a change of step control. Returns False if the step has no
         solution: the state is then restored, and the next step goes half as far."""
         native = self.native
         if self._solved(t):
@@ -104,7 +105,7 @@ class Integrator:
         native.set(tentative=0.0)
 
     def new_stretch(self, t_ns: int) -> None:
-        """Restart local time at t_ns."""
+        """Begin a new stretch of local time at t_ns: local time is zero there, and peak times are converted."""
         native = self.native
         # peak times count from the epoch, which moves
         native.X[native.at["peak_time"]] -= (t_ns - native.epoch) * 1e-9
@@ -114,7 +115,7 @@ class Integrator:
         self._references.write(t_ns)
 
     def pass_break(self) -> None:
-        """Commit the step and recompute the derivative where a piece of a profile or history ends."""
+        """Commit the step that ends where a piece of a profile or history ends, and recompute the derivative there."""
         native = self.native
         self.commit()
         self._references.histories.write(native.epoch, native["t"])
@@ -123,7 +124,7 @@ class Integrator:
         native.call("refresh")
 
     def note_peaks(self) -> None:
-        """Include the present tensions in the recorded peaks."""
+        """Raise the recorded peak tensions of ropes to the present tensions where these are higher."""
         native = self.native
         T, peak, when = (native.part(name) for name in ("T", "peak", "peak_time"))
         if (higher := peak < T).any():

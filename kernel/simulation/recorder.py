@@ -1,4 +1,4 @@
-"""Samples of a run: rows of the native table are checked and become rows of the run.
+"""Samples of a run: rows that native code has written are checked and become rows of the run.
 
 Samples lie on a grid of integer nanoseconds and are numbered; events have rows of their own. All samples of a period of
 rest are stored as one row, and repeated on demand.
@@ -32,7 +32,7 @@ class SampleRecorder:
         return self.number * self.sample_ns
 
     def drain(self) -> None:
-        """Move the samples that native code has written to `rows`."""
+        """Move the sample rows that native code has written to `rows`."""
         native = self._native
         if native["row"] > 0.0:
             rows = native.table[: int(native["row"])].copy()
@@ -83,7 +83,8 @@ class SampleRecorder:
             self.number += 1
 
     def keep(self, t_ns: int, row: np.ndarray) -> None:
-        """Store a row that native code has written as a sample; raises KernelError if a rope is completely wound up."""
+        """Check a row that native code has written and store it as a sample; raises KernelError if the row shows an
+        invalid state, such as a rope completely wound up."""
         native = self._native
         at = native.method.row_layout.at
         check_lengths(native.program, t_ns * 1e-9, row[at["length"]])
@@ -98,7 +99,7 @@ class SampleRecorder:
         self.rows.append((t_ns, row))
 
     def new_stretch(self) -> None:
-        """Restart local time and sample numbers at the epoch."""
+        """Restart the numbers of periodic samples at the epoch, the time of the last event or command."""
         base = self._native.local(self.next_ns)
         self._native.set(t_base=base, t_out=base, dt_out=self.sample_ns * 1e-9, count=0.0)
 

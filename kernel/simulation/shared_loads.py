@@ -1,4 +1,4 @@
-"""Note on loads that rigid bodies do not determine: loops or rigid ropes that hold the same motion twice.
+"""Note on loads that rigid bodies do not determine: loops or rigid ropes that constrain the same motion twice.
 
 The pivots of the rows' elimination show at almost no cost whether rows are redundant; only then are the joints and
 ropes determined that share a load (see `reactions.joint_reactions`). Redundant rows without load, such as those across
@@ -16,8 +16,8 @@ NAMED = 6
 
 
 def note_shared_loads(native: NativeState, looked: set[frozenset[str]]) -> None:
-    """Add the note about statically indeterminate load sharing, once for each set of taut ropes; `looked`: the sets
-    checked so far."""
+    """Add the note about statically indeterminate load sharing, once for each set of taut ropes; `looked`: the sets of
+    taut ropes checked so far."""
     p = native.program
     c = p.constraints
     n, at = len(c.of) + len(c.ropes), p.parameters.at

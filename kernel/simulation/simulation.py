@@ -1,4 +1,4 @@
-"""Runs one compiled system in integer time: steps, located events, samples.
+"""Simulation of one compiled system in integer time: steps, located events, samples.
 
 Event times are rounded up to the next nanosecond and the state is integrated to that nanosecond. Steps depend on the
 history of commands and state events only: `run(until)` never cuts a step: a step that passes `until` stays tentative,
@@ -44,7 +44,8 @@ SPELL = 4000  # attempted steps in one native call at most: 25 ms
 
 
 class Simulation(CommandTarget):
-    """A simulation; `subscribed`: laws whose events stop `run`; other arguments as in `Options`. Raises KernelError."""
+    """Simulation of one system; `subscribed`: laws whose events stop `run`; other arguments as in `Options`. Raises
+    KernelError for an invalid system or option."""
 
     def __init__(
         self,
@@ -136,11 +137,11 @@ class Simulation(CommandTarget):
 
     @property
     def now(self) -> float:
-        """Time [s] reached by committed steps."""
+        """Simulation time [s] reached by committed steps."""
         return self.native.now
 
     def run(self, until_ns: int, pause: Callable[[], None] = lambda: None) -> None:
-        """Commit steps up to `until_ns` or a subscribed event; `pause` is called every 25 ms of work."""
+        """Commit steps up to the time `until_ns` or a subscribed event; `pause` is called every 25 ms of work."""
         if self.order.phase == PAUSED:  # without a command in between
             self.settle()
         self.order.check_settled("run", self.epoch)
@@ -248,8 +249,8 @@ class Simulation(CommandTarget):
 
     def foretold(self) -> tuple[int, np.ndarray] | None:
         # a flexible body near buckling counts time, so that its samples are not all alike
-        """Return the time [ns] of the next sample and its row, which repeats in all following samples while nothing
-        moves and no command comes; None if something moves. Does not change the state."""
+        """Return the time [ns] of the next sample and its row if nothing moves, so that all following samples repeat it
+        until a command comes; None if something moves. Does not change the state."""
         native = self.native
         bending = [x for x in self.program.guards if x[0] == "bending"] if self.program.axial else []
         if not self.still or any(self.P[self.program.parameters.at[x]][2] >= 0.0 for x in bending):
@@ -266,7 +267,8 @@ class Simulation(CommandTarget):
         return self.native.shown(t_ns, self.events.before, self.still)
 
     def settle(self) -> None:
-        """Recompute derivative and guards after a jump; guards that are negative become immediate events."""
+        """Recompute derivative and guards after an event or command; guards that are negative become immediate
+        events."""
         native, program = self.native, self.program
         self.order.check_standing("settle", self.epoch)
         if self.order.phase == STOPPED:  # by a command; else it was done where the stretch begins

@@ -1,4 +1,4 @@
-"""Snapshots: a simulation between two calls as plain numbers, from which another continues bit for bit.
+"""Snapshots: the state of a simulation between two calls as plain numbers, from which another continues bit for bit.
 
 Step size and its history, the tentative step, armed guards and modes are in X, P and M; in addition snapshots hold the
 references with their starts, the log and notes, and the number of the next sample.
@@ -42,7 +42,7 @@ def _part(run: object, path: str) -> object:
 
 
 def read(run: object, table: Table) -> Snapshot:
-    """Return the state of all parts of a run, without copies."""
+    """Return the state of all parts of a simulation by name, without copying it."""
     parts = {path: _part(run, path) for path in table}
     return {
         path: {name: getattr(x, name) for name in table[path] or vars(x)} for path, x in parts.items() if x is not None
@@ -50,7 +50,7 @@ def read(run: object, table: Table) -> Snapshot:
 
 
 def write(run: object, state: Snapshot) -> None:
-    """Restore the state of all parts of a run."""
+    """Restore the state of all parts of a simulation that `read` returned."""
     for path, values in state.items():
         part = _part(run, path)
         for name, x in values.items():
@@ -65,13 +65,13 @@ def write(run: object, state: Snapshot) -> None:
 
 
 def copied(state: Snapshot) -> Snapshot:
-    """Return a copy that shares nothing with a run; about ten times as fast as `deepcopy`."""
+    """Return a copy of a state that shares nothing with a simulation; about ten times as fast as `deepcopy`."""
     state = loads(dumps(state, -1))
     return state
 
 
 def kept(run: object, native: NativeState) -> Snapshot:
-    """Return the complete state from which a simulation can continue."""
+    """Return a snapshot: the complete state from which a simulation can continue."""
     variant = {"locked": sorted(native.program.locked), "calm": sorted(native.calm)}
     return copied({"state": read(run, KEPT), "variant": variant, "scene": _scene(native)})
 
@@ -86,17 +86,18 @@ def go_on(run: object, native: NativeState, snapshot: Snapshot) -> None:
 
 
 def mark(run: object) -> Snapshot:
-    """Return the state that a run changes between events, which `back` restores; cheaper than a snapshot."""
+    """Return the part of a simulation's state that changes between events, which `back` restores; cheaper than a
+    snapshot."""
     return {path: {k: copy(x) for k, x in values.items()} for path, values in read(run, CHANGED).items()}
 
 
 def back(run: object, marked: Snapshot) -> None:
-    """Return to a `mark` taken since the last event; may be repeated."""
+    """Return a simulation to a `mark` taken since its last event; may be repeated."""
     write(run, {path: {k: copy(x) for k, x in values.items()} for path, values in marked.items()})
 
 
 def foreign() -> KernelError:
-    """Return the error for a snapshot of another scene."""
+    """Return the error for a snapshot that was taken from another scene."""
     return KernelError(
         "the snapshot was not taken from this scene with these options; restore it in a simulation of the same system, "
         "method, tolerance and sample period"

@@ -109,12 +109,12 @@ class Event(msgspec.Struct, frozen=True, order=True, array_like=True, gc=False):
 
     @property
     def order(self) -> Order:
-        """The sort key that gives the event its place in the total order of events."""
+        """The sort key of the event in the total order of events."""
         return self.t, self.k, self.source, self.port, self.index
 
     @property
     def value(self) -> Message:
-        """A new copy of the message, decoded from its bytes."""
+        """A new copy of the event's message, decoded from its bytes."""
         return decode(self.type, self.payload)
 
 
@@ -132,8 +132,8 @@ class AtomicResult(msgspec.Struct, frozen=True):
 
 
 class Slack(msgspec.Struct, frozen=True):
-    """The observed lookahead of an output port: the shortest time [ns] between scheduling an output and sending it. No
-    larger lookahead could have been declared for this run."""
+    """The observed lookahead of an output port: the shortest time [ns] from scheduling an output to sending it, which
+    is the largest lookahead that the port could have declared in this run."""
 
     port: str  # path of the atomic's port
     declared_ns: int
@@ -151,7 +151,7 @@ class Steppable(Protocol):
 
     @property
     def slack(self) -> list[Slack]:
-        """The lookaheads observed so far, one for each output port."""
+        """The observed lookahead of each output port so far."""
 
     @property
     def last(self) -> Tag:
@@ -170,7 +170,7 @@ class Steppable(Protocol):
         outputs at next_time are known to be empty."""
 
     def start(self) -> None:
-        """Set the initial state at logical time (0, 0)."""
+        """Set the initial state of the node at logical time (0, 0)."""
 
     def outputs(self) -> list[Event]:
         """Return the events that the node sends to other nodes at next_time, in their total order."""
@@ -180,8 +180,8 @@ class Steppable(Protocol):
         transitions before `until`, as long as none of them sends an event to another node."""
 
     def among(self) -> list[Event]:
-        """Return the events since the last call sent between models of this node or without receiver, in total
-        order."""
+        """Return the events since the last call that were sent between models of this node or that have no receiver, in
+        total order."""
 
 
 @runtime_checkable
@@ -189,7 +189,7 @@ class Keepable(Protocol):
     """A `Steppable` whose state can be saved after a transition and restored in another object of the same model."""
 
     def snapshot(self) -> bytes:
-        """Return the complete state as bytes; raises HeavyliftError if part of it cannot be saved."""
+        """Return the complete state of the node as bytes; raises HeavyliftError if some part cannot be saved."""
 
     def restore(self, snapshot: bytes) -> None:
-        """Continue from a snapshot of the same model; call `start` before."""
+        """Restore the state of the node from a snapshot of the same model; `start` must have been called before."""

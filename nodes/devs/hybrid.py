@@ -32,7 +32,7 @@ ALONE = 1e-14  # [s] steps that are shorter lead nowhere
 
 
 class Trajectory(Message):
-    """The continuous state of a hybrid model at the present time."""
+    """Message with a sample of the continuous state of a hybrid model."""
 
     state: tuple[float, ...]
 
@@ -76,14 +76,15 @@ class Hybrid(Atomic):
         return ()
 
     def tell(self, which: tuple[int, ...]) -> None:
-        """Send the output of an event; `which`: indices of the guards that fell; `ahead` is the state at the event."""
+        """Send the output of an event. `which`: indices of the guards that fell through zero; `ahead` is the state at
+        the event."""
 
     def fell(self, which: tuple[int, ...]) -> None:
-        """Handle an event; `which`: indices of the guards that fell; `state` is the state at the event."""
+        """Handle an event. `which`: indices of the guards that fell through zero; `state` is the state at the event."""
         raise ModelError("a guard fell, but the model defines no fell()")
 
     def heard(self, x: Bag) -> None:
-        """Handle the inputs x; `state` is the present state."""
+        """Handle the inputs x that have arrived; `state` is the present state."""
         raise ModelError("an input arrived, but the model defines no heard()")
 
     def go(self, *x: float) -> None:
@@ -231,16 +232,16 @@ class _Step(NamedTuple):
 
     @property
     def begin(self) -> int:
-        """Start of the step [ns], rounded up."""
+        """Start of the integration step [ns], rounded up."""
         return ceil(self.t0 * 1e9)
 
     @property
     def end(self) -> int:
-        """End of the step [ns], rounded up."""
+        """End of the integration step [ns], rounded up."""
         return ceil((self.t0 + self.h) * 1e9)
 
     def at(self, t: int) -> State:
-        """Return the state at a time [ns]."""
+        """Return the state at a time [ns] within the integration step."""
         u = (t * 1e-9 - self.t0) / self.h
         w = 1.0 - u
         return tuple(a + u * (b + w * (c + u * (d + w * e))) for a, b, c, d, e in zip(*self.d, strict=True))

@@ -80,7 +80,7 @@ def _left(cls: type) -> bool:
 
 
 class Message(msgspec.Struct, frozen=True, metaclass=_MessageType):
-    """Base class of everything that a port can carry, used as in `class HoistDone(Message): id: int`."""
+    """Base class of all messages that ports carry; a subclass is declared as in `class HoistDone(Message): id: int`."""
 
     units: typing.ClassVar[Mapping[str, str]] = {}
     """SI units by field name, for displays; "m or rad" if the unit depends on the joint or actuator concerned."""
@@ -120,7 +120,7 @@ def _changeable(x: object) -> bool:
 
 
 def hints_of(cls: type) -> dict[str, object]:
-    """Return the types of a struct's fields with their annotations."""
+    """Return the annotated types of the fields of a struct."""
     hints = typing.get_type_hints(cls, localns={cls.__name__: cls}, include_extras=True)
     return {name: hints[name] for name in cls.__struct_fields__}  # type: ignore[attr-defined]
 
@@ -210,7 +210,7 @@ def shown(hint: object) -> str:
 
 
 def message_type(name: str) -> type[Message]:
-    """Return the message class of that name; raises ModelError if it is not known."""
+    """Return the message class with the given name; raises ModelError if the name is unknown."""
     try:
         return _REGISTRY[name]
     except KeyError:
@@ -238,7 +238,7 @@ def _unpickled(module: str, name: str, payload: bytes) -> Message:
 
 
 def decoder(cls: type[Message]) -> "msgspec.msgpack.Decoder[Any]":
-    """Return the decoder of a class; raises ModelError if its field types are ambiguous."""
+    """Return the decoder of a message class; raises ModelError if the types of its fields are ambiguous."""
     if cls not in _DECODERS:
         try:
             _DECODERS[cls] = msgspec.msgpack.Decoder(cls)

@@ -27,8 +27,8 @@ M = TypeVar("M", bound=Message)
 
 
 def travelling(value: M, port: object) -> M:
-    """Return the message as its receiver gets it; raises ModelError with the port and the field if encoding and
-    decoding would change it."""
+    """Return the message as its receiver gets it; raises ModelError, which names the port and the field, if encoding
+    and decoding would change the message."""
     cls = type(value)
     read = decoder(cls)
     if value.__plain__():
@@ -79,8 +79,7 @@ Bound = TypeVar("Bound")
 
 
 class Said(Protocol):
-    """The attributes of `models.Present` that ports use: the messages sent at the present logical time and their
-    ports."""
+    """Interface of `models.Present` for ports: the messages sent at the present logical time and their ports."""
 
     sources: "list[Port[Message]]"
     values: list[Message]
@@ -90,7 +89,7 @@ class Said(Protocol):
 
 
 class Owner(Protocol):
-    """The attributes of `models.Model` that ports use."""
+    """Interface of `models.Model` for ports: the name, path, parent and ports of the model that owns a port."""
 
     name: str
 
@@ -200,7 +199,7 @@ class Out(_Declared[OutPort[M]], Generic[M]):
 
 @cache
 def checked_type(type: type[M]) -> type[M]:
-    """Return the message type; raises ModelError if a port cannot carry it."""
+    """Return the message type of a port; raises ModelError if ports cannot carry messages of this type."""
     if not issubclass(type, Message):
         raise ModelError(f"a port cannot carry {type!r}: derive it from Message")
     decoder(type)
@@ -223,7 +222,7 @@ class Bag(Protocol):
 
 
 class Arrived(dict[InPort[Message], list[Message]]):
-    """The bag of inputs as models receive it: a dict from input port to list of messages."""
+    """The bag of inputs that a simulator passes to a model: a dict from input port to list of messages."""
 
     __slots__ = ()
 

@@ -23,8 +23,8 @@ _importing = _Importing()
 
 
 def read(reference: str) -> tuple[str, str, list[object], dict[str, object]]:
-    """Return the module or file, name, positional and keyword arguments of a reference; raises ModelError if it cannot
-    be parsed."""
+    """Split a reference to a model into module or file, name, positional and keyword arguments; raises ModelError if
+    the reference cannot be parsed."""
     where = reference.partition("(")[0].rpartition(":")[0]
     if any("\ud800" <= c <= "\udfff" for c in reference):
         raise ModelError(f"{reference!r} does not refer to a model: the file name is not valid UTF-8; rename the file")
@@ -64,5 +64,5 @@ def imported(where: str) -> ModuleType:
 
 
 def importing() -> str:
-    """Return the name of the module that is being imported for its model, or "" if none is."""
+    """Return the name of the module that is being imported to build a model, or "" if no import is in progress."""
     return _importing.modules[-1] if _importing.modules else ""

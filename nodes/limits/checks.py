@@ -40,7 +40,8 @@ COUNTED = (NOT_CHECKED, ASSUMED, UNKNOWN, WARNED)  # kinds of amber, as the line
 def checks_of(
     plan: Plan, uses: Sequence[Use], others: Iterable[Check], errors: Errors | None, shapeless: Iterable[str]
 ) -> list[Check]:
-    """Return all checks, worst state first, then in the order of the table of limits from hook to ground.
+    """Return all checks, sorted by severity and then by the order of the table of limits, which goes from the hook down
+    to the ground.
 
     `uses`: the highest utilisation of each limit; `others`: findings that have no limit; `errors`: error estimates of a
     run (None for an equilibrium path, which has none); `shapeless`: names of objects without a shape, whose clearance
@@ -72,8 +73,8 @@ def checks_of(
 
 
 def sea_of(plan: Plan) -> str:
-    """Return a description of the irregular waves of a plan, with their number of components and repeat time; an empty
-    string without any."""
+    """Return a sentence about the irregular waves of a plan, with the number of their components; "" if the plan has no
+    irregular waves."""
     of = [m.system for m in plan.machines]
     moved = [getattr(force, "signal", None) for x in of for force in x.forces] + [x for y in of for x in y.drives]
     n = len({w for x in moved if x and x.waves for w in x.waves.frequencies})
@@ -212,7 +213,8 @@ def _size(check: Check) -> float:
 
 
 def governing(checks: Sequence[Check]) -> list[str]:
-    """Return, for each quantity, the check with the highest utilisation as a line of text: loads before places."""
+    """Return one line of text for each quantity: its check with the highest utilisation. Checks of loads precede checks
+    of positions."""
     found: dict[str, Check] = {}
     for check in sorted(checks, key=lambda c: (not c.load, -(c.use or 0.0))):
         if check.use and not check.between:
@@ -246,7 +248,7 @@ def open_checks(checks: Sequence[Check]) -> list[str]:
 
 
 def likewise(found: Iterable[Check]) -> list[Check]:
-    """Merge findings with the same quantity, limit and stage into one finding that also names the other subjects."""
+    """Merge findings that have the same quantity, limit and stage into one finding that names all subjects."""
     groups: dict[object, list[Check]] = {}
     for x in found:
         groups.setdefault((x.word, x.quantity, x.limit, x.unit, x.stage), []).append(x)

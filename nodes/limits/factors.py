@@ -57,7 +57,7 @@ PRACTICES: dict[str, dict[str, Clause]] = {  # what was read in a public copy ha
 
 
 class LiftConditions(NamedTuple):
-    """Properties of a lift on which the factors of a part depend."""
+    """Properties of a lift that determine the factors of one of its parts."""
 
     weight: float  # of what is lifted [N]
     hooks: tuple[str, ...]  # that carry it
@@ -74,9 +74,9 @@ def design_limits(
     states: Sequence[StaticState],
     lateral: Mapping[Key, float],
 ) -> Iterator[RatedLimit]:
-    """Yield the design limits of all parts, and a row without a value for each missing factor. `uses` and `states`
-    belong to the equilibrium path; `lateral` is the increase of utilisation when the centre of mass is at a corner of
-    its uncertainty box."""
+    """Yield the design limit of each part, and a limit without a value for each missing factor. `uses`, `states`:
+    utilisations and states of the equilibrium path; `lateral`: ratio by which a utilisation increases at the worst
+    corner of the centre-of-mass box."""
     clauses, missing = PRACTICES.get(practice, {}), dict[str, str]()
     strengths = {x.subject: x for x in plan.limits if x.quantity == "sling peak"}
     for quantity, base in BASES.items():
@@ -220,9 +220,9 @@ def wind_force(given: Factors) -> tuple[float, str]:
 def tilted(
     plan: Plan, hooks: Sequence[str], limit: RatedLimit, states: Sequence[StaticState], sine: float, rise: float
 ) -> float | None:
-    """Return by how much a part's load increases when the load tilts between two hooks, in the state of the part's
-    largest static load; 1 is no increase. `sine`: sine of the tilt angle; `rise` [m]: height by which one hook is
-    hoisted more than the other, used if it tilts the load further (0027/ND, B.1.2, plumb ropes)."""
+    """Return the factor by which the load on a part increases when the block tilts between two hooks, in the state with
+    the largest static load on the part. `sine`: sine of the tilt angle; `rise` [m]: height by which one hook is hoisted
+    more than the other; the larger tilt of the two counts (0027/ND, B.1.2, plumb ropes)."""
     most: tuple[float, float] | None = None
     for state in (x for x in states if not x.grounded):
         ends = [_end(plan, state, hook) for hook in hooks]
@@ -280,5 +280,6 @@ def _end(plan: Plan, state: StaticState, rope: str) -> tuple[Vector, Vector] | N
 
 
 def product(limit: RatedLimit, *, dynamic: bool) -> float:
-    """Return the product of a limit's factors; if `dynamic` (for a simulated load), without the dynamic factor."""
+    """Return the product of the factors of a limit; if `dynamic`, without the dynamic factor, because the simulated
+    load includes the dynamics."""
     return prod(x.value for x in limit.factors if not (dynamic and x.name == "dynamic"))

@@ -23,9 +23,8 @@ def outside(half: Vector, p: Vector) -> float:
 
 
 def geometry_findings(plan: Plan) -> list[Check]:
-    """Return red checks for lugs far from the block and for centres of mass outside it, and a warning for each mass
-    that is implausible for its volume, feature of a model file that was not converted, and gravity unlike the Earth's.
-    """
+    """Return red checks of lugs far from their block and of centres of mass outside it, and warnings about implausible
+    densities, gravity unlike the Earth's, and features of model files that were not converted."""
     found = [x for machine in plan.machines for cargo in machine.cargo for x in _of(cargo)]
     lacks = (
         finding("amber", "model file", machine.name, f"not converted: {sentence}", where=machine.where)

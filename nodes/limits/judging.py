@@ -58,7 +58,7 @@ class _Worst:
         self._first: list[tuple[float, Use]] = []  # how bad, rising: each may come near enough to the worst
 
     def see(self, plan: Plan, signals: SignalColumns) -> None:
-        """Add the samples of the next part."""
+        """Add the samples of the next interval of time."""
         limit = self._limit
         reading = read(plan, limit, signals)
         if reading is None:

@@ -79,14 +79,14 @@ class MeasuredSignal(NamedTuple):
 
 
 def hooks_of(machines: Sequence[Mechanism]) -> dict[str, Hoist]:
-    """Return all hooks of the machines, by the names of their hook ropes."""
+    """Return all hooks of the machines, by the name of the hook rope."""
     return {hook.rope: hook for machine in machines for hook in machine.hooks}
 
 
 def measured(
     limit: RatedLimit, machines: Sequence[Mechanism], gravity: float, actions: Sequence[Action] = ()
 ) -> list[MeasuredSignal]:
-    """Return the signals whose reduction a limit checks; none for a clearance, which shapes decide."""
+    """Return the signals that a limit checks; empty for a clearance, which is computed from shapes instead."""
     kind = KINDS.get(limit.quantity)
     if kind in ("slope", "vertical load"):
         return [x for name in limit.elements for x in sling_signals(name, kind, machines, gravity)]
@@ -114,8 +114,8 @@ def sling_signals(
 def signal_of(
     limit: RatedLimit, machines: Sequence[Mechanism], gravity: float, actions: Sequence[Action] = ()
 ) -> ScalarSignal | None:
-    """Return the one signal that a limit checks, with gravity [m/s2]; None for quantities of several signals: sling
-    angles with changing lugs, winds, clearance. `actions`: those with orders to drives, for moments at the start."""
+    """Return the signal that a limit checks; None if the limit checks several signals or a clearance. `gravity` [m/s2];
+    `actions`: needed only for the moments at the start of drives."""
     kind, (first, *_) = KINDS.get(limit.quantity), (*limit.elements, "")
     if kind and not limit.elements:
         return None

@@ -45,7 +45,7 @@ class Reading:
 
 
 def read(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
-    """Evaluate the quantity of a limit; return None if the data are missing."""
+    """Return the values of the quantity that a limit checks; None if the data are missing."""
     if limit.quantity in BASES:
         return _design(plan, limit, signals)
     reduction, kind = REDUCTIONS.get(limit.quantity, "largest"), KINDS.get(limit.quantity)
@@ -201,8 +201,8 @@ def _while_slewing(plan: Plan, limit: RatedLimit, x: ScalarSignal, signals: Sign
 
 
 def range_at_rest(values: Column, signals: SignalColumns, elements: tuple[str, ...]) -> Column | None:
-    """Return the difference (n,) between the highest and the lowest value of a signal since the winch of a rope
-    stopped; None without its lengths. The winch may have stopped in an earlier part of the run."""
+    """Return, for each sample (n,), the range (highest minus lowest value) of a signal since the winch of a rope
+    stopped; None if the rope lengths are not recorded. The winch may have stopped in an earlier part of the run."""
     length = signals.lengths.get(elements[0])
     if length is None or not signals.dynamic:
         return None

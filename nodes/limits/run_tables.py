@@ -34,7 +34,7 @@ Cells = tuple[Cell, ...]
 
 
 class RunTables:
-    """Tables collected from the samples of a run, part by part; `stages`: (begin [s], name) of each stage."""
+    """Collects the tables of a run from successive parts of its samples. `stages`: (begin [s], name) of each stage."""
 
     def __init__(self, plan: Plan, stages: Sequence[tuple[float, str]], end: float) -> None:
         self._plan, self._rated = plan, rated(plan)
@@ -58,7 +58,7 @@ class RunTables:
         self._most: list[dict[str, float]] = [{} for _ in self._spans]
 
     def see(self, signals: SignalColumns) -> SignalColumns:
-        """Add the samples of the next part, and return them unchanged."""
+        """Add the samples of the next part of the run, and return these samples unchanged."""
         t, zero = signals.t, np.zeros(len(signals.t))
         if not len(t):
             return signals
@@ -175,7 +175,7 @@ WHEN = ("begins", "most", "ends")
 
 
 class HookReach:
-    """Radii of the hooks that have a radius chart, collected from successive parts of an equilibrium path or a run."""
+    """Collects the radii of all hooks that have a radius chart, part by part, from an equilibrium path or a run."""
 
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
@@ -183,7 +183,7 @@ class HookReach:
         self._found: dict[tuple[str, str], list[Reach]] = {}
 
     def see(self, signals: SignalColumns) -> SignalColumns:
-        """Add the samples of the next part, and return them."""
+        """Add the samples of the next part of the path or run, and return these samples unchanged."""
         for limit in self._limits:
             reading, radii = read(self._plan, limit, signals), axis_of(self._plan, limit, signals)
             if reading is None or radii is None:
@@ -196,7 +196,7 @@ class HookReach:
         return signals
 
     def see_path(self, states: Sequence[StaticState]) -> tuple[Reach, ...]:
-        """Return the radii found on an equilibrium path."""
+        """Return the hook radii found on an equilibrium path."""
         self.see(signals_of(states))
         return self.found
 
@@ -212,7 +212,7 @@ class HookReach:
 
     @property
     def found(self) -> tuple[Reach, ...]:
-        """Three radii for each hook and stage, in order of time: at the beginning, at the end, and at the highest
+        """The radii found for each hook and stage, in order of time: at the beginning, at the end, and at the highest
         utilisation."""
         each = sorted(self._found.values(), key=lambda three: three[0].t)
         return tuple(

@@ -43,8 +43,9 @@ def dynamics_required(plan: Plan) -> tuple[float, str] | None:
 
 
 def touching(plan: Plan, quantity: str, block: str = "") -> list[tuple[int, bool, float]]:
-    """Return the actions that hoist until a block is lifted, or that lower it until it has landed: number from 1,
-    whether it lands on something other than its supports, speed [m/s]; without a name: of any block."""
+    """Return the actions that hoist a block until it is lifted, or that lower a block until it has landed, as (number
+    from 1, whether the block lands on an object other than its supports, speed [m/s]). `block`: name of the block, or
+    "" for all blocks."""
     lifts, found = quantity == "lift-off speed", list[tuple[int, bool, float]]()
     of = [(m.name, cargo.body) for m in plan.machines for cargo in m.cargo if cargo.body == block or not block]
     models = {name for names in of for name in names}

@@ -22,7 +22,7 @@ Hooked: TypeAlias = tuple[float, Mapping[str, str]]  # from when [s], sling -> l
 
 @dataclass(frozen=True)
 class SignalColumns:
-    """Signals as columns over n instants, by the kernel's names.
+    """Signals of the mechanics as columns over n instants, named as in the kernel.
 
     t (n,) [s]; tensions: rope or support -> (n,) [N]; poses: body -> position p_WB (n, 3) [m] and rotation R_WB (n, 3,
     3); lengths: hook rope -> unstretched length (n,) [m], where it is known. `peaks`: rope -> (tension [N], time [s]),
@@ -45,7 +45,7 @@ class SignalColumns:
     carried: dict[object, Any] = field(default_factory=dict, compare=False, repr=False)  # from one part to the next
 
     def once(self, key: object, make: Callable[[], T]) -> T:
-        """Return the value stored for a key; on first use it is computed by `make`."""
+        """Return the cached value of a key; on first use, compute it by calling `make`."""
         if key not in self.known:
             self.known[key] = make()
         found: T = self.known[key]
@@ -58,7 +58,7 @@ class SignalColumns:
         return next((name for start, name in reversed(self.stages) if start <= t), "")
 
     def within(self, stage: str) -> NDArray[np.bool_]:
-        """Return a mask (n,) that is true for the samples in a stage."""
+        """Return a mask (n,) that is true for the samples within a stage."""
         if self.named:
             return np.array([name == stage for name in self.named], dtype=bool)
         at = np.searchsorted([start for start, _ in self.stages], self.t, side="right")

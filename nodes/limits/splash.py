@@ -43,18 +43,18 @@ class SplashZone:
         return np.asarray(np.sum([*self.pulls.values()], axis=0))
 
     def static(self, depth: Column) -> Column:
-        """Return the static weight in water at these depths [N]."""
+        """Return the static weight of the block in water [N] at these depths [m]."""
         return self.weight - np.interp(depth, self.water.x, self.water.effort)
 
     def amplitude(self, depth: Column) -> Column:
-        """Return the amplitude of the dynamic force at these depths [N]."""
+        """Return the amplitude of the dynamic force on the block [N] at these depths [m]."""
         x, force = zip(*self.cargo.amplitude or ((0.0, 0.0),), strict=True)
         return np.asarray(np.interp(depth, x, force))
 
     def along(self, f: Callable[[Column, Column], Column], rest: Column) -> Column:
-        """Return, for each sample (n,), the largest f(depth, rest) since the sample before; nan above still water, or
-        if the block does not hang. Below their last points the curves hold their last values. `rest`: a quantity that
-        changes linearly from sample to sample."""
+        """Return, for each sample (n,), the largest f(depth, rest) since the sample before; nan if the block is above
+        still water or does not hang. `rest`: a quantity that changes linearly from sample to sample; the curves are
+        constant below their last points."""
         d, hangs = self.depth, self.hangs
         values = np.where(hangs & (d >= 0.0), f(d, rest), np.nan)
         for x in self.corners:
@@ -67,7 +67,7 @@ class SplashZone:
 
 
 def slack_sling(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column:
-    """Return the upward dynamic force divided by the static weight in water (n,)."""
+    """Return the ratio (n,) of the upward dynamic force on the block to the static weight of the block in water."""
     zone = _zone(plan, limit, signals)
 
     def share(depth: Column, missing: Column) -> Column:
@@ -78,7 +78,8 @@ def slack_sling(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column
 
 
 def splash_load(plan: Plan, limit: RatedLimit, signals: SignalColumns, load: Column) -> Column:
-    """Return the load on a hook [kg] (n,), with its share of the dynamic amplitude; `load`: without that share."""
+    """Return the load on a hook [kg] (n,), including its share of the dynamic amplitude. `load`: the load on the hook
+    without this share."""
     zone = _zone(plan, limit, signals)
     pull, all_ = zone.pulls[limit.elements[0]], zone.pull
     share = np.divide(pull, all_, out=np.zeros(len(pull)), where=all_ > 0.0) / plan.gravity

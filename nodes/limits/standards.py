@@ -44,8 +44,8 @@ HOISTING = {"HC1": (1.05, 0.17), "HC2": (1.10, 0.34), "HC3": (1.15, 0.51), "HC4"
 
 @dataclass(frozen=True)
 class Sharing:
-    """Assumption about unequal load sharing in statically indeterminate rigging: when it applies, its message, factor
-    and source."""
+    """An assumption about unequal load sharing in statically indeterminate rigging: the rigging that it applies to, its
+    message, factor and source."""
 
     when: str
     message: str

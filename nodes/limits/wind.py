@@ -26,8 +26,9 @@ from .signals import Column, SignalColumns, place, signals_of
 
 
 def leads_in_wind(plan: Plan, given: Factors, states: Sequence[StaticState]) -> Iterator[RatedLimit]:
-    """Yield the limit of the off-lead in the stated wind of each hook that carries a load, with the largest value at
-    rest; of a hook with several limits, the one with the highest utilisation."""
+    """Yield, for each hook with a load, the limit of its off-lead in the stated wind; the utilisation at rest is that
+    of the worst state. If a hook has several off-lead limits, only the limit with the highest utilisation is yielded.
+    """
     force, formula = wind_force(given)
     if not force:
         return

@@ -30,7 +30,7 @@ Coupling: TypeAlias = tuple[str, str, str, str]  # source model, its out port, t
 
 
 class Ending(Atomic):
-    """Reports that all action lists are finished after the last one."""
+    """Reports, after the last action list, that all action lists are finished."""
 
     heard, finished = In(m.Finished), Out(m.Finished)
 
@@ -39,22 +39,22 @@ class Ending(Atomic):
         self.lists = lists
 
     def start(self) -> None:
-        """Initialise: no list is finished."""
+        """Start with no list finished."""
         self.left = self.lists
         self.passivate()
 
     def external(self, e: int, x: Bag) -> None:
-        """Count a finished list."""
+        """Count a finished action list."""
         self.left -= len(x.get(self.heard, ()))
         if self.left == 0:
             self.hold_in(0)
 
     def output(self) -> None:
-        """Send `finished` after the last list."""
+        """Send `finished` after the last action list."""
         self.finished.send(m.Finished())
 
     def internal(self) -> None:
-        """Wait for input, since no message is left to send."""
+        """Wait for the next input, after the message `finished` was sent."""
         self.passivate()
 
 
@@ -134,7 +134,7 @@ class CommanderModel(Coupled):
         return "; ".join(message for each in lists if (message := each.waiting_for()))
 
     def declare(self) -> System:
-        """Return the declaration of the master of the turn."""
+        """Return the declaration of the virtual master of the turn."""
         return declared(list(self.children.values()))
 
 
@@ -163,7 +163,7 @@ def node_names(plan: Plan) -> tuple[str, ...]:
 
 
 def divided(plan: Plan, nodes: Iterable[Collection[str]]) -> Iterator[Plan]:
-    """Yield the part of a plan that each node needs; the commander needs all of it."""
+    """Yield the part of the plan that each node needs; the commander gets the whole plan."""
     waiting: dict[str, set[int]] = {}  # model -> actions for which it watches a threshold
     for number, action in enumerate(plan.actions):
         for crossing in crossed(action):
@@ -201,8 +201,8 @@ def driving(plan: Plan) -> tuple[str, ...]:
 
 
 def goes_on(event: Event) -> bool:
-    """Return whether an event shows progress of the action list: it comes from the commander and is not the set-point
-    of a user model."""
+    """Return whether an event shows progress of the action list: the event comes from the commander and is not the
+    set-point of a user model."""
     if event.source != COMMANDER:
         return False
     return event.type != m.Order.__name__ or not cast("m.Order", event.value).led
@@ -238,7 +238,8 @@ def _built(plan: Plan, name: str, machine: Mechanism | None, thresholds: tuple[T
 
 
 def system(plan: Plan, models: Mapping[str, NodeModel] | None = None) -> System:
-    """Return the mechanics declared by all models; `models`: those of the plan, if already built."""
+    """Return the mechanical system that all models of a plan declare. `models`: the models of the plan, if already
+    built."""
     return assembled([model.declare() for model in (models or build(plan)).values()], plan.gravity)
 
 

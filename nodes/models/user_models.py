@@ -37,12 +37,13 @@ def aim_port(model: str, port: str) -> str:
 
 
 class UserModelNode(Coupled):
-    """The node of one user model of the plan; raises ModelError if it cannot be built or may not run."""
+    """The node that runs one user model of the plan; raises ModelError if the model cannot be built or its code is not
+    trusted."""
 
     def __init__(self, own: UserModel) -> None:
         super().__init__(own.name)
         if not 0 <= own.delay <= MOST * own.period or not own.period:
-            raise ModelError(f"{own.name}: a delay has at most {MOST} periods; lengthen the period")
+            raise ModelError(f"{own.name}: the delay exceeds {MOST} periods; lengthen the period")
         inner = self.add(_made(own))
         for port in own.signals:
             self.connect(self.add_in(port, Sample), _port(own, inner, port, InPort, Sample))
@@ -57,12 +58,13 @@ class UserModelNode(Coupled):
                 self.connect(source, out)
 
     def declare(self) -> System:
-        """Return an empty mechanical system, since a user model declares no mechanics."""
+        """Return an empty mechanical system, because a user model declares no mechanics."""
         return System()
 
 
 class Outside(Atomic):
-    """Placeholder for the program that steps an exported scene and sends the set-points of these ports itself."""
+    """Placeholder for a user model whose set-points come from outside: from the program that steps the exported
+    scene."""
 
     def __init__(self, name: str, ports: str) -> None:
         super().__init__(name)
@@ -87,7 +89,7 @@ class SetPointDelay(Atomic):
         self.point: SetPoint | None = None
 
     def external(self, e: int, x: Bag) -> None:
-        """Store the next set-point that is not to be skipped, and wait for the delay."""
+        """Store the next set-point, unless it is one of those to be skipped, and wait for the delay."""
         for point in x[self.into]:
             if self.heard % self.of == self.number:
                 if self.point is not None:
@@ -104,7 +106,7 @@ class SetPointDelay(Atomic):
             self.out.send(self.point)
 
     def internal(self) -> None:
-        """Get ready for the next set-point."""
+        """Wait for the next set-point."""
         self.point = None
         self.passivate()
 

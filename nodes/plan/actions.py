@@ -14,7 +14,7 @@ from .verbs import MOTIONS
 
 
 class Item(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Base class of everything written in a scene; `where` is its place, file:line:column."""
+    """Base class of everything that is written in a scene; `where` is the place in the scene, as file:line:column."""
 
     where: str = ""
 
@@ -72,7 +72,8 @@ class CrossingCondition(Term, frozen=True, kw_only=True, tag="crossing"):
 
 
 class AfterCondition(Term, frozen=True, kw_only=True, tag="after"):
-    """Condition: so many seconds have passed since the previous action began or, in `until`, since the order began."""
+    """Condition: this many seconds have passed since the previous action began or, in `until`, since the order
+    began."""
 
     seconds: float
 
@@ -122,7 +123,7 @@ class Follow(Item, frozen=True, kw_only=True, tag="follow"):
     s: float = 0.0
 
     def value(self, s: float) -> float:
-        """Return k1 s + kc cos s + ks sin s."""
+        """Return the reference k1 s + kc cos s + ks sin s of the follower for the value s of the master."""
         k1, kc, ks = self.law
         return k1 * s + float(kc * cos(s) + ks * sin(s))
 
@@ -238,8 +239,8 @@ class WatchThreshold(Item, frozen=True, kw_only=True, tag="watch"):
 
 
 class EndOrder(Item, frozen=True, kw_only=True, tag="end"):
-    """Order to end another order: a move ramps down, a follower holds its position (its master is at `s`), a threshold
-    is no longer watched."""
+    """Order to end another order: a move ramps down, a follower holds its position (`s`: value of the master at this
+    time), a threshold is no longer watched."""
 
     s: float = 0.0
 
@@ -255,7 +256,8 @@ def for_actor(order: Move | Follow | StopOrder | Hookup | UnhookSling | BrakeOrd
 
 
 class Touch(Item, frozen=True, kw_only=True):
-    """Two objects that may touch, by name ("world" is the ground); `stays`: whether also after this stage."""
+    """Two objects that are allowed to touch, by name ("world" is the ground); `stays`: the permission also holds after
+    this stage."""
 
     names: tuple[str, str]
     stays: bool = False
@@ -277,5 +279,5 @@ class Action(Item, frozen=True, kw_only=True):
 
 
 def parts(action: Action) -> bool:
-    """Return whether a sling or rope breaks in this action."""
+    """Return whether a sling or rope is ordered to break in this action."""
     return any(isinstance(order, UnhookSling) and order.parted for order in action.orders)

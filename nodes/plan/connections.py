@@ -10,7 +10,8 @@ LEVEL = ("travel", "traverse", "slew")  # verbs of drives that lower nothing
 
 
 def frames_on_hooks(machines: Sequence[Mechanism]) -> dict[str, Hoist]:
-    """Return the machines without hooks that are fixed to another machine's hook eye, by name, each with this hook."""
+    """Return, by machine name, the hook from which each machine without hooks of its own (such as a lifting beam)
+    hangs."""
     eyes = {hook.eye.body: hook for machine in machines for hook in machine.hooks}
     bodies = ((machine.name, body.name) for machine in machines if not machine.hooks for body in machine.system.bodies)
     return {name: eyes[body] for name, body in bodies if body in eyes}
@@ -31,8 +32,8 @@ def ties_on(machines: Sequence[Mechanism], hook: Hoist) -> Iterator[Tie]:
 
 
 def holders(machines: Sequence[Mechanism], body: str, hooked: Mapping[str, str]) -> tuple[list[Hoist], list[Mechanism]]:
-    """Return the hooks that hold a body by slings that are hooked like this (sling -> lug), and the machines that
-    these and other ropes and joints connect with it."""
+    """Return the hooks that hold a body by slings, and all machines that slings, ropes or joints connect with the body.
+    `hooked`: the lug of each hooked sling."""
     places, ties = lug_places(machines), [tie for machine in machines for tie in machine.ties]
     loads = {place.body for place in places.values()}
     fixed = {tie.rope: tie.lower for tie in ties if tie.lower and tie.lower.body not in loads}
@@ -50,7 +51,7 @@ def holders(machines: Sequence[Mechanism], body: str, hooked: Mapping[str, str])
 
 
 def lowering(machines: Sequence[Mechanism]) -> tuple[list[str], list[Drive]]:
-    """Return the winch ropes, except those of hooks, and the drives that can lower what hangs on machines."""
+    """Return the winch ropes (except hook ropes) and the drives that can lower the loads of machines."""
     hooks = {hook.rope for machine in machines for hook in machine.hooks}
     lowers = {x.name for m in machines for x in m.actuators if x.verb not in LEVEL} - hooks
     ropes = [rope.name for m in machines for rope in m.system.all_ropes if rope.name in lowers]
@@ -58,7 +59,8 @@ def lowering(machines: Sequence[Mechanism]) -> tuple[list[str], list[Drive]]:
 
 
 def carried_hooks(machine: Mechanism, body: str) -> list[Hoist]:
-    """Return, sorted by rope, the hooks whose ropes hang from a body or from bodies that it carries by joints."""
+    """Return, sorted by rope, the hooks whose ropes hang from a body or from the bodies that this body carries by
+    joints."""
     own = (hook for hook in machine.hooks if body in (hook.on, *(joint.parent for joint in beneath(machine, hook.on))))
     return sorted(own, key=lambda hook: hook.rope)
 

@@ -34,7 +34,7 @@ class Factors(Item, frozen=True, kw_only=True):
 
 
 class Factor(Item, frozen=True, kw_only=True):
-    """A factor as it is applied to a load: name, value and source."""
+    """A factor applied to a load: name, value and source."""
 
     name: str
     value: float

@@ -108,7 +108,8 @@ class Question:
 
 
 class Answer(msgspec.Struct, frozen=True, kw_only=True):
-    """Settings chosen for what a scene asks, with measured errors: model level, method and tolerance.
+    """Model level, method and tolerance chosen for the quantities and accuracy that a scene asks for, with the measured
+    errors.
 
     `samples_hz`: samples per second that the results need (0: as in the plan); `errors`: the largest relative error for
     each quantity; `worst`: the result that has it; `figures`: errors of all results, including utilisations;
@@ -142,7 +143,8 @@ def percent(error: float) -> str:
 
 
 def planar(fidelity: Fidelity, machines: Sequence[Mechanism]) -> Fidelity:
-    """Return the fidelity with those joints locked, in a fixed order, that would leave the plane of motion."""
+    """Return the fidelity with all joints locked that would leave the plane of motion; the locked joints are in a fixed
+    order."""
     joints = [joint for machine in machines for joint in machine.system.joints]
     locked = {*fidelity.locked}
     if fidelity.motion in NORMAL:

@@ -9,8 +9,8 @@ from .actions import Item
 
 
 class BarredActuator(Item, frozen=True, kw_only=True):
-    """An actuator that an interlock stops, and the direction that it blocks: 1, -1, or 0 for both. `emergency`:
-    deceleration [m/s2 or rad/s2]; None: that of the move."""
+    """An actuator that an interlock stops, and the direction that is blocked: 1, -1, or 0 for both. `emergency`:
+    deceleration of the stop [m/s2 or rad/s2] (None: that of the move)."""
 
     actuator: str
     way: int = 0
@@ -38,8 +38,8 @@ class Interlock(Item, frozen=True, kw_only=True):
     """Hook ropes whose load or chart this interlock watches: overloads of these hooks do not make a scene invalid."""
 
     def message(self, bypassed: bool = False) -> tuple[State, str]:
-        """Return the state of the check (red, or a note if the interlock stops nothing and only reports what its author
-        foresaw) and the sentence about a trip."""
+        """Return the state of the check (red, or a note if the interlock stops nothing and only reports) and the
+        sentence about a trip of the interlock."""
         did = "would have stopped, had it not been bypassed," if bypassed else "stopped"
         names = ", ".join(dict.fromkeys(driven(stopped.actuator) for stopped in self.stops))
         sentence = f"the interlock {self.name} {did} {names}: {self.text}" if self.stops else self.text

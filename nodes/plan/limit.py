@@ -128,7 +128,8 @@ class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         return self.value is not None or self.between is not None or bool(self.chart)
 
     def at(self, x: float = 0.0) -> float:
-        """Return the limit at x of its chart, constant beyond the ends; raises ValueError if the limit is unknown.
+        """Return the value of the limit at the argument x of its chart (constant beyond the ends of the chart); raises
+        ValueError if the limit is unknown.
 
         A chart over a radius or an angle is not interpolated: the value at the next larger x applies, and the limit is
         0 beyond the last x.
@@ -147,13 +148,13 @@ class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         return self.chart[-1][1]
 
     def excess(self, value: float, x: float = 0.0) -> float:
-        """Return by how much a value exceeds the limit, in the unit of the limit; negative within the limit."""
+        """Return the amount by which a value exceeds the limit, in the unit of the limit; negative within the limit."""
         if self.between is not None:
             return max(value - self.between[1], self.between[0] - value)
         return self.at(x) - value if self.least else value - self.at(x)
 
     def use(self, value: float, x: float = 0.0) -> float:
-        """Return the utilisation of the limit by a value; it is 1 at the limit."""
+        """Return the utilisation of the limit by a value; 1 at the limit."""
         if self.between is not None:
             low, high = self.between
             return abs(2.0 * value - low - high) / (high - low)
@@ -163,8 +164,8 @@ class RatedLimit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         return value / bound if bound else inf * value if value else 0.0
 
     def met(self, value: float | None = None, t: float | None = None) -> "Use":
-        """Return the Use of the limit by `value` at time t [s]; for a clearance without a value, by the clearance at
-        rest."""
+        """Return the `Use` of this limit at time t [s], when its quantity has the given value; a clearance without a
+        value has its value at rest."""
         value = self.rest.value if value is None and self.rest and self.quantity == "clearance" else value
         return Use(self, value, t, use=None if value is None else self.use(value))
 
@@ -197,7 +198,7 @@ class Use:
 
     @property
     def at_worst(self) -> "Use":
-        """The utilisation at the worst corner of the uncertain inputs."""
+        """The `Use` of the limit at the worst corner of the uncertain inputs."""
         limit, value = self.limit, self.value
         if not limit.spread or value is None or self.use is None:
             return self
@@ -220,8 +221,8 @@ class Use:
 
 
 class Reach(msgspec.Struct, frozen=True, kw_only=True):
-    """Load on a hook [kg] at a radius [m] and a time [s], with the capacity of its radius chart [kg]: at the beginning
-    or end of a stage with load, or at the highest utilisation."""
+    """Load on a hook [kg] at a radius [m] and a time [s], with the capacity by the radius chart [kg]; the time is the
+    beginning or end of a stage with load, or that of the highest utilisation."""
 
     hook: str
     stage: str

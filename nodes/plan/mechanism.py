@@ -181,7 +181,7 @@ class Servo(Item, frozen=True, kw_only=True):
 
 class Shape(Item, frozen=True, kw_only=True):
     """A box on a body, for collision checks and drawings: centre and edges in the body's frame [m]. `thing`: name of
-    the object for planners; `part`: name of the part of this object."""
+    the drawn object in reports; `part`: name of the part of this object."""
 
     body: str
     centre: Vector
@@ -250,16 +250,16 @@ class Mechanism(Item, frozen=True, kw_only=True, forbid_unknown_fields=False):  
 
     @property
     def girders(self) -> tuple[Bend, ...]:
-        """The flexible bodies of the machine that are girders."""
+        """The flexible bodies of the machine that represent girders."""
         return tuple(row for row in self.bends if row.stiffness)
 
     @property
     def rigged(self) -> dict[str, tuple[str, ...]]:
-        """The names of the slings, by the name of the rigging to which they belong."""
+        """The names of the slings in each rigging entry, by the name of the entry."""
         names = dict.fromkeys(tie.rigging for tie in self.ties if tie.rigging)
         return {name: tuple(tie.rope for tie in self.ties if tie.rigging == name) for name in names}
 
     def standing(self, body: str) -> str:
-        """Return the name under which the supports of a body are reported: MACHINE:BODY if the body belongs to another
+        """Return the name by which reports refer to the supports of a body: MACHINE:BODY if the body belongs to another
         machine, else the name of the body."""
         return f"{self.name}:{body}" if body in self.system.outside[0] else body

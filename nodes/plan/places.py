@@ -13,7 +13,8 @@ COMMAND = "command"  # what stands in place of the line of a command
 
 
 def place(plan: Plan, at: tuple[int, ...]) -> str:
-    """Return `file:line:column` of an action or of an order at (action, order); the numbers in words if unknown."""
+    """Return `file:line:column` of the action or order with the numbers `at`; if the place is unknown, return the
+    numbers in words."""
     action, order = _split(at)
     if action == ASIDE:
         return COMMAND

@@ -34,9 +34,9 @@ LOOSEST = 1e-4  # tolerance: a looser one lets stiff modes rattle, peaks are wro
 
 
 class ActionList(Item, frozen=True, kw_only=True):
-    """One of several action lists: it starts at the action with number `first` and gives orders to these machines. A
-    list without machines belongs to the whole scene and begins the others. `fidelity` and `start` are those of this
-    lift."""
+    """One of several action lists: the list starts at the action with number `first` and gives orders to these
+    machines. The list without machines belongs to the whole scene and begins the other lists. `fidelity` and `start`
+    are those of the lift."""
 
     name: str
     first: int
@@ -93,7 +93,7 @@ class Plan(Item, frozen=True, kw_only=True):
         return self.lists[0].first if self.lists else 0
 
     def action(self, number: int) -> Action:
-        """Return the action with this number."""
+        """Return the action with the given number."""
         return self.actions[number - self.first]
 
     def leader(self, actuator: str) -> str:

@@ -30,8 +30,8 @@ def ramp(pulses: int, speed: float, accel: float, period: float) -> tuple[tuple[
 def times(
     pulses: int, distance: float | None, speed: float, accel: float, periods: tuple[float, float]
 ) -> tuple[float, float, float, float]:
-    """Return the speed reached over a distance > 0 (None: unlimited), and the durations [s] of the ramp up, of the
-    cruise and of the ramp down. The mean speed of a ramp is half the speed reached."""
+    """Return the speed reached over a distance > 0 (None: unlimited), and the durations [s] of the ramp up, the cruise
+    and the ramp down. The mean speed during a ramp is half the reached speed."""
 
     def lasting(v: float) -> list[float]:
         return [ramp(pulses, v, accel, period)[-1][0] for period in periods]
@@ -84,8 +84,8 @@ def _rounded(rows: list[tuple[float, float]], start: int) -> Speeds:
 
 
 def residual(pulses: int, speed: float, accel: float, chosen: float, period: float, gravity: float) -> float:
-    """Return the swing [rad] that a ramp leaves if it is designed for the period `chosen` [s] and the pendulum has
-    another `period` [s]."""
+    """Return the swing angle [rad] that a ramp leaves if the ramp is designed for the period `chosen` [s] but the
+    pendulum has the period `period` [s]."""
     w = 2.0 * pi / period
     lasts = ramp(pulses, speed, accel, chosen)[-1][0] - 0.5 * chosen * (pulses == 2)  # one pulse
     left = 2.0 * speed / pulses / lasts / gravity * abs(sin(0.5 * w * lasts))

@@ -79,7 +79,7 @@ class Shapes:
 
     @cached_property
     def roots(self) -> list[str]:
-        """The lowest bodies, each once, of cranes that travel and have hooks."""
+        """The lowest bodies of all cranes that travel and have hooks, each body once."""
         found = dict.fromkeys(self.root(hook.on) for hook in self.hooks.values())
         return [body for body in found if body in self._carried and self._carried[body].kind == "prismatic"]
 
@@ -150,22 +150,23 @@ class Shapes:
     # ---- how they meet ------------------------------------------------------------------------------------
 
     def called(self, x: Solid | Strand) -> set[str]:
-        """Return all names by which scenes can refer to a shape."""
+        """Return all names by which a scene can refer to a shape."""
         if isinstance(x, Solid):
             return {x.thing, x.body, x.machine} - {"", WORLD}
         rigging = (tie.rigging for machine in self.machines for tie in machine.ties if tie.rope == x.rope)
         return {x.thing, x.rope, *rigging} - {""}
 
     def meeting(self, a: Solid | Strand, b: Solid | Strand) -> tuple[bool, bool]:
-        """Return whether a contact between the whole shapes keeps two bodies from penetrating, and whether they touch
-        at the start."""
+        """Return two flags for a pair of shapes: whether a contact between the whole shapes keeps their bodies from
+        penetrating, and whether the bodies touch at the start."""
         one, other = (getattr(x, "body", "") for x in (a, b))
         found = self._contacts.get(frozenset((one, other)), [])
         begins = any(contact.name in machine.closed for contact in found for machine in self.machines)
         return bool(found) and not self.by_corners(one, other), begins
 
     def relation(self, a: Solid | Strand, b: Solid | Strand) -> Relation:
-        """Return how two shapes of different objects may meet."""
+        """Return the relation between two shapes of different objects: "apart" (a clearance must be kept), "through"
+        (only penetration is checked) or "joined" (not checked)."""
         if isinstance(a, Solid) and isinstance(b, Solid):
             return self._of_solids(a, b)
         kinds = {a.kind, b.kind}
@@ -195,8 +196,8 @@ class Shapes:
         return "joined" if self._still(a.body) and self._still(b.body) else "apart"
 
     def overlap(self, a: Solid | Strand, b: Solid | Strand) -> float:
-        """Return how far two shapes may penetrate each other [m], at contacts of corners and at thick slings on
-        lugs."""
+        """Return the depth [m] to which two shapes may penetrate without a finding, at contacts of corners and at thick
+        slings on lugs."""
         if isinstance(a, Strand) or isinstance(b, Strand):
             strand, solid = (a, b) if isinstance(a, Strand) else (b, a)
             cargo = self.cargo.get(solid.body) if isinstance(solid, Solid) else None
@@ -217,13 +218,14 @@ class Shapes:
         return joint is None or (joint.kind == "fixed" and self._still(joint.parent))
 
     def by_corners(self, a: str, b: str) -> bool:
-        """Return whether two bodies have only point contacts, so that they may penetrate each other elsewhere."""
+        """Return whether two bodies have only point contacts, so that other parts of the two bodies may penetrate each
+        other."""
         found = self._contacts.get(frozenset((a, b)), [])
         return bool(found) and all(getattr(c.a, "radius", 1.0) == 0.0 for c in found)
 
     @cached_property
     def untouched(self) -> tuple[str, ...]:
-        """The pairs of objects whose clearance is not checked, in words for planners."""
+        """The clearances and tensions that are not checked, as phrases for reports."""
         found, plan = [], self.plan
         if self.hooks:
             found.append("clearance of ropes to parts of their own crane, since scenes do not state its openings")
@@ -247,7 +249,7 @@ class Shapes:
 
     @cached_property
     def shapeless(self) -> tuple[str, ...]:
-        """The objects that have no shape, in words for planners."""
+        """The clearances that are not checked because objects have no shapes, as phrases for reports."""
         shaped, found = {solid.body for solid in self.solids}, []
         for machine in self.machines:
             heavy = (body.name for body in machine.system.bodies if body.mass or body.flexible)
@@ -290,7 +292,7 @@ def wire_radius(EA: float) -> float:
 
 
 def around(boxes: Sequence[tuple[Vector, Vector]]) -> tuple[Vector, Vector]:
-    """Return the centre and edges [m] of the box that encloses these parallel boxes."""
+    """Return the centre and edges [m] of the box that encloses several parallel boxes."""
     if len(boxes) == 1:
         return boxes[0]
     low = [min(c[i] - s[i] / 2 for c, s in boxes) for i in range(3)]

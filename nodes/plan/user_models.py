@@ -16,8 +16,8 @@ class Led(Item, frozen=True, kw_only=True):
 
 class UserModel(Item, frozen=True, kw_only=True):
     """A user's model that runs as a node; `model` is `module:name`, an absolute path `file.py:name`, or the path of an
-    FMU. It receives its `signals`, one for each port, every `period` [ns]; its set-points take effect `delay` [ns]
-    later."""
+    FMU. The model receives its `signals`, one for each port, every `period` [ns]; its set-points take effect `delay`
+    [ns] later."""
 
     name: str
     model: str
@@ -29,7 +29,7 @@ class UserModel(Item, frozen=True, kw_only=True):
 
     @property
     def unit(self) -> bool:
-        """Whether the model is an FMU."""
+        """Whether the user model is an FMU."""
         return self.model.endswith(".fmu")
 
     @property

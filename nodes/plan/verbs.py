@@ -13,7 +13,7 @@ Becomes = Literal["move", "turn", "hook", "unhook", "release", "brake", "stop", 
 
 @dataclass(frozen=True)
 class Verb:
-    """An action word in orders, such as hoist: the `kinds` of actors that accept it, and the class of order that it
+    """A verb in orders, such as `hoist`: the `kinds` of actors that accept the verb, and the class of order that it
     `becomes`."""
 
     name: str

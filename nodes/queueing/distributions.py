@@ -26,13 +26,13 @@ class Distribution(ABC):
 
 
 class Fixed(Distribution):
-    """A `time` [s] that is always the same."""
+    """A constant `time` [s]."""
 
     def __init__(self, time: float) -> None:
         self.mean = _checked(self, time=time)[0]
 
     def draw(self, random: Random) -> float:
-        """Return the time [s]."""
+        """Return the constant time [s]."""
         return self.mean
 
 
@@ -45,7 +45,7 @@ class Uniform(Distribution):
         self.mean = (low + high) / 2
 
     def draw(self, random: Random) -> float:
-        """Draw a time [s] from a random stream."""
+        """Draw a uniformly distributed time [s] from a random stream."""
         return self.low + (self.high - self.low) * random.random()
 
 
@@ -56,7 +56,7 @@ class Exponential(Distribution):
         self.mean = _checked(self, mean=mean)[0]
 
     def draw(self, random: Random) -> float:
-        """Draw a time [s] from a random stream."""
+        """Draw an exponentially distributed time [s] from a random stream."""
         return -log(1.0 - random.random()) * self.mean
 
 
@@ -70,7 +70,7 @@ class Erlang(Distribution):
         self.phases = phases
 
     def draw(self, random: Random) -> float:
-        """Draw a time [s] from a random stream."""
+        """Draw an Erlang-distributed time [s] from a random stream."""
         product = 1.0
         for _ in range(self.phases):
             product *= 1.0 - random.random()
@@ -86,7 +86,7 @@ class Triangular(Distribution):
         self.mean = (low + mode + high) / 3
 
     def draw(self, random: Random) -> float:
-        """Draw a time [s] from a random stream."""
+        """Draw a triangularly distributed time [s] from a random stream."""
         return random.triangular(self.low, self.high, self.mode)
 
 
@@ -99,7 +99,7 @@ class Pert(Distribution):
         self.mean = (low + SHAPE * mode + high) / (SHAPE + 2)
 
     def draw(self, random: Random) -> float:
-        """Draw a time [s] from a random stream."""
+        """Draw a PERT-distributed time [s] from a random stream."""
         width = self.high - self.low
         if not width:
             return self.low
@@ -119,7 +119,7 @@ class LogNormal(Distribution):
         self._location, self._scale = log(mean) - variance / 2, sqrt(variance)
 
     def draw(self, random: Random) -> float:
-        """Draw a time [s] from a random stream."""
+        """Draw a log-normally distributed time [s] from a random stream."""
         return random.lognormvariate(self._location, self._scale)
 
 
@@ -135,13 +135,14 @@ class Empirical(Distribution):
         )
         if not times or len(shares) != len(times) or not sum(shares):
             raise ModelError(
-                f"Empirical: {len(times)} times and {len(shares)} weights; give as many, and one above zero"
+                f"Empirical: {len(times)} times and {len(shares)} weights; give one weight for each time, at "
+                "least one above zero"
             )
         self._sums = list(accumulate(shares))
         self.mean = sum(time * share for time, share in zip(times, shares, strict=True)) / self._sums[-1]
 
     def draw(self, random: Random) -> float:
-        """Draw a time [s] from a random stream."""
+        """Draw one of the listed times [s] from a random stream, according to the weights."""
         return random.choices(self.times, cum_weights=self._sums)[0]
 
 
@@ -155,4 +156,7 @@ def _checked(distribution: Distribution, **given: float) -> list[float]:
 
 def _rising(distribution: Distribution, *ends: float) -> None:
     if list(ends) != sorted(ends):
-        raise ModelError(f"{type(distribution).__name__}: {', '.join(f'{x:g}' for x in ends)} s do not rise; sort them")
+        raise ModelError(
+            f"{type(distribution).__name__}: {', '.join(f'{x:g}' for x in ends)} s are not in ascending order; "
+            "sort them"
+        )

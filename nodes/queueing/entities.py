@@ -24,7 +24,7 @@ class Entity(Message):
 
 
 class Demand(Message):
-    """Demand of a server to a queue for this number of entities."""
+    """Message by which a server demands this number of entities from a queue."""
 
     count: int = 1
 
@@ -39,7 +39,8 @@ class NetworkPart(Atomic):
 
 
 class Waiting:
-    """A queue in the order of service: by priority if the discipline says so, then by service key (see `turn_of`)."""
+    """A queue of entities in the order of service: by priority if the discipline is `priority`, then by service key
+    (see `turn_of`)."""
 
     def __init__(self, discipline: str = "first in, first out") -> None:
         if discipline not in get_args(Discipline):
@@ -51,13 +52,13 @@ class Waiting:
         return len(self.heap)
 
     def put(self, turn: int, since: int, left: int, entity: Entity) -> None:
-        """Add an entity with its service key; it has waited since the time `since` [ns], and `left` [ns] of an
-        interrupted service remain (-1: none was interrupted)."""
+        """Add an entity with its service key to the queue. `since`: time [ns] from which the entity has waited; `left`:
+        rest of an interrupted service [ns] (-1: no service was interrupted)."""
         heappush(self.heap, (entity.priority if self._by_priority else 0, turn, since, left, entity))
 
     def take(self) -> tuple[int, int, int, Entity]:
-        """Remove the first entry and return its service key, waiting-since time [ns], remaining service time [ns] and
-        entity."""
+        """Remove the first entity from the queue; return its service key, the time [ns] from which it has waited, the
+        rest of its service [ns], and the entity."""
         return heappop(self.heap)[1:]
 
 
@@ -74,8 +75,8 @@ def capacity_of(name: str, given: int | None) -> int | None:
 
 
 def shares_of(name: str, weights: tuple[float, ...]) -> list[float]:
-    """Return cumulative probabilities of choices with these weights, without the last one, which is 1; raises
-    ModelError for invalid weights."""
+    """Return the cumulative probabilities of choices with these weights, except the last probability, which is 1;
+    raises ModelError for invalid weights."""
     if not weights or not all(isfinite(x) and x >= 0 for x in weights) or not sum(weights):
         raise ModelError(f"{name}: weights {weights}; give numbers >= 0, one of them above zero")
     return [x / sum(weights) for x in accumulate(weights)][:-1]

@@ -11,7 +11,8 @@ from heavylift.nodes.queueing.entities import Entity, NetworkPart, Waiting, shar
 
 
 class MonitorStatistics(Message):
-    """Number of entities that left the monitored section; mean and largest number in it; mean time in it [s]."""
+    """Statistics of a monitored section: number of entities that left it; mean and largest number of entities in it;
+    mean time of an entity in it [s]."""
 
     units: ClassVar[Mapping[str, str]] = {"number": "1", "time": "s"}
     left: int
@@ -21,7 +22,8 @@ class MonitorStatistics(Message):
 
 
 class ResourceStatistics(Message):
-    """Number of seizures; mean waiting time for a unit [s]; mean number of seized units and of waiting entities."""
+    """Statistics of a resource: number of seizures; mean waiting time for a unit [s]; mean numbers of seized units and
+    of waiting entities."""
 
     units: ClassVar[Mapping[str, str]] = {"wait": "s", "used": "1", "waiting": "1"}
     seized: int
@@ -43,7 +45,7 @@ class _Forwarding(NetworkPart):
             self.ports[port].send(entity)  # type: ignore[attr-defined]
 
     def internal(self) -> None:
-        """Clear the list of entities that were sent, and wait for input."""
+        """Clear the list of sent entities, and wait for input."""
         self.leaving = []
         self.passivate()
 
@@ -64,7 +66,7 @@ class Branch(_Forwarding):
             self.add_out(f"out{n}", Entity)
 
     def start(self) -> None:
-        """Create the random stream."""
+        """Create the random stream of the branch."""
         super().start()
         self.random = stream(self.seed, self.path)
 
@@ -76,7 +78,8 @@ class Branch(_Forwarding):
 
 
 class Join(_Forwarding):
-    """Reunites the `parts` of an entity: when that many with the same number have arrived, it sends the last one."""
+    """Reunites the parts of an entity: when `parts` entities with the same number have arrived, it sends the last
+    one."""
 
     into, out = In(Entity), Out(Entity)
 
@@ -85,7 +88,7 @@ class Join(_Forwarding):
         self.parts = parts
 
     def start(self) -> None:
-        """Start without any part."""
+        """Start with no part received."""
         super().start()
         self.arrived = dict[int, int]()
 
@@ -101,8 +104,8 @@ class Join(_Forwarding):
 
 
 class Resource(_Forwarding):
-    """A number of equal units: each entity seizes one unit and leaves through the port `seized`; when the entity
-    arrives at `release`, its unit is free again."""
+    """A number of equal units: an entity that arrives seizes one unit and leaves through the port `seized`; when the
+    entity arrives at the port `release`, the unit is free again."""
 
     request, release, seized = In(Entity), In(Entity), Out(Entity)
 
@@ -111,13 +114,13 @@ class Resource(_Forwarding):
         self.units, self.discipline = units, discipline
 
     def start(self) -> None:
-        """Start with all units free."""
+        """Start with all units of the resource free."""
         super().start()
         self.waiting, self.count, self.holders = Waiting(self.discipline), 0, dict[int, None]()
         self.waits, self.used, self.length = Tally(), TimeWeighted(), TimeWeighted()
 
     def external(self, e: int, x: Bag) -> None:
-        """Take back released units, then assign free units to waiting entities."""
+        """Free the released units, then assign free units to waiting entities."""
         now = self.now
         for entity in x[self.release]:
             if self.holders.pop(entity.number, self) is not None:
@@ -128,7 +131,9 @@ class Resource(_Forwarding):
         while self.waiting and len(self.holders) < self.units:
             _, since, _, entity = self.waiting.take()
             if entity.number in self.holders:
-                raise ModelError(f"entity {entity.number} seizes a second unit of {self.name}; one each is possible")
+                raise ModelError(
+                    f"entity {entity.number} seizes a second unit of {self.name}; an entity can hold only one"
+                )
             self.holders[entity.number] = None
             self.waits.add((now.t - since) / 1e9)
             self.leaving.append(("seized", entity))
@@ -137,19 +142,20 @@ class Resource(_Forwarding):
         self.forward()
 
     def result(self) -> ResourceStatistics:
-        """Return the measured statistics."""
+        """Return the statistics of the resource."""
         return ResourceStatistics(
             self.waits.count, self.waits.mean, self.used.mean(self.now), self.length.mean(self.now)
         )
 
 
 class Monitor(NetworkPart):
-    """Measures how many entities are between two points of a network, and how long they take from one to the other."""
+    """Measures the number of entities between two points of a network, and the time that they take from the first point
+    to the second."""
 
     enter, leave = In(Entity), In(Entity)
 
     def start(self) -> None:
-        """Start without entities between the points."""
+        """Start with no entity between the two points."""
         self.inside, self.number, self.times = dict[int, int](), TimeWeighted(), Tally()
 
     def external(self, e: int, x: Bag) -> None:
@@ -163,6 +169,6 @@ class Monitor(NetworkPart):
         self.number.set(len(self.inside), now)
 
     def result(self) -> MonitorStatistics:
-        """Return the measured statistics."""
+        """Return the statistics of the monitored section."""
         n = self.number
         return MonitorStatistics(self.times.count, n.mean(self.now), int(n.most), self.times.mean)

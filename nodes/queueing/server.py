@@ -13,16 +13,16 @@ What = Literal["served", "fails", "repaired", "lost", "asks"]  # in the end of a
 
 
 class Failures:
-    """Failures of a unit, whether busy or not: distributions of the time to failure and of the repair time; an
-    interrupted job continues after the repair."""
+    """Failures of a server's unit, both while busy and while idle: distributions of the time to failure and of the
+    repair time; an interrupted job continues after the repair."""
 
     def __init__(self, up: Distribution, down: Distribution) -> None:
         self.up, self.down = up, down
 
 
 class ServerStatistics(Message):
-    """Entities served, lost and interrupted; mean waiting time before service [s]; mean queue length; mean number of
-    busy and of available units."""
+    """Statistics of a server: entities served, lost and interrupted; mean waiting time before service [s]; mean queue
+    length; mean numbers of busy and of available units."""
 
     units: ClassVar[Mapping[str, str]] = {"wait": "s", "line": "1", "busy": "1", "available": "1"}
     served: int
@@ -125,7 +125,7 @@ class Server(NetworkPart):
         self.schedule()
 
     def fail(self, unit: int, now: int) -> None:
-        """Stop a unit that fails; its job stays on the unit."""
+        """Stop a unit that fails; the entity in service stays on the unit."""
         assert self.failures
         if (job := self.serving[unit]) is None:
             self.idle.remove(unit)
@@ -135,7 +135,7 @@ class Server(NetworkPart):
         self.later(now + seconds(self.failures.down.draw(self.random)), unit, "repaired")
 
     def repair(self, unit: int, now: int) -> None:
-        """Return a repaired unit to service; it continues its interrupted job."""
+        """Return a repaired unit to service, which continues its interrupted job."""
         assert self.failures
         left, job = self.broken.pop(unit), self.serving[unit]
         if job is None:
@@ -154,7 +154,7 @@ class Server(NetworkPart):
         self.serving[unit] = (self.later(end, unit, "served"), end, turn, since, entity)
 
     def interrupt(self, unit: int, now: int) -> None:
-        """Interrupt the service on a unit and put the entity back into the queue, with its earlier service key."""
+        """Interrupt the service on a unit, and put the entity back into the queue with its former service key."""
         _, end, turn, since, entity = self.serving[unit]  # type: ignore[misc]
         self.interrupted += 1
         self.release(unit)
@@ -188,13 +188,14 @@ class Server(NetworkPart):
         return turn_of(self.discipline, self.marks)
 
     def later(self, at: int, unit: int, what: What) -> int:
-        """Schedule an event of a unit at a time [ns], and return the number of the event."""
+        """Schedule an event of a unit at the time `at` [ns], and return the number of the event."""
         self.marks += 1
         heappush(self.due, (at, self.marks, unit, what))
         return self.marks
 
     def schedule(self) -> None:
-        """Schedule the earliest event of all units; discard ends of services that were interrupted."""
+        """Schedule the next internal transition at the earliest event of all units; discard the ends of interrupted
+        services."""
         due, serving, waiting, down = self.due, self.serving, len(self.waiting.heap), len(self.broken)
         while due and due[0][3] == "served" and ((job := serving[due[0][2]]) is None or job[0] != due[0][1]):
             heappop(due)
@@ -207,7 +208,7 @@ class Server(NetworkPart):
         self.hold_in(due[0][0] - self.ns if due else NEVER)
 
     def result(self) -> ServerStatistics:
-        """Return the measured statistics."""
+        """Return the statistics of the server."""
         now = self.now
         return ServerStatistics(
             self.served, self.losses, self.interrupted, self.waits.mean, self.line.mean(now), self.busy.mean(now),

@@ -14,13 +14,14 @@ from heavylift.nodes.queueing.entities import Demand, Entity, NetworkPart, Waiti
 
 
 class SourceStatistics(Message):
-    """Number of entities that the source has sent."""
+    """Statistics of a source: number of entities sent."""
 
     sent: int
 
 
 class WaitingStatistics(Message):
-    """Number of entities that passed and were lost; mean time in the queue [s]; mean and largest length."""
+    """Statistics of a queue: numbers of entities that passed and that were lost; mean time in the queue [s]; mean and
+    largest queue length."""
 
     units: ClassVar[Mapping[str, str]] = {"wait": "s", "length": "1"}
     passed: int
@@ -31,7 +32,8 @@ class WaitingStatistics(Message):
 
 
 class SinkStatistics(Message):
-    """Number of entities that arrived; mean, standard deviation, least and largest time in the network [s]."""
+    """Statistics of a sink: number of entities that arrived; mean, standard deviation, minimum and maximum of their
+    time in the network [s]."""
 
     units: ClassVar[Mapping[str, str]] = {"mean": "s", "deviation": "s", "least": "s", "most": "s"}
     count: int
@@ -61,12 +63,12 @@ class Source(NetworkPart):
         self.sums = shares_of(name, weights)
 
     def start(self) -> None:
-        """Draw the first interval."""
+        """Draw the interval until the first entity."""
         self.random, self.number = stream(self.seed, self.path), 0
         self.next()
 
     def output(self) -> None:
-        """Send the next entity."""
+        """Send the next entity of the source."""
         self.out.send(Entity(self.number, self.kind, self.priority, self.ns))
 
     def internal(self) -> None:
@@ -84,7 +86,7 @@ class Source(NetworkPart):
         self.hold_in(seconds(self.every.draw(self.random)))
 
     def result(self) -> SourceStatistics:
-        """Return the number of entities sent so far."""
+        """Return the number of entities that the source has sent."""
         return SourceStatistics(self.number)
 
 
@@ -120,7 +122,7 @@ class Queue(NetworkPart):
         self.hold_in(0) if self.leaving or self.balked else self.passivate()
 
     def match(self) -> None:
-        """Select entities to satisfy the open demands."""
+        """Take one entity out of the queue for each open demand."""
         while self.demanded and self.waiting:
             _, since, _, entity = self.waiting.take()
             self.demanded -= 1
@@ -135,12 +137,12 @@ class Queue(NetworkPart):
             self.lost.send(entity)
 
     def internal(self) -> None:
-        """Remove the entities that were sent."""
+        """Remove the entities that were sent from the list to send."""
         self.leaving, self.balked = [], []
         self.passivate()
 
     def result(self) -> WaitingStatistics:
-        """Return the measured statistics."""
+        """Return the statistics of the queue."""
         return WaitingStatistics(
             self.waits.count, self.losses, self.waits.mean, self.length.mean(self.now), int(self.length.most)
         )
@@ -156,7 +158,7 @@ class Delay(NetworkPart):
         self.time, self.seed = time, seed
 
     def start(self) -> None:
-        """Start without entities."""
+        """Start with no entity in the delay."""
         self.random, self.count = stream(self.seed, self.path), 0
         self.held = list[tuple[int, int, Entity]]()
 
@@ -187,7 +189,7 @@ class Sink(NetworkPart):
     into = In(Entity)
 
     def start(self) -> None:
-        """Start with a count of zero."""
+        """Start with no entity counted."""
         self.times = Tally()
 
     def external(self, e: int, x: Bag) -> None:
@@ -196,6 +198,6 @@ class Sink(NetworkPart):
             self.times.add((self.ns - entity.born) / 1e9)
 
     def result(self) -> SinkStatistics:
-        """Return the measured statistics."""
+        """Return the statistics of the sink."""
         t = self.times
         return SinkStatistics(t.count, t.mean, t.deviation, t.least, t.most)

@@ -59,7 +59,7 @@ CHOICE = {"ask", "accuracy", "method", "tolerance", "step", "fidelity", "samples
 
 
 def facts(scene: schema.Scene) -> SceneFacts:
-    """Return the settings of a scene that concern how it is run and are not part of its plan."""
+    """Return the settings of a scene that control how to run it and are not part of its plan."""
     return SceneFacts(
         own=scene.ask,
         written=scene.accuracy,
@@ -79,8 +79,8 @@ def facts(scene: schema.Scene) -> SceneFacts:
 def build(
     path: Path, name: str, text: str, overrides: Sequence[str], passing: bool = False, followed: bool = True
 ) -> LoadedScene:
-    """Parse the text of a scene, apply settings, and build the scene. If `passing`, the scene is one of many variants,
-    and nothing of it is cached. The equilibrium path is computed only if `followed`."""
+    """Parse the text of a scene, apply settings, and build the scene. `passing`: the scene is one of many variants and
+    is not cached; `followed`: compute the equilibrium path."""
     source = extended(path, name, text, path.parent)
     if not source.data:
         raise_faults(source, source.faults)
@@ -133,14 +133,15 @@ def _built(
         return loaded
 
     def other(values: Mapping[InData, Data]) -> LoadedScene:
-        """Return the scene with other values; its limits are not checked first."""
+        """Build the scene with other values of some inputs; the limits of the nominal scene are not checked first."""
         own = replace(source, data=deepcopy(given), faults=[])
         for at, value in values.items():
             own.at(at[:-1])[at[-1]] = value  # type: ignore[index]
         return _built(own, path, text, corner=True)
 
     def shifted(centres: Centres) -> LoadedScene:
-        """Return the scene with other centres of mass of its blocks, with the limits that enter design loads."""
+        """Build the scene with other centres of mass of its blocks, and with only the limits from which design loads
+        are computed."""
         moved = _planned(replace(source, faults=[]), with_centres(scene, centres), replace(known, passing=True))
         limits = tuple(x for x in moved.plan.limits if x.quantity in BASES.values())
         return _on_same_path(moved, msgspec.structs.replace(moved.plan, limits=limits))

@@ -35,7 +35,8 @@ Sizes = Callable[[LoadedScene], dict[Key, float]]
 
 @dataclass(frozen=True)
 class Ends:
-    """The two ends of an uncertain input: its path, its uncertainty in words, and both end values as text."""
+    """Both ends of the range of an uncertain input, as text, with the path of the input and a description of its
+    uncertainty."""
 
     path: Path
     message: str
@@ -71,7 +72,7 @@ def cornered(nominal: LoadedScene, ends: Sequence[Ends], build: Build) -> list[R
 
 
 def with_centres(scene: schema.Scene, centres: Centres) -> schema.Scene:
-    """Return a scene in which the blocks have other centres of mass."""
+    """Return a scene with other centres of mass of its blocks."""
     moved = {path: block.model_copy(update={"com": centres[path]}) for path, block in _blocks(scene).items()}
     blocks = {name: moved["blocks", name] for name in scene.blocks}
     return scene.model_copy(update={"blocks": blocks, "block": moved.get(("block",))})
@@ -89,8 +90,8 @@ def _blocks(scene: schema.Scene) -> dict[Path, schema.Block]:
 
 
 def designed(nominal: LoadedScene, scene: schema.Scene, build: Callable[[Centres], LoadedScene]) -> list[RatedLimit]:
-    """Return the limits of the design loads of a scene with a practice or factors, at the worst corner of the
-    centre-of-mass box of each block. `build` makes the scene for other centres of mass."""
+    """Return the limits of the design loads, at the worst corner of the centre-of-mass box of each block; empty if the
+    scene gives neither a practice nor factors. `build` makes the scene with other centres of mass."""
     if scene.practice is None and not scene.factors.model_fields_set:
         return []
     given, corners = scene.all_factors, Corners(nominal)
@@ -113,8 +114,8 @@ def _lost(nominal: LoadedScene, corners: "Corners") -> Iterator[RatedLimit]:
 
 
 class Corners:
-    """Searches the corners of the uncertain inputs for the highest utilisation of each limit (or for other values of a
-    scene); `moved`: the inputs that influence each value."""
+    """Search over the corners of the uncertain inputs for the highest utilisation of each limit (or another value of a
+    scene). `moved`: the inputs that influence each value."""
 
     def __init__(self, nominal: LoadedScene, sizes: Sizes | None = None) -> None:
         self._sizes = sizes or _uses
@@ -139,7 +140,7 @@ class Corners:
             self.uses(dict(corner), partial(build, dict(corner)))
 
     def uses(self, values: Values, build: Callable[[], LoadedScene]) -> dict[Key, float]:
-        """Return the utilisation of each limit at a corner; `build` makes the scene at this corner."""
+        """Return the utilisation of each limit at one corner; `build` makes the scene at this corner."""
         message, why = ", ".join(f"{shown(path)} {text}".replace("'", "") for path, text in values.items()), ""
         try:
             scene = build()

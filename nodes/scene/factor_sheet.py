@@ -39,8 +39,8 @@ def charts_used(found: Sequence[Reach]) -> Table:
 
 
 def rigging(plan: Plan, uses: Sequence[Use]) -> Iterator[Table]:
-    """Yield the tables that lead from static to design loads, factor by factor, with the maxima of a run if there is
-    one; then the gear list."""
+    """Yield the tables that show the static loads, the factors, the design loads and the maxima of a run, if any; then
+    the gear list."""
     met = {(use.limit.subject, use.limit.quantity): use.value for use in uses}
     for of, unit, message in (("", "kg", "t"), (" of slings", "N", "kN")):
         mine, rows = [use for use in uses if use.limit.rest and use.value and use.limit.unit == unit], []

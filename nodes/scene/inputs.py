@@ -66,7 +66,7 @@ class Input:
 
     @property
     def factor(self) -> float:
-        """The value of one unit of the input in SI units."""
+        """The size of the input's unit in SI units."""
         return float(self.units[self.unit])
 
     def rounded(self, value: float, sigma: float) -> tuple[str, str]:
@@ -110,7 +110,7 @@ def inputs(scene: LoadedScene, names: Sequence[str]) -> list[Input]:
     source, _ = _source(scene)
     found = [_input(scene, source, name)[0] for name in names]
     if twice := next((p for i, p in enumerate(found) if p.path in [q.path for q in found[:i]]), None):
-        raise SceneError(f"input {twice.name}: is named twice; once is enough")
+        raise SceneError(f"input {twice.name}: it is given twice; give it once")
     return found
 
 
@@ -127,7 +127,7 @@ def uncertain_inputs(scene: LoadedScene, given: Sequence[str] = ()) -> list[Unce
             raise SceneError(f"input {text}: write its uncertainty after it, such as 'block.mass +- 3 %'")
         one, kind = _input(scene, source, form[0])
         if one.path in named:
-            raise SceneError(f"input {one.name}: is named twice; once is enough")
+            raise SceneError(f"input {one.name}: it is given twice; give it once")
         named.append(one.path)
         found[one.path] = _uncertain(one, kind, Stated(f"{one.value / one.factor!r} {one.unit}", *form[1:]))
     return list(found.values())
@@ -154,7 +154,7 @@ def stated(scene: LoadedScene, one: Input, value: str, half: str) -> str:
 
 
 def varied(scene: LoadedScene, changed: Sequence[Input], values: Sequence[float]) -> LoadedScene:
-    """Return the scene with other values of inputs, at the same model level and with the same steps; raises SceneError
+    """Return the scene with other values of inputs, but the same model level and integration steps; raises SceneError
     if the result is invalid."""
     texts = [f"{x / p.factor!r} {p.unit}" for p, x in zip(changed, values, strict=True)]
     other = parse(scene.merged or scene.text, scene.path.name, settings(changed, texts), followed=False)
@@ -163,7 +163,7 @@ def varied(scene: LoadedScene, changed: Sequence[Input], values: Sequence[float]
 
 
 def settings(changed: Sequence[Input], values: Sequence[str]) -> list[str]:
-    """Return settings in the form of `--set` that give the inputs these values."""
+    """Return settings, in the form of `--set`, that give these values to the inputs."""
     first = dict.fromkeys(p.whole for p in changed if p.whole)
     return [*first, *(f"{'.'.join(map(str, p.path))}={text}" for p, text in zip(changed, values, strict=True))]
 
@@ -220,7 +220,7 @@ def _input(scene: LoadedScene, source: SourceText, name: str) -> tuple[Input, Qu
     if at is None:
         raise SceneError(f"input {name}: the scene gives it no value; write a nominal one")
     if found is None or isinstance(at, bool) or not isinstance(at, int | float):
-        raise SceneError(f"input {name}: is not a quantity; name one, such as block.mass")
+        raise SceneError(f"input {name}: this is not a quantity; name a quantity, such as block.mass")
     dimension = found.dimension
     source = made(source) if path[:1] == ("machines",) else source
     unit = unit_in(str(source.at(path)), dimension.units)

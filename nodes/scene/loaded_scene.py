@@ -41,12 +41,14 @@ class SceneFacts(msgspec.Struct, frozen=True):
 
     @property
     def ask(self) -> tuple[Asked, ...]:
-        """The quantities that the scene asks for; the usual ones if the scene does not fix how it is run."""
+        """The quantities that the scene asks for; the default quantities if the scene leaves the choice of the model
+        and the method open."""
         return self.own if {*self.named} - {"samples"} else MEANT
 
     @property
     def accuracy(self) -> float:
-        """Largest accepted relative error of each quantity asked for, or of rope tensions if none is (0.01 is 1 %)."""
+        """Largest accepted relative error of each quantity that the scene asks for, or of rope tensions if the scene
+        asks for none (0.01 is 1 %)."""
         return self.written or (USUAL if self.ask else OF_TENSIONS)
 
 
@@ -76,14 +78,14 @@ class LoadedScene:
 
     @cached_property
     def statics(self) -> Followed:
-        """The equilibrium path along the action list, as far as it can be followed."""
+        """The equilibrium path along the action list, up to the point where an equilibrium can no longer be found."""
         if self.plan.lists:
             return self.apart or Followed((), (), (), "", None, "")  # of a recording, which has no scenes of each
         return follow(self.plan, keep=not self.passing)
 
     @property
     def states(self) -> Sequence[StaticState]:
-        """The states of the equilibrium path; empty if nothing is lifted."""
+        """The states of the equilibrium path; empty if the scene lifts nothing."""
         return self.statics.states if self.lifts else ()
 
     @property
@@ -99,8 +101,8 @@ class LoadedScene:
 
     @cached_property
     def uses(self) -> list[Use]:
-        """The highest utilisation of each limit on the equilibrium path; for a lift, the positions where moves end are
-        included."""
+        """The highest utilisation of each limit on the equilibrium path and, for a lift, at the end positions of
+        moves."""
         if not self.plan.limits or (self.lifts and not self.states):
             return []
         path, starts = self.plan, [x.start or 0.0 for x in self.scene.lifts.values()] if self.apart else [0.0]
@@ -113,21 +115,22 @@ class LoadedScene:
 
     @property
     def findings(self) -> tuple[Check, ...]:
-        """Findings on the equilibrium path: limits that are exceeded, and others to report."""
+        """Findings on the equilibrium path: exceeded limits, and remarks."""
         return findings(self.checks)
 
     @property
     def errors(self) -> Errors:
-        """The measured errors of the results of a run."""
+        """The measured error of each result of a run."""
         return self.answer.figures if self.answer else {}
 
     @property
     def checks(self) -> list[Check]:
-        """All checks on the equilibrium path, including those that only a run can decide."""
+        """All checks on the equilibrium path, including checks that only a run can decide."""
         return self.checked()
 
     def checked(self, near: Sequence[Check | Use] = ()) -> list[Check]:
-        """Return all checks on the equilibrium path, with the given findings or utilisations of its clearances."""
+        """Return all checks on the equilibrium path. `near`: findings about clearances on the path, or utilisations of
+        clearances."""
         apart = [x for x in near if isinstance(x, Use)]
         seen = {id(use.limit) for use in self.uses}
         rest = [x for x in self.plan.limits if id(x) not in seen and x.quantity != "interlock"]

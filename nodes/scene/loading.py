@@ -39,7 +39,9 @@ def load(
     """
     given = [*_settings(overrides), *_settings(settings)]
     if not isinstance(scene, str | Path):
-        raise SceneError(f"{scene!r} names no scene; give its path as text or as a Path, or the name of a bundled one")
+        raise SceneError(
+            f"{scene!r} is not the name of a scene; give its path as text or as a Path, or the name of a bundled scene"
+        )
     path = scene_file(str(scene))
     name = path.name if path in bundled().values() else path_text(scene)
     return replace(_kept(path, name, scene_text(path, name), given), typed=str(scene))
@@ -56,7 +58,7 @@ def _settings(given: object, within: str = "") -> list[str]:
     if len(texts := [x for x in listed if isinstance(x, str)]) == len(listed):
         return texts
     raise SceneError(
-        f"{given!r:.60} are no settings; write 'block.mass=280 t', a list of such, or a dict of key: value"
+        f"{given!r:.60} are not settings; write 'block.mass=280 t', a list of such texts, or a dict of key: value"
     )
 
 
@@ -64,30 +66,32 @@ def _said(key: str, x: object) -> str:
     try:
         return f"{key}={x}" if isinstance(x, str) else f"{key}={json.dumps(x, default=lambda y: y.tolist())}"
     except (TypeError, ValueError, AttributeError):
-        raise SceneError(f"{key}: {x!r:.60} is no value of a setting; give text, numbers, or lists of them") from None
+        raise SceneError(
+            f"{key}: {x!r:.60} is not a valid value of a setting; give text, numbers, or lists of them"
+        ) from None
 
 
 def loaded(scene: LoadedScene | str | Path) -> LoadedScene:
-    """Return the given scene, or load it by path or name; raises SceneError if that fails."""
+    """Return the scene if it is loaded already, or load it by path or name; raises SceneError if loading fails."""
     if isinstance(scene, LoadedScene):
         return scene
     if isinstance(scene, str | Path):
         return load(scene)
-    raise SceneError(f"{scene!r} is no scene; give its path, the name of a bundled one, or what `load` returns")
+    raise SceneError(f"{scene!r} is not a scene; give its path, the name of a bundled scene, or the result of `load`")
 
 
 def parse(
     text: str, name: str = "scene.yaml", overrides: Sequence[str] = (), passing: bool = False, followed: bool = True
 ) -> LoadedScene:
-    """Return the scene of a YAML text. If `passing`, it is one of many variants; its equilibrium path is computed only
-    if `followed`."""
+    """Return the scene of a YAML text. `passing`: the scene is one of many variants and is not cached; `followed`:
+    compute the equilibrium path."""
     from .building import build
 
     return replace(build(Path(name), name, text, overrides, passing, followed), typed=name)
 
 
 def restored(built: Plan, text: str, merged: str, name: str) -> LoadedScene:
-    """Return the scene of a recorded plan; no other file is needed."""
+    """Return the scene of a recorded plan, without reading any file."""
     from .building import facts
     from .keys.validate import validated
 

@@ -23,10 +23,11 @@ NOWHERE = ""  # a command stands in no file, and its orders, which are on record
 
 
 def spoken(scene: "LoadedScene", words: str) -> actions.Action:
-    """Return the orders of a command as an action; raises SceneError if it cannot be read or carried out."""
+    """Return the orders of an operator's command as an action; raises SceneError if the command cannot be parsed or
+    carried out."""
     words = " ".join(words.split())
     if len(words) > LONGEST:
-        raise SceneError(f"{NAME}: it has {len(words)} characters, say what to do in at most {LONGEST}")
+        raise SceneError(f"{NAME}: it has {len(words)} characters; use at most {LONGEST}")
     target, colon, rest = words.partition(":")
     phrase = rest.strip()
     at = len(words) - len(phrase)

@@ -74,8 +74,9 @@ def hull_of(
 
 
 def computed(mesh: Path, depth: float | None = None) -> Path:
-    """Compute the hydrodynamic coefficients of a mesh (waterline at z = 0, bow along x) with Capytaine, write a netCDF
-    file next to the mesh, and return its path. `depth`: of the water [m]. Raises SceneError if that fails."""
+    """Compute the hydrodynamic coefficients of a mesh (waterline at z = 0, bow along x) with Capytaine, write them to a
+    netCDF file next to the mesh, and return the path of the file. `depth`: of the water [m]. Raises SceneError if the
+    computation fails."""
     missing = SceneError("coefficients of a mesh are computed by Capytaine: pip install 'heavylift[sea]'")
     cpt, xr = extra("capytaine", missing), extra("xarray", missing)
     try:

@@ -53,8 +53,8 @@ class Coefficients:
     buoyancy: np.ndarray | None = None
 
     def about(self, z: float) -> "Coefficients":
-        """Return coefficients whose rotations and moments are about a point at a height z [m], turned into those about
-        the origin."""
+        """Return the coefficients transformed to rotations and moments about the origin, if the present ones are about
+        a point at the height z [m]."""
         T = np.eye(6)  # velocities there, of those at the origin
         T[0, 4], T[1, 3] = z, -z
         A, B, A_inf = (T.T @ x @ T for x in (self.A, self.B, self.A_inf))
@@ -75,7 +75,9 @@ def capytaine(path: Path) -> Coefficients:
         X = data["excitation_force"].reshape(2, len(w), len(data["wave_direction"]), 6)[..., modes]
         K = data["hydrostatic_stiffness"].reshape(6, 6)[both]
     except (ValueError, TypeError):
-        raise SceneError(f"{path}: its arrays are not those of one body on water of one depth at rest") from None
+        raise SceneError(
+            f"{path}: its arrays must be those of a single body at rest in water of a single depth"
+        ) from None
     solved = np.isfinite(A).all(axis=(1, 2))  # Capytaine writes NaN where it finds no solution
     finite = np.isfinite(w) & (w > 0.0) & solved & np.isfinite(X).all(axis=(0, 2, 3))
     infinite = np.isinf(w) & solved
@@ -127,7 +129,7 @@ def _named(data: dict[str, np.ndarray], path: Path) -> list[int]:
 
 
 def wamit(path: Path, volume: float, height: float, length: float, depth: float = inf) -> Coefficients:
-    """Return the coefficients in files NAME.1, NAME.3 and NAME.hst of WAMIT.
+    """Return the coefficients in the files NAME.1, NAME.3 and NAME.hst of WAMIT.
 
     `volume`: displaced [m3]; `height`: of the centre of mass for which WAMIT computed NAME.hst [m]; `length`: ULEN [m].
     Raises SceneError if a file is missing or has other columns.
@@ -167,8 +169,8 @@ def wamit(path: Path, volume: float, height: float, length: float, depth: float 
 
 
 def drift_of(path: Path, weight: float, length: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return frequencies [rad/s], headings [rad] and mean drift (headings, frequencies, 3) in surge, sway and yaw of a
-    file of WAMIT, NAME.8 or NAME.9, for water of this weight [N/m3]; `length`: ULEN [m].
+    """Return frequencies [rad/s], headings [rad] and mean drift (headings, frequencies, 3) in surge, sway and yaw from
+    a WAMIT file NAME.8 or NAME.9. `weight`: specific weight of the water [N/m3]; `length`: ULEN [m].
 
     Its columns are period [s], two headings [deg] of which equal ones count, mode, modulus, phase, real and imaginary
     part relative to rho g L^m, m = 1 or 2. Raises SceneError if the file has other contents.
@@ -210,7 +212,7 @@ def _table(path: Path, least: int) -> np.ndarray:
                 rows.append([float(x.replace("D", "E")) for x in words])
             except ValueError:
                 if rows:
-                    raise SceneError(f"{path}: '{line.strip()[:40]}' are not numbers") from None
+                    raise SceneError(f"{path}: '{line.strip()[:40]}' is not a row of numbers") from None
     except (OSError, UnicodeDecodeError) as error:
         raise SceneError(f"{path}: {error_text(error)}") from None
     if not (rows := [row for row in rows if row]) or min(map(len, rows)) < least:

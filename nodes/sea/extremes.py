@@ -26,8 +26,8 @@ STEPS = 40  # of Newton's method for a scale, which needs less than ten
 
 
 class Extreme(NamedTuple):
-    """A quantile of the largest value, the distance to its upper bound with 95 % confidence (infinite if there are too
-    few values), and how both were found."""
+    """Estimated quantile of the largest value in a run, the distance to its upper 95 % confidence bound (infinite if
+    there are too few values), and the method of estimation."""
 
     value: float
     above: float
@@ -35,14 +35,15 @@ class Extreme(NamedTuple):
 
 
 def part_of(quantile: str, length: float, duration: float | None) -> float:
-    """Return the probability of a quantile, such as P90 or MPM, in runs of a `length` [s]; `duration` [s]: the
-    stationary operation to which the quantile refers, if it is not a run."""
+    """Return the probability of a quantile, such as P90 or MPM, for the largest value in a run of `length` [s].
+    `duration` [s]: stationary operation to which the quantile refers (None: the run)."""
     part = 1.0 / e if quantile == MPM else float(quantile[1:]) / 100.0
     return part if duration is None else part ** (length / duration)
 
 
 def extreme(values: Sequence[float], part: float) -> Extreme:
-    """Return the quantile `part` of the largest values; minus infinity stands for a seed without a value."""
+    """Return the quantile with probability `part` of the largest values, one for each seed; a value of minus infinity
+    means that a seed has none."""
     x = np.sort(np.asarray(values, float))
     least, most = float(x[0]), float(x[-1])
     if isfinite(least) and isfinite(most):
@@ -56,7 +57,7 @@ def extreme(values: Sequence[float], part: float) -> Extreme:
 
 
 def gumbel_fit(x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return places and scales (k,) of Gumbel's distributions, by maximum likelihood, for samples (k, n)."""
+    """Return the locations and scales (k,) of Gumbel distributions fitted to samples (k, n) by maximum likelihood."""
     mean = x.mean(axis=1, keepdims=True)
     z = x - mean
     scale = z.std(axis=1, keepdims=True) * sqrt(6.0) / np.pi

@@ -53,8 +53,8 @@ class WaveLoads(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class MeanDrift(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Mean drift per square of the wave amplitude: surge and sway [N/m2] and yaw [N/m], by frequencies and headings as
-    of `WaveLoads`."""
+    """Mean drift divided by the square of the wave amplitude: surge and sway [N/m2] and yaw [N/m], over frequencies and
+    headings as in `WaveLoads`."""
 
     frequencies: tuple[float, ...]
     headings: tuple[float, ...]
@@ -63,7 +63,7 @@ class MeanDrift(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 class Hydrodynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """The hydrodynamics of a hull at one draught. `metacentres`: heights of the transverse and the longitudinal
-    metacentre above the waterline [m]; If `symmetric`, port and starboard are alike, so the headings cover only half a
+    metacentre above the waterline [m]; `symmetric`: port and starboard are alike, so the headings cover only half a
     turn."""
 
     version: int
@@ -97,8 +97,8 @@ class Hydrodynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return [side * x for side, x in zip(SIDES, found, strict=True)] if mirrored else found
 
     def drifting(self, frequency: float, heading: float) -> list[float]:
-        """Return the mean drift in surge, sway and yaw at a frequency and heading, interpolated linearly; those of the
-        first and last frequency hold beyond."""
+        """Return the mean drift in surge, sway and yaw at a frequency and heading, interpolated linearly; outside the
+        range of frequencies, the drift at the nearest frequency."""
         assert self.drift
         mirrored, corners = _corners(self.drift, frequency, heading)
         found = [sum(share * self.drift.values[m][n][j] for m, n, share in corners) for j in range(3)]
@@ -106,7 +106,7 @@ class Hydrodynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def one_sided(headings: Sequence[float]) -> bool:
-    """Return whether headings are those of one side of a symmetric hull."""
+    """Return whether the headings cover only one side of a symmetric hull."""
     return min(headings) >= 0.0 and max(headings) <= pi + EXACTLY
 
 
@@ -135,7 +135,8 @@ def read_hydrodynamics(text: bytes, file: str) -> Hydrodynamics:
 
 
 def check(found: Hydrodynamics, file: str) -> None:
-    """Raise SceneError unless the tables of a hull are whole and cover all headings, and its radiation is accurate."""
+    """Raise SceneError unless the tables of a hull are complete and cover all headings, and its radiation fit is
+    accurate."""
     tables: list[tuple[WaveLoads | MeanDrift, Sequence[Sequence[object]]]]
     tables = [(found.loads, found.loads.real), (found.loads, found.loads.imaginary)]
     for of, rows in [*tables, *([(found.drift, found.drift.values)] if found.drift else [])]:
@@ -159,7 +160,7 @@ def check(found: Hydrodynamics, file: str) -> None:
     if worst > WORST:
         raise SceneError(
             f"{file}: the error of the radiation fit is {worst:.1%} of the largest coefficient, more than {WORST:.0%}; "
-            "compute finer panels with a lid, or no frequencies whose waves they miss"
+            "use finer panels and a lid, or leave out the frequencies of waves too short for the panels"
         )
 
 
@@ -178,8 +179,8 @@ def loads_in_sea(
     ramp: float,
     depth: float | None = None,
 ) -> list[WaveSum]:
-    """Return the six loads of a sea on a hull whose bow points in the direction `bow` [rad], then its drift in surge,
-    sway and yaw if there are data.
+    """Return the six wave loads of a sea on a hull whose bow points in the direction `bow` [rad], followed by the drift
+    loads in surge, sway and yaw if the hull has drift data.
 
     `at`: position of the hull's origin relative to the origin of the waves' phases [m]; `depth`: of the water [m], None
     for deep water. Slow drift is Newman's approximation (Journal of Ship Research 18 (1974) 47-53): the mean of the

@@ -14,8 +14,8 @@ AT_SURFACE = 1e-6  # of the size: panels there are no part of the wetted hull
 
 
 class Hydrostatics(NamedTuple):
-    """Displaced volume [m3], centre of buoyancy (3,) [m], and of the waterplane its area [m2], first moments of x and y
-    [m3], and second moments of x x, y y and x y [m4]."""
+    """Hydrostatics of a hull: displaced volume [m3], centre of buoyancy (3,) [m], and area [m2], first moments of x and
+    y [m3] and second moments of x x, y y and x y [m4] of the waterplane."""
 
     volume: float
     buoyancy: np.ndarray
@@ -24,8 +24,8 @@ class Hydrostatics(NamedTuple):
     second: np.ndarray
 
     def stiffness(self, weight: float) -> np.ndarray:
-        """Return the stiffness (6, 6) [N/m, N, N m] about the origin, for water of this weight [N/m3] and a centre of
-        mass at the height of the origin."""
+        """Return the hydrostatic stiffness (6, 6) [N/m, N, N m] about the origin, for a centre of mass at the height of
+        the origin. `weight`: specific weight of the water [N/m3]."""
         (x, y), (xx, yy, xy), lift = self.first, self.second, self.volume * self.buoyancy[2]
         K = np.zeros((6, 6))
         K[2:5, 2:5] = [[self.waterplane, y, -x], [y, yy + lift, -xy], [-x, -xy, xx + lift]]
@@ -33,8 +33,8 @@ class Hydrostatics(NamedTuple):
 
 
 def hydrostatics_of(panels: np.ndarray) -> Hydrostatics:
-    """Return the hydrostatics of the triangles or quadrilaterals (n, 3 or 4, 3) of a hull below the waterline z = 0,
-    open or closed there; raises SceneError if they enclose nothing."""
+    """Return the hydrostatics of a hull from its triangles or quadrilaterals (n, 3 or 4, 3) [m] below the waterline z =
+    0, with or without a lid there; raises SceneError if the mesh encloses no volume."""
     hull = panels[(np.abs(panels[:, :, 2]) > AT_SURFACE * np.abs(panels).max()).any(axis=1)]
     a, b, c = np.concatenate([hull[:, [0, i, i + 1]] for i in range(1, hull.shape[1] - 1)]).swapaxes(0, 1)
     up = np.tile(np.cross(b - a, c - a)[:, 2] / 6.0, 3)  # a third of n_z dS for each midpoint

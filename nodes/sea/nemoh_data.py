@@ -19,7 +19,7 @@ NUMBER = r"[-+]?\d*\.?\d+(?:[eEdD][-+]?\d+)?\.?"
 
 
 def nemoh_files(case: Path) -> list[Path]:
-    """Return the files of a case, given its Nemoh.cal."""
+    """Return the paths of the files of a NEMOH case, given the path of its Nemoh.cal."""
     results = case.parent / ("Results" if (case.parent / "Results").is_dir() else "results")
     mesh = next((d for x in ("Mesh", "mesh", "Mechanics") if (d := case.parent / x).is_dir()), case.parent)
     numbered = "_0" if (mesh / "KH_0.dat").exists() else ""
@@ -32,8 +32,8 @@ def nemoh_files(case: Path) -> list[Path]:
 
 
 def nemoh(case: Path) -> Coefficients:
-    """Return the coefficients of the one body of a case, given its Nemoh.cal; raises SceneError if a file is missing or
-    has other contents."""
+    """Return the coefficients of the single body of a NEMOH case, given the path of its Nemoh.cal; raises SceneError if
+    a file is missing or invalid."""
     cal, radiation, excitation, infinite, stiffness, bodies = nemoh_files(case)
     rows = [x.split("!")[0].split() for x in _text(cal).splitlines()]
     try:
@@ -41,11 +41,11 @@ def nemoh(case: Path) -> Coefficients:
         away = any(map(float, rows[4][:2]))
         points = {tuple(map(float, row[4:7])) for row in rows[10:16] if float(row[0]) == 2.0}
     except (IndexError, ValueError):
-        raise SceneError(f"{cal}: it is no Nemoh.cal of a body with six degrees of freedom") from None
+        raise SceneError(f"{cal}: it is not a Nemoh.cal of a body with six degrees of freedom") from None
     if count != 1 or len(points) != 1 or any((point := points.pop())[:2]):
         raise SceneError(f"{cal}: one body is needed that turns about one point above or below the origin")
     if away:
-        raise SceneError(f"{cal}: the phases are those at XEFF, YEFF; compute them at 0, 0")
+        raise SceneError(f"{cal}: its phases refer to XEFF, YEFF; compute them for the point 0, 0")
     if re.search(r"(?im)^\s*[^1\s][^!\n]*!\s*output freq", _text(cal)):
         raise SceneError(f"{cal}: its output is not by frequencies in rad/s; choose type 1")
     motions, loads, memory = (_zones(path) for path in (radiation, excitation, infinite))
@@ -64,7 +64,7 @@ def nemoh(case: Path) -> Coefficients:
         raise SceneError(f"{bodies}: it has no 'ZG' and 'Displacement'")
     K = np.array([[float(x) for x in line.split()] for line in _text(stiffness).splitlines() if line.strip()])
     if K.shape != (6, 6) or A_inf.shape != (6, 6):
-        raise SceneError(f"{stiffness if A_inf.shape == (6, 6) else infinite}: it is no matrix of six motions")
+        raise SceneError(f"{stiffness if A_inf.shape == (6, 6) else infinite}: it is not a matrix for six motions")
     return Coefficients(
         w, A, B, A_inf, headings[order], X, K, float(given["Displacement"]), float(given["ZG"]),
         rho, g, depth or np.inf,

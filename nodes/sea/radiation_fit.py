@@ -41,7 +41,7 @@ class StateSpace(NamedTuple):
         return np.asarray(self.G.T @ self.answers(w))
 
     def answers(self, w: np.ndarray) -> np.ndarray:
-        """Return the states (len(w), n, m) that unit velocities at the frequencies w [rad/s] excite."""
+        """Return the complex state amplitudes (len(w), n, m) for unit velocities at the frequencies w [rad/s]."""
         n = len(self.F)
         found: np.ndarray = np.linalg.solve(1j * w[:, None, None] * np.eye(n) - self.F, self.G.astype(complex))
         return found
@@ -65,7 +65,8 @@ class CoupledModes:
         self.wanted = self.rows(K / np.outer(self.size, self.size))
 
     def rows(self, K: np.ndarray) -> np.ndarray:
-        """Return the damping and added mass in K (..., n, m, m) as one vector, each relative to its mode's largest."""
+        """Return the damping and added mass in K (..., n, m, m) as one vector, each divided by the largest value of its
+        mode."""
         parts = K.real, K.imag / self.w[:, None, None] / self._ratio
         flat = [x[..., self._upper[0], self._upper[1]].reshape(*K.shape[:-3], -1) for x in parts]
         return np.concatenate(flat, axis=-1)
@@ -123,7 +124,8 @@ class CoupledModes:
             return np.asarray(self.rows(unpacked(x)[0].memory(self.w)) - self.wanted)
 
         def slope(x: np.ndarray) -> np.ndarray:
-            """Return d error / dx by dK = dG^T X + Y^T dG + Y^T dF X, X = (iw - F)^-1 G and Y = (iw - F)^-T G."""
+            """Return the derivative of the error with respect to the parameters x, from dK = dG^T X + Y^T dG + Y^T dF X
+            with X = (iw - F)^-1 G and Y = (iw - F)^-T G."""
             space, R = unpacked(x)
             X, Y = space.answers(self.w), StateSpace(space.F.T, space.G).answers(self.w)
             by_F = np.einsum("wia,wjb->ijwab", Y, X)
@@ -144,8 +146,8 @@ class CoupledModes:
 
 
 def fitted(w: np.ndarray, A: np.ndarray, B: np.ndarray, A_inf: np.ndarray) -> tuple[StateSpace, FitError]:
-    """Return the state-space model of radiation for added mass A and damping B (n, 6, 6) at the frequencies w (n,)
-    [rad/s], and its error."""
+    """Fit a state-space model of the radiation force to added mass A and damping B (n, 6, 6) at the frequencies w (n,)
+    [rad/s]; return the model and its error."""
     F, G, worst = list[np.ndarray](), list[np.ndarray](), np.zeros(2)
     for modes in _groups(np.abs(B).max(axis=0)):
         of = CoupledModes(w, A, B, A_inf, modes)

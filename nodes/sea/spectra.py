@@ -26,8 +26,8 @@ Density = Callable[[float], float]  # S(w) [m2 s]
 
 
 class Component(NamedTuple):
-    """One regular wave of a sea: frequency [rad/s], amplitude [m], direction to which it travels [rad], phase [rad] at
-    the origin."""
+    """One regular wave of a sea: frequency [rad/s], amplitude [m], direction of travel [rad], phase at the origin
+    [rad]."""
 
     frequency: float
     amplitude: float
@@ -44,8 +44,8 @@ def pierson_moskowitz(w: float, Hs: float, Tp: float) -> float:
 
 
 def jonswap(w: float, Hs: float, Tp: float, gamma: float) -> float:
-    """Return the spectral density S(w) [m2 s] of a growing sea, not yet scaled to its energy, which `components` does;
-    gamma = 1 is Pierson-Moskowitz."""
+    """Return the spectral density S(w) [m2 s] of a growing sea, not yet scaled to the energy of the sea (which
+    `components` does); gamma = 1 is Pierson-Moskowitz."""
     peak = 2.0 * pi / Tp
     off = (w / peak - 1.0) / WIDTHS[w > peak]
     return pierson_moskowitz(w, Hs, Tp) * float(power(gamma, exp(-0.5 * off * off)))
@@ -59,15 +59,16 @@ class SpectralPeak(NamedTuple):
     gamma: float
 
     def density(self, w: float) -> float:
-        """Return the spectral density S(w) [m2 s] with a tail of w^-4, not yet scaled to its energy."""
+        """Return the spectral density S(w) [m2 s] of this peak, with a tail of w^-4, not yet scaled to the energy of
+        the sea."""
         ratio = 0.5 * w * self.Tp / pi
         off, fourth = (ratio - 1.0) / WIDTHS[ratio > 1.0], 1.0 / (ratio * ratio * ratio * ratio)
         return fourth * float(exp(-fourth)) * float(power(self.gamma, exp(-0.5 * off * off)))
 
 
 def torsethaugen(Hs: float, Tp: float) -> tuple[SpectralPeak, SpectralPeak]:
-    """Return the primary and the secondary peak of a sea with wind waves and swell: below the period 6.6 Hs^(1/3) of a
-    fully developed sea, wind waves are the primary one."""
+    """Return the primary and the secondary peak of a sea with wind waves and swell: the wind waves are the primary peak
+    if Tp is below the period 6.6 Hs^(1/3) of a fully developed sea."""
     third = 1.0 / 3.0
     full = 6.6 * float(power(Hs, third))
 

@@ -32,8 +32,8 @@ def world(x: StaticState, body: str, p: Vector) -> Vector:
 
 
 def goal_states(built: plan.Plan, path: Followed) -> list[StaticState]:
-    """Return the state at the start and the states at the ends of each action's moves; these have positions only, and
-    no suspended bodies."""
+    """Return the state at the start, and the state at the end positions of the moves of each action. These states
+    contain positions only, without suspended bodies."""
     found = [goal(built, plan.Action(orders=()), x) for x in path.states[:1]]
     if built.lists:
         return [*found, *path.goals]
@@ -46,7 +46,8 @@ def goal_states(built: plan.Plan, path: Followed) -> list[StaticState]:
 
 
 def goal(built: plan.Plan, action: plan.Action, before: StaticState) -> StaticState:
-    """Return the state at the ends of an action's moves whose end position is known, for straight drives and hooks."""
+    """Return the state in which the drives and hooks are at the end positions of an action's moves; moves without a
+    known end position are ignored."""
     own = [actuator.name for machine in built.machines for actuator in machine.actuators]
     now = {name: before.references[name] for name in own if name in before.references}
     for move in (m for m in action.orders if isinstance(m, Move)):
@@ -60,7 +61,7 @@ def _moved(machine: plan.Mechanism, before: StaticState, now: dict[str, float]) 
     drives = {drive.joint: drive.name for drive in machine.system.drives if drive.name in now}
 
     def distance(body: str) -> Vector | None:
-        """Return the displacement of a body; None if something turns it."""
+        """Return the displacement of a body (3,) [m]; None if the body is also turned."""
         x, y, z = 0.0, 0.0, 0.0
         for joint in (joint for joint in beneath(machine, body) if joint.name in drives):
             drive = drives[joint.name]
@@ -82,7 +83,7 @@ def _moved(machine: plan.Mechanism, before: StaticState, now: dict[str, float]) 
 
 
 def axis_of(joint: Joint, x: StaticState) -> list[float]:
-    """Return the direction of a joint's axis in the world frame."""
+    """Return the direction (3,) of a joint's axis in the world frame."""
     R = x.poses.get(joint.parent, GROUND)[1]
     return product(R, product(joint.R_PJ, joint.axis))
 
@@ -97,8 +98,8 @@ DIGITS = 5  # of a place [m or rad], which rests have on every processor alike
 
 
 def aimed(built: plan.Plan) -> tuple[plan.Plan, list[tuple[str, str]]]:
-    """Return the plan with the end positions of moves to above lugs, and (place in the scene, sentence) for each move
-    that has none."""
+    """Return the plan with end positions for the moves to `above` lugs, and (place in the scene, sentence) for a move
+    that has no such position."""
     for i, action in enumerate(built.actions):
         moves = [x for x in action.orders if isinstance(x, Move) and x.above and x.to is None]
         if not moves:

@@ -25,7 +25,7 @@ GROWTH = 1e-4  # [1/s2] of an eigenvalue of the tangent stiffness that is instab
 
 
 def path_findings(built: plan.Plan, path: Followed) -> list[Check]:
-    """Return the findings about the path, in order of occurrence."""
+    """Return all findings about an equilibrium path, in order of occurrence."""
     if built.lists:
         return [*path.found]
     checks = (_unstable, _falls, _at_once, _lands, _turns, _tripped, _cut, _unfollowed)
@@ -107,8 +107,8 @@ def _turns(built: plan.Plan, path: Followed) -> list[Check]:
 
 
 def missed_turns(built: plan.Plan, number: int, poses: Mapping[str, tuple[Any, Any]], t: float) -> list[Check]:
-    """Return a finding for each block that stands at another angle than ordered at the end t [s] of a turn in an action
-    of this number; `poses`: position and rotation (3, 3) of bodies then."""
+    """Return a finding for each block that, at the end t [s] of a turn in action `number`, stands at another angle than
+    ordered. `poses`: position and rotation matrix of each body at that time."""
     found = []
     for order in (x for x in built.actions[number - 1].orders if isinstance(x, Turn) and x.until is None):
         if order.block not in poses:

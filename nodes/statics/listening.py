@@ -22,8 +22,8 @@ class MoveModes:
 
 
 class SignalsOnPath(StaticRun):
-    """Follows the action list and observes the given moves (action, order) until the last of them stops; `heard` holds
-    the results."""
+    """Follows the action list statically, and records the times and vibration modes of given moves (action, order) in
+    `heard`, until the last of these moves stops."""
 
     def __init__(self, plan: Plan, moves: frozenset[At]) -> None:
         super().__init__(plan)

@@ -10,7 +10,8 @@ Pose = tuple[tuple[float, float, float], tuple[tuple[float, float, float], ...]]
 
 @dataclass(frozen=True)
 class StaticState:
-    """Equilibrium for given positions of drives, winches and slings; names are those of the kernel."""
+    """State of equilibrium for given positions of drives, winches and slings; bodies, joints and ropes have the names
+    of the kernel."""
 
     t: float  # [s] of the action list, followed without inertia
     action: int  # number of the action that led here, from 1; 0: the start
@@ -30,8 +31,8 @@ class StaticState:
 
 @dataclass(frozen=True)
 class Acted:
-    """The state at the beginning of an action (or at the last event before, if the action waited), the ropes that are
-    taut then, and the time [s]."""
+    """The state at the beginning of an action (or at the last event before it, if the action had to wait), the ropes
+    that are taut in this state, and its time [s]."""
 
     before: StaticState
     taut: tuple[str, ...]
@@ -39,5 +40,5 @@ class Acted:
 
 
 def reeved(part: str) -> str:
-    """Return the name of the rope over sheaves to which a part of a rope belongs."""
+    """Return the name of the rope over sheaves to which a rope part belongs."""
     return part.rpartition(".")[0]

@@ -43,8 +43,8 @@ class Followed:
 
 
 def follow(built: plan.Plan, keep: bool = True) -> Followed:
-    """Follow the action list of a plan statically, at the full model level, or take the result from the cache. If
-    `keep`, store the result in the cache."""
+    """Follow the action list of a plan statically, at the full model level; if `keep`, use a cached result or store the
+    result in the cache."""
     whole = at_rest(built)
     return remembered(f"{plan_key(whole)}.path", Followed, lambda: _walked(whole)) if keep else _walked(whole)
 

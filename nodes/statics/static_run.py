@@ -53,14 +53,14 @@ class Models(Coupled):
 
     @property
     def commander(self) -> CommanderModel:
-        """The model that holds the action list."""
+        """The commander, which executes the action list."""
         model = self.models[COMMANDER]
         assert isinstance(model, CommanderModel)
         return model
 
 
 class StaticRun:
-    """Carries out the action list of a plan along its equilibrium path.
+    """Executes the action list of a plan statically, along its equilibrium path.
 
     `states`: all states so far; `why`: why it ended before the end of the list; `cut`: what the list still waits for
     when the scene ends; `after`: name of a stage after which it stops.
@@ -87,13 +87,14 @@ class StaticRun:
         self._turned: list[int] = []
 
     def rest(self) -> StaticState:
-        """Return the first equilibrium, from which the action list begins."""
+        """Return the equilibrium at the start, before the first action."""
         self.path.start()
         self._collect()
         return self.states[0]
 
     def walk(self) -> None:
-        """Continue to the end of the list or stage, or to the point where no equilibrium exists."""
+        """Follow the action list to its end, to the end of a stage, or to the point beyond which no equilibrium
+        exists."""
         end = LAST_NS if self.plan.end is None else seconds(self.plan.end)
         # output functions are checked for purity in runs; here each costs time only
         self.simulator = Simulator(self.models, microsteps=self.plan.microsteps, watched=False)
@@ -247,7 +248,7 @@ class StaticRun:
             part, name = min(found)
             self.states.append(dataclasses.replace(there(before, state, part), event=f"{name} touches"))
             at = f"at {self.states[-1].t:.1f} s" if state.t else "at the start"
-            raise KernelError(f"'{name}' touches {at}; an equilibrium with pressed rigid contacts is not followed")
+            raise KernelError(f"'{name}' touches {at}; static loads with closed rigid contacts are not computed")
 
     def _state(self, rest: PathPoint, number: int, stage: str, lugs: dict[str, str]) -> StaticState:
         s, row = self.path.command, rest.row

@@ -30,8 +30,8 @@ def quantile(values: Sequence[float], part: float) -> float:
 
 
 def examined(yard: Yard) -> Sheet:
-    """Return the tables of `check` for a yard: schedules by both generation schemes with each rule, the critical path,
-    and the contract dates."""
+    """Return the report of `check` for a yard: schedules by both generation schemes with each priority rule, the
+    critical path, and the contract dates."""
     known, path = dates(yard), chain(yard)
     rows = list[tuple[Cell, ...]]()
     for rule, short in RULES.items():
@@ -68,7 +68,7 @@ def examined(yard: Yard) -> Sheet:
 
 
 def impossible(yard: Yard) -> list[Activity]:
-    """Return the activities whose lift cannot be carried out."""
+    """Return the activities whose lift cannot be carried out, because its verdict is red."""
     return [one for one in yard.activities if one.lift and one.lift.state == "red"]
 
 
@@ -104,12 +104,12 @@ def _lifts(yard: Yard) -> list[Table]:
 
 
 def delivery(values: Values) -> Sequence[float]:
-    """Return the delivery time [s] in each run."""
+    """Return the delivery time of the yard [s] in each run."""
     return values["dispatcher.delivery"]
 
 
 def finishes(yard: Yard, values: Values) -> dict[str, Sequence[float]]:
-    """Return the times [s], one for each run, at which the yard and each block with a contract date are finished."""
+    """Return the finish times [s], one for each run, of the yard and of each block with a contract date."""
     found: dict[str, Sequence[float]] = {DELIVERY: delivery(values)}
     for block in yard.contract:
         own = [n for n, one in enumerate(yard.activities) if one.block == block]
@@ -143,7 +143,8 @@ def contract_states(yard: Yard, values: Values) -> dict[str, str]:
 
 
 def state_of(yard: Yard, values: Values) -> str:
-    """Return red if a contract date is missed or a lift cannot be carried out, else the worst contract state."""
+    """Return the state of the yard's plan: red if a contract date is missed or a lift cannot be carried out, else the
+    worst state of the contract dates."""
     found = {*contract_states(yard, values).values()}
     if impossible(yard) or _red_runs(values):
         return "red"
@@ -155,8 +156,8 @@ def _red_runs(values: Values) -> float:
 
 
 def answered(yard: Yard, values: Values, drawn: bool = False) -> Sheet:
-    """Return the tables of `run` for a yard: quantiles of the key dates, their sensitivities, and the causes of
-    waiting; for a single run also its schedule, with a Gantt chart if `drawn`."""
+    """Return the report of `run` for a yard: quantiles of the key dates, their sensitivities, and the causes of
+    waiting; for a single run also the schedule, with a Gantt chart if `drawn`."""
     runs, kept, judged = len(delivery(values)), chances(yard, values), contract_states(yard, values)
     rows = list[tuple[Cell, ...]]()
     for key, ends in finishes(yard, values).items():
@@ -195,7 +196,7 @@ def _promised(yard: Yard, judged: Mapping[str, str], runs: int) -> str:
 
 
 def waits(yard: Yard, values: Values) -> list[tuple[str, float]]:
-    """Return the waiting time of all activities together [h], as a mean over the runs, by cause."""
+    """Return the total waiting time of all activities [h] by cause, as a mean over the runs."""
     causes = (NOT_READY, NO_SHIFT, WEATHER, *yard.capacities)
     means = [fmean(values[f"dispatcher.waits[{n}]"]) / 3600 for n in range(len(causes))]
     stopped = sum(fmean(x) for key, x in values.items() if key.endswith(".stopped")) / 3600
@@ -242,7 +243,7 @@ def _schedule(yard: Yard, values: Values, whole: bool) -> Table:
 
 
 def at_end(yard: Yard, t: float) -> str:
-    """Return a time [s] as date and time of day."""
+    """Return a time since the start of the yard [s] as date and time of day."""
     return f"{at(yard.start, t):%Y-%m-%d %H:%M}"
 
 

@@ -23,30 +23,31 @@ Windows = tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...]]  # begins, en
 
 @dataclass(frozen=True)
 class Calendar:
-    """Working time, described by a text so that copies stay small; with an empty text all time is working time."""
+    """Working time of shifts, days and holidays, described by a short text; an empty text means that all time is
+    working time."""
 
     key: str = ""
 
     def open(self, t: int) -> int:
-        """Return the first time at or after t that is working time."""
+        """Return the first working time at or after t [ns]."""
         if not self.key:
             return t
         begins, ends, _ = windows(self.key)
         return max(t, begins[_within(bisect_right(ends, t), begins)])
 
     def after(self, t: int) -> int:
-        """Return the time of the first opening after t; NEVER if there is none."""
+        """Return the time [ns] at which the next working interval after t begins; NEVER if there is none."""
         begins = windows(self.key)[0] if self.key else ()
         n = bisect_right(begins, t)
         return begins[n] if n < len(begins) else NEVER
 
     def shortest(self, work: int) -> int:
-        """Return the shortest time [ns] from the begin to the end of work [ns]; a shift's begin gives it, since all
-        work that begins later in that shift includes the same breaks or more."""
+        """Return the shortest time [ns] from the beginning to the end of `work` [ns] of working time, over all possible
+        beginnings."""
         return _shortest(self.key, work) if self.key else work
 
     def add(self, t: int, work: int) -> int:
-        """Return the time at which work is done that begins at t and takes `work` [ns] of working time."""
+        """Return the time [ns] at which an activity ends that begins at t and needs `work` [ns] of working time."""
         if not self.key or not work:
             return t + work
         begins, ends, worked = windows(self.key)
@@ -56,7 +57,8 @@ class Calendar:
         return begins[n] + total - worked[n]
 
     def back(self, t: int, work: int) -> int:
-        """Return the latest time at which work can begin and still be finished at t."""
+        """Return the latest time [ns] at which an activity can begin that needs `work` [ns] of working time and must
+        end at t."""
         if not self.key or not work:
             return t - work
         begins, _, worked = windows(self.key)
@@ -65,7 +67,7 @@ class Calendar:
         return begins[n] + total - worked[n]
 
     def between(self, a: int, b: int) -> int:
-        """Return the working time from a to b."""
+        """Return the working time [ns] between the times a and b."""
         return self._until(b) - self._until(a) if self.key else b - a
 
     def _until(self, t: int) -> int:
@@ -90,8 +92,8 @@ def _within(n: int, begins: Sequence[int]) -> int:
 
 
 def working(start: date, days: Sequence[int], shifts: Sequence[Shift], off: Iterable[date]) -> Calendar:
-    """Return the calendar of shifts on these weekdays (0 is Monday), except on the days `off`; a shift belongs to the
-    day on which it begins. Raises SceneError if no working time is left."""
+    """Return the calendar of shifts on these weekdays (0 is Monday), without the days `off`; a shift belongs to the day
+    on which it begins. Raises SceneError if no working time remains."""
     parts = [str(start)], map(str, days), (f"{a}-{b}" for a, b in shifts), map(str, sorted(off))
     key = "/".join(" ".join(part) for part in parts)
     if not windows(key)[0]:
@@ -101,7 +103,7 @@ def working(start: date, days: Sequence[int], shifts: Sequence[Shift], off: Iter
 
 @lru_cache
 def windows(key: str) -> Windows:
-    """Return the working intervals of the calendar that a text describes."""
+    """Return the working intervals [ns] of the calendar that a text describes."""
     first, days, shifts, off = (part.split() for part in key.split("/"))
     start, free = date.fromisoformat(first[0]), {date.fromisoformat(x) for x in off}
     found = list[Shift]()
@@ -128,7 +130,7 @@ def merged(windows: Iterable[Shift]) -> list[Shift]:
 
 @lru_cache
 def public_holidays(country: str, start: date) -> frozenset[date]:
-    """Return the public holidays of a country or region such as `DE-HH`; raises ValueError if it is unknown."""
+    """Return the public holidays of a country or region such as `DE-HH`; raises ValueError if the code is unknown."""
     try:
         from holidays import country_holidays
     except ImportError:

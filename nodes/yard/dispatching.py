@@ -32,7 +32,7 @@ class ActivityEnd(Message):
 
 
 class UnitsInUse(Message):
-    """Number of units of a resource in use."""
+    """Message with the number of units of a resource that are in use."""
 
     used: int
 
@@ -73,7 +73,7 @@ class Dispatcher(Atomic):
             self.add_out(f"use-{resource}", UnitsInUse)
 
     def start(self) -> None:
-        """Start without any activity begun."""
+        """Start with no activity begun."""
         count = len(self.activities)
         self.begin, self.end = [-1] * count, [-1] * count
         self.ready = [one.ready for one in self.activities]
@@ -101,24 +101,24 @@ class Dispatcher(Atomic):
             self.over.send(YardDone())
 
     def external(self, e: int, x: Bag) -> None:
-        """Record the activities that ended, then decide which ones begin."""
+        """Record the activities that have ended, then decide which activities begin."""
         unsent = self.begun, self.changed
         self.note(x)
         self.decide(*unsent)
 
     def internal(self) -> None:
-        """Forget the orders that were sent, and decide again which activities begin."""
+        """Clear the orders that were sent, and decide again which activities begin."""
         self.telling = False
         self.decide()
 
     def confluent(self, x: Bag) -> None:
-        """Handle everything that happens now, then decide once."""
+        """Process all inputs of this time first, then decide once which activities begin."""
         self.telling = False
         self.note(x)
         self.decide()
 
     def note(self, x: Bag) -> None:
-        """Free the resources of the activities that ended, and queue successors that have become ready."""
+        """Free the resources of activities that have ended, and queue the successors that have become ready."""
         now = self._present.now[0]
         for change in x[self.wind]:
             self.calm, self.calms[0] = list(change.calm), not change.last
@@ -139,8 +139,8 @@ class Dispatcher(Atomic):
                     insort(self.pending, (self.rank[m], m))
 
     def decide(self, begun: tuple[int, ...] = (), changed: tuple[str, ...] = ()) -> None:
-        """Start all activities that may start now, and schedule the next decision for when a block is ready or a shift
-        begins."""
+        """Begin all activities that can begin now, and schedule the next decision at the time when a block becomes
+        ready or a shift begins."""
         now, wake, kept = self._present.now[0], NEVER, list[tuple[int, int]]()
         freed, self.freed = self.freed, {}
         started, opens = list(begun), dict[str, int]()  # when the next shift begins, by calendar
@@ -164,7 +164,7 @@ class Dispatcher(Atomic):
                         cause, wake = WEATHER, min(wake, one.works.after(now))
             self.causes[n] = cause
             if cause == WEATHER and now - self.waited.setdefault(n, now) > PATIENCE:
-                raise ModelError(f"{one.name} waits for ever for weather: {BAD}")
+                raise ModelError(f"{one.name} waits forever for weather: {BAD}")
             if cause:
                 kept.append((rank, n))
                 continue
@@ -178,18 +178,19 @@ class Dispatcher(Atomic):
         if kept and wake == NEVER and not self.running and not (any(self.calms) and WEATHER in self.causes):
             waits = self.activities[kept[0][1]]
             cause = self.causes[kept[0][1]]
-            raise ModelError(f"{waits.name} waits for ever for {cause}: {BAD if cause == WEATHER else HELD}")
+            raise ModelError(f"{waits.name} waits forever for {cause}: {BAD if cause == WEATHER else HELD}")
         self.hold_in(0 if self.begun or self.changed or self.telling else wake if wake == NEVER else wake - now)
 
     def calm_for(self, n: int, now: int) -> bool:
-        """Return whether the wind allows a lift from now to its expected end, or to the end of the forecast."""
+        """Return whether the wind is forecast to allow a lift from now to its expected end, or to the end of the
+        forecast."""
         end = self.calm[self.limited[n]] if self.calm else -1
         one = self.activities[n]
         return end > now and end >= min(now + self.weather.forecast, one.works.add(now, one.expected))
 
     def window_for(self, n: int, now: int) -> bool:
-        """Return whether the sea stays within the operational limit of an activity from now to its expected end:
-        its own limit times the alpha factor of so long a window."""
+        """Return whether the sea stays within the operational limit of an activity from now to its expected end; the
+        operational limit is the activity's limit times the alpha factor for a window of this length."""
         one = self.activities[n]
         if not self.seas or one.sea == inf:
             return True
@@ -212,8 +213,8 @@ class Dispatcher(Atomic):
         )  # fmt: skip
 
     def critical(self) -> list[int]:
-        """Return the critical sequence: from the activity that ends last, backwards through the activities whose ends
-        allowed the starts."""
+        """Return the critical sequence of activities: traced backwards from the activity that ends last, each time to
+        the activity whose end allowed the later one to begin."""
         last = max(range(len(self.end)), key=lambda n: (self.end[n], -n))
         found = [last]
         while (n := self.releaser(found[-1])) >= 0:
@@ -221,8 +222,8 @@ class Dispatcher(Atomic):
         return found[::-1]
 
     def releaser(self, n: int) -> int:
-        """Return the number of the activity whose end allowed activity n to start; -1 if there is none or if n waited
-        for its block to be ready."""
+        """Return the number of the activity whose end allowed activity n to begin; -1 if there is none, or if n waited
+        until its block was ready."""
         one, lacked = self.activities[n], self.lacked[n]
         before = [(self.end[m] + lag, True, -m) for m, lag in one.after]
         if lacked:

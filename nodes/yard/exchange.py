@@ -30,7 +30,8 @@ LABELLED = 60  # blocks whose names are legible in a chart
 
 
 def exported(yard: Yard, spans: Spans, out: str | Path, force: bool = False) -> Path:
-    """Write a schedule in the format that the suffix of `out` names; raises RecordingError if that is impossible."""
+    """Write a schedule to the file `out`, in the format given by the suffix; raises RecordingError if this is
+    impossible."""
     path = output_path(out, "a schedule", FORMATS)
     forms: dict[str, Callable[[Yard, Spans], str | bytes]] = {".csv": table_of, ".xml": project_of, ".ics": calendar_of}
     make = forms.get(path.suffix.lower())
@@ -165,5 +166,5 @@ def figure(yard: Yard, spans: Spans) -> "Figure":
 
 
 def gantt(yard: Yard, spans: Spans) -> str:
-    """Return the Gantt chart as an <svg> element for a page."""
+    """Return the Gantt chart as an <svg> element for an HTML page."""
     return in_page(figure(yard, spans))

@@ -100,7 +100,7 @@ def variance(takes: Distribution) -> float:
 
 
 def square(x: float) -> float:
-    """Return x times x."""
+    """Return the square of x."""
     return x * x
 
 
@@ -158,14 +158,14 @@ def before(text: str) -> list[tuple[str, int]]:
     while at < len(text):
         one = BEFORE.match(text, at)
         if one is None:
-            raise ValueError(f"'{text}' lists no blocks: write them as 'B1, B2 + 2 days'")
+            raise ValueError(f"'{text}' is not a list of blocks: write it as 'B1, B2 + 2 days'")
         found.append((one[1], round(TIME.read(one[2]) * 1e9) if one[2] else 0))
         at = one.end()
     return found
 
 
 def instant(start: date, when: date) -> int:
-    """Return the time [ns] since the start of the yard at which a day begins."""
+    """Return the time [ns] from the start of the yard to the beginning of a day."""
     return (when - start).days * DAY
 
 
@@ -175,14 +175,14 @@ def at(start: date, t: float) -> datetime:
 
 
 def words(data: object) -> list[str]:
-    """Read one word, or a list of words."""
+    """Return a word, or a list of words, as a list of words."""
     return [] if data is None else [str(x) for x in (data if isinstance(data, list) else [data])]
 
 
 def height(text: object) -> float:
-    """Read the wave height [m] that limits a step."""
+    """Read the significant wave height [m] up to which a step is allowed."""
     if not (found := LENGTH.read(str(text))) > 0.0:
-        raise ValueError(f"'{text}' is no limit of waves: write a height above 0, such as 1 m")
+        raise ValueError(f"'{text}' is not a valid wave limit: write a height above 0, such as 1 m")
     return found
 
 

@@ -30,9 +30,9 @@ WAYS: dict[Way, str] = {
 
 @dataclass(frozen=True)
 class LiftOrder:
-    """Description of a lift: scene with settings, and `way`, the method by which its duration is found. `over`: axes of
-    a table of results, as names and texts of their values; `at`: position of the block on these axes; `windy`: highest
-    wind [m/s] up to which wind limits are searched, 0 for no search."""
+    """A lift to be evaluated: scene with settings, and `way`, the method that finds its duration. `over`: axes of a
+    table of results, as names and values in text; `at`: position of the block on these axes; `windy`: highest wind
+    speed in the search for wind limits [m/s] (0: no search)."""
 
     scene: str
     settings: tuple[str, ...]
@@ -45,9 +45,9 @@ class LiftOrder:
 
 @dataclass(frozen=True)
 class Lift:
-    """Results of a lift: durations of its stages [s]; wind up to which it may begin, above which it stops, and below
-    which it continues [m/s]; state of its verdict ("wrong" if its settings do not fit the scene) and the reason;
-    relative errors of duration and wind."""
+    """Results of a lift: durations of its stages [s]; wind speeds up to which the lift may begin, above which it stops,
+    and below which it continues [m/s]; state of its verdict ("wrong" if its settings do not fit the scene) and the
+    reason; relative errors of duration and wind."""
 
     stages: tuple[tuple[str, float], ...]
     wind: float = inf
@@ -81,7 +81,7 @@ def cranes(scene: str) -> dict[str, str]:
 
 
 def winds(plan: Plan, factor: float | None) -> tuple[float, float, float]:
-    """Return the winds [m/s] up to which a lift may begin, above which it stops, and below which it continues."""
+    """Return the wind speeds [m/s] up to which a lift may begin, above which it stops, and below which it continues."""
     stated = [x.value for x in plan.limits if x.quantity == "wind" and x.value is not None]
     trips = [x for x in plan.interlocks if x.rising and any(guard.quantity == "wind" for guard in x.guards)]
     allowed = min([*stated, *(x.value for x in trips), *([factor] if factor else [])], default=inf)
@@ -90,7 +90,7 @@ def winds(plan: Plan, factor: float | None) -> tuple[float, float, float]:
 
 
 def at_rest(order: LiftOrder) -> Lift:
-    """Return the results of a lift followed along its equilibrium path; an impossible lift is red."""
+    """Return the results of a lift that follows its equilibrium path; the state of an impossible lift is red."""
     try:
         scene = of_scene(order)
     except HeavyliftError as error:
@@ -108,14 +108,14 @@ def at_rest(order: LiftOrder) -> Lift:
 
 
 def first_line(error: Exception) -> str:
-    """Return the first line of an error message, without its place in the file."""
+    """Return the first line of an error message, without file, line and column."""
     text = str(error).splitlines()[0]
     return text.partition("error: ")[2] or text
 
 
 def kept(orders: Sequence[LiftOrder], code: bytes, find: Callable[[], list[Lift]]) -> list[Lift]:
-    """Return the result of `find` for the lifts, cached with the lifts, the code and all files that they read as the
-    key."""
+    """Return the cached result of `find` for the same lifts, code and input files; if there is none, call `find` and
+    cache its result."""
     scenes = dict.fromkeys(order.scene for order in orders)
     files = [(path, state(path)) for name in scenes for path in files_of(name, orders[0].settings)]
     answer = msgspec.msgpack.encode([list(orders), files])
@@ -128,7 +128,7 @@ def kept(orders: Sequence[LiftOrder], code: bytes, find: Callable[[], list[Lift]
 
 
 def files_of(scene: str, settings: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the paths of the files from which a scene is built."""
+    """Return the paths of all files from which a scene is built."""
     path = scene_file(scene).resolve()
     return (str(path), *_named(str(path), scene_text(path, scene), settings))
 
@@ -147,11 +147,11 @@ def programs() -> bytes:
 
 
 def all_at_rest(orders: Sequence[LiftOrder]) -> list[Lift]:
-    """Return the results of all lifts along their equilibrium paths; equal lifts are computed once."""
+    """Return the results of several lifts that follow their equilibrium paths; equal lifts are computed once."""
     found = {order: at_rest(order) for order in dict.fromkeys(orders)}
     return [found[order] for order in orders]
 
 
 def rested(orders: Sequence[LiftOrder]) -> list[Lift]:
-    """Return the results of all lifts along their equilibrium paths, from the cache if possible."""
+    """Return the results of several lifts that follow their equilibrium paths, from the cache if possible."""
     return kept(orders, b"", lambda: all_at_rest(orders))

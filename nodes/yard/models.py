@@ -27,8 +27,8 @@ class ResourceUse(Message):
 
 
 class StepWork(Message):
-    """Statistics of a step: time for which wind stopped its lifts [s], number of stops, number of simulated lifts and
-    of those with a red verdict."""
+    """Statistics of a step: time for which wind stopped its lifts [s], number of stops, number of simulated lifts, and
+    number of lifts with a red verdict."""
 
     stopped: float
     stops: int
@@ -37,9 +37,9 @@ class StepWork(Message):
 
 
 class YardStep(Atomic):
-    """Carries out one step for all blocks, each in its own expected time; this time is for rigging, and the lift of the
-    block follows. Wind delays lifts, stops them and lets them continue; `carry_out` simulates lifts whose results
-    depend on the wind when they begin."""
+    """Carries out one step for all blocks: rigging in the expected time of each block, followed by the lift of the
+    block. Wind delays, stops and resumes lifts; `carry_out` simulates a lift whose results depend on the wind when it
+    begins."""
 
     work, wind, done = In(ActivityStart), In(WindChange), Out(ActivityEnd)
 
@@ -55,7 +55,7 @@ class YardStep(Atomic):
         self.speed, self.stopped, self.stops, self.simulated, self.red = 0.0, 0, 0, 0, 0
 
     def external(self, e: int, x: Bag) -> None:
-        """Begin the ordered activities; stop lifts, or continue them, by the wind."""
+        """Begin the ordered activities; stop or resume lifts according to the wind."""
         now = self._present.now[0]
         for change in x[self.wind]:
             self.speed = change.speed
@@ -82,7 +82,7 @@ class YardStep(Atomic):
             heappush(self.due, (one.works.add(now, left), n))
 
     def stop(self, now: int) -> None:
-        """Stop lifts, or let them continue, as the wind demands."""
+        """Stop or resume lifts according to the wind."""
         for end, n in [*self.due]:
             one = self.activities[n]
             if one.lift and n not in self.rigging and self.speed > one.lift.stop and end > now:
@@ -96,7 +96,7 @@ class YardStep(Atomic):
         heapify(self.due)
 
     def output(self) -> None:
-        """Report the activities that end now."""
+        """Report the activities that end now to the dispatcher."""
         for t, n in sorted(self.due):
             if t == self.due[0][0] and n not in self.rigging:
                 self.done.send(ActivityEnd(n))
@@ -114,12 +114,12 @@ class YardStep(Atomic):
         self.hold_in(self.due[0][0] - now if self.due else NEVER)
 
     def confluent(self, x: Bag) -> None:
-        """Handle the new wind first, so that it decides which lifts begin now."""
+        """Store the new wind first, so that it determines which lifts can begin now."""
         self.speed = x[self.wind][-1].speed if x[self.wind] else self.speed
         super().confluent(x)
 
     def result(self) -> StepWork:
-        """Return how often and how long wind stopped the lifts of this step."""
+        """Return how long and how often wind stopped the lifts of this step, and how many lifts were simulated."""
         return StepWork(self.stopped / 1e9, self.stops, self.simulated, self.red)
 
 
@@ -133,17 +133,17 @@ class YardResource(Atomic):
         self.used = TimeWeighted()
 
     def external(self, e: int, x: Bag) -> None:
-        """Record the number of units in use."""
+        """Record the number of units of the resource in use."""
         self.used.set(x[self.level][-1].used, self.now)
 
     def result(self) -> ResourceUse:
-        """Return the measured statistics."""
+        """Return the statistics of the resource."""
         return ResourceUse(self.used.mean(self.now), int(self.used.most))
 
 
 def coupled(yard: Yard, seed: int = 0, rule: str = "", carry_out: CarryOut | None = None) -> Coupled:
-    """Return the DEVS model of a yard with its own priority rule or another one; seed 0 means expected durations, in
-    random weather."""
+    """Return the DEVS model of a yard, with the yard's priority rule or the rule `rule`; seed 0 means expected
+    durations, but random weather."""
     of = yard.weather
     root, limits, seas = Coupled("yard"), thresholds(yard) if of.wind else (), operational(yard) if of.sea else ()
     dispatcher = root.add(
@@ -172,12 +172,12 @@ def coupled(yard: Yard, seed: int = 0, rule: str = "", carry_out: CarryOut | Non
 
 
 def settled(one: Activity, seed: int) -> Activity:
-    """Return an activity with its working time: drawn at random or, for seed 0, expected."""
+    """Return an activity with a fixed duration: drawn at random or, for seed 0, the expected one."""
     return replace(one, takes=Fixed(one.takes.draw(stream(seed, one.name)) if seed else one.takes.mean))
 
 
 def expected(yard: Yard, rule: str = "") -> YardSchedule:
-    """Return the schedule of one run with expected durations."""
+    """Return the schedule of a single run with expected durations."""
     model = coupled(yard, 0, rule)
     simulator = Simulator(model)
     simulator.start()
@@ -188,8 +188,8 @@ def expected(yard: Yard, rule: str = "") -> YardSchedule:
 
 
 def thresholds(yard: Yard) -> tuple[float, ...]:
-    """Return the wind speeds [m/s] at which a lift may begin or must stop; every whole number up to 40 m/s if lifts are
-    simulated in their wind."""
+    """Return the wind speeds [m/s] at which lifts may begin, stop or continue; in addition all whole numbers up to 40
+    m/s if lifts are simulated in their wind."""
     lifts = [one.lift for one in yard.activities if one.lift]
     found = {limit for lift in lifts for limit in (lift.wind, lift.stop, lift.resume) if limit < inf}
     if any(one.order and one.order.way == "run" for one in yard.activities):
@@ -198,6 +198,7 @@ def thresholds(yard: Yard) -> tuple[float, ...]:
 
 
 def operational(yard: Yard) -> tuple[float, ...]:
-    """Return the wave heights [m] within which activities are planned: their limits times the alpha factors."""
+    """Return the operational limits [m] of all activities: each limit of the significant wave height times each alpha
+    factor."""
     factors = [x for _, x in yard.weather.alpha] or [1.0]
     return tuple(sorted({one.sea * x for one in yard.activities if one.sea < inf for x in factors}))

@@ -32,7 +32,7 @@ Span = tuple[int, int]  # [ns] start and finish
 
 @dataclass(frozen=True)
 class Need:
-    """Units of a resource that an activity occupies from its beginning until activity number `until` is done."""
+    """Units of a resource that an activity occupies from its own beginning until the end of activity number `until`."""
 
     resource: str
     units: int
@@ -41,8 +41,9 @@ class Need:
 
 @dataclass(frozen=True)
 class Activity:
-    """A step of a block: its duration [s] apart from its lift, needed resources, predecessors with lags [ns], time at
-    which the block is ready [ns], calendar of working time, its lift, and the sea that it allows, Hs [m]."""
+    """A step of a block: its duration [s] without its lift, needed resources, predecessors with lags [ns], time at
+    which the block is ready [ns], calendar of working time, its lift, and the largest significant wave height Hs [m]
+    that it allows."""
 
     block: str
     step: str
@@ -57,19 +58,19 @@ class Activity:
 
     @property
     def name(self) -> str:
-        """Name of the block followed by that of the step."""
+        """Name of the activity: name of the block followed by the name of the step."""
         return f"{self.block} {self.step}"
 
     @property
     def expected(self) -> int:
-        """Expected duration [ns]."""
+        """Expected duration of the activity and its lift [ns]."""
         return seconds(self.takes.mean + (self.lift.seconds if self.lift else 0.0))
 
 
 @dataclass(frozen=True)
 class Yard:
-    """A yard: activities, numbered from 0; number of units of each resource; priority rule, or order of blocks;
-    contract dates for blocks or for the `delivery`, and the probability with which they must be met."""
+    """Data of a yard: activities, numbered from 0; number of units of each resource; priority rule, or order of blocks;
+    contract dates of blocks or of the `delivery`, and the probability with which these dates must be met."""
 
     name: str
     start: date
@@ -91,7 +92,7 @@ class Yard:
 
 @dataclass(frozen=True)
 class Dates:
-    """Early and late start and finish [ns] of each activity if resources were unlimited."""
+    """Early and late start and finish of each activity [ns] for unlimited resources."""
 
     early_start: list[int]
     early_finish: list[int]
@@ -99,7 +100,7 @@ class Dates:
     late_finish: list[int]
 
     def critical(self, n: int) -> bool:
-        """Return whether activity n has no slack."""
+        """Return whether activity n is critical, that is without slack."""
         return self.late_start[n] <= self.early_start[n]
 
 
@@ -131,12 +132,12 @@ def dates(yard: Yard) -> Dates:
 
 
 def sequence(yard: Yard) -> list[int]:
-    """Return the activities in topological order: each of them after its predecessors."""
+    """Return the activities in topological order, so that each activity follows its predecessors."""
     return [*TopologicalSorter({n: [m for m, _ in one.after] for n, one in enumerate(yard.activities)}).static_order()]
 
 
 def ranks(yard: Yard, rule: str = "") -> list[int]:
-    """Return the position of each activity in the order of a priority rule; by default the yard's own."""
+    """Return the position of each activity in the order of a priority rule (default: the rule of the yard)."""
     numbers = range(len(yard.activities))
     known, values = dates(yard), list[int]()
     if not rule and yard.plan:
@@ -172,7 +173,7 @@ def _followers(yard: Yard) -> Sequence[int]:
 
 
 def rule_named(value: object) -> str:
-    """Read a priority rule given by its name or its abbreviation."""
+    """Return the name of a priority rule that is given by its name or abbreviation."""
     text, short = str(value), {letters: name for name, letters in RULES.items()}
     if text not in RULES and text not in short:
         raise ValueError(f"there is no rule '{text}': {closest(text, RULES)}")
@@ -180,8 +181,8 @@ def rule_named(value: object) -> str:
 
 
 def serial(yard: Yard, rule: str = "") -> list[Span]:
-    """Return the start and finish [ns] of each activity by the serial generation scheme, with expected durations; only
-    for yards in which no activity keeps a resource beyond its own end."""
+    """Return the start and finish of each activity [ns] by the serial generation scheme, with expected durations; not
+    for yards in which an activity keeps a resource beyond its own end."""
     rank, done = ranks(yard, rule), dict[int, Span]()
     used: dict[str, list[tuple[int, int, int]]] = {name: [] for name in yard.capacities}
     todo = sorted(range(len(yard.activities)), key=rank.__getitem__)
@@ -208,7 +209,7 @@ def _first(
             _peak(used[need.resource], start, finish) + need.units <= capacities[need.resource] for need in one.needs
         ):
             return start, finish
-    raise AssertionError("after the last end everything is free")
+    raise AssertionError("all resources must be free after the last activity")
 
 
 def _peak(spans: list[tuple[int, int, int]], start: int, finish: int) -> int:

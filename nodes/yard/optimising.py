@@ -25,8 +25,8 @@ SEED = 1
 
 @dataclass(frozen=True)
 class Optimised:
-    """An optimised schedule: start and end of each activity [ns], delivery [ns], lower bound for all schedules [ns],
-    and how the schedule was found."""
+    """An optimised schedule: start and end of each activity [ns], delivery [ns], lower bound of the delivery for all
+    schedules [ns], and how the schedule was found."""
 
     spans: tuple[Span, ...]
     end: int
@@ -40,7 +40,7 @@ class Optimised:
 
 
 class AnyWork:
-    """Time scale of working time in any of several calendars [ns]."""
+    """Time scale that counts only time within working time of at least one of several calendars [ns]."""
 
     def __init__(self, keys: Sequence[str]) -> None:
         always = not all(keys)
@@ -49,18 +49,18 @@ class AnyWork:
         self.worked = [0, *accumulate(b - a for a, b in found)]
 
     def until(self, t: int) -> int:
-        """Return the working time from the first day until t."""
+        """Return the working time [ns] from the first day until the time t [ns]."""
         n = bisect_right(self.begins, t) - 1
         if not self.begins:
             return t
         return self.worked[n] + min(t, self.ends[n]) - self.begins[n] if n >= 0 else 0
 
     def least(self, lag: int) -> int:
-        """Return the smallest working time within any interval of this length."""
+        """Return the smallest working time [ns] in any interval of the length `lag` [ns]."""
         return min((self.until(end + lag) - self.until(end) for end in self.ends[:400]), default=lag) if lag else 0
 
     def instant(self, worked: int) -> int:
-        """Return the time at which the working time reaches `worked`."""
+        """Return the time [ns] at which the working time since the first day reaches `worked` [ns]."""
         if not self.begins:
             return worked
         n = min(max(bisect_right(self.worked, worked - 1) - 1, 0), len(self.begins) - 1)
@@ -68,8 +68,8 @@ class AnyWork:
 
 
 def optimised(yard: Yard, effort: float = 60.0) -> Optimised:
-    """Return the earliest schedule found within an effort in the solver's deterministic time, the same on every
-    machine; raises SceneError if OR-Tools is not installed."""
+    """Return the schedule with the earliest delivery that the solver finds within an effort in deterministic time,
+    which is the same on every machine; raises SceneError if OR-Tools is not installed."""
     cp = extra("ortools.sat.python.cp_model", SceneError("plan needs OR-Tools: pip install 'heavylift[schedule]'"))
     bare = replace(yard, weather=NONE)
     schedules = {rule: _spans(bare, rule) for rule in RULES}

@@ -18,8 +18,8 @@ MOST = 1000  # runs of a table
 
 @dataclass(frozen=True)
 class LiftStep:
-    """A lift as written for a step: scene, settings as path and text or =column, method by which its duration is found,
-    and the axes of its table."""
+    """The lift of a step as written in a yard file: scene, settings (path, and text or =column), method that finds the
+    duration, and axes of the table of results."""
 
     step: str
     scene: str
@@ -30,7 +30,7 @@ class LiftStep:
 
     @property
     def columns(self) -> set[str]:
-        """The columns of the table of blocks that its settings use."""
+        """The columns of the table of blocks from which the settings of the lift take values."""
         return {text[1:] for _, text in self.sets if text[:1] == "="}
 
 
@@ -87,8 +87,8 @@ def runs(over: tuple[tuple[str, tuple[str, ...]], ...]) -> int:
 def order_of(
     given: Taking, one: LiftStep, row: TableCell, cells: dict[str, TableCell], units: dict[str, str]
 ) -> LiftOrder:
-    """Return the lift of a block; errors are reported at the block's row. A block with a scene of its own does not use
-    the table of its step: its lift is followed at rest."""
+    """Return the lift of a block in a step; errors are reported at the row of the block. A block with its own scene
+    does not use the table of the step: its lift follows the equilibrium path."""
     at, texts, own = ("blocks", row.text), dict[str, str](), cells.get("scene")
     for column in sorted(one.columns):
         if column in cells:
@@ -122,7 +122,8 @@ def order_of(
 
 
 def found_scene(given: Taking, name: str) -> str:
-    """Return a scene in the folder of the yard file, or a bundled one; raises SceneError if there is none."""
+    """Return the path of a scene in the folder of the yard file, or the name of a bundled scene; raises SceneError if
+    there is neither."""
     beside = given.source.root / name
     scene = str(beside) if beside.is_file() else name
     scene_file(scene)
@@ -132,8 +133,8 @@ def found_scene(given: Taking, name: str) -> str:
 def taken(
     given: Taking, order: LiftOrder, step: str, types: dict[str, str], capacities: dict[str, int]
 ) -> dict[str, int]:
-    """Return how many units of each resource the cranes of a lift occupy: each crane uses the resource with its name
-    and type, or else one of its type."""
+    """Return the number of units of each resource that the cranes of a lift occupy: each crane uses the resource with
+    its own name and type or, if there is none, a resource of its type."""
     found = dict[str, int]()
     try:
         machines = cranes(order.scene)

@@ -19,7 +19,7 @@ MOST_BYTES = 1 << 26
 
 
 def planned(given: Taking, start: date, activities: tuple[Activity, ...]) -> tuple[int, ...]:
-    """Return the starts [ns] of the activities in an existing schedule."""
+    """Return the start of each activity [ns] in an existing schedule."""
     file = given.source.at(("plan",))
     if file is None or not activities:
         return ()
@@ -57,7 +57,7 @@ def planned_in_project(path: Path, name: str) -> Planned:
     try:
         data = path.read_bytes()
         if len(data) > MOST_BYTES or b"<!DOCTYPE" in data or b"<!ENTITY" in data:
-            raise SceneError(f"{name}: is too large, or defines entities, which no project needs")
+            raise SceneError(f"{name}: the file is too large, or defines XML entities, which are not allowed")
         tasks = Xml.fromstring(data).findall(f"{{{SPACE}}}Tasks/{{{SPACE}}}Task")
     except OSError as error:
         raise SceneError(f"the schedule '{name}' cannot be read: {error.strerror}") from None
@@ -75,7 +75,10 @@ def planned_in_project(path: Path, name: str) -> Planned:
             ends = _moment(texts.get("Start", ""), where), _moment(texts.get("Finish", ""), where)
             found[above.get(level - 1, ""), above[level]] = ends
     if not found:
-        raise SceneError(f"{name}: has no tasks below a summary task; let each block be one, with its steps below it")
+        raise SceneError(
+            f"{name}: the project has no tasks below a summary task; make each block a summary task, with its "
+            "steps below it"
+        )
     return found
 
 

@@ -43,7 +43,8 @@ DELIVERY = "delivery"
 
 
 def load(path: str | FilePath, settings: Sequence[str] = (), lifter: Lifter = rested) -> Yard:
-    """Read a yard file with settings; `lifter` finds the results of its lifts. Raises SceneError with all errors."""
+    """Read a yard file and apply settings; raises SceneError with all errors. `lifter`: function that returns the
+    results of the lifts."""
     source = source_of(path, settings)
     yard = _Reading(source, lifter).yard()
     raise_faults(source, source.faults)
@@ -106,8 +107,8 @@ class _Reading(Taking):
         )  # fmt: skip
 
     def calendars(self) -> dict[str, tuple[Shift, ...]]:
-        """Return the working intervals of each shift; under "" those of all shifts or, without shifts, the whole
-        day."""
+        """Return the working intervals of each shift; under "", the intervals of all shifts or, without shifts, the
+        whole day."""
         self.mapping(("calendar",), OF_CALENDAR)
         of_day = self.mapping(("calendar", "shifts"))
         shifts = {key: self.take(("calendar", "shifts", key), fields.shift, ()) for key in of_day}
@@ -129,7 +130,7 @@ class _Reading(Taking):
         return self.take(path, lambda _: working(self.start, days, windows, frozenset(off)), Calendar(), value=1)
 
     def steps(self, capacities: dict[str, int], shifts: dict[str, Any]) -> list[str]:
-        """Return the steps of a block, sorted so that each follows its predecessors."""
+        """Return the steps of a block in topological order, so that each step follows its predecessors."""
         given = self.mapping(("steps",))
         for step in given:
             at = ("steps", step)
@@ -163,7 +164,7 @@ class _Reading(Taking):
         return order
 
     def needed(self, path: Path, resource: str, capacities: dict[str, int], cell: TableCell | None = None) -> int:
-        """Return the number of units of a resource that a step needs; add an error if there are not as many."""
+        """Return the number of units of a resource that a step needs; add an error if the resource has fewer units."""
         mark, most = cell.mark if cell else None, capacities.get(resource, 0)
         units = self.take(path, fields.units, 0, mark, cell.text if cell else None)
         if resource in capacities and units > most:
@@ -247,7 +248,7 @@ class _Reading(Taking):
         return tuple(made) if self.source.faults else self.lifted(made, orders, marks), blocks
 
     def lifted(self, made: list[Activity], orders: dict[int, LiftOrder], marks: list[Mark]) -> tuple[Activity, ...]:
-        """Return the activities with the results of their lifts."""
+        """Return the activities with the results of their lifts added."""
         steps = len(made) // len(marks)
         for (n, order), lift in zip(orders.items(), self.lifter([*orders.values()]) if orders else (), strict=True):
             at = marks[n // steps]
@@ -271,7 +272,7 @@ class _Reading(Taking):
         self, step: str, block: str, cells: dict[str, TableCell], capacities: dict[str, int],
         number: dict[tuple[str, str], int], more: dict[str, int],
     ) -> tuple[Need, ...]:  # fmt: skip
-        """Return the resources that a step of a block needs, in the order of the resources."""
+        """Return the resources that a step of a block needs, in the order of the list of resources."""
         found = list[Need]()
         for resource in capacities:
             path = ("steps", step, "needs", resource)
@@ -290,7 +291,7 @@ class _Reading(Taking):
         return tuple(dict.fromkeys([*given, *blocks])) if given else ()
 
     def contract(self, blocks: list[str]) -> dict[str, date]:
-        """Return the contract dates by block, or under `delivery`."""
+        """Return the contract date of each block and of the `delivery`, as far as given."""
         given = self.mapping(("contract",))
         for key in given:
             self.known(("contract", key), key, [DELIVERY, *blocks], "block")

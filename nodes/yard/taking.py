@@ -14,13 +14,13 @@ T = TypeVar("T")
 
 
 class Taking:
-    """Reader of typed values from a source, which collects the errors."""
+    """Reader of typed values from the data of a file; it collects the errors."""
 
     def __init__(self, source: SourceText) -> None:
         self.source = source
 
     def take(self, path: Path, of: Callable[[Any], T], usual: Any, mark: Mark | None = None, value: Data = None) -> T:
-        """Return the result of the function `of` for the value at a path; `usual` for a missing or invalid value."""
+        """Return `of(value)` for the value at a path; if the value is missing or invalid, return `usual`."""
         value = self.source.at(path) if value is None else value
         if value is None:
             return cast(T, usual)
@@ -31,7 +31,7 @@ class Taking:
             return cast(T, usual)
 
     def cell(self, cells: dict[str, TableCell], column: str, at: Path, of: Callable[[str], T], usual: Any) -> T:
-        """Return the result of the function `of` for the cell in a column; `usual` for a missing or invalid cell."""
+        """Return `of(text)` for the cell in a column; if the cell is missing or invalid, return `usual`."""
         found = cells.get(column)
         return self.take((*at, column), of, usual, found.mark, found.text) if found else cast(T, usual)
 
@@ -49,7 +49,7 @@ class Taking:
         return given
 
     def known(self, path: Path, word: Data, among: Any, what: str) -> None:
-        """Add an error if a word is not one of the known names."""
+        """Add an error unless a word is one of the known names."""
         if word not in among:
             self.source.fault(path, f"there is no {what} '{word}'", closest(str(word), [x for x in among if x]))
 

@@ -27,9 +27,10 @@ YEAR = 8760  # hours; also how far ahead a calm is looked for
 
 @dataclass(frozen=True)
 class HourlySeries:
-    """Hourly wind [m/s] or significant wave height [m]: a measured `series`, which is repeated from one of the hours
-    `begins` on, or a random one from Weibull distributions (scale and shape for each month) with a correlation from
-    hour to hour. Random wind and sea are independent of each other; measured ones begin in the same year."""
+    """Hourly wind speed [m/s] or significant wave height [m]: either a measured `series`, repeated from one of the
+    hours `begins` on, or a random series with Weibull distributions (scale and shape for each month) and a correlation
+    from hour to hour. Random wind and sea are independent of each other; measured wind and sea begin in the same
+    year."""
 
     start: date
     series: tuple[float, ...] = ()
@@ -41,18 +42,18 @@ class HourlySeries:
 
     @property
     def drawn(self) -> bool:
-        """Whether replications meet different weather."""
+        """Whether replications have different weather."""
         return not self.series or len(self.begins) > 1
 
     def begin(self, random: Random, drawn: bool) -> float:
-        """Return the state that precedes the first hour; a series of several years begins in a random year if
+        """Return the state that precedes the first hour; a measured series of several years begins in a random year if
         `drawn`."""
         if self.series:
             return self.begins[random.randrange(len(self.begins)) if drawn and len(self.begins) > 1 else 0]
         return random.gauss(0.0, 1.0)
 
     def hours(self, day: int, state: float, random: Random) -> tuple[list[float], float]:
-        """Return the values in all hours of a day, and the state from which the next day continues."""
+        """Return the values in all 24 hours of a day, and the state with which the next day begins."""
         if self.series:
             n, count = int(state), len(self.series)
             return [self.series[(n + k) % count] for k in range(24)], n + 24
@@ -66,8 +67,8 @@ class HourlySeries:
 
 
 class WindChange(Message):
-    """Message that the wind [m/s], or the height of the waves [m], has crossed a limit, with the times [ns] until which
-    it stays within each limit (-1 if it is above it now), and whether it is the last change."""
+    """Message that the wind speed [m/s] or wave height [m] has crossed a limit; with the time [ns] until which the
+    value stays within each limit (-1 for limits that it exceeds now), and a flag for the last change."""
 
     speed: float
     calm: tuple[int, ...]
@@ -79,7 +80,8 @@ class YardDone(Message):
 
 
 class Weather(Atomic):
-    """Reports a series whenever it crosses one of the `limits`, in ascending order, until all work is done."""
+    """Reports the wind speed or wave height whenever it crosses one of the `limits` (in ascending order), until all
+    work is done."""
 
     over, wind = In(YardDone), Out(WindChange)
 
@@ -88,7 +90,7 @@ class Weather(Atomic):
         self.given, self.limits, self.seed = wind, tuple(limits), seed
 
     def start(self) -> None:
-        """Report the first hour."""
+        """Schedule the report on the first hour."""
         self.random, self.known = stream(self.seed, self.path), list[float]()
         year = stream(self.seed, "year")  # one for all series, which belong together
         self.state = self.given.begin(year if self.given.series else self.random, self.seed > 0)
@@ -97,15 +99,15 @@ class Weather(Atomic):
         self.hold_in(0)
 
     def external(self, e: int, x: Bag) -> None:
-        """Stop reporting, since all work is done."""
+        """Stop all reports, because the work in the yard is done."""
         self.passivate()
 
     def output(self) -> None:
-        """Send the value, and the times until which it stays within each limit."""
+        """Send the value of the present hour, and the time until which the value stays within each limit."""
         self.wind.send(self.change)
 
     def internal(self) -> None:
-        """Wait for the next time at which it crosses a limit."""
+        """Wait for the next time at which the value crosses a limit."""
         last, self.hour = self.hour, self.next
         if self.next < 0:
             self.passivate()
@@ -114,7 +116,7 @@ class Weather(Atomic):
             self.hold_in((self.hour - last) * HOUR)
 
     def look(self) -> None:
-        """Find the next change to report, and its time."""
+        """Find the next change of the value to report, and the time of this change."""
         class_, n = bisect_left(self.limits, self.at(self.hour)), self.hour + 1
         most = n + (len(self.given.series) or YEARS * YEAR)
         while n < most and bisect_left(self.limits, self.at(n)) == class_:
@@ -125,8 +127,8 @@ class Weather(Atomic):
         self.change = WindChange(self.at(self.hour), calm, self.next < 0)
 
     def exceeded(self, k: int, change: int) -> int:
-        """Return the first hour, from the present one on, that is above limit number k; the search ends after one year,
-        but not before the hour of the next `change`."""
+        """Return the first hour, from the present hour on, in which the value exceeds limit number k; the search ends
+        after one year, but not before the hour `change`."""
         n = max(self.above[k], self.hour)
         while n < max(self.hour + YEAR, change) and self.at(n) <= self.limits[k]:
             n += 1
@@ -134,7 +136,7 @@ class Weather(Atomic):
         return n
 
     def at(self, hour: int) -> float:
-        """Return the value of an hour."""
+        """Return the value in an hour."""
         while len(self.known) <= hour:
             day, self.state = self.given.hours(len(self.known) // 24, self.state, self.random)
             self.known += day
@@ -143,8 +145,8 @@ class Weather(Atomic):
 
 @dataclass(frozen=True)
 class YardWeather:
-    """Wind and sea of a yard, how long ahead the wind is forecast [ns], and the alpha factors of the sea: lengths of
-    windows [ns], ascending, with the share of its limit up to which the sea is forecast to stay."""
+    """Wind and sea of a yard, the length of the wind forecast [ns], and the alpha factors of the sea: pairs of window
+    length [ns], ascending, and factor by which operational limits are reduced."""
 
     wind: HourlySeries | None = None
     sea: HourlySeries | None = None
@@ -152,7 +154,7 @@ class YardWeather:
     alpha: tuple[tuple[int, float], ...] = ()
 
     def factor(self, window: int) -> float:
-        """Return the alpha factor of a window [ns]; 0 for a window that is longer than all that are given."""
+        """Return the alpha factor for a window [ns]; 0 for a window longer than all windows with a factor."""
         return next((x for length, x in self.alpha if window <= length), 0.0) if self.alpha else 1.0
 
 
@@ -160,7 +162,7 @@ NONE = YardWeather()
 
 
 def weather_of(given: Taking, start: date) -> YardWeather:
-    """Return the weather of a yard file; `weather: none` is calm, whatever its steps are limited by."""
+    """Return the weather of a yard file; with `weather: none` the weather is always calm."""
     if given.source.at(("weather",)) == CALM:
         return NONE
     given.mapping(("weather",), {"wind", "sea", "forecast", "alpha"})

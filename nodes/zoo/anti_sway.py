@@ -73,6 +73,6 @@ class Damper(Atomic):
         self.speed.send(SetPoint(self.asked))
 
     def internal(self) -> None:
-        """Remember the sent set-point, and wait for the next sample."""
+        """Record the sent set-point, and wait for the next sample."""
         self.said = self.asked
         self.passivate()

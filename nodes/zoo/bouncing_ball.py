@@ -32,12 +32,12 @@ class FallingBall(Hybrid):
         self.height, self.e = height, e
 
     def start(self) -> None:
-        """Start at its height, at rest."""
+        """Start at rest at the initial height."""
         self.bounced, self.rests = 0, False
         self.go(self.height, 0.0)
 
     def flow(self, x: State) -> State:
-        """Return the derivatives of height and speed."""
+        """Return the derivatives of height [m/s] and speed [m/s2]."""
         return (0.0, 0.0) if self.rests else (x[1], -G)
 
     def guards(self, x: State) -> State:
@@ -55,7 +55,7 @@ class FallingBall(Hybrid):
         self.go(0.0, 0.0 if self.rests else speed)
 
     def result(self) -> Bounce:
-        """Return the number of bounces and the present speed."""
+        """Return the number of bounces and the present speed [m/s]."""
         return Bounce(self.bounced, self.present[1])
 
 

@@ -30,7 +30,7 @@ class Station(Atomic):
         self.c, self.rate, self.again, self.seed = c, rate, again, seed
 
     def start(self) -> None:
-        """Start empty."""
+        """Start with no job in the station."""
         self.random, self.stays, self.length = stream(self.seed, self.path), Tally(), TimeWeighted()
         self.queue, self.busy = list[tuple[int, Job]](), list[tuple[int, bool, tuple[int, Job]]]()
 
@@ -39,7 +39,7 @@ class Station(Atomic):
         self.serve([(self.now.t, job) for job in x[self.into]])
 
     def output(self) -> None:
-        """Send the job that is finished first, if it leaves."""
+        """Send the job that is finished first, if it leaves the station."""
         if self.busy[0][1]:
             self.left.send(self.busy[0][2][1])
 
@@ -51,7 +51,8 @@ class Station(Atomic):
         self.serve([] if leaves else [job])
 
     def serve(self, more: list[tuple[int, Job]]) -> None:
-        """Assign jobs to free servers; draw at random when each is finished and whether it leaves."""
+        """Assign waiting jobs to free servers; draw at random when each job is finished and whether it leaves the
+        station."""
         self.queue += more
         while self.queue and len(self.busy) < self.c:
             ready = self.now.t + seconds(self.random.expovariate(self.rate))

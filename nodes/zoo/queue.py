@@ -17,7 +17,7 @@ class ObservationEnd(Message):
 
 
 class Counted(Message):
-    """Number of arrived and of solved jobs during the observation."""
+    """Numbers of arrived and of solved jobs during the observation."""
 
     arrivals: int
     solutions: int
@@ -33,7 +33,7 @@ class Generator(Atomic):
         self.period = period
 
     def start(self) -> None:
-        """Schedule the first job at time 0."""
+        """Schedule job 0 at time 0."""
         self.number = 0
         self.hold_in(0)
 
@@ -47,19 +47,19 @@ class Generator(Atomic):
         self.hold_in(self.period)
 
     def external(self, e: int, x: Bag) -> None:
-        """Stop sending."""
+        """Stop sending jobs, because the observation has ended."""
         self.passivate()
 
 
 class PoissonGenerator(Generator):
-    """Sends jobs at random times with a mean `rate` [1/s]; the first job also comes after a random time."""
+    """Sends jobs at random times with a mean `rate` [1/s], the first one after a random time."""
 
     def __init__(self, name: str, rate: float, seed: int) -> None:
         super().__init__(name, 0)
         self.rate, self.seed = rate, seed
 
     def start(self) -> None:
-        """Create the random stream again, so that equal seeds give equal times, and draw the first time."""
+        """Create the random stream anew, so that equal seeds give equal times, and draw the time of the first job."""
         self.number, self.random = -1, stream(self.seed, self.path)
         self.internal()
 
@@ -79,11 +79,11 @@ class Processor(Atomic):
         self.duration = duration
 
     def start(self) -> None:
-        """Start idle."""
+        """Start with no job in process."""
         self.job: Job | None = None
 
     def external(self, e: int, x: Bag) -> None:
-        """Accept the first arriving job if idle."""
+        """Accept the first arriving job if no job is in process."""
         if self.job is None:
             self.job = x[self.into][0]
             self.hold_in(self.duration)
@@ -94,7 +94,7 @@ class Processor(Atomic):
             self.done.send(self.job)
 
     def internal(self) -> None:
-        """Become idle."""
+        """Become idle after the finished job was sent."""
         self.job = None
         self.passivate()
 
@@ -109,7 +109,7 @@ class Transducer(Atomic):
         self.span = span
 
     def start(self) -> None:
-        """Start counting at zero."""
+        """Start with both counts at zero."""
         self.arrivals, self.solutions, self.last = 0, 0, Tag(0)
         self.hold_in(self.span)
 
@@ -128,7 +128,7 @@ class Transducer(Atomic):
         self.stop.send(ObservationEnd())
 
     def internal(self) -> None:
-        """Schedule nothing more."""
+        """Schedule nothing more after the end of the observation."""
         self.passivate()
 
 

@@ -10,7 +10,7 @@ class Token(Message):
 
 
 class RingStation(Atomic):
-    """Holds tokens for `hold` [ns], then passes them on; `first`: the token that it holds at the start."""
+    """Holds tokens for `hold` [ns], then passes them on; `first`: the token that the station holds at the start."""
 
     into, out = In(Token), Out(Token)
 
@@ -19,24 +19,24 @@ class RingStation(Atomic):
         self.hold, self.first = hold, first
 
     def start(self) -> None:
-        """Hold the first token, if there is one."""
+        """Start with the token `first`, if there is one."""
         self.tokens = (self.first,) if self.first else ()
         self.passed = 0
         if self.tokens:
             self.hold_in(self.hold)
 
     def external(self, e: int, x: Bag) -> None:
-        """Add the received tokens to those that are held, and pass all of them on together."""
+        """Add the received tokens to the held tokens, and pass all of them on together."""
         self.tokens = (*self.tokens, *x[self.into])
         self.hold_in(self.hold)
 
     def output(self) -> None:
-        """Pass on the held tokens."""
+        """Send the held tokens."""
         for token in self.tokens:
             self.out.send(token)
 
     def internal(self) -> None:
-        """Forget the tokens that were passed on."""
+        """Remove the tokens that were passed on."""
         self.passed += len(self.tokens)
         self.tokens = ()
         self.passivate()

@@ -11,7 +11,7 @@ from heavylift.nodes.devs import Atomic, Bag, In, Message, Out, seconds
 
 
 class Colour(StrEnum):
-    """Colour of the light."""
+    """Colour of the traffic light."""
 
     RED = "red"
     GREEN = "green"
@@ -27,7 +27,7 @@ class LightMode(StrEnum):
 
 
 class Take(Message):
-    """A command of the operator to change the mode."""
+    """Command of the operator to switch the traffic light to a mode."""
 
     mode: LightMode
 
@@ -45,7 +45,7 @@ BLINKS = seconds(0.5)
 
 
 class Light(Atomic):
-    """The traffic light; it sends each colour when the colour begins."""
+    """The traffic light; it sends each colour when this colour begins."""
 
     take, show = In(Take), Out(Show)
 

@@ -41,7 +41,7 @@ class Project(NamedTuple):
 
 
 def project_of(rec: Recording, **given: str) -> Project:
-    """Return the project data of the scene; values in `given` override them."""
+    """Return the project data of the recorded scene; values in `given` replace those of the scene."""
     known = {name: str(text) for name, text in rec.fact("project", {}).items() if name in Project._fields}
     stated = Project(**known | {name: text for name, text in given.items() if text})
     return stated if stated.date else stated._replace(date=datetime.date.today().isoformat())
@@ -54,8 +54,8 @@ def report(
     force: bool = False,
     **given: str,
 ) -> Path:
-    """Write the document of a recording to a .html, .pdf, .xlsx, .json or .txt file, or its drawings to a .dxf file;
-    raises RecordingError if one of the files cannot be used.
+    """Write the report of a recording to a .html, .pdf, .xlsx, .json or .txt file, or its drawings to a .dxf file;
+    raises RecordingError if a file cannot be read or written.
 
     `verdict`: verdict for a recording that has none (`heavylift report` computes it); `given`: fields of `Project` that
     override those of the scene.
@@ -70,7 +70,7 @@ def report(
 
 
 def report_sheet(rec: Recording, verdict: RecordedVerdict | None = None, pictures: bool = False, **given: str) -> Sheet:
-    """Return the document of a recording as a sheet; `pictures`: include pictures, for printable formats."""
+    """Return the report of a recording as a sheet; `pictures`: include pictures, for formats that can be printed."""
     found, project = facts(rec, verdict), project_of(rec, **given)
     lead, state = _lead(rec, found)
     first, *rest = tables_of(found) or [Table("", ())]
@@ -123,7 +123,8 @@ def _lead(rec: Recording, found: Facts) -> tuple[str, str]:
 
 
 def picture(rec: Recording, draw: Callable[[Recording, Path], Path], title: str) -> Iterator[Chart]:
-    """Yield a figure as a PNG chart, or nothing if the recording lacks the data for it."""
+    """Yield the figure that `draw` makes of a recording as a PNG chart; yield nothing if the recording lacks the
+    data."""
     with tempfile.TemporaryDirectory() as folder:
         try:
             yield Chart(title, draw(rec, Path(folder) / "drawn.png").read_bytes())
@@ -135,7 +136,7 @@ WORST = ("red", "undecided", "amber", "green", "none")
 
 
 def alternatives(a: Facts, b: Facts, pictures: bool = False) -> Sheet:
-    """Return the sheet that compares two recordings with their verdicts."""
+    """Return a sheet that compares two recordings and their verdicts."""
     both, names = (a, b), _names(a, b)
     ends = [[*f.stages[1:], (f.rec.fact("sim_s", 0.0), "")] for f in both]
     stages = [

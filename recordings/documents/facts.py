@@ -25,22 +25,22 @@ class Facts:
 
     @cached_property
     def peaks(self) -> dict[str, Peak]:
-        """Peak tension of each rope, from the recorded result, without the pieces into which ropes are divided."""
+        """Peak tension of each whole rope, as recorded; pieces of ropes are omitted."""
         return {name: peak for name, peak in recorded_peaks(self.rec).items() if "~" not in name}
 
     @cached_property
     def stages(self) -> list[tuple[float, str]]:
-        """The begin [s] and the name of each stage."""
+        """The begin [s] and the name of each stage of the run."""
         return [*self.rec.stages()]
 
     def stage_at(self, t: float) -> str:
-        """Return the name of the stage at a time [s]."""
+        """Return the name of the stage of the run at a time [s]."""
         return next((name for at, name in reversed(self.stages) if at <= t), "")
 
 
 def facts(rec: Recording, verdict: RecordedVerdict | None = None) -> Facts:
-    """Return the data from which a report is made; `verdict` is used if the recording has none. Raises RecordingError
-    for a recording of a DEVS model."""
+    """Return the data from which a report is made; raises RecordingError for a recording of a DEVS model. `verdict`:
+    used if the recording contains no verdict."""
     with rec.reading():
         if "model" in rec.run:
             raise RecordingError(
@@ -86,7 +86,8 @@ def scene_table(rec: Recording, plan: dict[str, Any]) -> list[tuple[str, str]]:
 
 
 def block_rows(plan: dict[str, Any]) -> list[tuple[str, list[float], str]]:
-    """Return the properties of the block as rows: name, one or three numbers, unit; u, v, w are the block's axes."""
+    """Return the properties of the block as rows (name, one or three numbers, unit); u, v, w are the axes of the
+    block."""
     block = machines.block(plan)
     if not block:
         return []

@@ -129,6 +129,6 @@ TABLES: tuple[Callable[[Facts], Iterable[Table]], ...] = (
 
 
 def tables_of(found: Facts) -> list[Table]:
-    """Return all tables that have rows, in reading order."""
+    """Return all tables of a report that have rows, in reading order."""
     with found.rec.reading():
         return [table for make in TABLES for table in make(found) if table.rows]

@@ -18,7 +18,7 @@ SCALES = [a * 10.0**k for k in range(1, 5) for a in (1.0, 1.25, 1.5, 2.0, 2.5, 3
 
 
 class Path(NamedTuple):
-    """A line through points (n, 2), or the outline of a filled area."""
+    """A polyline through points (n, 2) or, if filled, the outline of an area."""
 
     points: Floats
     style: Style
@@ -26,7 +26,7 @@ class Path(NamedTuple):
 
 
 class Text(NamedTuple):
-    """A text at a point on paper; `angle` [deg]."""
+    """A text placed at a point on paper; `angle` of its baseline [deg]."""
 
     at: tuple[float, float]
     words: str
@@ -37,7 +37,8 @@ class Text(NamedTuple):
 
 
 class DimensionLine(NamedTuple):
-    """A dimension between two points, horizontal (h) or vertical (v), whose dimension line is at y or x = `at`."""
+    """A dimension between two points: horizontal (h) with its dimension line at y = `at`, or vertical (v) with its
+    dimension line at x = `at`."""
 
     a: tuple[float, float]
     b: tuple[float, float]
@@ -51,7 +52,7 @@ Item = Path | Text | DimensionLine
 
 @dataclass
 class View:
-    """The items of a view drawn at scale 1 : `scale`, in coordinates of its own whose origin is at `place` on the
+    """A view drawn at scale 1 : `scale`: its items are in coordinates of the view, whose origin is at `place` on the
     sheet."""
 
     title: str
@@ -61,12 +62,12 @@ class View:
     centre: tuple[float, float] = (0.0, 0.0)  # of its items, where it keeps its place at another scale
 
     def paper(self, points: Floats) -> Floats:
-        """Convert points (..., 2) from [m] to positions on paper [mm]."""
+        """Convert points (..., 2) [m] to positions on paper [mm]."""
         out: Floats = points * 1e3 / self.scale
         return out
 
     def length(self, mm: float) -> str:
-        """Return the true length that corresponds to a distance on paper [mm], as text in metres."""
+        """Return the true length of a distance on paper [mm], as text in metres."""
         return f"{abs(mm) * self.scale / 1e3:.2f}"
 
     def across(self, a: Floats, b: Floats, at: float, words: str = "") -> None:
@@ -113,7 +114,8 @@ def _turn(a: tuple[float, ...], b: tuple[float, ...], c: tuple[float, ...]) -> f
 
 
 def clipped(outline: Floats, low: Floats, high: Floats) -> Floats:
-    """Return the part of a convex outline that lies within a box (Sutherland and Hodgman); empty if there is none."""
+    """Return the part of a convex outline inside a box (Sutherland and Hodgman); empty if the outline is outside the
+    box."""
     for axis in (0, 1):
         for sign, bound in ((1.0, high[axis]), (-1.0, -low[axis])):
             kept = list[Floats]()
@@ -139,7 +141,7 @@ def points_of(item: Item) -> Floats:
 
 
 def parts(item: Item) -> Sequence[Path | Text]:
-    """Return the lines and texts of which an item consists."""
+    """Return the lines and texts of which an item of a drawing consists."""
     return _dimension(item) if isinstance(item, DimensionLine) else (item,)
 
 

@@ -29,7 +29,7 @@ Kind = Literal["block", "deck", "hook", "frame", "crane", "world"]
 
 
 class DrawnSolid(NamedTuple):
-    """A solid to draw: its kind, its body, and its corners (8, 3) [m]."""
+    """A solid in a drawing: its kind, its body, and its corners (8, 3) [m]."""
 
     kind: Kind
     body: str
@@ -37,7 +37,7 @@ class DrawnSolid(NamedTuple):
 
 
 class DrawnLine(NamedTuple):
-    """A straight part of a rope to draw, with its tension [N]; `sling`: whether the rope is a sling."""
+    """A straight part of a rope in a drawing, with its tension [N]; `sling`: whether the rope is a sling."""
 
     rope: str
     a: Floats
@@ -47,7 +47,7 @@ class DrawnLine(NamedTuple):
 
 
 class DrawnHook(NamedTuple):
-    """A hook block to draw: position of its eye, and the slewing axis of its crane, if there is one."""
+    """A hook block in a drawing: position of its eye, and the slewing axis of its crane, if the crane slews."""
 
     rope: str
     eye: Floats
@@ -55,8 +55,8 @@ class DrawnHook(NamedTuple):
 
 
 class DrawnInstant(NamedTuple):
-    """The drawn data of one instant: time [s] and positions; mass [kg] of the block; the smallest clearance if it
-    occurs at this time."""
+    """Everything drawn of one instant of a run: time [s], solids, ropes and hooks; mass of the block [kg]; the smallest
+    clearance of the run if it occurs at this instant."""
 
     title: str
     t: float
@@ -70,12 +70,12 @@ class DrawnInstant(NamedTuple):
     afloat: bool
 
     def of(self, *kinds: str) -> Floats:
-        """Return the corners (n, 3) of all solids of these kinds."""
+        """Return the corners (n, 3) [m] of all solids of these kinds."""
         return np.concatenate([np.zeros((0, 3)), *(x.corners for x in self.solids if x.kind in kinds)])
 
 
 def instants_of(rec: Recording, verdict: RecordedVerdict | None) -> list[DrawnInstant]:
-    """Return the key instants of a recording with all positions; empty if no load is suspended."""
+    """Return the key instants of a recording with the positions of all drawn objects; empty if no load is suspended."""
     plan = msgspec.json.decode(rec.attachments.get("resolved.json", b"{}"))
     if not _hooks(plan) or "/poses" not in rec.topics:
         return []
@@ -156,8 +156,8 @@ def instant(
     hanging: Collection[str],
     near: Clearance | None = None,
 ) -> DrawnInstant:
-    """Return what is drawn of a plan (as plain data) with its bodies at the given poses (7,); `hanging`: machines that
-    hang on the hooks of other machines."""
+    """Return everything drawn of a plan (as plain data) with its bodies at the given poses (7,). `hanging`: machines
+    that hang on the hooks of other machines."""
 
     def world(body: str, p: object) -> Floats:
         pose, point = poses.get(body), np.asarray(p, np.float64)

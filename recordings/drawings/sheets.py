@@ -91,7 +91,8 @@ CELLS = (0.0, 62.0, 150.0, 202.0, 242.0, SIZE[0])
 
 
 def svg_alone(view: View, room: tuple[float, float]) -> str:
-    """Return a view as SVG, centred on its own sheet of this size [mm], or larger if its items need it."""
+    """Return a view as SVG, centred on a sheet of the size `room` [mm]; the sheet is larger if the items of the view
+    need more space."""
     points = np.concatenate([points_of(item) for item in view.items])
     low, high = points.min(axis=0), points.max(axis=0)
     width, height = np.maximum(high - low + 2 * MARGIN, room).tolist()
@@ -100,7 +101,7 @@ def svg_alone(view: View, room: tuple[float, float]) -> str:
 
 
 class Drawing(NamedTuple):
-    """A drawing: views on a sheet, the last of which is the frame with the title block."""
+    """A drawing: the views on a sheet; the last view is the frame with the title block."""
 
     title: str
     views: list[View]
@@ -187,8 +188,8 @@ def write_dxf(
     project: Mapping[str, str],
     force: bool = False,
 ) -> FilePath:
-    """Write the drawings of a recording to a .dxf file; raises RecordingError if the library for it is missing or
-    nothing is suspended."""
+    """Write the drawings of a recording to a .dxf file; raises RecordingError if ezdxf is not installed or no load is
+    suspended."""
     path = output_path(out, "a drawing", ENDINGS)
     missing = "drawings as DXF need ezdxf: pip install 'heavylift[drawings]'; or write the report as .html or .pdf"
     library: Any = extra("ezdxf", RecordingError(missing))

@@ -29,7 +29,7 @@ LEVEL = 0.02  # [m] below which a height is no dimension
 
 
 def main_axis(x: DrawnInstant) -> Floats:
-    """Return the horizontal direction (3,) that points to the right in all views."""
+    """Return the horizontal direction (3,) that points to the right in every view."""
     hook = next((hook for hook in x.hooks if hook.axis is not None), None)
     if hook is not None and hook.axis is not None:
         distance = (hook.eye - hook.axis) * [1.0, 1.0, 0.0]
@@ -41,7 +41,7 @@ def main_axis(x: DrawnInstant) -> Floats:
 
 
 def general(x: DrawnInstant, room: tuple[float, float]) -> tuple[View, View]:
-    """Return plan and elevation at one scale, one above the other, with dimensions, fitted into `room` [mm]."""
+    """Return the plan and the elevation below each other, with dimensions, at one scale that fits `room` [mm]."""
     h = main_axis(x)
     v = np.cross(UP, h)
     seen = x.of("crane", "block", "hook", "frame")
@@ -53,8 +53,8 @@ def general(x: DrawnInstant, room: tuple[float, float]) -> tuple[View, View]:
 
 
 def three(x: DrawnInstant, room: tuple[float, float]) -> tuple[View, View, View]:
-    """Return plan and two elevations, each at the scale that fits `room` [mm]; the second elevation shows the first
-    from its right-hand side."""
+    """Return a plan and two elevations, each at the scale that fits `room` [mm]; the second elevation looks at the
+    first one from its right-hand side."""
     h = main_axis(x)
     v = np.cross(UP, h)
     seen = x.of("crane", "block", "hook", "frame")
@@ -174,7 +174,7 @@ def _plan(x: DrawnInstant, view: View, h: Floats, v: Floats) -> View:
 
 
 def clipped_line(points: Floats, low: Floats, high: Floats) -> Floats:
-    """Return that part of a line which lies within a box."""
+    """Return the points of a line that lie inside a box."""
     inside: Floats = points[((points >= low) & (points <= high)).all(axis=1)]
     return inside
 
@@ -229,7 +229,7 @@ def _spread(points: list[Floats], axis: int) -> list[Floats]:
 
 
 def rigging(x: DrawnInstant, room: tuple[float, float]) -> View:
-    """Return the rigging sketch: block, slings and hooks in detail, with tension and angle of each rope."""
+    """Return the rigging sketch: block, slings and hooks in detail, with the tension and angle of each rope."""
     h = main_axis(x)
     axes = np.column_stack([h, UP])
     seen = np.concatenate(

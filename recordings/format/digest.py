@@ -29,7 +29,7 @@ IN_MEMORY = 1 << 20  # bytes; what is more goes into a file
 
 
 class Spool:
-    """Append-only temporary storage; `what` names its content in the error for a full disk."""
+    """Temporary storage to which data can only be appended. `what`: name of the data, for the error of a full disk."""
 
     def __init__(self, what: str) -> None:
         self._file = tempfile.SpooledTemporaryFile(IN_MEMORY)  # noqa: SIM115 - closed with its last reference
@@ -51,7 +51,8 @@ class Spool:
         self._size += len(data)
 
     def read(self, size: int, at: int | None = None) -> bytes:
-        """Return `size` bytes from a position, by default from where the last read ended; fewer at the end."""
+        """Return `size` bytes from the position `at` (None: from the end of the last read); fewer bytes at the end of
+        the data."""
         self._end = False
         if at is not None:
             self._file.seek(at)
@@ -65,7 +66,7 @@ _BLOCK = 4096  # rows that are read back at once
 
 
 class Digest:
-    """Digest of a run, computed step by step and independent of the order of calls."""
+    """Digest of a run, computed step by step; events, samples and notes may be added in any order."""
 
     def __init__(self) -> None:
         self._events, self._rows = _Sorted(), _RowHashes()
@@ -79,19 +80,19 @@ class Digest:
         self._events.add((t_ns, k, source, port, index, type, payload))
 
     def samples(self, number: int, t_ns: int, row: bytes, lift: str = "") -> None:
-        """Add a sample row with its number, for all lifts or a single one: simulation time [ns] and the row's float64
-        bytes."""
+        """Add a sample row: its number, simulation time [ns] and float64 bytes. `lift`: the single lift to which the
+        row belongs, "" for rows of all lifts."""
         self._total = ""
         rows = self._lifts.setdefault(lift, _RowHashes()) if lift else self._rows
         rows.add(number, hashlib.sha256(_NUMBERS.pack(number, t_ns) + row).digest())
 
     def note(self, number: int, t_ns: int, sentence: str) -> None:
-        """Add a note of the sampling node with its number."""
+        """Add a note of the node that sends samples: its number, simulation time [ns] and sentence."""
         self._total = ""
         self._notes[number] = hashlib.sha256(msgspec.msgpack.encode((number, t_ns, sentence))).digest()
 
     def hexdigest(self) -> str:
-        """Return the SHA-256 of everything added so far, as hexadecimal text."""
+        """Return the SHA-256 hash of everything added so far, as hexadecimal text."""
         if self._total:
             return self._total
         total = hashlib.sha256(_NUMBERS.pack(self._events.count, self._rows.count))

@@ -16,7 +16,7 @@ Data = dict[str, Any]
 
 
 class HookMachine(NamedTuple):
-    """A machine with hooks: mass [kg] that permanently hangs on each rope, and the machine's configuration in words."""
+    """A machine with hooks: the dead load [kg] on each rope, and the configuration of the machine in words."""
 
     name: str
     dead: dict[str, float]
@@ -34,14 +34,14 @@ def cranes(plan: Data) -> list[HookMachine]:
 
 
 def plan_of(attachments: Mapping[str, bytes]) -> Data:
-    """Return the recorded plan as plain data; empty if there is none."""
+    """Return the recorded plan as plain data; empty if the recording has no plan."""
     found: Data = msgspec.json.decode(attachments.get("resolved.json") or b"{}")
     return found
 
 
 def unread(plan: Data) -> str:
-    """Return a sentence if the plan is of an earlier version whose cranes, slings and block cannot be read; otherwise
-    ""."""
+    """Return a sentence if the plan comes from an earlier version, so that its cranes, slings and block cannot be read;
+    "" otherwise."""
     if not plan or "machines" in plan:
         return ""
     return "of an earlier version: cranes, slings and block are not listed; run the scene again for them"
@@ -66,7 +66,8 @@ FACTS = ("asked", "modelled", "steps")  # names of the lines
 
 
 def settings(run: Mapping[str, str]) -> dict[str, str]:
-    """Return the settings of a run as lines of text by name, from its recorded facts; missing ones are omitted."""
+    """Return the settings of a run as lines of text by name, from the facts of its recording; settings that were not
+    recorded are omitted."""
     asked = run.get("asked", "")
     found = {}
     if asked:

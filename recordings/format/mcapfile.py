@@ -38,8 +38,7 @@ FOOTER = struct.Struct("<BQQQ")
 
 
 class McapFile:
-    """Writer of an MCAP file to `stream`, from its beginning; `finish` writes the summary and leaves the stream
-    open."""
+    """Writer of a new MCAP file to `stream`; `finish` writes the summary but does not close the stream."""
 
     def __init__(self, stream: BinaryIO, library: str) -> None:
         self._stream, self._place, self._crc = stream, 0, 0
@@ -59,13 +58,13 @@ class McapFile:
         self._record(r.Header(profile="", library=library))
 
     def metadata(self, name: str, facts: Mapping[str, str]) -> None:
-        """Write a metadata record."""
+        """Write a record of metadata."""
         self._close_chunk()
         offset, length = self._record(r.Metadata(name=name, metadata=dict(facts)))
         self._metadata.append(r.MetadataIndex(offset=offset, length=length, name=name))
 
     def attachment(self, create_ns: int, name: str, media: str, data: bytes) -> None:
-        """Attach a file."""
+        """Write a file as an attachment of the recording."""
         self._close_chunk()
         record = r.Attachment(create_time=create_ns, log_time=0, name=name, media_type=media, data=data)
         offset, length = self._record(record)
@@ -82,13 +81,13 @@ class McapFile:
         )
 
     def schema(self, name: str, language: str, data: bytes) -> int:
-        """Add a schema and return its number."""
+        """Write a schema and return its number."""
         self._schemas.append(r.Schema(id=len(self._schemas) + 1, data=data, encoding=language, name=name))
         self._chunk += _bytes(self._schemas[-1])
         return len(self._schemas)
 
     def channel(self, topic: str, encoding: str, schema: int, facts: Mapping[str, str]) -> int:
-        """Add a channel whose messages have the schema of this number, and return the channel's number."""
+        """Add a channel whose messages have the schema with the given number; return the number of the channel."""
         number = len(self._channels) + 1
         record = r.Channel(id=number, topic=topic, message_encoding=encoding, metadata=dict(facts), schema_id=schema)
         self._channels.append(record)
@@ -228,8 +227,8 @@ READERS = {"heavylift", "__main__", "mcap", "msgspec", "zstandard", "google", "n
 
 
 def failing(error: BaseException) -> str:
-    """Return the name of the library whose failed import or defect caused an error; "" if damaged bytes caused the
-    error."""
+    """Return the name of the library that caused an error, by a failed import or a defect; "" if damaged data caused
+    the error."""
     if isinstance(error, ImportError):
         return (error.name or str(error)).partition(".")[0]
     if isinstance(error, AttributeError) and isinstance(error.obj, ModuleType):
@@ -243,7 +242,7 @@ def failing(error: BaseException) -> str:
 
 
 def refused(error: BaseException) -> str:
-    """Return a sentence for an error of the operating system (disk, memory); "" for other errors."""
+    """Return a sentence about an error that disk or memory caused; "" for other errors."""
     if isinstance(error, MemoryError):
         return "there is too little memory; end other programs and try again"
     if isinstance(error, OSError) and error.errno not in (None, errno.EINVAL, errno.EOVERFLOW):

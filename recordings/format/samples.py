@@ -37,7 +37,7 @@ _PAIRS = {"m or rad": ("m", "rad"), "m/s or rad/s": ("m/s", "rad/s"), POSE_UNIT:
 
 
 class SamplerNote(msgspec.Struct, frozen=True, array_like=True):
-    """A sentence for the user from the node that sends samples, with its number and simulation time [ns]."""
+    """A note for the user from the node that sends samples: number, simulation time [ns] and sentence."""
 
     number: int
     t_ns: int
@@ -59,12 +59,12 @@ _decode_batch = msgspec.msgpack.Decoder(_Wire).decode
 
 
 def reeved(part: str) -> str:
-    """Return the name of the rope over sheaves to which a part belongs."""
+    """Return the name of the rope over sheaves to which a rope part belongs."""
     return part.rpartition(".")[0]
 
 
 def unit_of(unit: str, column: str) -> str:
-    """Return the unit of one column of a signal that has both positions and angles, or both of their rates."""
+    """Return the unit of one column of a signal whose unit depends on the column, such as "m or rad"."""
     along, turning = _PAIRS.get(unit, (unit, unit))
     last = column.rpartition(".")[2]
     if along != turning and _QUATERNION.fullmatch(last):
@@ -84,8 +84,9 @@ class SampleChannel(msgspec.Struct, frozen=True):
 
 
 class SampleLayout(msgspec.Struct, frozen=True):
-    """Channels of a sample row. `recalled`: number of first rows that come from another recording; `most`: the largest
-    value of each column in that recording. `lifts`: by lift, the layout of its own rows, written at its events."""
+    """Layout of sample rows: their channels. `recalled`: number of leading rows that come from another recording;
+    `most`: the largest value of each column in that recording; `lifts`: layouts of the rows of single lifts, which are
+    written at events of the lift."""
 
     channels: list[SampleChannel]
     recalled: int = 0
@@ -102,7 +103,8 @@ class SampleLayout(msgspec.Struct, frozen=True):
         return next((channel for channel in self.channels if channel.topic == topic), None)
 
     def check(self) -> "SampleLayout":
-        """Return the layout; raises RecordingError unless topics are unique and names match columns."""
+        """Return the layout unchanged; raises RecordingError unless its topics are unique and each column has a
+        name."""
         topics: set[str] = set()
         for channel in self.channels:
             columns = channel.stop - channel.start
@@ -122,7 +124,7 @@ class SampleLayout(msgspec.Struct, frozen=True):
 
 
 class Batch(msgspec.Struct, frozen=True):
-    """Consecutive samples: number of the first one, simulation times [ns], rows (n, width); and notes.
+    """Consecutive samples: number of the first sample, simulation times [ns], rows (n, width), and notes.
 
     `period` [ns]: 0 for actual samples, otherwise these are predicted samples with this period, valid unless an event
     occurs. `lift`: the single lift to which they belong; "" for samples of all lifts.
@@ -157,7 +159,7 @@ def decode_batch(payload: bytes, layout: SampleLayout) -> Batch:
 
 
 class Field(msgspec.Struct, frozen=True):
-    """Storage of a signal in the messages of `/samples`: name of the signal, message field, unit, and a name for each
+    """Place of a signal in the messages of `/samples`: name of the signal, message field, unit, and a name for each
     column."""
 
     signal: str
@@ -167,7 +169,8 @@ class Field(msgspec.Struct, frozen=True):
 
 
 def sample_fields(channels: Sequence[SampleChannel]) -> list[Field]:
-    """Return the message fields for these channels; `rope/peak_time` becomes rope_peak_time."""
+    """Return the message fields for these channels; the field of the channel `rope/peak_time` is called
+    rope_peak_time."""
     fields: list[Field] = []
     taken: set[str] = set()
     for channel in channels:
@@ -198,8 +201,8 @@ NOTHING = -40  # power of two of what is no value
 
 
 class Columns:
-    """The columns that are recorded of rows with one layout: `fields` of numbers, then `bodies` with seven columns
-    each."""
+    """The recorded columns of rows with one layout: `fields` of numbers, followed by seven columns for each of the
+    `bodies`."""
 
     def __init__(self, layout: SampleLayout) -> None:
         poses = [channel for channel in layout.channels if channel.topic.startswith(POSE)]
@@ -220,7 +223,7 @@ class Columns:
         return len(self._columns)
 
     def spread(self, recorded: NDArray[np.float64], width: int) -> NDArray[np.float64]:
-        """Return full rows (n, width) from recorded ones; columns that are not recorded are 0."""
+        """Return full rows (n, width) that contain the recorded columns; all other columns are 0."""
         rows = np.zeros((len(recorded), width))
         rows[:, self._columns] = recorded
         return rows
@@ -242,7 +245,7 @@ def _picked(channel: SampleChannel) -> tuple[SampleChannel, list[int]]:
 
 
 class Rounding:
-    """Rounding of the columns of these channels; the object must be called with the rows of a run in their order."""
+    """Rounding of the columns of these channels; must be applied to the rows of a run in order."""
 
     def __init__(self, channels: list[SampleChannel], recalled: int = 0, most: Sequence[float] = ()) -> None:
         """Prepare the rounding; the first `recalled` rows are rounded already, and `most` are the largest values of

@@ -49,8 +49,8 @@ def stamp_bytes(times: Sequence[int]) -> NDArray[np.uint8]:
 
 
 class Template:
-    """Template of messages that differ only in numbers and time; `build(timestamp, numbers)` creates one with the
-    protobuf library; `stamps`: number of places that hold the time."""
+    """Template of messages that differ only in numbers and time. `build(timestamp, numbers)`: function that makes one
+    message with the protobuf library; `stamps`: number of places in the message that hold the time."""
 
     def __init__(self, build: Callable[[Timestamp, list[float]], Message], numbers: int, stamps: int) -> None:
         markers = b"".join(struct.pack("<HIH", 0xA7F5, i, 0x7E5A) for i in range(numbers))  # finite doubles
@@ -146,8 +146,8 @@ def file_descriptor_set(descriptor: Descriptor) -> bytes:
 
 
 class RecordedEvent(msgspec.Struct, frozen=True):
-    """An event on a port of a coupled model, or a state change in a simulated System; `value`: its message as plain
-    data."""
+    """An event on a port of a coupled model, or a state change in a simulated System; `value`: the message of the event
+    as plain data."""
 
     t_ns: int
     microstep: int
@@ -164,7 +164,8 @@ class RecordedEvent(msgspec.Struct, frozen=True):
 
 
 def event_schema(value: Mapping[str, object]) -> bytes:
-    """Return the JSON Schema of an event record whose `value` has the given schema; its $defs move to the root."""
+    """Return the JSON Schema of an event record whose `value` has the given schema; the $defs of the given schema move
+    to the root."""
     inner = {name: part for name, part in value.items() if name != "$defs"}
     schema = _record(
         t_ns=INTEGER, microstep=INTEGER, source=STRING, port=STRING, index=INTEGER, type=STRING, value=inner

@@ -31,7 +31,7 @@ OPTIONAL = {"drives": ("stiffness", "damping"), "ropes": ("mass per length", "ma
 
 
 def old_parts(parts: dict[str, Any]) -> Iterator[tuple[tuple[str, ...], tuple[str, ...]]]:
-    """Yield, for the parts of a machine, the former and the present path of everything that is now under `elastic`."""
+    """Yield, for each part of a machine that is now written under `elastic`, its former and its present path."""
     sections = {key: x for key in (GIRDERS, *OPTIONAL) if isinstance(x := parts.get(key), dict)}
     for name in sections.pop(GIRDERS, {}):
         yield (GIRDERS, name), ("elastic", name)
@@ -42,8 +42,8 @@ def old_parts(parts: dict[str, Any]) -> Iterator[tuple[tuple[str, ...], tuple[st
 
 
 def old_type(data: dict[str, Any]) -> bool:
-    """Let a crane type of the former goliath family extend the smallest type of that family; return whether it belongs
-    to the family."""
+    """Convert a crane type of the former family goliath so that it extends the smallest type of that family; return
+    whether the type belonged to the family."""
     if data.get("family") != FAMILY:
         return False
     del data["family"]
@@ -53,15 +53,15 @@ def old_type(data: dict[str, Any]) -> bool:
 
 
 def driven(actuator: str) -> str:
-    """Return the planners' name of the part that an actuator moves, such as a crane or a trolley; without one, the
-    actuator's name."""
+    """Return the name, for reports, of the part that an actuator moves, such as a crane or a trolley; if the part has
+    no such name, the name of the actuator."""
     crane, called = called_of(actuator)
     return f"the {called} of {crane}" if called else crane
 
 
 def called_of(actuator: str) -> tuple[str, str]:
-    """Return the machine of an actuator and the name of the moved part for planners; if the part has no such name, the
-    actuator's own name and ""."""
+    """Return the machine of an actuator and the name, for reports, of the part that the actuator moves; if the part has
+    no such name, the name of the actuator and ""."""
     name = actuator.removesuffix(".drive")
     crane, _, axis = name.rpartition(".")
     return (crane, CALLED[axis]) if name != actuator and axis in CALLED else (actuator, "")

@@ -14,7 +14,7 @@ MOST = 30  # names in a sentence
 
 
 def shown(data: T) -> T:
-    """Return foreign data in which every text is a single printable line."""
+    """Return data from an unknown source with each text converted to a single printable line."""
     made: Any = data
     if isinstance(data, str):
         made = printable(data, keep=SPACES)
@@ -26,14 +26,16 @@ def shown(data: T) -> T:
 
 
 def cell(value: object) -> object:
-    """Return a value as a CSV cell: one line, with an apostrophe before text that a spreadsheet would evaluate."""
+    """Return a value as a CSV cell: a single line, with an apostrophe before a text that a spreadsheet would evaluate
+    as a formula."""
     if not isinstance(value, str):
         return value
     return f"'{shown(value)}" if value.lstrip()[:1] in FORMULAS else shown(value)
 
 
 def meant(name: str, names: Sequence[str]) -> str:
-    """Return a question with the known names most similar to a given name, or a list of all names."""
+    """Return the question "did you mean ...?" with the known names most similar to a given name; if none is similar, a
+    list of all names."""
     lower = {x.lower(): x for x in names}
     near = [lower[x] for x in get_close_matches(name.lower(), lower, n=3, cutoff=0.7)]
     if near:

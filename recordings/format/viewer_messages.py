@@ -96,8 +96,8 @@ def boxes_of(data: bytes) -> list[DrawnBox]:
 
 
 def log_message(t_ns: int, level: str, name: str, message: str, number: int = 0) -> bytes:
-    """Return a foxglove.Log message; level: debug, info, warning, error, fatal; `number` of a note, stored in the field
-    `line`."""
+    """Return a foxglove.Log message. `level`: debug, info, warning, error or fatal; `number`: number of a note, stored
+    in the field `line`."""
     log = Log(timestamp=stamp(t_ns), level=Log.Level.Value(level.upper()), name=name, message=message, line=number)
     return bytes(log.SerializeToString())
 
@@ -134,8 +134,8 @@ def ropes_template(lines: int) -> Template:
 
 
 def turned(q: Floats, points: Floats) -> Floats:
-    """Return points (..., 3) rotated by unit quaternions (..., 4) with components x y z w: x + 2 u x (u x x + w x) for
-    q = (u, w)."""
+    """Return points (..., 3) rotated by unit quaternions q (..., 4) = (x, y, z, w): with u = (x, y, z), the result is p
+    + 2 u x (u x p + w p)."""
     u, w = q[..., :3], q[..., 3:]
     out: Floats = points + 2.0 * _cross(u, _cross(u, points) + w * points)
     return out
@@ -148,13 +148,13 @@ def _cross(a: Floats, b: Floats) -> Floats:
 
 
 def corners(box: DrawnBox) -> Floats:
-    """Return the corners (8, 3) [m] of a shape in the frame of its body; for a ball or cylinder, those of its bounding
-    box."""
+    """Return the corners (8, 3) [m] of a shape in the frame of its body; for a ball or cylinder, the corners of its
+    bounding box."""
     return np.array(box.centre) + turned(np.array(box.turn), CORNERS * np.array(box.size))
 
 
 class Ropes:
-    """Rope lines that move with their bodies."""
+    """Rope lines whose ends move with their bodies, and their drawing messages."""
 
     def __init__(self, lines: Sequence[RopeLine], bodies: Sequence[str]) -> None:
         rank = {WORLD: len(bodies), **{body: i for i, body in enumerate(bodies)}}
@@ -166,15 +166,16 @@ class Ropes:
         self._drawn = np.full((len(bodies), 7), np.inf)
 
     def moved(self, poses: NDArray[np.float64]) -> bool:
-        """Return whether a body has moved since rope lines were drawn at `poses`; if so, the present poses count as
-        drawn."""
+        """Return whether a body has moved since the rope lines were drawn last; if so, the lines count as drawn at
+        `poses`."""
         moved = bool(np.abs(poses - self._drawn).max(initial=0.0) >= STILL)
         if moved:
             self._drawn = poses
         return moved
 
     def messages(self, times: Sequence[int], poses: NDArray[np.float64]) -> NDArray[np.uint8]:
-        """Return SceneUpdates (n, bytes) at these times [ns], for poses (n, bodies, 7) [m, quaternion x y z w]."""
+        """Return SceneUpdate messages (n, bytes) of the rope lines at these times [ns], for the poses (n, bodies, 7) of
+        the bodies [m, quaternion x y z w]."""
         ground = np.broadcast_to(self._ground, (len(poses), 1, 7))
         pose = np.concatenate([poses, ground], axis=1)[:, self._body]
         places = pose[:, :, :3] + turned(pose[:, :, 3:], self._points)

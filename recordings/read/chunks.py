@@ -38,7 +38,7 @@ READERS: dict[int, Callable[[ReadDataStream], object]] = {
 
 
 class RawMessage(NamedTuple):
-    """A message as stored in the file."""
+    """A message as stored in an MCAP file."""
 
     channel: int
     sequence: int
@@ -56,8 +56,8 @@ class MessageTable(NamedTuple):
 
 
 def unpacked(chunk: Chunk) -> bytes:
-    """Return the records of a chunk as bytes; raises ValueError if the chunk is too large, damaged or of an unknown
-    compression."""
+    """Return the uncompressed records of a chunk; raises ValueError if the chunk is too large, damaged, or compressed
+    in an unknown way."""
     size = chunk.uncompressed_size
     if size > LIMIT:
         raise ValueError(f"a chunk of {size} bytes exceeds the size limit")
@@ -75,8 +75,8 @@ def unpacked(chunk: Chunk) -> bytes:
 
 
 def records(data: bytes, place: int = 0) -> Iterator[tuple[int, int, int]]:
-    """Yield opcode, begin and end of the content of each record in an unpacked chunk; raises ValueError for an
-    incomplete record."""
+    """Yield the opcode, and the begin and end of the content, of each record in an uncompressed chunk; raises
+    ValueError for an incomplete record."""
     while place < len(data):
         opcode, length = RECORD.unpack_from(data, place)
         begin, place = place + RECORD.size, place + RECORD.size + length
@@ -86,7 +86,7 @@ def records(data: bytes, place: int = 0) -> Iterator[tuple[int, int, int]]:
 
 
 def attached(body: bytes) -> Attachment:
-    """Return an attachment from its record; raises ValueError if its checksum is wrong."""
+    """Return the attachment in an attachment record; raises ValueError if its checksum is wrong."""
     if body[-4:] not in (bytes(4), struct.pack("<I", zlib.crc32(body[:-4]))):
         raise ValueError("an attachment's checksum is wrong")
     found: Attachment = Attachment.read(ReadDataStream(BytesIO(body)))
@@ -94,12 +94,12 @@ def attached(body: bytes) -> Attachment:
 
 
 def numbers_of(data: bytes) -> Iterator[int]:
-    """Yield the channel number of each message in an unpacked chunk."""
+    """Yield the channel number of each message in an uncompressed chunk."""
     return (data[begin] | data[begin + 1] << 8 for opcode, begin, _ in records(data) if opcode == Opcode.MESSAGE)
 
 
 def messages_of(data: bytes, channels: set[int]) -> Iterator[RawMessage]:
-    """Yield the messages of these channels in a decompressed chunk."""
+    """Yield the messages of these channels in an uncompressed chunk."""
     for opcode, begin, end in records(data):
         if opcode == Opcode.MESSAGE and data[begin] | data[begin + 1] << 8 in channels:
             channel, sequence, log_time, publish_time = MESSAGE.unpack_from(data, begin)
@@ -107,8 +107,8 @@ def messages_of(data: bytes, channels: set[int]) -> Iterator[RawMessage]:
 
 
 def tables_of(data: bytes, channels: set[int]) -> Iterator[MessageTable]:
-    """Yield the messages of these channels in an unpacked chunk as tables of messages with equal length, one row of
-    bytes each."""
+    """Yield the messages of these channels in an uncompressed chunk as tables; a table contains messages of equal
+    length, one row of bytes for each."""
     flat, place = np.frombuffer(data, np.uint8), 0
     while place < len(data):
         heads: list[tuple[int, int, int]] = []  # of records until a channel recurs: it, begin and end of content
@@ -140,8 +140,9 @@ def tables_of(data: bytes, channels: set[int]) -> Iterator[MessageTable]:
 
 
 def salvaged(stream: BinaryIO, size: int, lost: list[str], beyond: bool = False) -> Iterator[object]:
-    """Yield the readable records of the data section in order, including those in chunks, from the stream's position
-    on; with `beyond` also records after the section. `lost` receives sentences about unreadable parts."""
+    """Yield the readable records of the data section of a damaged file in order, including records inside chunks, from
+    the position of the stream on. `beyond`: also yield records after the data section; `lost`: receives sentences about
+    unreadable parts."""
     room = LIMIT + RATIO * size
     while (place := stream.tell()) < size:
         head = stream.read(RECORD.size)

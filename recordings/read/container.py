@@ -48,7 +48,7 @@ STATED = 300  # characters of what a library says of an error
 
 
 class FileChannel(NamedTuple):
-    """A channel of the file: topic, name of its schema, encoding, metadata, number of messages, schema."""
+    """A channel of an MCAP file: topic, name of its schema, encoding, metadata, number of messages, schema."""
 
     name: str
     schema: str
@@ -59,7 +59,8 @@ class FileChannel(NamedTuple):
 
 
 def is_recording(head: bytes) -> bool:
-    """Return whether these bytes begin an MCAP file, or a file of heavylift whose first bytes are damaged."""
+    """Return whether these are the first bytes of an MCAP file, or of a recording of heavylift whose beginning is
+    damaged."""
     return head.startswith(MAGIC) or head[HEADER:].startswith(GENERATOR.encode())
 
 
@@ -75,7 +76,7 @@ class Container:
 
     @contextmanager
     def reading(self) -> Iterator[None]:
-        """Return a context that turns errors of reading into a RecordingError with a sentence about this file."""
+        """Return a context that converts read errors into a RecordingError with a sentence about this file."""
         try:
             yield
         except RecordingError:
@@ -106,11 +107,11 @@ class Container:
     def _open(self) -> None:
         path = self.path
         if refused := unnamable(path):
-            raise self.error(f"cannot be opened ({refused}); check the name")
+            raise self.error(f"the file cannot be opened ({refused}); check the name")
         if path.is_dir():
-            raise self.error("is a folder; give the name of a recording, such as run.mcap")
+            raise self.error("this is a folder; give the name of a recording, such as run.mcap")
         if path.exists() and not path.is_file():
-            raise self.error("is a pipe or device; save the recording to a file first")
+            raise self.error("this is a pipe or device; save the recording to a file first")
         part = path.with_name(path.name + ".part")
         try:
             self._stream = path.open("rb")
@@ -118,23 +119,23 @@ class Container:
         except FileNotFoundError:
             if part.exists():
                 raise self.error(
-                    f"does not exist, but {part} does: its run is still going or was cut off; "
+                    f"the file does not exist, but {part} does: its run is still going or was cut off; "
                     f"`heavylift recover {part}`"
                 ) from None
-            raise self.error("does not exist; check the name or make it with `heavylift run`") from None
+            raise self.error("the file does not exist; check the name or make it with `heavylift run`") from None
         except OSError as error:
-            raise self.error(f"cannot be opened ({error.strerror}); check its permissions") from None
+            raise self.error(f"the file cannot be opened ({error.strerror}); check its permissions") from None
         self.size = path.stat().st_size
         if self.size == 0:
-            raise self.error("is empty; run the scene again")
+            raise self.error("the file is empty; run the scene again")
         if not is_recording(head := self._stream.read(HEAD)):
-            raise self.error("is not a recording (not an MCAP file); give a file made by `heavylift run`")
+            raise self.error("this is not a recording (not an MCAP file); give a file made by `heavylift run`")
         if not head.startswith(MAGIC):
             raise ValueError("its first bytes are not those of an MCAP file")
         self._stream.seek(max(0, self.size - len(MAGIC)))
         if self.size < 2 * len(MAGIC) + FOOTER.size or self._stream.read() != MAGIC:
             raise self.error(
-                "is cut off: its end is missing, as in the .part file of a run that was killed; "
+                "the file is cut off: its end is missing, as in the .part file of a run that was killed; "
                 f"`heavylift recover {path}` saves what there is"
             )
         self._check_summary()
@@ -165,7 +166,7 @@ class Container:
             raise ValueError("the summary's checksum is wrong")
 
     def damage(self) -> str:
-        """Return what is damaged according to checksums and indexes; "" if all of them agree."""
+        """Return a sentence about the first damage that checksums or indexes show; "" if the file is undamaged."""
         try:
             self._check_data()
             found: Counter[int] = Counter()
@@ -220,7 +221,7 @@ class Container:
         return self._stream.read(body)
 
     def topics(self) -> dict[str, FileChannel]:
-        """Return all channels by topic."""
+        """Return all channels of the file by topic."""
         with self.reading():
             return {
                 shown(x.topic): FileChannel(
@@ -235,7 +236,7 @@ class Container:
             }
 
     def metadata(self) -> dict[str, dict[str, str]]:
-        """Return all metadata records by name."""
+        """Return all metadata records of the file by name."""
         with self.reading():
             found = (
                 Metadata.read(ReadDataStream(BytesIO(self._at(index.offset, index.length, Opcode.METADATA))))
@@ -244,7 +245,7 @@ class Container:
             return {record.name: dict(record.metadata) for record in found}
 
     def attachments(self, wanted: Callable[[str], bool] = lambda name: True) -> dict[str, bytes]:
-        """Return the attached files by name: all of them, or those whose names satisfy `wanted`."""
+        """Return the attached files by name; only those whose names satisfy `wanted`."""
         with self.reading():
             found = (
                 attached(self._at(index.offset, index.length, Opcode.ATTACHMENT))
@@ -261,8 +262,8 @@ class Container:
             yield from found
 
     def tables(self, channels: set[int], only: Sequence[int] | None = None) -> Iterator[MessageTable]:
-        """Yield the messages of these channels as tables of messages with equal length; `only`: numbers, in ascending
-        order, of the messages wanted from each channel; chunks without them are not unpacked."""
+        """Yield the messages of these channels as tables of messages with equal length. `only`: numbers, in ascending
+        order, of the wanted messages of each channel (None: all); chunks without wanted messages are not unpacked."""
         before, wanted = dict.fromkeys(channels, 0), np.array([] if only is None else only, np.int64)
         for index in self._chunks(channels):
             with self.reading():

@@ -32,13 +32,13 @@ EVENT = msgspec.json.Decoder(RecordedEvent).decode
 
 
 class Unknown(ValueError):
-    """Raised for a value that cannot be determined from the file."""
+    """Raised for a value that cannot be determined from the recording."""
 
 
 class Contents:
-    """Contents of a file, computed from its messages in order until `end`: `digest`, `peaks` of ropes from rounded
-    rows, numbers of `events` and `rows`. There is no digest if values are `unknown` or rows are `torn`; both hold
-    sentences."""
+    """Contents of a recording, computed from its messages in order until `end`: `digest`, `peaks` of ropes from rounded
+    rows, numbers of `events` and `rows`. `unknown`, `torn`: sentences about values or rows that are missing, in which
+    case there is no digest."""
 
     def __init__(self) -> None:
         self.peaks: dict[str, Peak] = {}
@@ -49,8 +49,8 @@ class Contents:
         self._notes: list[tuple[int, int, str]] = []
 
     def take(self, topic: str, facts: Mapping[str, str], schema: bytes, t_ns: int, data: bytes) -> None:
-        """Add the next message of a topic that has this metadata, published at this time [ns]; raises an error for
-        damaged bytes."""
+        """Add the next message of a topic to the contents; raises an error for damaged bytes. `facts`: metadata of the
+        topic; `t_ns`: time at which the message was published [ns]."""
         kind, _, lift = topic.removeprefix("/").partition("/")
         if "port" in facts:
             self._event(schema, data)
@@ -70,7 +70,7 @@ class Contents:
 
     @property
     def digest(self) -> str:
-        """Digest of all messages; "" if it cannot be computed."""
+        """Digest of all messages; "" if the digest cannot be computed."""
         return "" if self.unknown or self.torn else self._digest.hexdigest()
 
     def agrees(self, result: Mapping[str, str]) -> bool:
@@ -90,7 +90,7 @@ class Contents:
         self._digest.event(e.t_ns, e.microstep, e.source, e.port, e.index, e.type, msgspec.msgpack.encode(value))
 
     def end(self) -> None:
-        """Complete the rows and the digest after the last message."""
+        """Complete rows and digest after the last message was added."""
         for lift in self._lifts.values():
             self._add(lift)
         for number, (_, t_ns, sentence) in enumerate(sorted(self._notes, key=lambda note: note[0])):
@@ -138,12 +138,12 @@ class _Lift:
 
     @property
     def full(self) -> bool:
-        """Whether enough messages are pending to be decoded."""
+        """Whether enough messages are pending to decode a block."""
         return min(len(self._waiting[kind]) for kind in self._forms) >= BLOCK
 
     def joined(self) -> tuple[list[int], Floats, Floats | None]:
-        """Return the times [ns] of pending rows, their numbers, and the numbers joined with poses (None if their times
-        differ)."""
+        """Return the times [ns] of pending rows, their numbers, and the numbers joined with the poses (None if the
+        times of numbers and poses differ)."""
         at, parts = list[list[int]](), list[Floats]()
         for kind in sorted((kind for kind in self._forms if self._waiting[kind]), reverse=True):  # samples, then poses
             waiting, self._waiting[kind] = self._waiting[kind], []
@@ -163,7 +163,8 @@ def _table(messages: list[bytes]) -> NDArray[np.uint8]:
 
 
 def sampler_note(data: bytes) -> tuple[int, int, str] | None:
-    """Return number, time [ns] and sentence of a note from the sampling node; None for any other log line."""
+    """Return the number, time [ns] and sentence of a note from the node that sends samples; None for any other log
+    line."""
     line = Log.FromString(data)
     if line.name != SAMPLER or line.level != Log.Level.WARNING:
         return None
@@ -210,7 +211,7 @@ Rows = tuple[list[int], dict[str, NDArray[np.float64]]]  # times [ns] and signal
 
 
 def decoded(tables: Iterable[MessageTable], forms: Mapping[int, Form]) -> Iterator[list[Rows]]:
-    """Yield blocks of rows of these channels; within a block, all channels have equally many rows."""
+    """Yield decoded rows of these channels in blocks; within a block, all channels have the same number of rows."""
     waiting: dict[int, list[MessageTable]] = {channel: [] for channel in forms}
     counts = dict.fromkeys(forms, 0)
     for table in tables:
@@ -239,8 +240,8 @@ def _rows(waiting: list[MessageTable], form: Template, places: dict[str, slice])
 def with_own_rows(
     signal: Signal, topics: Iterable[FileChannel], decoded: Callable[[Mapping[str, Form]], Iterator[list[Rows]]]
 ) -> Signal:
-    """Return the columns of a signal with additional rows of single lifts merged in; at equal times, those rows come
-    last."""
+    """Return the columns of a signal with the additional rows of single lifts merged in; at equal times, the additional
+    rows come last."""
     for topic in topics:
         found = _form(topic.name, topic.metadata, signal)
         if found is None:

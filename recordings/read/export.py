@@ -41,13 +41,13 @@ HEAD = ["time [s]", "microstep", "model", "port", "index", "type"]
 
 
 def silent(rec: Recording) -> bool:
-    """Return whether a recording has only events and no samples."""
+    """Return whether a recording contains only events and no samples."""
     return "model" in rec.run and not rec.signals()
 
 
 def port_signals(rec: Recording, patterns: Sequence[str] = ()) -> list[Signal]:
-    """Return a signal for each port that has sent outputs, with the columns that match one of the patterns (all columns
-    without patterns)."""
+    """Return one signal for each port that sent outputs, with the columns that match one of the patterns (all columns
+    if there are no patterns)."""
     found = [_signal(name, events) for name, events in _ports(rec).items()]
     chosen = {id(x): [c for c in x.names if _fits(x.name, c, patterns)] for x in found}
     for pattern in patterns:
@@ -61,7 +61,8 @@ def port_signals(rec: Recording, patterns: Sequence[str] = ()) -> list[Signal]:
 
 
 def log(rec: Recording, patterns: Sequence[str] = ()) -> tuple[list[str], list[list[object]]]:
-    """Return header and rows of a table with the events of matching ports in order, with one column for each field."""
+    """Return the header and the rows of a table of the events on matching ports, in order, with one column for each
+    field of their messages."""
     names = {x.name: x.names for x in port_signals(rec, patterns)} if patterns else {}
     fields: dict[str, None] = {}
     kept: list[tuple[RecordedEvent, dict[str, object]]] = []
@@ -124,8 +125,8 @@ Tables = Iterator[list[NDArray[np.float64]]]  # times and columns, a few thousan
 
 
 def export(path: str | Path, out: str | Path, patterns: Sequence[str] = (), force: bool = False) -> Path:
-    """Write the signals whose `signal/column` matches one of the patterns (default: all) to a .csv or .parquet file,
-    and return its path."""
+    """Write the signals whose `signal/column` matches one of the patterns (default: all) to a .csv or .parquet file;
+    return the path of the file."""
     out = output_path(out, "a table", (".csv", ".parquet"))
     rec = Recording(path)
     if silent(rec):
@@ -188,8 +189,8 @@ def _parquet(stream: BinaryIO, heads: list[str], tables: Tables) -> None:
 
 
 def matching(rec: Recording, patterns: Sequence[str]) -> list[tuple[str, str]]:
-    """Return the (signal, column) pairs that match one of the patterns (all pairs without patterns), in the order of
-    the recording."""
+    """Return the pairs (signal, column) that match one of the patterns (all pairs if there are no patterns), in the
+    order of the recording."""
     every = chosen(rec, "*")
     wanted: set[tuple[str, str]] = set()
     for pattern in patterns:
@@ -204,17 +205,17 @@ def extended(
     path: str | Path, out: str | Path, signals: Sequence[Signal], facts: Mapping[str, object],
     files: Mapping[str, bytes], force: bool = False,
 ) -> Path:  # fmt: skip
-    """Write a copy of a recording that also contains these signals, facts and files; return its path."""
+    """Write a copy of a recording with these signals, facts and files added; return the path of the copy."""
     out = output_path(out)
     if out.resolve() == file_path(path).resolve():
         raise RecordingError(
-            f"{out}: is the recording itself, which will not be overwritten; choose another name with -o"
+            f"{out}: this is the recording itself, which will not be overwritten; choose another name with -o"
         )
     return _copied(path, out, signals, facts, files, force)
 
 
 def amended(path: str | Path, facts: Mapping[str, object]) -> Path:
-    """Add facts to the result of a recording; the file is replaced atomically. Return its path."""
+    """Add facts to the result of a recording by replacing the file atomically; return the path of the file."""
     return _copied(path, file_path(path), (), facts, {}, force=True)
 
 

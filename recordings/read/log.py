@@ -27,7 +27,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class LogTable:
-    """A CSV table as text: `head` with (name, unit) of each column; `rows`: row numbers in the file; `decimal`: the
+    """A CSV table as text. `head`: (name, unit) of each column; `rows`: number of each row in the file; `decimal`: the
     decimal sign."""
 
     path: Path
@@ -37,11 +37,11 @@ class LogTable:
     decimal: str
 
     def error(self, row: int, column: str, what: str) -> RecordingError:
-        """Return an error that names a cell of the table by file, row and column."""
+        """Return an error about a cell of the table, which it names by file, row and column."""
         return RecordingError(f"{self.path}: row {row}, column '{column}': {what}")
 
     def unit(self, column: str) -> str:
-        """Return the unit given in a column's header, "" if there is none."""
+        """Return the unit in the header of a column; "" if the header gives none."""
         return self.head[self._number(column)][1]
 
     def _number(self, column: str) -> int:
@@ -68,8 +68,8 @@ class LogTable:
         return out
 
     def seconds(self, column: str = "", unit: str = "") -> Floats:
-        """Return the times (n,) [s], which must be complete and in ascending order; dates are converted to seconds
-        since the first row."""
+        """Return the times (n,) [s] of the rows, which must be complete and in ascending order; dates are converted to
+        seconds since the first row."""
         column = column or next((name for name, _ in self.head if name.lower() in TIMES), TIMES[0])
         k = self._number(column)
         dates = [_date(cells[k]) for cells in self.cells]
@@ -117,20 +117,20 @@ def read_log(path: str | Path) -> LogTable:
             reader = csv.reader(file, delimiter=separator, strict=True)
             table = [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
     except OSError as error:
-        raise RecordingError(f"{path}: cannot be opened ({error.strerror}); check its permissions") from None
+        raise RecordingError(f"{path}: the file cannot be opened ({error.strerror}); check its permissions") from None
     except UnicodeDecodeError:
-        raise RecordingError(f"{path}: is not UTF-8 text; export the log as CSV again") from None
+        raise RecordingError(f"{path}: the file is not UTF-8 text; export the log as CSV again") from None
     except csv.Error as error:
         raise RecordingError(
-            f"{path}: row {reader.line_num}: is not valid CSV ({error}); export the log again"
+            f"{path}: row {reader.line_num} is not valid CSV ({error}); export the log again"
         ) from None
     if len(table) < 2:
-        raise RecordingError(f"{path}: has no rows below its header; export the log again")
+        raise RecordingError(f"{path}: the table has no rows below its header; export the log again")
     (_, names), *below = table
     for row, cells in below:
         if len(cells) != len(names):
             raise RecordingError(
-                f"{path}: row {row}: has {len(cells)} cells, but the header has {len(names)}; correct the row"
+                f"{path}: row {row} has {len(cells)} cells, but the header has {len(names)}; correct the row"
             )
     head = [(match[1], match[2] or "") for cell in names if (match := HEAD.fullmatch(cell))]
     rows, texts = [row for row, _ in below], [cells for _, cells in below]

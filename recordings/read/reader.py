@@ -39,8 +39,8 @@ NUMBERS, BESIDE = "/samples", "/measured"  # topics of numbers
 
 
 class Recording:
-    """A finished recording; raises RecordingError for a file that is missing, cut off, damaged, or not a recording of
-    heavylift."""
+    """A finished recording, opened for reading; raises RecordingError for a file that is missing, cut off, damaged, or
+    not a recording of heavylift."""
 
     def __init__(self, path: str | Path) -> None:
         self._file = Container(path)
@@ -51,7 +51,7 @@ class Recording:
         self.complaints: list[str] | None = None
         metadata = {name: shown(facts) for name, facts in self._file.metadata().items()}
         if "run" not in metadata and not self.library.startswith(GENERATOR):
-            raise self._file.error("is an MCAP file of another program; give a file made by `heavylift run`")
+            raise self._file.error("this is an MCAP file of another program; give a file made by `heavylift run`")
         with self.reading():
             self.run = metadata["run"]
         self._check_format()
@@ -70,7 +70,8 @@ class Recording:
             newer = found.isdecimal() and len(found) < 10 and int(found) > FORMAT
             to = f"{install(self.version)}, or a later one" if newer else again(self.version)
             raise self._file.error(
-                f"has format {found[:20]}, this is heavylift {__version__}, which reads format {FORMAT}; {to}"
+                f"the recording has format {found[:20]}, this is heavylift {__version__}, which reads format "
+                f"{FORMAT}; {to}"
             )
 
     @property
@@ -89,12 +90,13 @@ class Recording:
                 found = shown(msgspec.json.decode(text))
             kind = (int, float) if isinstance(default, int | float) else type(default)
             if default is not None and (not isinstance(found, kind) or (type(found) is float and not isfinite(found))):
-                raise ValueError(f"the fact '{name[:40]}' is {text[:40]}, no valid value")
+                raise ValueError(f"the fact '{name[:40]}' has the invalid value {text[:40]}")
         return found
 
     @property
     def checkpoints(self) -> dict[tuple[int, int], int]:
-        """Checkpoints of the mechanics for `heavylift branch`: size in bytes by logical time (ns, microstep)."""
+        """Size in bytes of each checkpoint of the mechanics (for `heavylift branch`), by logical time (ns,
+        microstep)."""
         with self.reading():
             found = self._file.summary.attachment_indexes
             sizes = {x.name.removeprefix(CHECKPOINT): x.data_size for x in found if x.name.startswith(CHECKPOINT)}
@@ -102,7 +104,7 @@ class Recording:
             return dict(sorted(((int(t), int(k)), sizes[name]) for name, (t, _, k) in tags.items()))
 
     def checkpoint(self, at: tuple[int, int]) -> bytes:
-        """Return the checkpoint at a logical time."""
+        """Return the checkpoint of the mechanics at a logical time."""
         with self.reading():
             name = "{}{}.{}".format(CHECKPOINT, *at)
             packed = self._file.attachments(name.__eq__)[name]
@@ -120,16 +122,16 @@ class Recording:
         return ((names[raw.channel], raw) for raw in self.messages(*topics))
 
     def numbers(self, forms: Mapping[str, Form], only: Sequence[int] | None = None) -> Iterator[list[Rows]]:
-        """Yield blocks of decoded rows of these topics; `only`: numbers of the wanted rows."""
+        """Yield decoded rows of these topics in blocks. `only`: numbers of the wanted rows (None: all)."""
         numbers = {self._channels[topic]: form for topic, form in forms.items()}
         return decoded(self._file.tables(set(numbers), only), numbers)
 
     def reading(self) -> AbstractContextManager[None]:
-        """Return a context that turns errors of decoding into a RecordingError about this file."""
+        """Return a context that converts decoding errors into a RecordingError about this file."""
         return self._file.reading()
 
     def events(self, source: str | None = None, port: str | None = None) -> list[RecordedEvent]:
-        """Return all events in total order, or only those of a model or port."""
+        """Return all events in total order, or only the events of one model or port."""
         wanted = [
             topic.name
             for topic in self.topics.values()
@@ -143,7 +145,7 @@ class Recording:
         return sorted(found, key=lambda e: (e.t_ns, e.microstep, e.source, e.port, e.index))
 
     def stages(self) -> list[tuple[float, str]]:
-        """Return the begin [s] and the name of each stage."""
+        """Return the begin [s] and the name of each stage of the run."""
         text = ((e.t_ns / 1e9, e.value) for e in self.events(port="stage"))
         return [(t, shown(str(value["name"]))) for t, value in text if isinstance(value, dict) and value.get("name")]
 
@@ -173,8 +175,8 @@ class Recording:
         return RecordedPart(self, name, found) if found else self.part(name)
 
     def part(self, name: str) -> RecordedPart:
-        """Return the data of a crane, rope, joint or body; a name such as "legs/1" stands for legs-1. Raises
-        SignalError if there is no such part."""
+        """Return the signals and events of a crane, rope, joint or body; a name such as "legs/1" stands for legs-1.
+        Raises SignalError if there is no part with this name."""
         return RecordedPart.of(self, name)
 
     def _repr_html_(self) -> str:
@@ -191,8 +193,8 @@ class Recording:
         return f"<Recording {self.path}: {self.run.get('scene', '')}, {status}, {len(self.signals())} signals>"
 
     def message(self, fact: str) -> list[str]:
-        """Return the sentences of a fact: of `measured`, the comparison with the log of a real lift; of `certified`,
-        the error estimates (`heavylift run --certify`)."""
+        """Return the sentences of a fact: for `measured`, about the comparison with the log of a real lift; for
+        `certified`, about the error estimates of `heavylift run --certify`."""
         return [str(x) for x in self.fact(fact, {}).get("told", "")]
 
     def results(self) -> dict[str, dict[str, Any]]:
@@ -200,7 +202,7 @@ class Recording:
         return dict(self.fact("results", {}))
 
     def rigs(self) -> list[Rig]:
-        """Return the sets of rope lines, each with the time from which it is valid."""
+        """Return the recorded sets of rope lines, each with the time from which it is valid."""
         with self._file.reading():
             return [msgspec.json.decode(raw.data, type=Rig) for raw in self.messages("/rig")]
 
@@ -210,7 +212,7 @@ class Recording:
             return [box for raw in self.messages("/scene") for box in boxes_of(raw.data)]
 
     def signals(self) -> list[str]:
-        """Return the names of all signals, in the form that `signal` takes."""
+        """Return the names of all signals, as `signal` accepts them."""
         return [*self._fields, *(POSE + body for body in self._bodies)]
 
     def columns(self, name: str) -> list[str]:
@@ -227,10 +229,10 @@ class Recording:
         return self._signals[name]
 
     def load(self, names: Sequence[str]) -> None:
-        """Read these signals in a single pass through the file, and keep them for `signal`."""
+        """Read several signals in a single pass through the file, and store them for later calls of `signal`."""
         for name in names:
             if name not in self._fields and name.removeprefix(POSE) not in self._bodies:
-                raise SignalError(f"{self.path}: has no signal {name}; {meant(name, self.signals())}")
+                raise SignalError(f"{self.path}: the recording has no signal {name}; {meant(name, self.signals())}")
         with self._file.reading():
             for topic, form in self._forms([name for name in names if name not in self._signals]).items():
                 parts = [part for (part,) in self.numbers({topic: form})]
@@ -241,9 +243,9 @@ class Recording:
     def blocks(
         self, names: Sequence[str], only: Sequence[int] | None = None
     ) -> Iterator[tuple[list[int], list[Floats]]]:
-        """Yield times [ns] and values of these signals in blocks of some thousand rows, up to the last row that all of
-        them have. Measured signals that are requested together with signals of the run are interpolated at the times of
-        the run (`Signal.at`). `only`: numbers of the wanted samples, in ascending order."""
+        """Yield times [ns] and values of these signals in blocks of some thousand rows, up to the last row that all
+        signals have. Measured signals that are requested together with simulated signals are interpolated at the times
+        of the simulation (`Signal.at`). `only`: numbers of the wanted samples, in ascending order."""
         topic = BESIDE if all(name in self._tables.get(BESIDE, {}) for name in names) else NUMBERS
         numbers = [name for name in names if name in self._tables.get(topic, {})]
         poses = [name for name in names if name not in self._fields]
@@ -260,7 +262,7 @@ class Recording:
                 yield found[0][0][:n], [values[name] for name in names]
 
     def picked(self, names: Sequence[str], numbers: NDArray[np.intp]) -> dict[str, Signal]:
-        """Return these signals at the samples that have these numbers."""
+        """Return these signals at the samples with the given numbers."""
         parts = list(self.blocks(names, numbers.tolist()))
         t = np.array([x for times, _ in parts for x in times], np.float64) / 1e9
         return {name: self._joined(name, t, (values[i] for _, values in parts)) for i, name in enumerate(names)}

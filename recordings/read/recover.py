@@ -29,8 +29,8 @@ TORN = "rows of numbers without poses, or poses without numbers"
 
 @dataclass
 class Recovered:
-    """Result of a recovery: the new file, its number of messages, the time of the last one [s], and the unreadable
-    parts."""
+    """Result of a recovery: path of the new file, number of its messages, time of its last message [s], and sentences
+    about the unreadable parts."""
 
     path: Path
     messages: int = 0
@@ -43,24 +43,25 @@ class Recovered:
 
 
 def recover(path: str | Path, out: str | Path | None = None, force: bool = False, begun: bool = False) -> Recovered:
-    """Copy everything readable into `out` (default: NAME-recovered.mcap); raises RecordingError if the file contains no
-    run. `begun`: accept any run that did not reach its end, even if it has no messages yet or its file is undamaged."""
+    """Copy everything readable of a recording into `out` (default: NAME-recovered.mcap); raises RecordingError if the
+    file contains no run. `begun`: accept any run that did not reach its end, even if it has no messages yet or its file
+    is undamaged."""
     path = file_path(path)
     if refused := unnamable(path):
-        raise RecordingError(f"{path}: cannot be opened ({refused}); check the name")
+        raise RecordingError(f"{path}: the file cannot be opened ({refused}); check the name")
     if path.exists() and not path.is_file():
-        raise RecordingError(f"{path}: is not a file; give the name of a recording, such as run.mcap.part")
+        raise RecordingError(f"{path}: this is not a file; give the name of a recording, such as run.mcap.part")
     name = path.name.removesuffix(PART)
     out = output_path(out or beside(path.with_name(name), "-recovered.mcap"), "a recording", (".mcap",))
     if path in (out, out.with_name(out.name + PART)):
-        raise RecordingError(f"{out}: would overwrite the file to be recovered; choose another name with -o")
+        raise RecordingError(f"{out}: this would overwrite the file to be recovered; choose another name with -o")
     try:
         stream = path.open("rb")
     except OSError as error:
-        raise RecordingError(f"{path}: cannot be opened ({error.strerror}); check the name") from None
+        raise RecordingError(f"{path}: the file cannot be opened ({error.strerror}); check the name") from None
     with stream:
         if not is_recording(stream.read(HEAD)):
-            raise RecordingError(f"{path}: is not a recording (not an MCAP file); there is nothing to recover")
+            raise RecordingError(f"{path}: this is not a recording (not an MCAP file); there is nothing to recover")
         stream.seek(max(0, path.stat().st_size - len(MAGIC)))
         copy = _Copy(path, out, begun, force, stream.read() == MAGIC)
         stream.seek(len(MAGIC))
@@ -125,7 +126,9 @@ class _Copy:
     def _open(self) -> RecordingSink:
         if self._sink is None:
             if "run" not in self._metadata and not self._library.startswith(GENERATOR):
-                raise RecordingError(f"{self._path}: contains no run of heavylift; there is nothing to recover")
+                raise RecordingError(
+                    f"{self._path}: the file contains no run of heavylift; there is nothing to recover"
+                )
             run = self._metadata.get("run", {})
             run = {**run, "format": str(FORMAT)} if self._library == library() else run
             made = self._library if self._library.startswith(GENERATOR) else ""
@@ -212,12 +215,12 @@ class _Copy:
             self._readable = False
 
     def finish(self) -> Recovered:
-        """Write the result, and rename the new file to its final name."""
+        """Write the result of the recovery, and give the new file its final name."""
         sink = self._open()
         if self._held:
             self._lose(TORN)
         if not (self.found.messages or self._begun):
-            raise RecordingError(f"{self._path}: contains no readable message; there is nothing to recover")
+            raise RecordingError(f"{self._path}: the file contains no readable message; there is nothing to recover")
         if self._ended:
             self._describe()
         for channel in self._channels.values():  # those without messages, too, which may stand in the summary alone
@@ -229,12 +232,13 @@ class _Copy:
         missing = self._contents.unknown or "digest" not in stored
         agrees = self._readable and (self._contents.agrees(stored) or (self.proved and bool(stored and missing)))
         if stored and (not self._begun or status == "finished") and _undamaged(self._path):
-            raise RecordingError(f"{self._path}: is complete and undamaged; there is nothing to recover")
+            raise RecordingError(f"{self._path}: the file is complete and undamaged; there is nothing to recover")
         if agrees and self.whole and not lost[: self._late]:
             lost.clear()
             if self._begun and status == "finished":
                 raise RecordingError(
-                    f"{self._path}: its run is complete; `heavylift recover {self._path}` completes the file"
+                    f"{self._path}: the run in this file is complete; `heavylift recover {self._path}` "
+                    "completes the file"
                 )
             self.found.path = sink.finish(stored)
             return self.found
@@ -250,7 +254,7 @@ class _Copy:
         return self.found
 
     def abandon(self) -> None:
-        """Remove an incomplete copy."""
+        """Delete the incomplete copy."""
         if self._sink is not None:
             self._sink.abandon(keep=False)
 

@@ -48,8 +48,8 @@ def recording_html(
     signals: Sequence[Sequence[str]],
     state: str,
 ) -> str:
-    """Return HTML for a notebook with facts of a run, a picture, its stages [s], and the available signals: name, unit,
-    columns."""
+    """Return HTML for a notebook about a run: facts, a picture, the stages [s], and the available signals with their
+    units and columns."""
     message = {name: text for name in FACTS if (text := run.get(name))} | settings(run)
     message |= {"status": result.get("status", "cut off"), "digest": result.get("digest", "none")}
     message |= {"simulated": duration(float(result["sim_s"]))} if "sim_s" in result else {}
@@ -59,8 +59,8 @@ def recording_html(
 
 
 def signal_html(name: str, unit: str, names: Sequence[str], t: Floats, values: Floats) -> str:
-    """Return HTML for a notebook with the minimum and maximum of each column of `values` (n, m) at times (n,) [s], and
-    a curve."""
+    """Return HTML for a notebook about a signal: a curve, and the minimum and maximum of each column of `values` (n, m)
+    at times (n,) [s]."""
     rows = []
     for title, column in zip(names, values.T, strict=True):
         if len(column) and not np.isnan(column).all():
@@ -72,7 +72,8 @@ def signal_html(name: str, unit: str, names: Sequence[str], t: Floats, values: F
 
 
 def drawing(name: str, unit: str, t: Floats, values: Floats) -> str:
-    """Return the curves of a signal as SVG; if there are many samples, the minima and maxima of equal parts."""
+    """Return the curves of a signal as SVG; of many samples, only the minima and maxima of equal intervals are
+    drawn."""
     good = values[np.isfinite(values)]
     if len(t) < 2 or not good.size or t[-1] <= t[0]:
         return ""
@@ -92,7 +93,7 @@ def drawing(name: str, unit: str, t: Floats, values: Floats) -> str:
 
 
 def heading(text: str) -> str:
-    """Return a line of text in bold, as HTML."""
+    """Return a line of text in bold as HTML."""
     return f"<p><b>{escape(text)}</b></p>"
 
 
@@ -161,20 +162,20 @@ def titles(signal: Signal) -> list[str]:
 
 
 def joined(name: str, parts: list[Signal]) -> Signal:
-    """Return one signal with the columns of several signals at the same samples."""
+    """Return one signal that contains the columns of several signals with the same times."""
     values = np.concatenate([part.values for part in parts], axis=1)
     units = list(dict.fromkeys(part.unit for part in parts))
     return Signal(parts[0].t, values, [x for part in parts for x in part.names], " or ".join(units), name)
 
 
 def only(signal: Signal, columns: list[str]) -> Signal:
-    """Return the signal with only these columns."""
+    """Return a signal reduced to the given columns."""
     picks = [signal.names.index(column) for column in columns]
     return Signal(signal.t, signal.values[:, picks], columns, signal.unit, signal.name)
 
 
 class SignalSource(Protocol):
-    """Interface that the parts of a recording need of the recording (`reader.Recording`)."""
+    """Interface through which the parts of a recording read the recording (`reader.Recording`)."""
 
     @property
     def path(self) -> Path: ...
@@ -193,7 +194,8 @@ def chosen(rec: SignalSource, pattern: str) -> list[tuple[str, str]]:
 
 
 class RecordedPart:
-    """The signals of a part of the scene as attributes: `part.tension`, `part.pose`; `part.signals` lists them."""
+    """The signals of one part of the scene as attributes, such as `part.tension` and `part.pose`; `part.signals` lists
+    their names."""
 
     def __init__(self, rec: SignalSource, name: str, columns: dict[str, list[str]]) -> None:
         self._rec, self.name, self._columns = rec, name, columns
@@ -205,7 +207,8 @@ class RecordedPart:
 
     @staticmethod
     def of(rec: SignalSource, name: str) -> "RecordedPart":
-        """Return the part with this name; "legs/1" stands for legs-1. Raises SignalError if there is none."""
+        """Return the part of a recording with this name; "legs/1" stands for legs-1. Raises SignalError if there is no
+        such part."""
         names = (name, name.replace("/", "-"))
         carried = {rope for hung, rope in rec.fact(BEAMS, {}).items() if hung in names}
         found: dict[str, list[str]] = {}
@@ -224,7 +227,7 @@ class RecordedPart:
                 found[signal] = columns
         if not found:
             near = meant(name, [*rec.signals(), *sorted(parts)])
-            raise SignalError(f"{rec.path}: has no signal or part {name}; {near}")
+            raise SignalError(f"{rec.path}: the recording has no signal or part {name}; {near}")
         return RecordedPart(rec, name, found)
 
     @property

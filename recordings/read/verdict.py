@@ -30,8 +30,8 @@ Vector = tuple[float, float, float]
 
 
 class Clearance(msgspec.Struct, frozen=True, kw_only=True):
-    """A clearance: two parts, their smallest distance [m] and its time [s], nearest points in the world [m], and the
-    place in words; `limit` [m], 0 if only penetration is checked."""
+    """A clearance: two objects, their smallest distance [m] and its time [s], their nearest points in the world frame
+    [m], and the place in words; `limit` [m], 0 if only penetration is checked."""
 
     a: str
     b: str
@@ -66,7 +66,7 @@ class RecordedVerdict(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def findings(self) -> tuple[Check, ...]:
-        """The findings, in order of severity: limits exceeded, warnings, notes."""
+        """The findings of the verdict, in order of severity: exceeded limits, warnings, notes."""
         return findings(self.checks)
 
 
@@ -85,7 +85,7 @@ def contents(rec: Recording) -> Contents:
 
 
 def recorded_verdict(rec: Recording) -> RecordedVerdict | None:
-    """Return the verdict in a recording; None if it has none."""
+    """Return the verdict in a recording; None if the recording contains no verdict."""
     if not rec.result.get("verdict"):
         return None
     with rec.reading():
@@ -93,8 +93,8 @@ def recorded_verdict(rec: Recording) -> RecordedVerdict | None:
 
 
 def as_recorded(rec: Recording) -> list[str]:
-    """Return statements of the recorded result that cannot be computed again: the verdict, times of peaks, in some
-    cases the digest."""
+    """Return the names of recorded results that cannot be computed again from the recording: the verdict, times of
+    peaks, in some cases the digest."""
     compared = ["verdict"] if "verdict" in rec.result else []
     compared += ["times of peaks"] if rec.fact("peaks", {}) else []
     return compared + (["digest"] if contents(rec).unknown and "digest" in rec.result else [])
@@ -111,8 +111,8 @@ def recorded_peaks(rec: Recording) -> dict[str, Peak]:
 
 
 def complaints(rec: Recording) -> list[str]:
-    """Return the contradictions in a recording: damaged bytes; a digest, samples or peaks that disagree with events and
-    rows."""
+    """Return sentences about contradictions in a recording: damaged bytes; a digest, samples or peaks that disagree
+    with events and rows."""
     if rec.complaints is None:
         rec.complaints = [f"{rec.path}: {what}" for what in _contradictions(rec) if what]
     return rec.complaints
@@ -142,7 +142,7 @@ def opened(path: str | Path | Recording) -> Recording:
 
 
 def info(path: str | Path | Recording, verdict: RecordedVerdict | None = None) -> str:
-    """Return a description of the recording at `path` as text; `verdict` is used if the recording has none."""
+    """Return a description of the recording at `path` as text; `verdict`: used if the recording contains no verdict."""
     rec = opened(path)
     verdict = verdict or recorded_verdict(rec)
     with rec.reading():
@@ -155,7 +155,8 @@ def info(path: str | Path | Recording, verdict: RecordedVerdict | None = None) -
 
 def info_data(path: str | Path | Recording, verdict: RecordedVerdict | None = None) -> dict[str, Any]:
     """Return a description of a recording as plain data in SI units: facts of run and result, verdict, file, signals,
-    channels, attachments. `wrong`: contradictions; `as_recorded`: values that were not computed again."""
+    channels, attachments. `wrong`: contradictions in the recording; `as_recorded`: values that cannot be computed
+    again."""
     rec = opened(path)
     verdict = verdict or recorded_verdict(rec)
     with rec.reading():

@@ -29,8 +29,8 @@ ROWS = 24  # signals in the text
 
 @dataclass(frozen=True)
 class Difference:
-    """Difference of a signal's column between recordings a and b: largest |b - a|, its time [s], RMS over time, largest
-    |a|, unit."""
+    """Difference of one column between the recordings a and b: largest |b - a| and its time [s], RMS of b - a over
+    time, largest |a|, unit."""
 
     name: str
     most: float
@@ -42,9 +42,10 @@ class Difference:
 
 @dataclass(frozen=True)
 class RecordingComparison:
-    """Comparison of two recordings: `first` difference in events and samples ("" if there is none), signals in only one
-    of them, `rows` in only one, `others`: other differences; `wrong`: contradictions within a recording;
-    `circumstances` in which the runs differ; `as_recorded`: why there is no digest."""
+    """Comparison of two recordings. `first`: first difference in events and samples ("" if there is none); `only_a`,
+    `only_b`: signals of one recording only; `rows`: rows of one recording only; `others`: other differences; `wrong`:
+    contradictions within a recording; `circumstances`: differences in how the runs were computed; `as_recorded`: why
+    there is no digest."""
 
     a: Path
     b: Path
@@ -100,8 +101,8 @@ def _shares(differences: Sequence[Difference]) -> dict[str, float]:
 
 
 def compare(a: str | Path, b: str | Path, but: Collection[str] = ()) -> RecordingComparison:
-    """Compare two recordings, except for facts, topics and attachments named in `but`; raises RecordingError if one
-    cannot be read."""
+    """Compare two recordings; raises RecordingError if one of them cannot be read. `but`: names of facts, topics and
+    attachments to ignore."""
     A, B = Recording(a), Recording(b)
     with A.reading(), B.reading():
         return _compared(A, B, but)
@@ -131,8 +132,8 @@ def _compared(A: Recording, B: Recording, but: Collection[str]) -> RecordingComp
 
 
 def overlay(a: str | Path, b: str | Path, out: str | Path, patterns: Sequence[str] = (), force: bool = False) -> Path:
-    """Draw matching columns of two recordings over each other, by default those of the four signals that differ most;
-    return the path."""
+    """Draw matching columns of two recordings into one figure, by default the columns of the four signals that differ
+    most; return the path of the figure."""
     out = checked(out)
     A, B = Recording(a), Recording(b)
     with A.reading(), B.reading():

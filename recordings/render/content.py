@@ -43,7 +43,7 @@ class PageColumns(NamedTuple):
     columns: NDArray[np.intp]
 
     def head(self) -> dict[str, object]:
-        """Return the names of bodies and signals as plain data, without their numbers."""
+        """Return the names of bodies and signals as plain data."""
         return {
             "bodies": [{"name": name} for name in self.bodies],
             "signals": [{"group": group, "name": name, "unit": unit} for group, name, unit in self.signals],
@@ -66,7 +66,8 @@ def shown(layout: SampleLayout) -> PageColumns:
 
 
 def packed(values: Floats, kind: str = "<f4") -> str:
-    """Return numbers as base64 of little-endian floats in C order; raises ValueError if a number is too large."""
+    """Return an array as base64 of little-endian floats in C order; raises ValueError if a number is too large for the
+    format."""
     largest = np.abs(values).max(initial=0.0, where=np.isfinite(values))
     if largest > np.finfo(kind).max:
         raise ValueError(f"{largest:.3g} is too large to be drawn")
@@ -74,13 +75,15 @@ def packed(values: Floats, kind: str = "<f4") -> str:
 
 
 def deflated(values: NDArray[np.generic]) -> str:
-    """Return numbers in C order as base64 of compressed (deflate) bytes, grouped by byte position."""
+    """Return an array in C order as base64 of deflate-compressed bytes, in which bytes of equal significance are
+    grouped together."""
     planes = np.ascontiguousarray(values).view(np.uint8).reshape(-1, values.dtype.itemsize).T
     return base64.b64encode(zlib.compress(planes.tobytes(), 6)).decode()
 
 
 def event_shown(t_ns: int, source: str, port: str, type_: str, value: object) -> dict[str, object]:
-    """Return an event in a few words; an event inside models (`inner`) by its type and fields."""
+    """Return an event as the page shows it: in a few words or, for an event inside models (`inner`), as its type and
+    fields."""
     fields = value if isinstance(value, dict) else {"": value}
     inner = is_inner(port)
     message = None if inner else _sentence(type_, fields)
@@ -104,13 +107,13 @@ def facts_shown(run: Mapping[str, str], more: Iterable[tuple[str, str]]) -> list
 
 
 def stage_name(port: str, value: object) -> str | None:
-    """Return the name of the stage that begins with an event; None if none does."""
+    """Return the name of the stage that begins with an event; None if the event does not begin a stage."""
     name = value.get("name") if isinstance(value, dict) else None
     return _text(name) if port == "stage" and name else None
 
 
 def is_inner(port: str) -> bool:
-    """Return whether a port is used only inside models."""
+    """Return whether a port only connects models within a coupled model."""
     return port.startswith(INNER)
 
 
@@ -126,15 +129,15 @@ def _text(value: object) -> str:
 
 
 def load_of(signals: Sequence[tuple[str, str, str]], rows: Floats) -> Floats:
-    """Return the sum of the rope tensions in sample rows; without ropes, the sum of all signals."""
+    """Return the sum of the rope tensions in each sample row or, if there are no ropes, the sum of all signals."""
     ropes = [k for k, (group, _, _) in enumerate(signals) if group == "rope/tension"]
     load: Floats = np.nansum(rows[:, ropes or list(range(len(signals)))], axis=1)  # logs may cover a part of the run
     return load
 
 
 def bundled(name: str, content: object, policy: str = "") -> str:
-    """Return the self-contained page `name` of the bundle in `page/`, filled with this content. Its
-    Content-Security-Policy allows only its own script, identified by its hash, and only the requests that `policy`
+    """Return the self-contained HTML page `name` from the folder `page/`, with `content` inserted. Its
+    Content-Security-Policy allows only the script of the page, identified by its hash, and the requests that `policy`
     allows."""
     script = (PAGE / f"{name}.js").read_text(encoding="utf-8").replace("</script", "<\\/script")
     sha256 = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()

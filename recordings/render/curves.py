@@ -37,8 +37,8 @@ POINTS = 4000  # instants of a curve on the page
 
 @dataclass
 class Curve:
-    """A curve: times (n,) [s], values (n,) in the unit of its panel; `dashed`: from the second recording; `spoken`:
-    values sent on ports."""
+    """A curve in a figure: times (n,) [s] and values (n,) in the unit of its panel. `dashed`: the curve comes from the
+    second recording; `spoken`: the values were sent on a port."""
 
     name: str
     t: NDArray[np.float64]
@@ -50,7 +50,7 @@ class Curve:
 
 @dataclass
 class Panel:
-    """A panel with curves in one unit, and limits by name."""
+    """A panel of a figure: curves with a common unit, and limits by name."""
 
     unit: str
     curves: list[Curve]
@@ -115,7 +115,7 @@ def _panel(axes: "Axes", panel: Panel) -> None:
 
 
 def page(figure: Figure) -> str:
-    """Return a self-contained page with curves that can be selected and zoomed by dragging."""
+    """Return a self-contained HTML page with the curves of a figure, which can be selected, and zoomed by dragging."""
     content = {
         "title": figure.title,
         "stages": [{"t": t, "name": name} for t, name in figure.stages],
@@ -162,20 +162,20 @@ def curves(path: str | Path, patterns: Sequence[str], out: str | Path, force: bo
 
 
 def checked(out: str | Path) -> Path:
-    """Return the path; raises RecordingError if curves cannot be written there."""
+    """Return the path of a figure to be written; raises RecordingError if a figure cannot be written there."""
     return output_path(out, "a figure", (*FORMATS, ".html"))
 
 
 def drawn(figure: Figure, out: Path, force: bool = False) -> Path:
-    """Write the figure in the format that the suffix names, and return the path."""
+    """Write a figure in the format that the suffix of `out` names, and return its path."""
     if out.suffix.lower() != ".html":
         return picture(figure, out, force)
     return written(page(figure), out, "a figure", (*FORMATS, ".html"), force)
 
 
 def panels_of(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
-    """Return panels by unit, with the matching columns, their measured counterparts, and rated values of ropes as
-    limits."""
+    """Return one panel for each unit, with the matching columns, their measured counterparts, and the rated values of
+    ropes as limits."""
     wanted = matching(rec, patterns)
     measured = [(MEASURED + name, column) for name, column in wanted if MEASURED + name in rec.signals()]
     wanted += [x for x in measured if x not in wanted and x[1] in rec.columns(x[0])]
@@ -197,7 +197,7 @@ def panels_of(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
         if name in ("rope/tension", "rope/peak") and column in rated:
             panel.limits[column] = rated[column] * factor
     if not any(len(curve.t) > 1 for panel in panels.values() for curve in panel.curves):
-        raise RecordingError(f"{rec.path}: has no samples to draw; simulate a longer run")
+        raise RecordingError(f"{rec.path}: the recording has no samples to draw; simulate a longer run")
     return list(panels.values())
 
 
@@ -205,7 +205,7 @@ def _of_ports(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
     """Return a panel for each port of a DEVS run, with the values sent on it."""
     found = port_signals(rec, patterns)
     if not found:
-        raise RecordingError(f"{rec.path}: has no events to draw; simulate a longer run")
+        raise RecordingError(f"{rec.path}: the recording has no events to draw; simulate a longer run")
     if len(found) > PANELS:
         named = ", ".join(f"'{x.name}'" for x in found[:2])
         raise RecordingError(
@@ -217,5 +217,5 @@ def _of_ports(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
 
 
 def larger(unit: str) -> tuple[float, str]:
-    """Return a factor and a larger unit in which values of a unit are displayed."""
+    """Return the larger unit in which values of a unit are displayed, and the conversion factor."""
     return LARGER.get(unit, (1.0, unit))

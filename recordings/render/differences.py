@@ -25,8 +25,8 @@ ROWED = ("/samples", "/poses", "/measured", "/scene", "/ropes", "/rig")  # topic
 
 
 def event(A: Recording, B: Recording) -> Iterator[tuple[float, str]]:
-    """Yield the time [s] and a description of the first event that differs between the recordings; nothing if all are
-    equal."""
+    """Yield the time [s] and a description of the first event that differs between two recordings; yield nothing if all
+    events are equal."""
     for x, y in zip_longest(A.events(), B.events()):
         if x != y or msgspec.json.encode(x) != msgspec.json.encode(y):
             t = min(e.t_ns for e in (x, y) if e is not None) * 1e-9
@@ -39,8 +39,8 @@ def _described(event: RecordedEvent | None) -> str:
 
 
 def notes(A: Recording, B: Recording) -> Iterator[tuple[float, str]]:
-    """Yield the time [s] and a description of the first kernel note that differs between the recordings; nothing if all
-    are equal."""
+    """Yield the time [s] and a description of the first kernel note that differs between two recordings; yield nothing
+    if all notes are equal."""
     for x, y in zip_longest(A.notes(), B.notes()):
         if x != y:
             text = " and ".join(f"'{note[1]}'" if note else "nothing" for note in (x, y))
@@ -49,8 +49,8 @@ def notes(A: Recording, B: Recording) -> Iterator[tuple[float, str]]:
 
 
 def rows(A: Recording, B: Recording, topic: str) -> tuple[list[str], list[tuple[float, str]]]:
-    """Return descriptions of the rows of a topic that only one recording has, and the time [s] and text of the first
-    difference."""
+    """Compare the rows of a topic in two recordings: return descriptions of the rows that only one recording has, and
+    the time [s] and description of the first difference."""
     a, b = (hashes(rec, topic) for rec in (A, B))
     if np.array_equal(a, b):
         return [], []
@@ -77,7 +77,8 @@ def rows(A: Recording, B: Recording, topic: str) -> tuple[list[str], list[tuple[
 
 
 def hashes(rec: Recording, topic: str) -> NDArray[np.void]:
-    """Return an array (n,) for the messages of a topic in file order: time `t` [ns] and a hash `x` of the bytes."""
+    """Return an array (n,) of all messages of a topic in file order, with the time `t` [ns] and a hash `x` of the bytes
+    of each."""
     found = [(raw.publish_time, sha256(raw.data).digest()[:8]) for raw in rec.messages(topic)]
     return np.array(found, [("t", "<i8"), ("x", "S8")])
 
@@ -95,7 +96,7 @@ def _column(A: Recording, B: Recording, topic: str, row: int) -> str:
 
 
 def channels(A: Recording, B: Recording, but: Collection[str] = ()) -> Iterator[str]:
-    """Yield the topics that differ in names, columns or schemas, except those in `but`."""
+    """Yield descriptions of the topics that differ in names, columns or schemas, except the topics in `but`."""
     for topic in sorted({*A.topics, *B.topics}):
         a, b = ((x[:4], x.form) if (x := rec.topics.get(topic)) else None for rec in (A, B))
         if a != b and not topic.startswith("/protocol/") and topic not in but:
@@ -103,7 +104,8 @@ def channels(A: Recording, B: Recording, but: Collection[str] = ()) -> Iterator[
 
 
 def facts(A: Recording, B: Recording, but: Collection[str] = ()) -> Iterator[str]:
-    """Yield the facts that differ, except circumstances and those in `but`."""
+    """Yield descriptions of the facts that differ between two recordings, except circumstances and the facts in
+    `but`."""
     for kind, a, b in (("run", A.run, B.run), ("result", A.result, B.result)):
         for name in sorted(a.keys() | b.keys()):
             x, y = a.get(name), b.get(name)
@@ -119,7 +121,7 @@ def _short(text: str | None) -> str:
 
 
 def attachments(A: Recording, B: Recording, but: Collection[str] = ()) -> Iterator[str]:
-    """Yield the attached files that differ, except those in `but`."""
+    """Yield descriptions of the attached files that differ between two recordings, except the files in `but`."""
     for name in sorted({*A.attachments, *B.attachments} - {*but}):
         if A.attachments.get(name) != B.attachments.get(name):
             yield f"attachment: {printable(name, 60)}"

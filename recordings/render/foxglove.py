@@ -82,11 +82,11 @@ class FoxgloveServer(AbstractContextManager["FoxgloveServer"]):
                 _put(viewer, json.dumps({"op": "advertise", "channels": [self._channels[topic]]}))
 
     def listens(self) -> bool:
-        """Return whether a viewer has subscribed to one of the topics."""
+        """Return whether any viewer has subscribed to a topic."""
         return any(viewer.numbers for viewer in self._viewers)
 
     def put(self, topic: str, t_ns: int, data: bytes) -> None:
-        """Send a message with this simulation time [ns] to the subscribers of its topic."""
+        """Send a message with a simulation time [ns] to all subscribers of its topic."""
         with self._lock:
             channel = self._channels[topic]["id"]
             for viewer in self._viewers:
@@ -164,7 +164,8 @@ VIEW = (-0.62, -0.72, 0.32)  # from where the scene is seen
 
 
 def layout(ropes: Sequence[str], middle: tuple[float, float, float], radius: float) -> bytes:
-    """Return the layout as JSON, for ropes in the order of `rope/tension` and a view of this bounding sphere [m]."""
+    """Return the Foxglove layout as JSON, for the ropes in the order of `rope/tension` and a view of the bounding
+    sphere given by `middle` and `radius` [m]."""
     whole = msgspec.json.decode((Path(__file__).parents[1] / "page" / LAYOUT).read_bytes())
     panels: dict[str, Any] = whole["configById"]
     x, y, z = VIEW

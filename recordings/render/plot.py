@@ -47,8 +47,8 @@ Rest = tuple[Floats, Floats]  # (n,) times [s], (n,) tensions at rest [N]
 
 
 class Curves(NamedTuple):
-    """Data of a plot: time [s], values and peaks (n, m), name and rated value of each column, quantity; by column also
-    measured curves, error estimates of peaks, and dynamic factors."""
+    """Data of a plot: time [s], values and peaks (n, m), names and rated values of the columns, and their quantity; for
+    some columns also measured curves, error estimates of peaks, and dynamic factors."""
 
     t: Floats
     values: Floats
@@ -68,9 +68,9 @@ def plot(
     force: bool = False,
     rest: Mapping[str, Rest] | None = None,
 ) -> Path:
-    """Draw a recording into the file `out` and return its path. `ropes`: ropes by label, by default those with the
-    highest utilisation; `rest`: static tensions [N], relative to which an additional panel shows the tensions of the
-    run."""
+    """Draw a recording into the file `out` and return its path. `ropes`: ropes by label (default: the ropes with the
+    highest utilisation); `rest`: static tensions [N]; if given, an additional panel shows the tensions relative to
+    them."""
     out = output_path(out, "a figure", FORMATS)
     rec = opened(path)
     if silent(rec):
@@ -85,7 +85,7 @@ def _curves(rec: Recording, ropes: Mapping[str, str] | None, rest: Mapping[str, 
     rec.load([name for name in wanted if name in rec.signals()])
     name = next((name for name in ("rope/tension", "joint/position") if _has(rec, name)), None)
     if name is None:
-        raise RecordingError(f"{rec.path}: has no rope tensions and no joint positions to plot")
+        raise RecordingError(f"{rec.path}: the recording has no rope tensions and no joint positions to plot")
     t, values, columns, unit = rec.signal(name)
     limits: dict[str, float] = rec.fact("rated", {})
     peaks = values
@@ -99,7 +99,7 @@ def _curves(rec: Recording, ropes: Mapping[str, str] | None, rest: Mapping[str, 
     chosen = dict(list(chosen.items())[: len(COLOURS)])
     missing = [column for column in chosen.values() if column not in columns]
     if missing:
-        raise RecordingError(f"{rec.path}: has no rope {missing[0]}; it has {', '.join(columns)}")
+        raise RecordingError(f"{rec.path}: the recording has no rope {missing[0]}; it has {', '.join(columns)}")
     picks = [columns.index(column) for column in chosen.values()]
     factor, unit = (1e-3, "kN") if unit == "N" else (1.0, unit)
     rated = [limits[column] * factor if column in limits else None for column in chosen.values()]
@@ -197,8 +197,8 @@ def _heading(figure: Figure, lines: Sequence[str], curves: Curves) -> None:
 
 
 def outline(t: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the lower and upper outline of a curve in steps finer than a pixel, since a filled band of 100 000 samples
-    would take a gigabyte."""
+    """Return the lower and upper outline of a curve, sampled in steps finer than a pixel, because drawing a filled band
+    of 100 000 samples would take a gigabyte."""
     first = np.arange(0, len(t), -(-len(t) // FINE))
     return t[first], np.minimum.reduceat(low, first), np.maximum.reduceat(high, first)
 

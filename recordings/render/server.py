@@ -48,8 +48,8 @@ HEADERS = {
 
 
 def refusal(headers: Mapping[str, str], port: int) -> str:
-    """Return the reason why a request must be refused, from its headers; "" if it is allowed. `headers` finds names in
-    any capitalisation."""
+    """Return the reason why a request must be refused; "" if the request is allowed. `headers`: function that returns a
+    header of the request by name, in upper or lower case."""
     names = [f"{name}:{port}" for name in (HOST, "localhost")]
     if headers.get("Host", "") not in names:
         return "this page is served to this machine only"
@@ -62,7 +62,8 @@ def refusal(headers: Mapping[str, str], port: int) -> str:
 
 
 class PageServer:
-    """Server of the page until `close` is called; `say` adds a message for all browsers."""
+    """Server that sends a page and its messages to browsers until `close` is called; `say` adds a message for all
+    browsers."""
 
     def __init__(self) -> None:
         self.word = secrets.token_urlsafe(24)
@@ -78,15 +79,15 @@ class PageServer:
         self._thread.start()
 
     def say(self, kind: str, data: bytes) -> None:
-        """Add a message for all browsers: JSON on a single line."""
+        """Add a message for all browsers; `data`: JSON on a single line."""
         with self.change:
             number = len(self.messages)
             self.messages.append(b"id: %d\nevent: %s\ndata: %s\n\n" % (number, kind.encode(), data))
             self.change.notify_all()
 
     def close(self, patience: float, farewell: float) -> None:
-        """Wait up to `patience` [s] for a browser, and up to `farewell` [s] until all browsers have received
-        everything; then stop."""
+        """Stop the server: wait up to `patience` [s] for a first browser, then up to `farewell` [s] until all browsers
+        have received all messages."""
         with self.change:
             self.change.wait_for(lambda: self.readers or self.served, timeout=patience)
             self.closing = True
@@ -103,7 +104,7 @@ class _Server(ThreadingHTTPServer):
     owner: PageServer
 
     def handle_error(self, request: object, client_address: object) -> None:
-        """Ignore disconnected browsers."""
+        """Ignore errors of disconnected browsers."""
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -174,7 +175,7 @@ class _Handler(BaseHTTPRequestHandler):
                 return
 
     def log_message(self, format: str, *args: object) -> None:
-        """Do nothing, so that requests are not logged."""
+        """Do nothing, so that the server does not log requests."""
 
 
 FRAME = 1 / 30  # [s] at least between two messages
@@ -185,8 +186,8 @@ FAREWELL = 2.0  # [s] for browsers to get the end
 
 
 class LivePage(Spectator, AbstractContextManager["LivePage"]):
-    """The page of a run in progress, as a context manager and an observer of the run: it receives `begin`, `event`,
-    `ropes`, `samples`, `end`."""
+    """Live page of a run in progress: a context manager, and an observer of the run that receives `begin`, `event`,
+    `ropes`, `samples` and `end`."""
 
     def __init__(self) -> None:
         self._server = PageServer()

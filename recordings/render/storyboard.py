@@ -45,7 +45,7 @@ CLOSE = 0.05  # of the largest value: limits that are nearer to one another shar
 
 @contextmanager
 def on_paper() -> Iterator[None]:
-    """Return a context with the style of figures that are drawn and saved."""
+    """Return a context that sets the matplotlib style of figures for files."""
     from matplotlib import rc_context
 
     with rc_context({"svg.hashsalt": "heavylift", "font.size": 9.5, "axes.linewidth": 0.8, "text.parse_math": False}):
@@ -53,7 +53,7 @@ def on_paper() -> Iterator[None]:
 
 
 def tidied(axes: Axes, label: str) -> None:
-    """Style axes: light grid, no frame at the top and right, and a label for the values."""
+    """Style the axes of a figure: light grid, no frame at the top and right, and a label for the values."""
     axes.set_ylabel(label, color=INK)
     axes.grid(axis="y", color="#d9dee3", lw=0.6)
     axes.set_axisbelow(True)
@@ -61,7 +61,7 @@ def tidied(axes: Axes, label: str) -> None:
 
 
 def timed(axes: Axes) -> None:
-    """Label the x axis with the run time [s], from a minute on as h:min:s."""
+    """Label the x axis with the time of the run: in seconds, or as h:min:s if it lasts a minute or longer."""
     from matplotlib.ticker import FixedLocator
 
     first, last = axes.get_xlim()
@@ -75,7 +75,7 @@ def timed(axes: Axes) -> None:
 
 
 def limited(axes: Axes, limits: Mapping[str, float], unit: str, high: float) -> float:
-    """Draw lines at rated values that are near the largest value; return the upper end of the axis."""
+    """Draw lines at rated values, except those far above the largest value `high`; return the upper end of the axis."""
     near = {name: limit for name, limit in limits.items() if limit < NEAR * high}
     top = max([high, *near.values()])
     groups: list[list[str]] = []  # those whose lines are close to one another share a label
@@ -103,7 +103,7 @@ def digits(value: float) -> str:
 
 
 def banded(axes: Axes, times: Sequence[float], last: float) -> Iterator[tuple[float, float]]:
-    """Shade every other stage; yield the start and end [s] of each stage."""
+    """Shade the background of every other stage; yield the start and end [s] of each stage."""
     for i, (start, stop) in enumerate(pairwise([*times, last])):
         if i % 2 == 0:
             axes.axvspan(start, stop, color=BAND, lw=0, zorder=0)
@@ -111,7 +111,8 @@ def banded(axes: Axes, times: Sequence[float], last: float) -> Iterator[tuple[fl
 
 
 def spread(wanted: Sequence[float], highest: Sequence[float], gap: float) -> list[float]:
-    """Return positions at least `gap` apart and at most `highest`, as near as possible to the wanted ones."""
+    """Return positions of labels that are at least `gap` apart, at most `highest`, and otherwise as near as possible to
+    the wanted positions."""
     blocks: list[tuple[float, int]] = []  # mean place of labels that touch, how many they are
     for i, place in enumerate(wanted):
         blocks.append((place - i * gap, 1))
@@ -127,7 +128,8 @@ def spread(wanted: Sequence[float], highest: Sequence[float], gap: float) -> lis
 
 
 def save(figure: Figure, out: Path, force: bool = False, dpi: int = 160) -> Path:
-    """Write a .png or .svg figure and return its path; raises RecordingError if the file cannot be written."""
+    """Write a figure to a .png or .svg file and return its path; raises RecordingError if the file cannot be
+    written."""
     form = out.suffix.lower()[1:]
     metadata = {"Date": None, "Creator": GENERATOR} if form == "svg" else {"Software": GENERATOR}
     with PartFile(out, "a figure", FORMATS, force) as file, file.writing():
@@ -145,8 +147,8 @@ FACES = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (
 
 
 def storyboard(path: str | Path | Recording, out: str | Path, frames: int = 6, force: bool = False) -> Path:
-    """Draw `frames` instants of a recording side by side into a .png or .svg, or one after another as a film into a
-    .gif; raises RecordingError if that is impossible."""
+    """Draw `frames` instants of a recording side by side into a .png or .svg file, or one after another as a film into
+    a .gif file; raises RecordingError if this is impossible."""
     out = output_path(out, "a picture", (*FORMATS, FILM))
     rec = path if isinstance(path, Recording) else Recording(path)
     with rec.reading(), on_paper():
@@ -172,13 +174,13 @@ class _Drawing:
         self._scene = rec.run.get("scene", "")
 
     def title(self, i: int) -> str:
-        """Return the stage and time of an instant as text."""
+        """Return the name of the stage and the time of an instant as text."""
         stage = next((name for at, name in reversed(self._stages) if at <= self.times[i]), self._scene)
         return f"{stage}, {clock(self.times[i])}"
 
     def seen(self, i: int) -> tuple[list[Floats], list[Any], Floats]:
-        """Return the faces (4, 2) at an instant from far to near, their colours, and the rope lines (n, 2, 2), all seen
-        along x."""
+        """Return the view along x of an instant: the faces (4, 2) from far to near, their colours, and the rope lines
+        (n, 2, 2)."""
         faces = []
         for box, world in self._boxes:
             if box.body in self._poses:

@@ -38,22 +38,23 @@ def view(
     force: bool = False,
     beside: str | Path | None = None,
 ) -> Path:
-    """Write the page of a recording to a .html file; raises RecordingError if a file cannot be used. `verdict`: used if
-    the recording has none; `beside`: a second recording, shown as transparent bodies and dashed curves."""
+    """Write the page of a recording to a .html file; raises RecordingError if a file cannot be read or written.
+    `verdict`: used if the recording contains no verdict; `beside`: a second recording, shown as transparent bodies and
+    dashed curves."""
     out = output_path(out, "a page", (".html",))
     other = None if beside is None else Recording(beside)
     return written(page(content(Recording(path), verdict, other)), out, "a page", (".html",), force)
 
 
 def page(run: dict[str, object]) -> str:
-    """Return the page filled with this content."""
+    """Return the HTML page of a run, with this content inserted."""
     return bundled("page", run, "; img-src data: blob:; connect-src 'self'")
 
 
 def content(
     rec: Recording, verdict: RecordedVerdict | None = None, beside: Recording | None = None
 ) -> dict[str, object]:
-    """Return all data of a recording that the page shows, and those of a second recording `beside`."""
+    """Return all data that the page of a recording shows. `beside`: a second recording whose data are added."""
     with rec.reading():
         verdict = verdict or recorded_verdict(rec)
         layout, names = layout_of(rec), rec.signals()
@@ -122,19 +123,20 @@ def _block(rec: Recording) -> dict[str, object] | None:
 
 
 def sample_rows(rec: Recording) -> tuple[SampleLayout, Floats, Floats]:
-    """Return all signals as rows at common times, with the layout of the rows."""
+    """Return the layout of the sample rows of a recording, the common times of all signals [s], and the rows."""
     with rec.reading():
         layout, parts = layout_of(rec), [(times, np.hstack(values)) for times, values in rec.blocks(rec.signals())]
         return layout, np.concatenate([times for times, _ in parts]) / 1e9, np.vstack([rows for _, rows in parts])
 
 
 def layout_of(rec: Recording) -> SampleLayout:
-    """Return the layout of all signals in one row; raises RecordingError if the recording has nothing to show."""
+    """Return the layout of rows that contain all signals of a recording; raises RecordingError if the recording has no
+    samples to show."""
     least = min((rec.topics[topic].messages for topic in ("/samples", "/poses") if topic in rec.topics), default=0)
     if least < 2 or not rec.signals():
         models = "a DEVS model has messages only: `heavylift plot` draws them"
         instead = models if "model" in rec.run else "let the run last longer"
-        raise RecordingError(f"{rec.path}: has no samples to show; {instead}")
+        raise RecordingError(f"{rec.path}: the recording has no samples to show; {instead}")
     channels, start = [], 0
     for name in rec.signals():
         names = list(POSE_COLUMNS) if name.startswith(POSE) else rec.columns(name)

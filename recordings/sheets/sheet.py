@@ -33,7 +33,7 @@ Value: TypeAlias = str | float | None
 
 
 class Marked(NamedTuple):
-    """A cell value with the colour of a state: red, amber, undecided, green, or that of a recommended choice."""
+    """A cell value with a state that gives its colour: red, amber, undecided, green, or recommended."""
 
     value: Value
     state: str = "red"
@@ -43,8 +43,8 @@ Cell: TypeAlias = Value | Marked
 
 
 class Column(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A column: a quantity with its unit; `digits` after the decimal point, by default as many as needed. Columns of
-    text have neither."""
+    """A column of a table: name, unit and number of decimals (`digits`; None: as many as needed). Columns of text have
+    no unit and no decimals."""
 
     name: str
     unit: str = ""
@@ -52,7 +52,7 @@ class Column(msgspec.Struct, frozen=True, omit_defaults=True):
 
     @property
     def heading(self) -> str:
-        """The name and unit as column heading."""
+        """The heading of the column: its name and unit."""
         return f"{self.name} [{self.unit}]" if self.unit else self.name
 
     @property
@@ -61,7 +61,7 @@ class Column(msgspec.Struct, frozen=True, omit_defaults=True):
         return bool(self.unit) or self.digits is not None
 
     def text(self, cell: Cell) -> str:
-        """Return a cell of this column as text."""
+        """Return a cell of this column as the text to print."""
         value = plain(cell)
         if value is None or isinstance(value, str):
             return value or ""
@@ -84,7 +84,8 @@ def columns(*headings: str) -> tuple[Column, ...]:
 
 
 class Table(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A table with notes, printed only if it has rows; `blank`: it is a form to be filled in."""
+    """A table with notes, which is printed only if it has rows; `blank`: the table is a form to be filled in by
+    hand."""
 
     title: str
     columns: tuple[Column, ...]
@@ -94,7 +95,7 @@ class Table(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class Chart(msgspec.Struct, frozen=True):
-    """A drawing, as <svg> text or PNG bytes, with a caption."""
+    """A picture with a caption, as <svg> text or PNG bytes."""
 
     title: str
     image: str | bytes
@@ -112,7 +113,7 @@ Part: TypeAlias = Table | Chart | Notes
 
 
 class Sheet(msgspec.Struct, frozen=True):
-    """A sheet with tables for people: title, summary that begins with the state, state (colour), and its parts in
+    """A sheet of tables, charts and notes: title, summary that begins with the state, state (colour), and parts in
     reading order."""
 
     title: str
@@ -127,17 +128,17 @@ class Sheet(msgspec.Struct, frozen=True):
 
 
 def stated(state: str, *leads: str) -> str:
-    """Return the summary of a sheet, which begins with the state."""
+    """Return the summary of a sheet, which begins with the state in capitals."""
     return f"{state.upper()}: {'; '.join(filter(None, leads))}"
 
 
 def plain(cell: Cell) -> Value:
-    """Return the value of a cell without its colour mark."""
+    """Return the value of a cell without its state."""
     return cell.value if isinstance(cell, Marked) else cell
 
 
 def words(title: str, heads: Iterable[str], rows: Iterable[Iterable[Cell]], *notes: str) -> Table:
-    """Return a table in which all columns are texts."""
+    """Return a table whose columns all contain text."""
     return Table(title, tuple(map(Column, heads)), tuple(map(tuple, rows)), notes)
 
 
@@ -170,7 +171,7 @@ def _finite(value: Value) -> Value:
 
 
 def table_text(made: Table) -> str:
-    """Return a table as text with columns side by side, those of numbers right-aligned; empty if it has no rows."""
+    """Return a table as text with aligned columns, numbers right-aligned; "" if the table has no rows."""
     if not made.rows:
         return ""
     rows = [[x.text(cell) for x, cell in zip(made.columns, row, strict=True)] for row in made.rows]
@@ -189,7 +190,7 @@ def table_text(made: Table) -> str:
 
 
 def listed(heads: Iterable[str], rows: Iterable[Iterable[Cell]]) -> str:
-    """Return columns of texts side by side, as lines of text."""
+    """Return rows of texts as lines with aligned columns."""
     return table_text(words("", heads, rows))
 
 
@@ -200,7 +201,7 @@ def text_of(sheet: Sheet) -> str:
 
 
 def part_text(part: Part) -> str:
-    """Return a table or notes as text with their title; empty for a table without rows."""
+    """Return a table or notes as text, with the title; "" for a table without rows."""
     lines: Sequence[str] = part.lines if isinstance(part, Notes) else part.notes
     body = table_text(part) if isinstance(part, Table) else ""
     message = body or (lines and not isinstance(part, Table))
@@ -259,7 +260,7 @@ def _part(part: Part) -> str:
 
 
 def table_html(table: Table) -> str:
-    """Return a table as HTML with its title; empty if it has no rows."""
+    """Return a table as HTML, with the title; "" if the table has no rows."""
     if not table.rows:
         return ""
     head = "".join(f"<th{_kind(column)}>{escape(column.heading)}</th>" for column in table.columns)
@@ -293,7 +294,7 @@ THEME = {INK: "var(--ink)", QUIET: "var(--quiet)", BAND: "var(--band)", PAPER: "
 
 
 def in_page(figure: "Figure") -> str:
-    """Return a figure as <svg> that uses the text and colours of the page."""
+    """Return a figure as an <svg> element that uses the font and colours of the page."""
     text = io.StringIO()
     figure.savefig(text, format="svg", metadata={"Date": None}, transparent=True)
     svg = text.getvalue()
@@ -304,8 +305,8 @@ def in_page(figure: "Figure") -> str:
 
 
 def styled(fonts: str) -> AbstractContextManager[None]:
-    """Return a context in which figures are drawn in the placeholder colours; `fonts` of SVG: "none" for text, "path"
-    for outlines."""
+    """Return a context in which figures are drawn in placeholder colours. `fonts`: "none" writes text as SVG text,
+    "path" as outlines."""
     from matplotlib import rc_context
 
     style: dict[Any, Any] = {"svg.hashsalt": "heavylift", "svg.fonttype": fonts,

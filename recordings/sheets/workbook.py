@@ -37,7 +37,7 @@ NAMELESS = re.compile(r"[\\/*?:\[\]\x00-\x1f]")  # and no name of a leaf
 
 
 def workbook_of(sheet: Sheet) -> bytes:
-    """Return a sheet as the bytes of an .xlsx file; raises RecordingError if its library is not installed."""
+    """Return a sheet as the bytes of an .xlsx file; raises RecordingError if openpyxl is not installed."""
     missing = "a workbook needs openpyxl: pip install 'heavylift[xlsx]'; or write the report as .html"
     book = extra("openpyxl", RecordingError(missing)).Workbook()
     book.remove(book.active)
@@ -105,13 +105,13 @@ PATIENCE = 60.0  # [s]
 
 
 def print_page(page: str, out: Path) -> bytes:
-    """Print a self-contained page as PDF and return its bytes; raises RecordingError if there is no browser that can do
-    it."""
+    """Print a self-contained HTML page as PDF and return its bytes; raises RecordingError if no suitable browser is
+    installed."""
     found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
     if found is None:
         raise RecordingError(
-            f"{out}: no Chromium or Chrome is installed to print it; write {out.with_suffix('.html')} and print that "
-            "from any browser"
+            f"{out}: no Chromium or Chrome is installed to print a PDF; write {out.with_suffix('.html')} and "
+            "print that from any browser"
         )
     with tempfile.TemporaryDirectory(prefix="heavylift-", ignore_cleanup_errors=True) as folder:
         source, printed = Path(folder) / "report.html", Path(folder) / "report.pdf"
@@ -123,7 +123,7 @@ def print_page(page: str, out: Path) -> bytes:
             return printed.read_bytes()
         except (OSError, subprocess.SubprocessError) as error:
             raise RecordingError(
-                f"{out}: {Path(found).name} did not print it ({type(error).__name__}); write "
+                f"{out}: {Path(found).name} could not print the PDF ({type(error).__name__}); write "
                 f"{out.with_suffix('.html')} and print that from any browser"
             ) from None
 
@@ -133,14 +133,14 @@ PRINTED = f"% {GENERATOR}\n".encode()  # a comment behind the end of a PDF
 
 
 def write(sheet: Sheet, out: str | Path, what: str, force: bool = False) -> Path:
-    """Write a sheet to a file and return its path; `what` describes it in errors, such as "a report". Raises
-    RecordingError if it cannot be written."""
+    """Write a sheet to a file and return its path; raises RecordingError if the file cannot be written. `what`: name of
+    the sheet in errors, such as "a report"."""
     path = output_path(out, what, FORMATS)
     return written(printed(sheet, path), path, what, FORMATS, force)
 
 
 def printed(sheet: Sheet, out: Path) -> str | bytes:
-    """Return a sheet in the format that the suffix of `out` names."""
+    """Return a sheet as text or bytes in the format that the suffix of `out` names."""
     match out.suffix.lower():
         case ".pdf":
             return print_page(page_of(sheet), out) + PRINTED

@@ -23,13 +23,13 @@ from .sink import RowWriter
 
 
 class Spectator:
-    """Base class for observers of recorded data: an observer receives `begin`, then `event`, `ropes` and `samples`,
-    then `end`. This class ignores all of them."""
+    """Base class for observers of recorded data, which receive `begin`, then `event`, `ropes` and `samples`, then
+    `end`; this class ignores all data."""
 
     def begin(
         self, run: Mapping[str, object], layout: SampleLayout, boxes: Sequence[DrawnBox], lines: Sequence[RopeLine]
     ) -> None:
-        """Receive the data at the start: facts of the run, sample columns, shapes and lines."""
+        """Receive the data known at the start: facts of the run, sample columns, drawn shapes, and rope lines."""
 
     def event(self, t_ns: int, source: str, port: str, type: str, payload: bytes) -> None:
         """Receive an event on a port of a coupled model."""
@@ -45,7 +45,7 @@ class Spectator:
 
 
 class Spectators(Spectator):
-    """An observer that passes everything on to several observers, in order."""
+    """An observer that passes all data on to several observers, in order."""
 
     def __init__(self, *those: Spectator) -> None:
         for method in ("begin", "event", "ropes", "samples", "end"):
@@ -67,14 +67,14 @@ class Listener(Protocol):
         """Announce a topic and the type of its messages."""
 
     def listens(self) -> bool:
-        """Return whether there is a subscriber."""
+        """Return whether anyone has subscribed to a topic."""
 
     def put(self, topic: str, t_ns: int, data: bytes) -> None:
         """Publish a message with this simulation time [ns]."""
 
 
 class Broadcast(Spectator):
-    """An observer that passes at most `hz` samples per simulated second on to a listener."""
+    """An observer that passes at most `hz` samples per second of simulation time on to a listener."""
 
     def __init__(self, listener: Listener, hz: float) -> None:
         self._listener, self._every_ns, self._due = listener, round(1e9 / hz), 0
@@ -95,7 +95,7 @@ class Broadcast(Spectator):
         return len(self._topics) - 1
 
     def write(self, channel: int, log_ns: int, publish_ns: int, data: bytes) -> None:
-        """Pass on a message to the listener, in the form in which a recording would contain it."""
+        """Pass a message on to the listener, in the form in which a recording would contain it."""
         self._listener.put(self._topics[channel], publish_ns, data)
 
     def begin(

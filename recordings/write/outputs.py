@@ -42,7 +42,8 @@ def file_path(path: object) -> Path:
 
 
 def unnamable(path: Path) -> str:
-    """Return why no file can have this name together with the suffixes that a run adds; "" if a file can."""
+    """Return the reason why no file can have this name with the suffixes that a run adds; "" if such files are
+    possible."""
     try:
         _mode(path.with_name(path.name + COMMANDS))
     except OSError as error:
@@ -51,8 +52,8 @@ def unnamable(path: Path) -> str:
 
 
 def output_path(path: str | Path, what: str = "", endings: Sequence[str] = ()) -> Path:
-    """Return the path if it is free or holds an earlier output; raises OutputError, naming what exists there or which
-    suffixes are allowed, or RecordingError if its folder is missing."""
+    """Return the path if it is free or holds an earlier output; raises OutputError if another file exists there or the
+    suffix is not allowed, and RecordingError if the folder is missing."""
     path = file_path(path)
     with writing(path):
         _refuse(path)
@@ -71,20 +72,21 @@ def output_path(path: str | Path, what: str = "", endings: Sequence[str] = ()) -
 
 
 def names(path: Path) -> Iterator[Path]:
-    """Yield the names run.mcap, run-2.mcap, run-3.mcap and so on."""
+    """Yield the path run.mcap, then run-2.mcap, run-3.mcap and so on."""
     yield path
     for number in count(2):
         yield path.with_name(f"{path.stem}-{number}{path.suffix}")
 
 
 def remains(path: Path) -> list[Path]:
-    """Return the existing files that belong to an output with this name."""
+    """Return those files of an output with this name that exist, including its temporary files."""
     every = [path, *(path.with_name(path.name + ending) for ending in (PART, COMMANDS))]
     return [x for x in every if _mode(x) is not None]
 
 
 def left_by_a_run(part: Path) -> bool:
-    """Return whether a file holds the beginning of a run that can be resumed or recovered."""
+    """Return whether an incomplete file contains the beginning of a run, so that the run can be resumed or
+    recovered."""
     with part.open("rb") as file:
         file.seek(len(MAGIC))
         for wanted in (1, METADATA):  # header, and what was run
@@ -102,11 +104,14 @@ def beside(path: Path, ending: str) -> Path:
 
 @contextmanager
 def writing(path: Path) -> Iterator[None]:
-    """Context that converts errors of the system into a RecordingError with a sentence about this file."""
+    """Return a context that converts errors of the operating system into a RecordingError with a sentence about this
+    file."""
     try:
         yield
     except OSError as error:
-        raise RecordingError(f"{path}: cannot be written ({error.strerror}); choose another folder with -o") from None
+        raise RecordingError(
+            f"{path}: the file cannot be written ({error.strerror}); choose another folder with -o"
+        ) from None
 
 
 def _refuse(path: Path) -> None:
@@ -116,11 +121,11 @@ def _refuse(path: Path) -> None:
         return
     kind = next((kind for test, kind in KINDS if test(mode)), "")
     if kind == "a folder":
-        raise OutputError(f"{path}: is a folder; give the name of a file in it, such as {path / 'run.mcap'}")
+        raise OutputError(f"{path}: this is a folder; give the name of a file in it, such as {path / 'run.mcap'}")
     if not kind and not _made(path):
         kind = "a file that heavylift has not made"
     if kind:
-        raise OutputError(f"{path}: is {kind} and will not be overwritten; choose another name with -o")
+        raise OutputError(f"{path}: this is {kind} and will not be overwritten; choose another name with -o")
 
 
 def _mode(path: Path) -> int | None:

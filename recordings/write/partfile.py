@@ -48,15 +48,16 @@ class PartFile(AbstractContextManager["PartFile"]):
 
     @property
     def part(self) -> Path:
-        """Path of the file until it is complete."""
+        """Temporary path of the file until it is complete."""
         return self.path.with_name(self.path.name + PART)
 
     def writing(self) -> AbstractContextManager[None]:
-        """Return a context that converts errors of the system into a RecordingError."""
+        """Return a context that converts errors of the operating system into a RecordingError."""
         return writing(self._at or self.path)
 
     def show(self) -> None:
-        """Give the file the name `PATH.part`, or that of the next free path, since it is worth keeping from now on."""
+        """Give the file, which had no name so far, the name `PATH.part` or the next free one, because its content is
+        now worth keeping."""
         with self.writing():
             self.stream.flush()
             for path in names(self.path):
@@ -76,7 +77,8 @@ class PartFile(AbstractContextManager["PartFile"]):
                 return
 
     def check(self, whole: bool = False) -> None:
-        """Raise RecordingError if the file's name no longer leads to the written data; `whole`: compare all bytes."""
+        """Raise RecordingError if the file was deleted, renamed, replaced or changed by another program; `whole`:
+        compare all bytes."""
         if self._at is not None:
             try:
                 there = os.stat(self._at, follow_symlinks=False)
@@ -104,7 +106,7 @@ class PartFile(AbstractContextManager["PartFile"]):
         return self.path
 
     def abandon(self, keep: bool = True) -> None:
-        """Close a file that cannot be finished; with `keep`, the incomplete file is kept."""
+        """Close a file that cannot be finished; `keep`: do not delete the incomplete file."""
         with suppress(OSError, RecordingError):
             self.stream.close()
         with suppress(OSError):
@@ -143,7 +145,7 @@ class PartFile(AbstractContextManager["PartFile"]):
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 if path.suffix == PART and left_by_a_run(path):
                     raise OutputError(
-                        f"{path}: was left by a run that was cut off and will not be "
+                        f"{path}: this file was left by a run that was cut off and will not be "
                         f"overwritten; `heavylift resume {path}` completes "
                         "that run, `heavylift recover` saves what there is; then delete it, or choose another name "
                         "with -o"
@@ -169,7 +171,7 @@ class PartFile(AbstractContextManager["PartFile"]):
 
 
 def written(data: str | bytes, path: str | Path, what: str, endings: Sequence[str], force: bool = False) -> Path:
-    """Write a complete file with this content and return its path."""
+    """Write data to a complete file and return its path."""
     with PartFile(path, what, endings, force) as file:
         file.stream.write(data.encode() if isinstance(data, str) else data)
     return file.path
@@ -184,7 +186,7 @@ class _Guarded(io.FileIO):
         self._written_ns = os.fstat(descriptor).st_mtime_ns
 
     def write(self, data: Any) -> int:
-        """Append; raises RecordingError if the file has been changed."""
+        """Append data; raises RecordingError if another program has changed the file."""
         self.check()
         n = super().write(data)
         self._crc = zlib.crc32(memoryview(data)[:n], self._crc)
@@ -193,7 +195,8 @@ class _Guarded(io.FileIO):
         return n
 
     def check(self, whole: bool = False) -> None:
-        """Raise RecordingError if size or time of the file have changed and, for a new time or `whole`, its bytes."""
+        """Raise RecordingError if another program has changed the file; all bytes are compared only if `whole` or if
+        size or time of the file have changed."""
         now = os.fstat(self.fileno())
         if now.st_size < self._size:
             raise self._owner._lost("cut")

@@ -40,19 +40,19 @@ MEDIA = {".yaml": "application/yaml", ".json": "application/json"}
 
 
 def library() -> str:
-    """Return the name of the writer for the file's header: `heavylift X mcap-python/Y`."""
+    """Return the name of the writing library for the header of the file: `heavylift X mcap-python/Y`."""
     return f"heavylift {__version__} mcap-python/{version('mcap')}"
 
 
 def texts(facts: Mapping[str, object]) -> dict[str, str]:
-    """Return facts as metadata values: texts unchanged, everything else as JSON."""
+    """Return facts as texts for a metadata record: texts unchanged, all other values as JSON."""
     return {
         name: value if isinstance(value, str) else msgspec.json.encode(value).decode() for name, value in facts.items()
     }
 
 
 class RecordingSink:
-    """Writes facts and attachments to `<path>.part`; `finish` renames the file.
+    """Writes the facts and attachments of a recording to `<path>.part`; `finish` gives the file its final name.
 
     Messages are written to `mcap`, within the context `writing`.
     """
@@ -88,7 +88,7 @@ class RecordingSink:
 
     @property
     def path(self) -> Path:
-        """Path of the recording, which `finish` may change if another file has appeared there."""
+        """Path of the recording; `finish` changes the path if another file has appeared there."""
         return self._file.path
 
     def protobuf(
@@ -118,7 +118,7 @@ class RecordingSink:
         return self.topics[topic]
 
     def checkpoint(self, at: tuple[int, int], state: bytes) -> None:
-        """Attach a compressed state, named after its logical time."""
+        """Attach a compressed checkpoint, named after its logical time."""
         with self.writing():
             media = "application/zstd"
             packed = zstandard.ZstdCompressor(write_checksum=True).compress(state)
@@ -126,7 +126,8 @@ class RecordingSink:
 
     @contextmanager
     def writing(self) -> Iterator[None]:
-        """Context that locks out the flushing thread and converts errors of the system into a RecordingError."""
+        """Return a context that locks out the flushing thread and converts errors of the operating system into a
+        RecordingError."""
         with self._lock, self._file.writing():
             if self._refused is not None:
                 raise self._refused
@@ -162,7 +163,7 @@ class RecordingSink:
         return self._file.finish()
 
     def abandon(self, keep: bool = True) -> None:
-        """Close a file that cannot be finished; with `keep`, the incomplete file is kept. Has no effect on a finished
+        """Close a file that cannot be finished; `keep`: do not delete the incomplete file. Has no effect on a finished
         file."""
         self._rest()
         self._file.abandon(keep)
@@ -186,13 +187,13 @@ class RowBlock(NamedTuple):
 
 
 class Messages(Protocol):
-    """Interface of a receiver of messages on channels, usually a recording."""
+    """Interface of a receiver of messages on numbered channels, usually a recording."""
 
     def write(self, channel: int, log_ns: int, publish_ns: int, data: bytes) -> None: ...
 
 
 class Channels(Protocol):
-    """Interface that creates channels; their messages go to `mcap`."""
+    """Interface of an object that creates channels; the messages of these channels are written to `mcap`."""
 
     @property
     def mcap(self) -> Messages: ...
@@ -202,7 +203,7 @@ class Channels(Protocol):
 
 
 class RowWriter:
-    """Writer of the sample rows of one layout; keeps the peak tension of each rope."""
+    """Writer of sample rows with one layout, which also records the peak tension of each rope."""
 
     def __init__(self, sink: Channels, layout: SampleLayout, lines_every: float, lift: str = "") -> None:
         """Create the channels of all rows, or of the rows of a single lift in topics with its name."""
@@ -225,8 +226,8 @@ class RowWriter:
             self._lines = 0 if lift else sink.protobuf("/ropes", viewers.SceneUpdate)
 
     def ropes(self, lines: Sequence[viewers.RopeLine]) -> viewers.Ropes:
-        """Return rope lines prepared for `hang`; raises RecordingError for a line on a body whose poses are not
-        sampled."""
+        """Return rope lines in the form that `hang` accepts; raises RecordingError for a line on a body whose poses are
+        not sampled."""
         for line in lines:
             for body in (line.a_body, line.b_body):
                 if body != viewers.WORLD and body not in self.bodies:
@@ -234,7 +235,7 @@ class RowWriter:
         return viewers.Ropes(lines, self.bodies)
 
     def hang(self, ropes: viewers.Ropes) -> None:
-        """Draw these ropes from the next row on."""
+        """Draw these rope lines from the next row on."""
         self._ropes, self._lines_due = ropes, 0
 
     def encode(self, times: list[int], log_ns: list[int], rows: NDArray[np.float64]) -> RowBlock:
@@ -274,8 +275,8 @@ class RowWriter:
 
 
 def note_peaks(peaks: dict[str, Peak], layout: SampleLayout, times: Sequence[int], rows: NDArray[np.float64]) -> None:
-    """Update the peak tension of each rope: from the peaks of all accepted steps if rows contain them, else from
-    samples; for ropes over sheaves from samples of the most loaded part."""
+    """Update the peak tension of each rope: from the peaks of all accepted steps if the rows contain them, else from
+    the samples. For ropes over sheaves, from samples of the most loaded part."""
     found = [x for x in (layout.find("rope/peak") or layout.find("rope/tension"), layout.find(REEVING)) if x]
     when = layout.find("rope/peak_time")
     for tension in found:

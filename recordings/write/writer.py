@@ -37,7 +37,7 @@ EVENT, SAMPLE = 0, 1  # at one instant events stand before the sample taken afte
 
 
 class PendingRows(NamedTuple):
-    """The rows of a block that wait to be written, from number `first` on."""
+    """Encoded rows that wait to be written, from the row `first` of their block on."""
 
     rows: RowWriter
     block: RowBlock
@@ -107,7 +107,7 @@ class Recorder:
         )
 
     def layout(self, layout: SampleLayout) -> None:
-        """Set the columns of sample rows; must be called only once."""
+        """Set the layout of the sample rows; must be called only once."""
         self._rows = RowWriter(self._sink, layout, self._lines_every)
         self._lifts = {name: _Apart(RowWriter(self._sink, own, 0.0, name)) for name, own in layout.lifts.items()}
 
@@ -127,7 +127,8 @@ class Recorder:
     # what happens
 
     def event(self, t_ns: int, k: int, source: str, port: str, index: int, type: str, payload: bytes) -> None:
-        """Record an event on a port of a coupled model, in total order; `payload`: its msgpack bytes."""
+        """Record an event on a port of a coupled model; events must come in total order. `payload`: msgpack bytes of
+        its message."""
         channel = self._ports.get((source, port))
         if channel is None:
             raise RecordingError(f"event of {source}.{port}: this port was not announced; call add_port first")
@@ -195,21 +196,21 @@ class Recorder:
         self._drain()
 
     def checkpoint(self, at: tuple[int, int], state: bytes) -> None:
-        """Attach the state of the mechanics after everything before this logical time; attachments are not part of the
-        digest."""
+        """Attach the state of the mechanics at a logical time, before the events of that time; attachments are not part
+        of the digest."""
         self._sink.checkpoint(at, state)
 
     def log(self, t_ns: int, level: str, name: str, message: str) -> None:
-        """Record a line of the log; level is debug, info, warning, error or fatal, name is its source."""
+        """Record a line of the log. `level`: debug, info, warning, error or fatal; `name`: source of the line."""
         self._message(self._log, t_ns, log_message(t_ns, level, name, message))
 
     def settle(self, t_ns: int) -> None:
-        """Note that all data before this simulation time [ns] are complete, and write them."""
+        """Declare all data before a simulation time [ns] complete, and write them."""
         self._settled = max(self._settled, t_ns)
         self._drain()
 
     def close(self, status: str = "finished", reason: str = "", result: Mapping[str, object] | None = None) -> Path:
-        """Write all pending data and the metadata `result`, finish the file and give it its name; return its path."""
+        """Write all pending data and the metadata `result`, and give the finished file its name; return its path."""
         if self._closed:
             return self._sink.path
         self._closed = True
@@ -229,7 +230,7 @@ class Recorder:
             self._sink.abandon()
 
     def discard(self) -> None:
-        """Discard the file."""
+        """Close and delete the incomplete recording."""
         self._closed = True
         self._sink.abandon(keep=False)
 

@@ -85,7 +85,7 @@ def test_the_load_share_of_each_crane_follows_from_the_angle_of_the_block(tmp_pa
     assert shares == pytest.approx(statics(a, b, angles(recording)[1][-1]), abs=SHARE)
 
 
-def test_the_lower_hook_goes_slack_when_the_upper_one_is_plumb_above_the_centre_of_gravity(tmp_path: Path) -> None:
+def test_the_lower_hook_goes_slack_when_the_upper_hook_is_plumb_above_the_centre_of_gravity(tmp_path: Path) -> None:
     a, b = FORM["given"]["A"], FORM["given"]["B"]
     theta = radians(65)
     lengths = [LENGTH / (1 + share * WEIGHT / EA) for share in statics(a, b, theta)]

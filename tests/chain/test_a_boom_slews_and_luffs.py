@@ -46,7 +46,7 @@ def refused(*actions: str) -> str:
 
 
 @pytest.mark.parametrize("way", [-25.0, -10.0, 8.0])
-def test_luffing_moves_the_hook_by_the_change_of_rope_length_between_boom_tip_and_drum(way: float) -> None:
+def test_luffing_moves_the_hook_by_the_changed_rope_length_between_boom_tip_and_drum(way: float) -> None:
     """L0 (1 + T / EA) = falls below the tip + way to the drum / falls, whatever the angle."""
     scene = jib("legs: unhook", "jib main: hoist 10 m/min by 10 m", f"jib: luff 1 deg/s by {way} deg")
     first, last = scene.statics.states[0], scene.statics.states[-1]
@@ -122,11 +122,11 @@ def degrees_at(radius: float) -> float:
         ("block: turn 1 deg/s to 30 deg", "'block' cannot turn"),
     ],
 )
-def test_orders_beyond_the_capability_of_a_machine_are_refused(order: str, told: str) -> None:
+def test_orders_beyond_the_capability_of_a_crane_are_refused(order: str, told: str) -> None:
     assert told in refused(order)
 
 
-def test_the_upper_limit_switch_stops_hoisting_with_its_own_deceleration(tmp_path: Path) -> None:
+def test_the_upper_limit_switch_stops_hoisting_with_its_own_stated_deceleration(tmp_path: Path) -> None:
     """The hook of the hall's crane comes to rest v^2 / 2a above the switch; orders have ramps of 0.1 m/s2."""
     text = "extends: hall\nname: hall\nactions: [{hall: hoist 5 m/min ramp 0.1 m/s2 until after 300 s}]\n"
     scene = parse(text.replace("[{hall", "[{legs: unhook}, {hall"), "scene.yaml", passing=True)
@@ -136,7 +136,7 @@ def test_the_upper_limit_switch_stops_hoisting_with_its_own_deceleration(tmp_pat
     assert z == pytest.approx(17.0 + (5 / 60) ** 2 / (2 * 0.5), abs=2e-3)
 
 
-def test_a_crane_crosses_the_hall_without_residual_swing(tmp_path: Path) -> None:
+def test_a_hall_crane_carries_its_load_across_the_hall_without_residual_swing(tmp_path: Path) -> None:
     run(load("hall"), tmp_path / "hall.mcap", in_process=True)
     recording = Recording(tmp_path / "hall.mcap")
     begun = {name: t for t, name in recording.stages()}

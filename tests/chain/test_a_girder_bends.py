@@ -56,7 +56,7 @@ def test_a_loaded_girder_oscillates_about_its_static_sag_at_its_natural_frequenc
     assert [n for n in names if n.startswith("girder")] == ["girder.mode1", "girder.mode2", "girder.mode3"]
 
 
-def test_a_trolley_sinks_by_the_sag_of_its_girder(tmp_path: Path) -> None:
+def test_a_trolley_is_lowered_by_the_sag_of_its_girder(tmp_path: Path) -> None:
     """After the drive to 30 m the midspan sags by P b (3 L^2 - 4 b^2)/48 EI, b = 30 m, and by the girder's own."""
     given = CLOSED_FORMS["C18"]["given"]
 

@@ -26,7 +26,7 @@ def rests(made: LoadedScene, hook: str) -> dict[int, tuple[float, float]]:
     return {s.action: (s.poses[hook][0][2], s.references[hook]) for s in made.statics.states}
 
 
-def test_the_hook_keeps_its_height_while_luffing_except_for_the_stretch_of_its_rope() -> None:
+def test_the_hook_keeps_its_height_while_its_boom_luffs_except_for_rope_stretch() -> None:
     """The tip comes down by 5.2 m; what the winch takes in lacks only its stretch."""
     made = scene(
         "jib", *UP, "{jib: luff 0.3 deg/s to 49.46 deg, jib main: hold height}", "jib main: lower 5 m/min by 1 m"
@@ -43,7 +43,7 @@ def test_the_hook_keeps_its_height_while_luffing_except_for_the_stretch_of_its_r
     ("jib", "jib", 40.0, (2.0, 2.0), (-2.0, 3.0), 8),
     ("crawler", "crawler", 42.0, (1.5, 0.7), (-1.0, 2.0), 16),
 ])  # fmt: skip
-def test_height_compensation_follows_the_geometry_of_boom_tip_and_drum(
+def test_the_rope_speed_of_height_compensation_follows_the_geometry_of_boom_tip_and_drum(
     base: str, machine: str, boom: float, foot: tuple[float, float], drum: tuple[float, float], falls: int
 ) -> None:
     """Over the whole range of a boom, by the plane geometry of its type file."""
@@ -73,7 +73,7 @@ def test_a_luffing_move_stopped_halfway_leaves_the_hook_at_the_same_height() -> 
     assert at[8][0] - at[7][0] == pytest.approx(1.0, abs=2e-3)
 
 
-def test_luffing_that_the_load_chart_stops_keeps_the_hook_height(tmp_path: Path) -> None:
+def test_luffing_stopped_by_a_load_chart_interlock_keeps_the_hook_height(tmp_path: Path) -> None:
     """The load moment limiter stops the boom; the winch has followed to there, and lowers afterwards."""
     more = "block: {at: [17 m, 0 m, 2 m]}\ncranes: {crawler: {radius: 17 m}}\nsamples: 5 Hz\n"
     made = scene(
@@ -114,14 +114,14 @@ def test_each_instance_of_a_crane_type_holds_its_own_hook_height(tmp_path: Path)
     [
         ("jib main: hold height", "'jib.main' holds its height while its boom luffs: let it luff in the same action"),
         ("{jib: slew 1 deg/s by 3 deg, jib main: hold height}", "let it luff in the same action"),
-        ("{jib: luff 1 deg/s by 3 deg, jib main: hold high}", "'hold' stands alone, without 'high'"),
+        ("{jib: luff 1 deg/s by 3 deg, jib main: hold high}", "nothing can follow 'hold': remove 'high'"),
     ],
 )
 def test_an_invalid_order_to_hold_a_hook_height_is_reported(order: str, told: str) -> None:
     assert_refused("jib", order, told)
 
 
-def test_holding_the_height_of_a_hook_on_another_boom_is_refused() -> None:
+def test_an_order_to_hold_the_height_of_a_hook_on_another_boom_is_refused() -> None:
     plan = load("jib").plan
     move = next(x for action in plan.actions for x in action.orders if x.verb == "slew")
     assert follow(plan.machines, move, "jib.main", "") == "'jib.main' does not hang from what 'jib.slewer' luffs"

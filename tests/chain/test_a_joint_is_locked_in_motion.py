@@ -34,7 +34,7 @@ actions:
 LOST = 0.5 * 600.0 * 2.0**2 / 2.0 + 0.5 * 1000.0 * 0.1**2  # half of the spin's energy, all of the slide's [J]
 
 
-def test_two_discs_that_are_locked_together_share_their_angular_momentum(tmp_path: Path) -> None:
+def test_two_discs_locked_together_share_their_angular_momentum(tmp_path: Path) -> None:
     """Equal discs: both turn at half the speed; half of the spin's energy and all of the slide's become heat."""
     one, many = (play(tmp_path, SCENE, in_process=here) for here in (True, False))
     assert one.result["digest"] == many.result["digest"]
@@ -65,7 +65,7 @@ def test_the_energy_lost_by_locking_a_moving_joint_is_reported_and_recorded(tmp_
     assert message[0].port == "state_mechanism"
 
 
-def test_the_energy_lost_by_locking_a_joint_is_printed_among_the_stages(
+def test_the_energy_lost_by_locking_a_joint_is_printed_in_the_table_of_stages(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """One line with the time, the lock and what has become heat."""

@@ -22,7 +22,7 @@ def pick_up(tmp_path_factory: pytest.TempPathFactory) -> Recording:
     return play(tmp_path_factory.mktemp("pick-up"), scene + "actions:\n  - rope: hoist 0.05 m/s by 5 m\n")
 
 
-def test_a_load_lifts_off_when_the_rope_carries_its_weight(pick_up: Recording) -> None:
+def test_a_load_lifts_off_when_its_rope_tension_equals_its_weight(pick_up: Recording) -> None:
     taut = winding_time(SLACK, SPEED, RAMP)
     assert the_only(happenings(pick_up, "taut")).t == pytest.approx(taut - SETTLED / SPEED, abs=TAUT)
 
@@ -31,7 +31,7 @@ def test_a_load_lifts_off_when_the_rope_carries_its_weight(pick_up: Recording) -
     assert near(stretched, FORM["t_lift"], CONSTANT_STIFFNESS)
 
 
-def test_a_load_lifted_off_too_fast_bounces_by_the_hoisting_factor(pick_up: Recording) -> None:
+def test_the_peak_tension_of_a_fast_lift_off_has_the_hoisting_factor_of_the_closed_form(pick_up: Recording) -> None:
     _, tension = channel(pick_up, "rope/tension")
     _, peak = channel(pick_up, "rope/peak")
 

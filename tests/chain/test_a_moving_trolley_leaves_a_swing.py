@@ -61,7 +61,7 @@ def after_the_move(folder: Path, a: float, v: float, d: float, seconds: float) -
     return np.array([residual(*now) for now in zip(angle[after], rate[after], strict=True)])
 
 
-def test_a_move_of_forty_metres_by_a_trapezoid_leaves_a_swing_of_one_degree(tmp_path: Path) -> None:
+def test_a_trolley_move_of_40_m_with_a_trapezoidal_speed_profile_leaves_a_swing_of_one_degree(tmp_path: Path) -> None:
     form = CLOSED_FORMS["C05"]
     given, expected = form["given"], form["expected"]
     want = nonlinear(given["a"], given["ta"], given["tc"])
@@ -74,7 +74,7 @@ def test_a_move_of_forty_metres_by_a_trapezoid_leaves_a_swing_of_one_degree(tmp_
     assert near(want, expected["theta_res_rad"], LINEAR)
 
 
-def test_accelerating_for_exactly_one_swing_period_leaves_no_swing(tmp_path: Path) -> None:
+def test_a_trolley_acceleration_over_exactly_one_swing_period_leaves_no_swing(tmp_path: Path) -> None:
     given = CLOSED_FORMS["C05b"]["given"]
     distance = given["v"] * (given["ta"] + given["tc"])
 

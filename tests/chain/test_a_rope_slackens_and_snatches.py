@@ -20,7 +20,7 @@ Events = list[tuple[float, str]]
 
 
 @pytest.mark.parametrize("in_process", [True, False], ids=["one process", "processes"])
-def test_setting_down_a_load_unloads_its_rope(tmp_path: Path, in_process: bool) -> None:
+def test_setting_down_a_load_brings_its_rope_tension_to_zero(tmp_path: Path, in_process: bool) -> None:
     rope = Rope()
     scene = (
         rope.scene(samples=100, end=5, z=0.0, length=rope.carrying) + "actions:\n  - rope: lower 0.05 m/s by 0.2 m\n"
@@ -49,7 +49,7 @@ def pick_up(folder: Path, rope: Rope, speed: float) -> tuple[Events, Events]:
     return sorted(got), rope.hoisted(lifted, speed, end)
 
 
-def test_a_load_lifted_too_fast_touches_the_ground_once_more(tmp_path: Path) -> None:
+def test_a_load_hoisted_above_a_critical_speed_touches_the_ground_once_more(tmp_path: Path) -> None:
     got, want = pick_up(tmp_path, Rope(), FORM["given"]["v_pick"])
 
     assert [what for _, what in got] == [what for _, what in want]
@@ -57,7 +57,7 @@ def test_a_load_lifted_too_fast_touches_the_ground_once_more(tmp_path: Path) -> 
     assert max(abs(mine - yours) for (mine, _), (yours, _) in zip(got, want, strict=True)) < EVENT
 
 
-def test_winding_does_not_change_the_stiffness_of_a_very_long_rope(tmp_path: Path) -> None:
+def test_a_load_bouncing_on_a_very_long_rope_has_the_flight_times_of_constant_stiffness(tmp_path: Path) -> None:
     """On 60 m the winch has shortened the rope by 1 % before the first flight, which then takes 3 % longer."""
     got, want = pick_up(tmp_path, VERY_LONG, FORM["given"]["v_pick"])
 
@@ -66,7 +66,7 @@ def test_winding_does_not_change_the_stiffness_of_a_very_long_rope(tmp_path: Pat
 
 
 @pytest.mark.parametrize(("speed", "flies"), [(1.17, False), (1.19, True)])
-def test_a_load_jumps_off_the_ground_only_above_a_critical_hoist_speed(
+def test_a_load_jumps_off_its_supports_only_above_a_critical_hoist_speed(
     tmp_path: Path, speed: float, flies: bool
 ) -> None:
     assert 1.17 < FORM["expected"]["v_slack"] < 1.19

@@ -50,7 +50,7 @@ def test_the_swing_after_an_emergency_stop_is_that_of_duhamels_integral(stopped:
     assert np.ptp(x) / 2 == pytest.approx(abs(left) / w0, rel=LINEAR)
 
 
-def test_an_emergency_stop_of_a_turn_stops_all_participating_axes() -> None:
+def test_an_emergency_stop_during_a_turn_stops_all_axes_of_the_turn() -> None:
     """One hook of three is reported to stop: the whole turn stands near 3 degrees, and the list comes to its end."""
     turn = "{block: turn 0.18 deg/s to 30 deg}"
     scene = parse(
@@ -65,7 +65,7 @@ def test_an_emergency_stop_of_a_turn_stops_all_participating_axes() -> None:
     assert degrees(last.references["turn"]) == pytest.approx(3.0 + 0.18**2 / (2 * 0.18 / 20.0), abs=0.3)
 
 
-def test_stopping_an_axis_at_rest_takes_no_time(tmp_path: Path) -> None:
+def test_an_emergency_stop_of_an_axis_at_rest_takes_no_time(tmp_path: Path) -> None:
     scene = parse("extends: lift\nname: lift\nend: 5 s\nactions: [{crane: stop}, {crane H1: stop}]\n", passing=True)
     run(scene, tmp_path / "run.mcap", in_process=True)
     done = [(e.t_ns, e.value["actor"]) for e in Recording(tmp_path / "run.mcap").events() if e.type == "Done"]

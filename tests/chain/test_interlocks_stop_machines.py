@@ -59,7 +59,7 @@ def test_the_load_chart_interlock_stops_the_boom_at_the_last_allowed_radius(whol
     assert degrees(before) == pytest.approx(degrees(acos((RADIUS - FOOT) / BOOM)), abs=AHEAD)
 
 
-def test_luffing_in_resets_the_interlock_and_the_module_can_be_set_down(whole: Recording) -> None:
+def test_luffing_in_resets_the_load_chart_interlock_and_the_module_can_be_set_down(whole: Recording) -> None:
     trips = [(value["over"], value["bypassed"]) for _, value in said(whole, "Tripped")]
     assert trips[0] == (True, False)
     assert trips[-1] == (False, False)
@@ -120,7 +120,7 @@ ORDERS = {
     "crawler moment: hoist 1 m/min by 1 m": "it can: bypass, restore",
     "crawler main: bypass": "'crawler main' cannot bypass",
     "crawler luffer: stop ramp 1 m/s2": "'crawler.luffer' turns: write degrees or radians, not metres",
-    "crawler: stop 1 m/s2": "'stop' stands alone",
+    "crawler: stop 1 m/s2": "nothing can follow 'stop'",
 }
 
 

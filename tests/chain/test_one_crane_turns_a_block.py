@@ -16,7 +16,7 @@ def turned() -> LoadedScene:
     return load("single-turn")
 
 
-def test_load_shares_at_every_angle_of_the_block_follow_the_lever_arms(turned: LoadedScene) -> None:
+def test_load_shares_of_a_block_turned_by_one_crane_follow_its_lever_arms(turned: LoadedScene) -> None:
     """The lug of H3 stands b = v cos + w sin from the centre of mass, those of H1 and H2 a: H3 carries a / (a - b)."""
     seen = []
     for state in turned.statics.states:
@@ -34,7 +34,7 @@ def test_load_shares_at_every_angle_of_the_block_follow_the_lever_arms(turned: L
     assert any(80.0 < angle < 90.0 for angle in seen)
 
 
-def test_after_the_turn_the_block_lies_on_its_other_face(turned: LoadedScene) -> None:
+def test_a_block_turned_by_one_crane_lies_on_its_other_face_at_the_end(turned: LoadedScene) -> None:
     assert turned.statics.known
     last = turned.statics.states[-1]
     assert last.grounded

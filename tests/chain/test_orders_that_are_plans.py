@@ -81,7 +81,7 @@ def tilt(made: LoadedScene, action: int) -> float:
 
 
 @pytest.mark.parametrize(("verb", "hook"), [("hoist", "H3"), ("lower", "H3"), ("hoist", "H1"), ("lower", "H1")])
-def test_a_hook_levels_the_block_by_hoisting_its_low_side(verb: str, hook: str) -> None:
+def test_an_order_to_level_a_block_hoists_the_hook_of_its_low_side(verb: str, hook: str) -> None:
     hooks = ["crane H3"] if hook == "H3" else ["crane H1", "crane H2"]
     level = f"block: level 0.3 m/min within 0.1 deg with {', '.join(hooks)}"
     off = "{" + ", ".join(f"{each}: {verb} 1 m/min by 0.4 m" for each in hooks) + "}"
@@ -99,7 +99,7 @@ TURNED = (
 
 
 @pytest.mark.parametrize(("at", "angle"), [("", 60.0), (" at 58.5 deg", 58.5)])
-def test_a_hook_levels_a_block_that_is_turned(at: str, angle: float) -> None:
+def test_an_order_to_level_a_block_works_for_a_turned_block(at: str, angle: float) -> None:
     """It holds the angle of the turn, or the one that is written; the block comes to where that is allowed."""
     level = f"block: level 0.3 m/min within 0.1 deg{at} with crane H3"
     made = scene("single-turn", *TURNED, "B hooks: hoist 1 m/min by 0.4 m", level, "wait: 1 s")
@@ -125,7 +125,7 @@ RISES = {
 
 
 @pytest.mark.parametrize(("hook", "verb"), [("crane H3", "hoist"), ("crane H1", "lower"), ("crane H2", "hoist")])
-def test_a_hook_levels_through_a_spreader(hook: str, verb: str) -> None:
+def test_an_order_to_level_a_block_works_through_a_spreader(hook: str, verb: str) -> None:
     """Along the way from what stays to what rises with it: by its lever on the spreader, or with its equalised pair."""
     up = ("all hooks: hoist 0.5 m/min until all slings taut", "all hooks: hoist 0.5 m/min until lifted")
     level, off = f"block: level 0.3 m/min within 0.1 deg with {hook}", f"{hook}: {verb} 1 m/min by 0.5 m"
@@ -142,7 +142,7 @@ def test_a_hook_levels_through_a_spreader(hook: str, verb: str) -> None:
     assert abs(tilts[1]) == pytest.approx(0.1, abs=3e-3), "less what the winch still runs as it stops"
 
 
-def test_each_block_is_levelled_by_its_name() -> None:
+def test_each_of_several_blocks_is_levelled_by_its_name() -> None:
     """Its own slings are what counts; the other one stands where it stood."""
     lugs = "lugs: {A: [-6 m, 0 m, 2 m], B: [6 m, 0 m, 2 m]}"
     supports = "supports: {height: 1 m, at: [[-6 m, -2 m], [6 m, -2 m], [-6 m, 2 m], [6 m, 2 m]]}"
@@ -168,7 +168,7 @@ actions:
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_levelling_measures_the_tilt_of_any_block(seed: int) -> None:
+def test_an_order_to_level_a_block_measures_the_tilt_of_the_named_block(seed: int) -> None:
     """However the block is turned and slews, the places differ in height by the sine of its tilt."""
     rng = np.random.default_rng(seed)
     u, v, turned, slews, tilt = (*rng.uniform(2.0, 9.0, 2), *rng.uniform(-pi, pi, 2), rng.uniform(-0.3, 0.3))
@@ -198,11 +198,11 @@ def test_levelling_measures_the_tilt_of_any_block(seed: int) -> None:
         ("crane: travel 10 m/min to above P1", "after 'above' '[' must follow"),
     ],
 )
-def test_an_invalid_levelling_order_is_reported(order: str, told: str) -> None:
+def test_an_invalid_order_to_level_a_block_is_reported(order: str, told: str) -> None:
     assert_refused("lift", order, told)
 
 
-def test_lugs_that_a_hook_cannot_reach_are_reported() -> None:
+def test_an_order_to_move_above_lugs_out_of_reach_of_the_hook_is_reported() -> None:
     with pytest.raises(SceneError, match=r"jib\.luffer does not come above N2"):
         scene(
             "jib",
@@ -215,7 +215,7 @@ def test_lugs_that_a_hook_cannot_reach_are_reported() -> None:
 # hold
 
 
-def test_a_drive_that_holds_a_position_stops_before_its_brake_engages() -> None:
+def test_a_drive_that_holds_its_position_stops_before_its_brake_engages() -> None:
     """A cart that runs stops with its emergency deceleration; the brake closes when it stands."""
     text = """\
 heavylift: 1

@@ -43,7 +43,7 @@ mechanism:
 
 
 @pytest.mark.parametrize("which", ["C08a", "C08b"])
-def test_load_shares_at_rest_agree_with_statics(tmp_path: Path, which: str) -> None:
+def test_load_shares_of_ropes_at_rest_agree_with_statics(tmp_path: Path, which: str) -> None:
     form = CLOSED_FORMS[which]
     given, want = form["given"], np.array(form["expected"]["T"])
 

@@ -51,7 +51,7 @@ def test_removing_an_action_from_the_list_changes_the_run(tmp_path: Path, whole:
     assert np.abs(last_place(poorer) - last_place(whole)).max() > SEEN
 
 
-def test_a_shorter_move_in_the_action_list_shortens_the_run(tmp_path: Path, whole: Recording) -> None:
+def test_a_shortened_move_in_the_action_list_shortens_the_run(tmp_path: Path, whole: Recording) -> None:
     further = play(tmp_path, LIFT, ["actions.3.trolleys=traverse 20 m/min by 3 m"])
 
     for trolley in ("upper", "lower"):
@@ -60,7 +60,7 @@ def test_a_shorter_move_in_the_action_list_shortens_the_run(tmp_path: Path, whol
         assert far[-1] - near[-1] == pytest.approx(1.0, abs=GIVES_WAY)
 
 
-def test_reordered_actions_run_in_their_new_order(tmp_path: Path, whole: Recording) -> None:
+def test_reordered_actions_are_executed_in_their_new_order(tmp_path: Path, whole: Recording) -> None:
     head, *actions = LIFT.split("  - stage: ")
     actions[2], actions[3] = actions[3], actions[2]
 

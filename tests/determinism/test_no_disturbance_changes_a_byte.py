@@ -21,12 +21,12 @@ def test_the_determinism_cases_cover_all_pairs_of_execution_conditions() -> None
 
 
 @pytest.mark.large
-def test_placement_message_delays_and_hash_seeds_do_not_change_the_digest_of_a_random_model() -> None:
+def test_process_placement_message_delays_and_hash_seeds_do_not_change_the_digest_of_random_models() -> None:
     assert len(set(digests(pairwise(MODEL)).values())) == 1
 
 
 @pytest.mark.parametrize("what", ["scene lift end=25s", "scene damper end=6s models.damper.delay=70ms"])
-def test_placement_message_delays_and_hash_seeds_do_not_change_the_digest_of_a_scene(what: str) -> None:
+def test_process_placement_message_delays_and_hash_seeds_do_not_change_the_digest_of_a_scene(what: str) -> None:
     cases = [
         Case(what),
         Case(what, start=3, delay=3, cut=2),

@@ -103,7 +103,7 @@ def used(tree):
 
 
 @pytest.mark.parametrize("path", sources())
-def test_nodes_use_no_function_whose_exact_result_depends_on_a_library_version(path):
+def test_nodes_use_no_function_whose_exact_result_depends_on_the_library_version(path):
     allowed = ALLOWED.get(path, {})
     tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
     found = sorted({(line, name) for line, name in used(tree) if name not in allowed})
@@ -112,7 +112,7 @@ def test_nodes_use_no_function_whose_exact_result_depends_on_a_library_version(p
 
 
 @pytest.mark.parametrize("path", [p.relative_to(ROOT).as_posix() for p in sorted((ROOT / "kernel").rglob("*.py"))])
-def test_the_kernel_makes_decisions_with_its_own_algebra_only(path):
+def test_the_kernel_bases_decisions_on_its_own_algebra_and_not_on_numpy(path):
     tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
     found = sorted({(line, name) for line, name in used(tree) if name not in {"@", "**"}})
     found = [(line, name) for line, name in found if name.removeprefix("np.") not in ELEMENTS]
@@ -123,7 +123,7 @@ def test_the_kernel_makes_decisions_with_its_own_algebra_only(path):
 
 
 @pytest.mark.parametrize("path", [*sorted(p.name for p in (ROOT / BODIES).glob("*.py")), *ALGEBRA])
-def test_constants_of_flexible_bodies_are_products_in_a_fixed_order(path):
+def test_constants_of_flexible_bodies_are_computed_by_products_in_a_fixed_order(path):
     """A simulation continues with them; twelve digits would not hide the order in which a library sums."""
     folder = "kernel/algebra" if path in ALGEBRA else BODIES
     tree = ast.parse((ROOT / folder / path).read_text(encoding="utf-8"))

@@ -66,7 +66,7 @@ TURNS = [(KINDS[(i + turn) % len(KINDS)], name) for turn in range(len(KINDS)) fo
 
 @pytest.mark.parametrize(("kind", "name"), TURNS)
 @pytest.mark.large(beyond=len(NAMES))
-def test_equivalent_ways_to_write_a_scene_give_the_same_plan(name: str, kind: str, seeds: range) -> None:
+def test_equivalent_texts_of_a_scene_give_the_same_plan(name: str, kind: str, seeds: range) -> None:
     want = placeless(load(name).plan)
     for seed in seeds:
         found = placeless(parse(REWRITTEN[kind](text(name), Random(seed)), f"text-{seed}.yaml").plan)
@@ -82,13 +82,13 @@ def test_a_scene_split_into_two_files_has_the_plan_of_the_whole(name: str, tmp_p
 
 
 @pytest.mark.parametrize("name", [pytest.param(x, marks=[pytest.mark.large] if x in LARGE else []) for x in NAMES])
-def test_stored_scenes_have_their_stored_digests(name: str) -> None:
+def test_bundled_scenes_have_their_stored_digests(name: str) -> None:
     """After a change that is meant: python tests/determinism/digests.py."""
     assert own(name) == stored()[name]
 
 
 @pytest.mark.parametrize("name", [pytest.param(x, marks=[] if x in SHORT else [pytest.mark.large]) for x in NAMES])
-def test_an_equivalent_way_to_write_a_scene_gives_the_same_digest(name: str) -> None:
+def test_an_equivalent_text_of_a_scene_gives_the_same_digest(name: str) -> None:
     assert digest(everything(name)) == own(name)
 
 

@@ -19,7 +19,7 @@ def rattling_scene(mass: float = LIGHT) -> System:
 
 
 @pytest.mark.parametrize("method", [{}, {"method": "dop853"}])
-def test_a_rattling_rope_continues_without_events_and_the_run_reports_it(method):
+def test_a_rope_that_rattles_between_slack_and_taut_continues_without_events_and_is_reported(method):
     s = started(rattling_scene(), sample_ns=SECOND // 100, **method)
     hand_over(s, SECOND // 10)
     chatter = [e for _, e in s.log if e.what == "chatter"]
@@ -51,7 +51,7 @@ def test_a_snapshot_keeps_the_damping_of_a_rattling_rope():
     assert whole.state.tobytes() == other.state.tobytes()
 
 
-def test_a_rattling_rope_that_is_hooked_again_has_events_and_its_stated_damping():
+def test_a_rattling_rope_that_is_hooked_again_has_events_and_its_stated_damping_again():
     s = started(rattling_scene(), sample_ns=SECOND // 100)
     hand_over(s, SECOND // 10)
     assert s.switches.rope_numbers("rope")[1] > 0.0
@@ -98,7 +98,7 @@ def test_a_rattling_rope_without_events_conserves_the_energy_balance():
     assert imbalance(s) < 1e-6
 
 
-def test_the_effective_mass_on_a_rope_is_that_of_two_bodies_in_series():
+def test_the_effective_mass_at_a_rope_is_that_of_two_bodies_in_series():
     line = Line(Point("a"), Point("b"))
     scene = System(
         (Body("a", 300.0), Body("b", 600.0)),

@@ -98,20 +98,20 @@ def test_oscillations_that_a_stable_step_distorts_are_noted():
 
 
 @pytest.mark.parametrize(("method", "step"), [("radau5", 0.5), ("rk4", 0.25)])
-def test_a_step_too_long_for_the_mode_that_moves_is_refused(method, step):
+def test_a_fixed_step_too_long_for_an_excited_mode_is_refused(method, step):
     """The same load let go 10 cm too high: all that moves would be wrong within two swings."""
     with pytest.raises(KernelError) as e:
         started(hung(LENGTH + 0.1), method=method, step=step)
     assert re.fullmatch(
         rf"step {step} s at 0\.000 s: method '{method}' does not follow 100 % of the energy of what moves, 'load' on "
-        r"'rope' swings at 1\.3\d Hz; choose at most 0\.\d+ s, or leave the step out",
+        r"'rope' swings at 1\.3\d Hz; choose at most 0\.\d+ s, or give no step",
         str(e.value),
     )
     advised = float(str(e.value).split("at most ")[1].split(" s")[0])
     started(hung(LENGTH + 0.1), method=method, step=advised)
 
 
-def test_a_small_oscillation_that_a_step_cannot_follow_is_only_noted():
+def test_a_small_oscillation_too_fast_for_a_fixed_step_is_only_noted():
     """The hook between rope and sling trembles; what is asked of the load does not suffer."""
     line = [(Line(Point("world"), Point("hook")),), (Line(Point("hook"), Point("load")),)]
     rest = LENGTH + (MASS + 450.0) * G * LENGTH / EA
@@ -136,7 +136,7 @@ def test_too_many_steps_for_a_simulated_second_end_the_run():
     assert "'load' on 'spring' swings at 2.76e+04 Hz; soften that law, or choose method radau5" in str(e.value)
 
 
-def test_endless_events_at_one_time_end_the_run():
+def test_endless_events_at_one_instant_end_the_run():
     patience = StepBudget(50_000)
     assert not any(patience.crowded(t) for t in range(0, CROWD * 50_000, 50_000))
     assert not patience.crowded(CROWD * 50_000 + 60_000), "a pause, and the count begins anew"
@@ -152,7 +152,7 @@ def bit_by_bit(s: Simulation, start: int, end: int) -> None:
         s.run(t * SECOND // 20)
 
 
-def test_energy_that_appears_from_nowhere_ends_a_run_of_any_method():
+def test_energy_created_by_integration_errors_ends_a_run_of_any_method():
     """A spring that becomes stiffer behind the back of the balance: most of what moves has come out of nothing."""
     guide = Joint("guide", "prismatic", "world", "load", axis=X, q0=(1.0,))
     scene = System((Body("load", 1e3),), (guide,), springs=(JointSpring("spring", "guide", 1e5),), gravity=0.0)
@@ -166,7 +166,7 @@ def test_energy_that_appears_from_nowhere_ends_a_run_of_any_method():
             bit_by_bit(s, 4, 9)
 
 
-def test_energy_lost_without_heat_ends_a_run_with_error_control():
+def test_energy_lost_by_integration_errors_ends_a_run_with_error_control():
     guide = Joint("guide", "prismatic", "world", "load", axis=X, q0=(1.0,))
     scene = System((Body("load", 1e3),), (guide,), springs=(JointSpring("spring", "guide", 1e5),), gravity=0.0)
     s = started(scene, sample_ns=SECOND // 20)
@@ -178,7 +178,7 @@ def test_energy_lost_without_heat_ends_a_run_with_error_control():
         bit_by_bit(s, 4, 9)
 
 
-def test_an_implicit_step_that_damps_a_motion_away_reports_it():
+def test_numerical_damping_of_a_motion_by_implicit_steps_is_reported():
     guide = Joint("guide", "prismatic", "world", "load", axis=X, q0=(0.0,))
     scene = System((Body("load", 1e3),), (guide,), springs=(JointSpring("spring", "guide", 1e5),), gravity=0.0)
     s = started(scene, method="radau5", step=1.0, sample_ns=SECOND)
@@ -189,7 +189,7 @@ def test_an_implicit_step_that_damps_a_motion_away_reports_it():
     assert any("J, more than half of what was turned over, are gone with motions too fast" in x for _, x in s.notes)
 
 
-def test_a_bounce_between_two_energy_checks_is_not_taken_for_created_energy():
+def test_a_bounce_between_two_energy_checks_is_not_mistaken_for_created_energy():
     """Euler's energy errs by w h / 2 of what swings; where the load is back at the top, nothing swings any more."""
     scene = hung(0.1)
     rope = replace(scene.ropes[0], EA=1000.0 * EA / LENGTH * 0.1, L0=0.1)
@@ -214,7 +214,7 @@ def test_a_tolerance_too_loose_for_a_stiff_rope_is_reported():
 # ---- steps that collapse ------------------------------------------------------------------------------------
 
 
-def test_a_collapsed_step_is_reported_with_mode_body_and_law():
+def test_a_step_size_that_shrinks_to_nothing_is_reported_with_mode_body_and_law():
     """1 g on a spring of 1e25 N/m, which starts 1 m away: no step follows that."""
     scene = slider(mass=1e-3, axis=Z, q0=1.0)
     scene = replace(scene, springs=(JointSpring("spring", "load-guide", 1e25),))

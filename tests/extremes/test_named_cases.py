@@ -103,7 +103,7 @@ def test_friction_holds_an_off_lead_of_half_a_degree_until_the_pad_is_nearly_unl
     assert float(np.interp(slip, t, T[:, 0])) == pytest.approx(mu * W / (sin(a) + mu * cos(a)), rel=5e-3)
 
 
-def test_an_unloaded_lifting_beam_yaws_on_its_two_falls():
+def test_an_unloaded_lifting_beam_on_two_falls_yaws_with_its_closed_form_period():
     """Two parallel falls b apart and L long turn a loader back with T b^2/4L: the slow mode that cranes know."""
     m, b, L, i = 12e3, 1.2, 40.0, 9e3
     ropes = tuple(sling(f"fall{n}", (x, 0.0, L), (x, 0.0, 0.0), 1e9, L) for n, x in enumerate((-b / 2, b / 2)))
@@ -120,7 +120,7 @@ def test_an_unloaded_lifting_beam_yaws_on_its_two_falls():
 
 
 @pytest.mark.parametrize("method", ["dopri5", "dop853", "radau5"])
-def test_a_tension_spike_of_20_ms_between_two_samples_is_in_the_peaks(method):
+def test_a_tension_spike_of_20_ms_between_two_samples_is_found_as_peak_tension(method):
     """A light body touches its rope's end for half a period, half a second away from the samples."""
     m, spike, h = 100.0, 0.02, 0.2
     w = pi / spike

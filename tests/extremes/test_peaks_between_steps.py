@@ -39,7 +39,7 @@ def test_releasing_a_load_on_a_straight_unloaded_rope_gives_a_peak_tension_of_tw
 
 
 @pytest.mark.parametrize("method", ["dopri5", "dop853", "radau5"])
-def test_a_tension_spike_within_one_step_is_in_the_peaks(method):
+def test_a_tension_spike_within_one_integration_step_is_found_as_peak_tension(method):
     """At a loose tolerance the rope is taut and slack again within a step, with no tension at both of its ends."""
     m, h = 100.0, 0.2
     w = pi / SPIKE
@@ -68,7 +68,7 @@ def draw(seed: int, low: float, high: float) -> float:
 
 
 @pytest.mark.parametrize("scene", [hung(LENGTH), swung(2)], ids=["guided", "turning"])
-def test_searching_for_peaks_between_steps_changes_nothing_else(scene):
+def test_the_search_for_peaks_between_steps_changes_no_other_result(scene):
     """Bit for bit, however the time is handed over, and where commands discard the step in which the peak was."""
     whole, parts, calm = (started(scene, method="dop853", sample_ns=SECOND // 20) for _ in range(3))
     calm.X[calm.native.at["top"]] = np.inf  # nothing can be higher
@@ -118,7 +118,9 @@ def highest(started_at: tuple[float, ...], springs: tuple[float, ...], end: floa
     ("started_at", "springs", "end"),
     [((0.9, 0.0), (0.003,), 277), ((0.5, 0.4, 0.0), (0.004, 0.003), 120), ((-0.3, 0.5, 0.1), (0.02, 0.0005), 150)],
 )
-def test_the_late_maximum_of_a_beating_oscillation_is_among_the_peaks(method, tolerance, started_at, springs, end):
+def test_the_late_maximum_of_a_beating_oscillation_is_found_as_peak_tension(
+    method, tolerance, started_at, springs, end
+):
     """Each of hundreds of hills is a little higher than all before, of one rope, of two, and in no simple order."""
     want, late = highest(started_at, springs, end)
     assert np.sort(late)[1 - len(late) :].min() > 20.0, "after more than 26 swings, in all ropes but one"
@@ -128,7 +130,7 @@ def test_the_late_maximum_of_a_beating_oscillation_is_among_the_peaks(method, to
 
 
 @pytest.mark.parametrize(("method", "part"), [("dopri5", 0.1), ("dop853", 0.15), ("radau5", 0.1)])
-def test_peak_searches_cost_at_most_a_tenth_of_the_evaluations(method, part):
+def test_the_search_for_peaks_costs_at_most_a_tenth_of_the_evaluations(method, part):
     """One hill is as high as the other, and each might be a little higher; dop853 has eight steps in a swing."""
     s = started(hung(LENGTH), method=method, tolerance=1e-6, sample_ns=SECOND)
     hand_over(s, 100 * SECOND)
@@ -165,7 +167,7 @@ TOLERANCES = {
 
 @pytest.mark.parametrize("method", TOLERANCES)
 @pytest.mark.parametrize("seed", range(3))
-def test_the_error_of_a_snatch_peak_is_within_the_tolerance(method, seed):
+def test_the_error_of_a_peak_tension_in_a_snatch_is_within_the_tolerance(method, seed):
     """A load falls into its rope: T = m g (1 + sqrt(1 + 2 h k / m g)), the tops of its swings between many short steps
     as between few long ones."""
     fall, stiffer = draw(seed, 0.0, 0.1), 10.0 ** draw(seed, 0.0, 1.5)
@@ -192,7 +194,7 @@ def test_with_fixed_steps_the_error_of_a_peak_is_that_of_the_integration(method,
 
 @pytest.mark.parametrize("method", TOLERANCES)
 @pytest.mark.parametrize("seed", range(2))
-def test_the_error_of_a_swing_peak_is_within_the_tolerance(method, seed):
+def test_the_error_of_a_peak_tension_in_a_swing_is_within_the_tolerance(method, seed):
     """A load let go aside of its rope bounces while it swings, against the samples of a run that is nearly exact; the
     motion until then is itself no better."""
     scene = swung(seed)

@@ -56,7 +56,7 @@ STORIES = {  # files of a kind, and what of them --short plays
     ),
     "host, origin, word of a page": (
         [PAGE],
-        f"{PAGE}::test_clients_without_the_token_or_of_another_origin_are_refused",
+        f"{PAGE}::test_the_live_page_refuses_clients_without_its_token_or_of_another_origin",
     ),
     "sockets and passwords": ([PRIVATE], f"{PRIVATE}::test_a_node_with_a_wrong_password_is_refused"),
     "frames sent again": ([AGAIN], f"{AGAIN}::test_a_frame_of_an_earlier_process_incarnation_is_dropped"),

@@ -19,7 +19,7 @@ RUNS = ("run pendulum -o x.mcap --deadline 5s", "run lift --set end=3s -o x.mcap
 LIMITS = (64, 128, *range(200, 1000, 50))  # MB
 
 
-def test_a_lack_of_memory_is_recognised() -> None:
+def test_errors_caused_by_a_lack_of_memory_are_recognised() -> None:
     unmapped = "libscipy_openblas.so: failed to map segment from shared object"
     hidden = OSError("Could not find/load shared object file 'libllvmlite.so'")
     hidden.__context__ = OSError(unmapped)

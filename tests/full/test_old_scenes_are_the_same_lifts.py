@@ -117,7 +117,7 @@ def archive_of(version: str, folder: Path) -> None:
 
 
 @pytest.mark.parametrize("version", FORMER)
-def test_old_scenes_give_the_same_systems_as_former_versions(version: str, tmp_path: Path) -> None:
+def test_scenes_of_former_versions_give_the_systems_of_those_versions(version: str, tmp_path: Path) -> None:
     archive_of(version, tmp_path)
     asked = [(random_lift(seed), level) for seed in LIFTS for level in levels(seed)]
     given = json.dumps([(text, setting(level)) for text, level in asked])
@@ -137,7 +137,7 @@ def test_old_scenes_give_the_same_systems_as_former_versions(version: str, tmp_p
 
 
 @pytest.mark.parametrize("seed", LIFTS)
-def test_a_random_lift_written_without_former_words_gives_the_same_system(seed: int, tmp_path: Path) -> None:
+def test_a_random_lift_written_with_present_keys_gives_the_system_of_its_former_text(seed: int, tmp_path: Path) -> None:
     text = random_lift(seed)
     own = plain(text, tmp_path)
     try:
@@ -165,7 +165,7 @@ def former_scenes(folder: Path, *more: str) -> dict[str, tuple[dict[tuple[str, s
     return {name: ({(who, what): value for who, what, value in found}, {*red}) for name, found, red in rows}
 
 
-def test_former_bundled_scenes_give_their_former_values_and_findings(tmp_path: Path) -> None:
+def test_bundled_scenes_of_former_versions_give_their_former_values_and_findings(tmp_path: Path) -> None:
     """Each value is as it was; what turned red is listed, here and for users."""
     archive_of(FORMER[-1], tmp_path)
     old, new = former_scenes(tmp_path, str(tmp_path)), former_scenes(tmp_path)

@@ -43,7 +43,7 @@ def test_the_hooks_of_a_random_crane_mix_carry_the_total_weight_and_each_hook_is
 
 
 @pytest.mark.parametrize("seed", range(100))
-def test_the_order_and_names_of_scene_entries_do_not_change_the_checked_values(seed: int) -> None:
+def test_order_and_names_of_scene_entries_do_not_change_the_checked_values(seed: int) -> None:
     text = random_mix(seed).text
     one = values(scene(text))
     for other in (reversed_entries(text), renamed(text)):
@@ -63,7 +63,7 @@ def test_simulated_peaks_of_a_random_crane_mix_are_near_its_static_tensions(seed
 
 
 @pytest.mark.parametrize("seed", [196, 247])
-def test_a_light_block_that_leaves_slings_slack_is_not_called_off_centre(seed: int) -> None:
+def test_a_light_block_with_slack_slings_is_not_reported_as_off_centre(seed: int) -> None:
     """All hooks rise alike, and those that came first carry the block: the waiting for the others' slings ends where
     winches end, and the block tips. Until then the loads of three hooks are those of a lever in plan."""
     text = random_mix(seed).text

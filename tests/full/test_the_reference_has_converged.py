@@ -18,7 +18,7 @@ RTOL = 1e-3  # of the steps of that code, whose ropes have two lumps
 AGREE, ALMOST, NEVER = 1e-3, 19, 2e-3
 
 
-def test_independent_code_gives_the_same_peaks_and_stage_ends_for_random_lifts():
+def test_independent_code_gives_the_peaks_and_stage_ends_of_random_lifts():
     found = {}
     for seed in LIFTS:
         plan = parse(random_lift(seed)).plan

@@ -36,7 +36,7 @@ def column(recording: Recording, signal: str, name: str, start: float = 0.0, end
     return found[name][(found.t >= start) & (found.t <= end)]
 
 
-def test_both_cranes_of_tandem_share_the_block_by_statics(tmp_path: Path) -> None:
+def test_the_example_tandem_shares_the_block_between_its_cranes_by_statics(tmp_path: Path) -> None:
     recording = played(tmp_path, "tandem")
     tension = recording.signal("rope/tension")
     hooks = np.array([tension[f"{crane}.{hook}"] for crane in ("west", "east") for hook in ("H1", "H2")])
@@ -45,7 +45,7 @@ def test_both_cranes_of_tandem_share_the_block_by_statics(tmp_path: Path) -> Non
     assert recording.stages()[-1][1] == "swing"
 
 
-def test_trolley_leaves_no_swing_with_an_acceleration_over_one_period(tmp_path: Path) -> None:
+def test_the_example_trolley_leaves_no_swing_after_accelerating_over_one_period(tmp_path: Path) -> None:
     recording = played(tmp_path, "trolley")
     assert np.ptp(column(recording, "pose/load", "x", 25.0, 39.0)) < 0.01
     assert np.ptp(column(recording, "pose/load", "x", 60.0)) > 5.0
@@ -53,7 +53,7 @@ def test_trolley_leaves_no_swing_with_an_acceleration_over_one_period(tmp_path: 
 
 
 @pytest.mark.large
-def test_in_ramp_the_crate_slides_down_and_leaves_the_ramp(tmp_path: Path) -> None:
+def test_the_crate_of_the_example_ramp_slides_down_and_leaves_the_ramp(tmp_path: Path) -> None:
     recording = played(tmp_path, "ramp")
     x = recording.signal("pose/crate")
     lean = radians(30.0)
@@ -64,7 +64,7 @@ def test_in_ramp_the_crate_slides_down_and_leaves_the_ramp(tmp_path: Path) -> No
     assert column(recording, "contact/force", "floor")[-1] == pytest.approx(4000.0 * G, rel=1e-6)
 
 
-def test_in_snatch_the_rope_tightens_after_a_free_fall(tmp_path: Path) -> None:
+def test_the_rope_of_the_example_snatch_tightens_after_a_free_fall(tmp_path: Path) -> None:
     recording = played(tmp_path, "snatch")
     taut = [e for e in recording.events(source="kernel") if e.type == "StateEvent" and e.value["what"] == "taut"]
     assert taut[0].t_ns * 1e-9 == pytest.approx(sqrt(2 * 0.5 / G), abs=1e-6)
@@ -72,20 +72,20 @@ def test_in_snatch_the_rope_tightens_after_a_free_fall(tmp_path: Path) -> None:
     assert column(recording, "pose/load", "z")[-1] == pytest.approx(-27.03, abs=0.01)
 
 
-def test_girder_sags_as_a_beam_on_two_supports(tmp_path: Path) -> None:
+def test_the_girder_of_the_example_girder_sags_as_a_beam_on_two_supports(tmp_path: Path) -> None:
     recording = played(tmp_path, "girder")
     EI, L = 210e9 * 19.7, 150.0
     sag = 5 * 2500e3 * G * L**3 / (384 * EI) + 450e3 * G * L**3 / (48 * EI)
     assert 90.0 - column(recording, "pose/mark", "z", 30.0).min() == pytest.approx(sag, rel=0.01)
 
 
-def test_tackle_loses_tension_at_each_sheave(tmp_path: Path) -> None:
+def test_the_rope_of_the_example_tackle_loses_tension_at_each_sheave(tmp_path: Path) -> None:
     recording = played(tmp_path, "tackle")
     lead, dead = (column(recording, "reeving/tension", f"fall.{n}", 5.0, 9.0) for n in (1, 4))
     assert dead / lead == pytest.approx(np.full(len(lead), 0.97**3), rel=1e-6)
 
 
-def test_linkage_stands_still_while_its_joint_is_locked(tmp_path: Path) -> None:
+def test_the_example_linkage_stands_still_while_its_joint_is_locked(tmp_path: Path) -> None:
     recording = played(tmp_path, "linkage")
     (locked,) = [e for e in recording.events(source="kernel") if e.type == "StateEvent" and e.value["what"] == "locked"]
     assert locked.t_ns == 2_500_000_000
@@ -94,7 +94,7 @@ def test_linkage_stands_still_while_its_joint_is_locked(tmp_path: Path) -> None:
     assert np.ptp(column(recording, "joint/position", "a.angle", 3.51)) > 0.1
 
 
-def test_gust_pushes_the_load_aside(tmp_path: Path) -> None:
+def test_the_wind_of_the_example_gust_pushes_the_load_aside(tmp_path: Path) -> None:
     recording = played(tmp_path, "gust")
     push = 0.5 * 1.225 * 80.0 * 1.3 * 15.0**2
     lateral = column(recording, "pose/load", "x", 12.0, 32.0)
@@ -121,7 +121,9 @@ def damped(zeta: float, t: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("of", "zeta", "off"), [("plain", 0.0, 0.06), ("led", 9.2 / (2 * sqrt(G * 24.0)), 0.012)])
-def test_a_controller_damps_a_swing_as_in_theory(damper: Recording, of: str, zeta: float, off: float) -> None:
+def test_the_controller_of_the_anti_sway_example_damps_a_swing_as_in_theory(
+    damper: Recording, of: str, zeta: float, off: float
+) -> None:
     q, load = damper.signal("joint/position"), damper.signal(f"pose/{of}-load")
     lateral = load["x"] - q[f"{of}-rail.travel"]
     assert lateral == pytest.approx(24.0 * damped(zeta, q.t), abs=off), "of 2.3 and 0.8 m at most"
@@ -139,7 +141,7 @@ def test_the_gallery_page_describes_all_bundled_scenes() -> None:
         assert output_path(path) == path  # which --force replaces
 
 
-def test_the_gallery_command_makes_the_gallery_page(tmp_path: Path) -> None:
+def test_the_gallery_command_writes_the_gallery_page(tmp_path: Path) -> None:
     (tmp_path / "mine.yaml").write_text("# Mine.\nheavylift: 1\nname: mine\nextends: pendulum\nend: 1 s\n")
     message = CliRunner().invoke(app, ["gallery", str(tmp_path / "mine.yaml"), "-o", str(tmp_path / "page")])
     assert message.exit_code == 0, message.exception

@@ -15,7 +15,7 @@ FACE = "coordinator.face"  # what `import heavylift` gives: the package above al
 MOST, AT_THE_TOP = 16, 5  # modules of a folder; of a room, besides its table of contents
 
 
-def test_the_list_of_packages_is_complete() -> None:
+def test_the_list_of_packages_in_the_project_file_is_complete() -> None:
     listed = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"]
     names = [".".join(folder.parts) for folder in FOLDERS]
     assert listed == ["heavylift", *(f"heavylift.{name}" for name in names if name != FACE)]

@@ -26,7 +26,7 @@ CALL = re.compile(r"(?:^|[`\s/])heavylift ([a-z]+\b[^`\n#;]*)", re.M)
 
 
 @pytest.mark.parametrize("name", PAGES)
-def test_commands_and_options_on_pages_exist(name: str) -> None:
+def test_commands_and_options_named_on_pages_exist(name: str) -> None:
     text = (ROOT / name).read_text()
     typed = [*re.findall(r"^```sh\n(.*?)^```", text, re.M | re.S), *re.findall(r"^ {4}.*$", text, re.M)]
     quoted = re.findall(r"`([^`\n]*heavylift [^`\n]*)`", text)
@@ -39,7 +39,7 @@ def test_commands_and_options_on_pages_exist(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", PAGES)
-def test_links_on_pages_lead_to_existing_places(name: str) -> None:
+def test_links_on_pages_lead_to_existing_files(name: str) -> None:
     here = (ROOT / name).parent
     links = re.findall(r"\]\(([^)#\s]+)[^)]*\)", (ROOT / name).read_text())
     assert [link for link in links if "://" not in link and not (here / link).exists()] == []
@@ -112,7 +112,7 @@ ALWAYS = ("Hybrid", "Line", "Point", "Contact", "Sample", "SetPoint", "Study", "
 
 
 @pytest.mark.parametrize("name", PAGES)
-def test_public_names_used_on_pages_are_in_the_reference(name: str) -> None:
+def test_public_names_used_on_pages_are_described_in_the_reference(name: str) -> None:
     blocks = re.findall(r"```python\n(.*?)```", (ROOT / name).read_text(), re.DOTALL)
     found = [
         (module, word.split()[0])
@@ -125,5 +125,5 @@ def test_public_names_used_on_pages_are_in_the_reference(name: str) -> None:
     assert [word for word in classes if not re.search(rf"^\*\*`{word}\b", REFERENCE["python"], re.MULTILINE)] == []
 
 
-def test_the_reference_page_has_an_entry_for_every_name_that_models_need() -> None:
+def test_the_reference_page_has_an_entry_for_every_name_that_user_models_need() -> None:
     assert [word for word in ALWAYS if not re.search(rf"^\*\*`{word}`", REFERENCE["python"], re.MULTILINE)] == []

@@ -26,7 +26,7 @@ def test_the_code_on_the_page_about_python_runs(tmp_path: Path, capfd, monkeypat
     assert follow("coordinator/run/PYTHON.md", tmp_path, capfd, monkeypatch) == 9
 
 
-def test_the_notebook_equals_its_page() -> None:
+def test_the_python_notebook_has_the_content_of_its_page() -> None:
     assert NOTEBOOK.read_text() == notebook(PAGE.read_text()), "run python tests/pages/notebook.py"
 
 
@@ -46,7 +46,7 @@ steps: {weld: {takes: uniform 4 h 8 h, needs: {crew: 1}}}
 
 
 @pytest.mark.large
-def test_dask_runs_a_study_behind_certificates(tmp_path: Path, monkeypatch) -> None:
+def test_dask_workers_with_certificates_run_a_study(tmp_path: Path, monkeypatch) -> None:
     pytest.importorskip("distributed", reason="no package 'distributed': no scheduler")
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))

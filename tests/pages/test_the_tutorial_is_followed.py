@@ -6,7 +6,7 @@ import pytest
 from page_blocks import follow
 
 
-def test_a_beginner_follows_the_tutorial_to_a_lift_of_their_own(
+def test_following_the_tutorial_produces_the_files_that_it_describes(
     tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert follow("nodes/scenes/TUTORIAL.md", tmp_path, capfd, monkeypatch) == 24

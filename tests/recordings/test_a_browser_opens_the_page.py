@@ -108,7 +108,7 @@ def test_the_page_has_light_dark_and_print_colours(browser: Chromium, lift: Path
 
 
 @pytest.mark.large
-def test_each_chart_of_the_page_shows_the_common_time(browser: Chromium, lift: Path) -> None:
+def test_all_charts_of_the_page_mark_the_same_time(browser: Chromium, lift: Path) -> None:
     lines = "[...document.querySelectorAll('.now')].filter(x => !x.hidden).map(x => x.getBoundingClientRect().x)"
     browser.open(f"{lift.as_uri()}#t=40")
     first = browser.run(lines)
@@ -122,7 +122,7 @@ def test_each_chart_of_the_page_shows_the_common_time(browser: Chromium, lift: P
     assert browser.run(lines)[0] > first[0]
 
 
-def test_a_scene_without_machines_fills_the_picture_of_the_page(browser: Chromium, pendulum: Path) -> None:
+def test_a_scene_without_machines_is_drawn_large_in_the_picture_of_the_page(browser: Chromium, pendulum: Path) -> None:
     browser.open(f"{pendulum.as_uri()}#t=0&view=across")
     hsv = pixels(browser.picture("#stage"))
     ball = coloured(hsv, BLUE)

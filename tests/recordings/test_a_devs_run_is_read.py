@@ -82,7 +82,7 @@ def test_events_of_a_devs_run_are_exported_with_a_column_for_each_field(recorded
     assert [row[:2] for row in rows[1::2]] == [["0.001", "0"], ["0.001", "1"], ["0.003", "0"], ["0.005", "0"]]
 
 
-def test_ports_and_fields_can_be_selected_for_export_and_parquet_holds_the_same(recorded: Path, tmp_path: Path) -> None:
+def test_selected_ports_and_fields_of_a_devs_run_are_exported_to_parquet(recorded: Path, tmp_path: Path) -> None:
     parquet = pytest.importorskip("pyarrow.parquet")
     table = parquet.read_table(export(recorded, tmp_path / "run.parquet", ["clock0/told/n", "clock0/*level"]))
     assert table.column_names[6:] == ["n", "inner.level"]
@@ -100,7 +100,7 @@ def test_values_on_each_port_are_drawn_in_their_own_panel(recorded: Path, tmp_pa
     assert "inner.level" not in page
 
 
-def test_too_many_or_unknown_ports_are_reported(tmp_path: Path) -> None:
+def test_plotting_too_many_ports_or_a_run_without_events_is_reported(tmp_path: Path) -> None:
     path = tmp_path / "many.mcap"
     run_models(f"{Path(__file__)}:clocks(9)", until=0.002, output=path, in_process=True)
     with pytest.raises(
@@ -114,7 +114,7 @@ def test_too_many_or_unknown_ports_are_reported(tmp_path: Path) -> None:
     assert json.dumps(info_data(tmp_path / "none.mcap"))
 
 
-def test_events_at_the_same_instant_are_drawn_without_a_warning(
+def test_many_events_at_one_instant_are_drawn_without_a_warning(
     tmp_path: Path, recwarn: pytest.WarningsRecorder
 ) -> None:
     run_models(clocks, until=0.001000001, output=tmp_path / "run.mcap", in_process=True)

@@ -26,7 +26,7 @@ def killed(recorded: Path, tmp_path: Path) -> Path:
     return part
 
 
-def test_everything_flushed_before_a_kill_is_recovered(killed: Path, recorded: Path, tmp_path: Path) -> None:
+def test_everything_that_a_killed_run_had_flushed_is_recovered(killed: Path, recorded: Path, tmp_path: Path) -> None:
     found = recover(killed)
     assert found.path == tmp_path / "killed-recovered.mcap"
     assert found.sim_s == 4.0
@@ -84,7 +84,7 @@ def test_recovery_reports_lost_data_in_seconds_of_the_run(tmp_path: Path) -> Non
 def test_a_complete_recording_needs_no_recovery(recorded: Path, tmp_path: Path) -> None:
     with pytest.raises(RecordingError) as error:
         recover(recorded)
-    assert str(error.value) == f"{recorded}: is complete and undamaged; there is nothing to recover"
+    assert str(error.value) == f"{recorded}: the file is complete and undamaged; there is nothing to recover"
     assert not (tmp_path / "run-recovered.mcap.part").exists()
 
 
@@ -93,7 +93,7 @@ def test_recovery_never_overwrites_its_source(killed: Path) -> None:
     with pytest.raises(RecordingError) as error:
         recover(killed, killed.with_suffix(""))
     assert str(error.value) == (
-        f"{killed.with_suffix('')}: would overwrite the file to be recovered; choose another name with -o"
+        f"{killed.with_suffix('')}: this would overwrite the file to be recovered; choose another name with -o"
     )
     assert killed.read_bytes() == before
 
@@ -113,7 +113,7 @@ def test_files_without_a_run_cannot_be_recovered(tmp_path: Path, begin: Callable
     rec.close()
 
 
-def test_recovery_of_any_damaged_file_gives_a_file_or_a_sentence(recorded: Path, tmp_path: Path) -> None:
+def test_recovering_any_damaged_file_gives_a_recording_or_a_one_sentence_error(recorded: Path, tmp_path: Path) -> None:
     data = recorded.read_bytes()
     rng = random.Random(5)
     sentences = []

@@ -41,7 +41,7 @@ def test_the_layout_for_other_viewers_describes_every_panel(attached: dict[str, 
     assert set(attached) == {"configById", "globalVariables", "userNodes", "playbackConfig", "layout"}
 
 
-def test_the_layout_for_other_viewers_uses_the_frame_of_all_poses(
+def test_the_layout_for_other_viewers_uses_the_world_frame_and_the_recorded_topics(
     recorded: Recording, attached: dict[str, Any]
 ) -> None:
     scene = attached["configById"]["3D!scene"]

@@ -74,7 +74,7 @@ def stage(live: LivePage, second: int, name: str) -> None:
     live.event(second * SECOND, "commander", "stage", "Stage", msgspec.msgpack.encode({"name": name, "number": 1}))
 
 
-def test_clients_without_the_token_or_of_another_origin_are_refused(live: LivePage) -> None:
+def test_the_live_page_refuses_clients_without_its_token_or_of_another_origin(live: LivePage) -> None:
     url = urlsplit(live.url)
     assert url.hostname == "127.0.0.1"
     assert len(url.path) >= 32
@@ -106,7 +106,7 @@ def test_the_live_page_listens_on_this_machine_only(live: LivePage) -> None:
 
 
 @pytest.mark.usefixtures("begin")
-def test_two_browsers_see_the_same_whenever_they_connect(
+def test_two_browsers_receive_the_same_run_at_whatever_time_they_connect(
     live: LivePage, batch: Callable[[int, int], bytes], rows: NDArray[np.float64]
 ) -> None:
     early = Browser(live)
@@ -149,7 +149,7 @@ def test_two_browsers_see_the_same_whenever_they_connect(
 
 
 @pytest.mark.usefixtures("begin")
-def test_a_browser_that_never_reads_delays_no_other(live: LivePage, rows: NDArray[np.float64]) -> None:
+def test_a_browser_that_never_reads_its_events_does_not_delay_others(live: LivePage, rows: NDArray[np.float64]) -> None:
     url = urlsplit(live.url)
     frozen = socket.create_connection((url.hostname, url.port), timeout=PATIENCE_s)
     frozen.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
@@ -168,13 +168,13 @@ def test_a_browser_that_never_reads_delays_no_other(live: LivePage, rows: NDArra
     frozen.close()
 
 
-def test_the_server_of_a_page_that_nobody_opened_or_whose_run_failed_ends_at_once() -> None:
+def test_the_server_of_a_live_page_ends_at_once_if_nobody_opened_it_or_the_run_failed() -> None:
     with pytest.raises(ZeroDivisionError), LivePage():
         raise ZeroDivisionError
 
 
 @pytest.mark.usefixtures("begin")
-def test_text_of_a_scene_cannot_break_out_of_its_message_on_the_page(live: LivePage) -> None:
+def test_text_of_a_scene_cannot_break_out_of_its_message_on_the_live_page(live: LivePage) -> None:
     status, body = ask(live)
     assert status == 200
     assert body.count(b"<script") == 2

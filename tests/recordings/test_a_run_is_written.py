@@ -31,7 +31,7 @@ def test_a_recording_gets_its_final_name_when_it_is_complete(begin: Begin, tmp_p
     assert rec.close() == tmp_path / "run.mcap"
 
 
-def test_metadata_are_written_to_disk_at_once(begin: Begin, tmp_path: Path) -> None:
+def test_metadata_of_a_recording_are_written_to_disk_at_once(begin: Begin, tmp_path: Path) -> None:
     rec = begin()
     with (tmp_path / "run.mcap.part").open("rb") as stream:
         records = iter(StreamReader(stream).records)
@@ -42,7 +42,7 @@ def test_metadata_are_written_to_disk_at_once(begin: Begin, tmp_path: Path) -> N
     rec.close()
 
 
-def test_complete_data_are_flushed_once_a_second(
+def test_complete_data_of_a_recording_are_flushed_to_disk_once_a_second(
     begin: Begin, batch: Batch, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     clock = 0.0
@@ -68,7 +68,7 @@ def test_complete_data_are_flushed_once_a_second(
     rec.close()
 
 
-def test_samples_and_events_that_arrive_separately_are_written_in_order(
+def test_samples_and_events_that_arrive_in_any_order_are_written_in_order_of_time(
     begin: Begin, batch: Batch, stage: Stage
 ) -> None:
     rec = begin()
@@ -98,7 +98,7 @@ def test_samples_and_events_that_arrive_separately_are_written_in_order(
     ]
 
 
-def test_a_long_batch_fills_several_chunks_row_by_row(begin: Begin) -> None:
+def test_a_long_batch_of_samples_is_written_into_several_chunks_row_by_row(begin: Begin) -> None:
     n = 2000
     rows = np.zeros((n, 20))
     rows[:, 0], rows[:, 6], rows[:, (12, 19)] = np.arange(n), np.arange(n), 1.0
@@ -124,7 +124,7 @@ def test_a_long_batch_fills_several_chunks_row_by_row(begin: Begin) -> None:
     assert np.array_equal(Recording(path).signal("rope/tension").values[:, 0], np.arange(n))
 
 
-def test_a_run_that_raises_leaves_a_complete_file(begin: Begin, stage: Stage, tmp_path: Path) -> None:
+def test_a_run_that_ends_with_an_error_leaves_a_complete_recording(begin: Begin, stage: Stage, tmp_path: Path) -> None:
     def run() -> None:
         with begin() as rec:
             stage(rec, 0, "take up")
@@ -156,7 +156,7 @@ def test_recorded_data_are_read_back_unchanged(recorded: Path, rows: NDArray[np.
     assert rec.fact("sim_s") == 4.0
 
 
-def test_recorded_peaks_are_those_of_all_steps(begin: Begin, batch: Batch) -> None:
+def test_recorded_peaks_include_integration_steps_between_samples(begin: Begin, batch: Batch) -> None:
     rec = begin()
     rec.samples(batch(0, 2))
     rec.samples(batch(2, 6))
@@ -164,7 +164,7 @@ def test_recorded_peaks_are_those_of_all_steps(begin: Begin, batch: Batch) -> No
     rec.close()
 
 
-def test_repeated_samples_are_skipped_and_missing_ones_are_an_error(begin: Begin, batch: Batch) -> None:
+def test_the_recorder_skips_repeated_samples_and_refuses_a_gap_in_their_numbers(begin: Begin, batch: Batch) -> None:
     rec = begin()
     rec.samples(batch(0, 3))
     rec.samples(batch(1, 4))
@@ -175,7 +175,7 @@ def test_repeated_samples_are_skipped_and_missing_ones_are_an_error(begin: Begin
     assert len(Recording(rec.close()).signal("rope/tension").t) == 4
 
 
-def test_notes_arrive_with_samples_and_are_written_once(begin: Begin, batch: Batch) -> None:
+def test_kernel_notes_sent_twice_with_samples_are_written_once(begin: Begin, batch: Batch) -> None:
     """Under their own times, in the digest; a sampler that starts again tells them again."""
 
     def noted(first: int, stop: int, *notes: tuple[int, int, str]) -> bytes:
@@ -197,7 +197,7 @@ def test_notes_arrive_with_samples_and_are_written_once(begin: Begin, batch: Bat
     assert found == [(0.5, "a rope rattles"), (3.0, "a mode is missed")]
 
 
-def test_rope_lines_change_from_their_stated_time_on(begin: Begin, batch: Batch) -> None:
+def test_changed_rope_lines_are_recorded_from_their_stated_time_on(begin: Begin, batch: Batch) -> None:
     rec = begin()
     line = RopeLine("r", "block", (0, 0, 0), "hook", (0, 0, 0))
     rec.ropes(0, [line])
@@ -210,7 +210,9 @@ def test_rope_lines_change_from_their_stated_time_on(begin: Begin, batch: Batch)
     assert sizes[1] < sizes[2] == sizes[-1]
 
 
-def test_protocol_messages_have_the_time_of_the_recorder(begin: Begin, stage: Stage) -> None:
+def test_protocol_messages_are_logged_at_the_time_reached_and_published_at_their_own_time(
+    begin: Begin, stage: Stage
+) -> None:
     rec = begin()
     stage(rec, 3, "lower")
     rec.settle(4 * SECOND)
@@ -221,10 +223,10 @@ def test_protocol_messages_have_the_time_of_the_recorder(begin: Begin, stage: St
 
 def test_unwritable_output_places_are_refused_at_the_start(tmp_path: Path) -> None:
     cases = {
-        tmp_path: f"{tmp_path}: is a folder; give the name of a file in it, such as {tmp_path}/run.mcap",
+        tmp_path: f"{tmp_path}: this is a folder; give the name of a file in it, such as {tmp_path}/run.mcap",
         tmp_path / "no" / "run.mcap": f"{tmp_path}/no/run.mcap: the folder {tmp_path}/no does not exist; "
         "create it or choose another folder with -o",
-        Path("/proc/run.mcap"): "/proc/run.mcap: cannot be written (No such file or directory); "
+        Path("/proc/run.mcap"): "/proc/run.mcap: the file cannot be written (No such file or directory); "
         "choose another folder with -o",
     }
     for path, sentence in cases.items():
@@ -243,7 +245,7 @@ def test_a_full_disk_is_reported_in_one_sentence(begin: Begin, tmp_path: Path) -
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
     assert str(error.value) == (
-        f"{tmp_path}/run.mcap.part: cannot be written (File too large); choose another folder with -o"
+        f"{tmp_path}/run.mcap.part: the file cannot be written (File too large); choose another folder with -o"
     )
 
 
@@ -292,7 +294,7 @@ def test_events_on_undeclared_ports_and_topics_declared_twice_are_refused_by_the
         ),
     ],
 )
-def test_a_layout_that_does_not_fit_its_rows_is_refused(
+def test_a_sample_layout_that_does_not_fit_its_rows_is_refused(
     tmp_path: Path, channels: list[SampleChannel], sentence: str
 ) -> None:
     rec = Recorder(tmp_path / "run.mcap", {})

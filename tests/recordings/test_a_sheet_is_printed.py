@@ -88,7 +88,7 @@ def test_a_sheet_has_the_same_cells_in_every_format(table: Table) -> None:
                 assert value == (pytest.approx(cell) if column.numeric and cell is not None else cell)
 
 
-def test_foreign_text_is_escaped_in_every_format_of_a_sheet() -> None:
+def test_text_from_scenes_is_escaped_in_every_format_of_a_sheet() -> None:
     """No formula in a workbook or CSV, no tag on a page."""
     from openpyxl import load_workbook
 
@@ -109,7 +109,7 @@ def test_empty_columns_of_a_sheet_are_omitted() -> None:
     assert trimmed(made).rows == (("x", 0.0), ("y", None))
 
 
-def test_infinite_values_in_a_sheet_are_words() -> None:
+def test_infinite_values_in_a_sheet_are_written_in_words() -> None:
     column = Column("use", "%", 1)
     shown = [column.text(x) for x in (float("inf"), float("nan"), -0.04, Marked(99.96))]
     assert shown == ["beyond any", "", "0.0", "100.0"]

@@ -85,7 +85,7 @@ class _Raw:
         builder.write(struct.pack("<BQ", self._opcode, len(self._body)) + self._body)  # type: ignore[attr-defined]
 
 
-def test_data_that_would_expand_without_bound_are_refused_at_once(tmp_path: Path) -> None:
+def test_compressed_data_that_would_expand_without_bound_are_refused_at_once(tmp_path: Path) -> None:
     path = tmp_path / "bomb.mcap"
     bombs(path, 400, 48 << 20)
     assert path.stat().st_size < 1 << 20
@@ -171,7 +171,7 @@ def test_deeply_nested_text_does_not_exhaust_the_stack(tmp_path: Path) -> None:
     read_in_all_ways(path, path, tmp_path)
 
 
-def test_a_number_too_large_to_draw_counts_as_damage(
+def test_a_recorded_number_too_large_to_draw_is_reported_as_damaged_content(
     begin: Callable[[], Recorder], rows: NDArray[np.float64], tmp_path: Path
 ) -> None:
     rows[3, 0] = -1e200

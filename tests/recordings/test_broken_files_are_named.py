@@ -27,23 +27,23 @@ def refusal(path: Path) -> str:
 
 def test_opening_a_pipe_as_a_recording_is_refused_without_waiting(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.mcap")
-    assert refusal(tmp_path / "pipe.mcap") == "is a pipe or device; save the recording to a file first"
-    with pytest.raises(RecordingError, match=r"pipe\.mcap: is not a file; give the name of a recording"):
+    assert refusal(tmp_path / "pipe.mcap") == "this is a pipe or device; save the recording to a file first"
+    with pytest.raises(RecordingError, match=r"pipe\.mcap: this is not a file; give the name of a recording"):
         recover(tmp_path / "pipe.mcap")
 
 
 def test_opening_a_missing_recording_is_reported(tmp_path: Path) -> None:
-    assert refusal(tmp_path / "run.mcap") == "does not exist; check the name or make it with `heavylift run`"
+    assert refusal(tmp_path / "run.mcap") == "the file does not exist; check the name or make it with `heavylift run`"
 
 
 def test_opening_a_recording_that_was_cut_off_is_reported(begin: Callable[[], Recorder], tmp_path: Path) -> None:
     rec = begin()
     assert refusal(tmp_path / "run.mcap") == (
-        f"does not exist, but {tmp_path}/run.mcap.part does: its run is still going or was cut off; "
+        f"the file does not exist, but {tmp_path}/run.mcap.part does: its run is still going or was cut off; "
         f"`heavylift recover {tmp_path}/run.mcap.part`"
     )
     assert refusal(tmp_path / "run.mcap.part") == (
-        "is cut off: its end is missing, as in the .part file of a run that was killed; "
+        "the file is cut off: its end is missing, as in the .part file of a run that was killed; "
         f"`heavylift recover {tmp_path}/run.mcap.part` saves what there is"
     )
     rec.close()
@@ -52,10 +52,10 @@ def test_opening_a_recording_that_was_cut_off_is_reported(begin: Callable[[], Re
 def test_opening_a_folder_an_empty_file_or_another_format_is_reported(tmp_path: Path) -> None:
     (tmp_path / "empty.mcap").touch()
     (tmp_path / "photo.mcap").write_bytes(b"\x89PNG\r\n\x1a\n" * 20)
-    assert refusal(tmp_path) == "is a folder; give the name of a recording, such as run.mcap"
-    assert refusal(tmp_path / "empty.mcap") == "is empty; run the scene again"
+    assert refusal(tmp_path) == "this is a folder; give the name of a recording, such as run.mcap"
+    assert refusal(tmp_path / "empty.mcap") == "the file is empty; run the scene again"
     assert refusal(tmp_path / "photo.mcap") == (
-        "is not a recording (not an MCAP file); give a file made by `heavylift run`"
+        "this is not a recording (not an MCAP file); give a file made by `heavylift run`"
     )
 
 
@@ -65,7 +65,7 @@ def test_opening_an_mcap_file_of_another_program_is_reported(tmp_path: Path) -> 
         writer = Writer(stream)
         writer.start()
         writer.finish()  # type: ignore[no-untyped-call]
-    assert refusal(path) == "is an MCAP file of another program; give a file made by `heavylift run`"
+    assert refusal(path) == "this is an MCAP file of another program; give a file made by `heavylift run`"
 
 
 def test_every_truncated_recording_is_refused(recorded: Path, tmp_path: Path) -> None:
@@ -97,7 +97,7 @@ def test_damage_anywhere_in_a_recording_is_reported_or_changes_no_data(recorded:
     assert all(sentence.startswith(f"{part}: ") and "\n" not in sentence for sentence in sentences)
 
 
-def test_a_chunk_that_claims_to_be_huge_is_not_unpacked(recorded: Path, tmp_path: Path) -> None:
+def test_a_chunk_that_declares_a_huge_size_is_not_unpacked(recorded: Path, tmp_path: Path) -> None:
     rec = Recording(recorded)
     (index,) = rec._file.summary.chunk_indexes
     data = bytearray(recorded.read_bytes())
@@ -121,10 +121,10 @@ def test_a_chunk_that_claims_to_be_huge_is_not_unpacked(recorded: Path, tmp_path
         Recording(path).events()
 
 
-def test_an_unknown_signal_is_answered_with_the_known_ones(recorded: Path) -> None:
+def test_the_error_for_an_unknown_signal_lists_the_known_signals(recorded: Path) -> None:
     with pytest.raises(RecordingError) as error:
         Recording(recorded).signal("rope/colour")
     assert str(error.value) == (
-        f"{recorded}: has no signal rope/colour; "
+        f"{recorded}: the recording has no signal rope/colour; "
         "there are rope/tension, rope/peak, rope/peak_time, pose/block, pose/hook"
     )

@@ -71,7 +71,7 @@ def test_curves_of_two_recordings_are_drawn_in_one_chart(recorded: Path, tmp_pat
     assert len(panels) == 4, "one of each signal"  # type: ignore[arg-type]
 
 
-def test_data_that_cannot_be_drawn_are_reported(recorded: Path, tmp_path: Path) -> None:
+def test_drawing_unknown_signals_or_to_an_unknown_format_is_reported(recorded: Path, tmp_path: Path) -> None:
     with pytest.raises(
         RecordingError, match=r"x\.pdf: a figure is written as \.png, \.svg or \.html; give it one of these"
     ):

@@ -124,7 +124,7 @@ def test_a_recording_with_zeros_after_a_power_cut_is_recovered(several: bytes, t
         check(several, several[:-count] + bytes(count), tmp_path / "zeros.mcap")
 
 
-def test_a_corrupt_length_loses_its_own_chunk_at_most(several: bytes, tmp_path: Path) -> None:
+def test_recovery_after_a_corrupt_length_field_loses_at_most_one_chunk(several: bytes, tmp_path: Path) -> None:
     chunks = [(place, length) for opcode, place, length in records(several) if opcode == CHUNK]
     for place, length in chunks[1:]:
         for wrong in (0, 5, length + 3, length * 2, 2**40, 2**63):

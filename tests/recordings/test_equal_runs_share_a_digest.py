@@ -34,7 +34,7 @@ def digest(events: list[tuple[Any, ...]], rows: list[tuple[int, int, bytes]]) ->
     return out.hexdigest()
 
 
-def test_the_digest_does_not_depend_on_the_order_of_arrival() -> None:
+def test_the_digest_does_not_depend_on_the_order_in_which_events_and_samples_arrive() -> None:
     rng = random.Random(1)
     expected = digest(EVENTS, ROWS)
     for _ in range(20):
@@ -44,7 +44,7 @@ def test_the_digest_does_not_depend_on_the_order_of_arrival() -> None:
         assert digest(events, rows) == expected
 
 
-def test_every_part_of_an_event_and_of_a_row_changes_the_digest() -> None:
+def test_every_field_of_an_event_and_of_a_sample_row_is_part_of_the_digest() -> None:
     changed = [
         *(
             [(*EVENTS[0][:i], other, *EVENTS[0][i + 1 :]), *EVENTS[1:]]
@@ -60,7 +60,7 @@ def test_every_part_of_an_event_and_of_a_row_changes_the_digest() -> None:
     assert len({digest(EVENTS, ROWS), *others}) == 1 + len(others)
 
 
-def test_the_digest_can_be_read_while_data_are_added() -> None:
+def test_the_digest_of_a_run_can_be_read_while_data_are_added() -> None:
     out = Digest()
     empty = out.hexdigest()
     out.event(*EVENTS[0])
@@ -92,7 +92,7 @@ def test_the_recording_contains_everything_that_the_digest_covers(recorded: Path
     assert out.hexdigest() == rec.result["digest"]
 
 
-def test_data_spooled_to_a_file_give_the_same_digest(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_long_run_whose_data_wait_in_a_file_has_the_same_digest(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a long run events wait on disk, and those that come late are put in their places."""
     events = [(t, k, "west", "report", 0, "Done", bytes(100)) for t in range(300) for k in range(3)]
     rows = [(n, n, bytes(8)) for n in range(1000)]

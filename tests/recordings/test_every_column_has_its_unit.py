@@ -19,7 +19,7 @@ def test_the_unit_of_a_joint_coordinate_is_metre_radian_or_none(kind: str) -> No
         assert unit_of("m/s or rad/s", f"crane.boom.{name}") == ("m/s" if name in SPEEDS else "rad/s")
 
 
-def test_a_pose_has_units_of_length_and_none_for_its_quaternion() -> None:
+def test_a_recorded_position_has_units_of_length_and_a_quaternion_has_none() -> None:
     assert [unit_of(POSE_UNIT, x) for x in ("x", "y", "block.z", "qx", "block.qw")] == ["m", "m", "m", "1", "1"]
 
 

@@ -38,7 +38,7 @@ def test_each_recording_format_has_a_stored_example() -> None:
 @pytest.mark.parametrize("number", READABLE)
 def test_every_reader_reads_each_recording_format(number: int, tmp_path: Path) -> None:
     text = read_in_all_ways(golden(number), golden(number), tmp_path, pictures=True)
-    assert text == [f"{golden(number)}: is complete and undamaged; there is nothing to recover"]
+    assert text == [f"{golden(number)}: the file is complete and undamaged; there is nothing to recover"]
 
 
 @pytest.mark.parametrize("number", READABLE)
@@ -54,7 +54,7 @@ def test_stored_recordings_of_each_format_show_a_block_that_falls_into_its_rope(
     assert rec.stages() == [(0.0, "fall and bounce")]
 
 
-def test_a_recorded_plan_of_an_earlier_version_gives_a_note_on_its_unread_parts() -> None:
+def test_reading_a_plan_of_an_earlier_version_gives_a_note_that_lists_its_unread_parts() -> None:
     message = "of an earlier version: cranes, slings and block are not listed; run the scene again for them"
     assert f"  plan      {message}" in info(golden(2)).splitlines()
     rec = Recording(golden(2))
@@ -67,7 +67,7 @@ def test_a_recorded_plan_of_the_present_version_is_read_without_a_note() -> None
 
 
 @pytest.mark.parametrize("number", READABLE)
-def test_a_stock_reader_counts_the_same_messages(number: int) -> None:
+def test_the_stock_mcap_reader_finds_the_sample_times_that_heavylift_reads(number: int) -> None:
     with golden(number).open("rb") as stream:
         text = make_reader(stream, decoder_factories=[DecoderFactory()]).iter_decoded_messages(["/samples"])
         times = [message.log_time * 1e-9 for _, _, message, _ in text]
@@ -76,13 +76,14 @@ def test_a_stock_reader_counts_the_same_messages(number: int) -> None:
 
 @pytest.mark.parametrize("number", range(1, OLDEST))
 def test_an_unsupported_recording_format_is_reported(number: int) -> None:
-    message = f"has format {number}, this is heavylift {__version__}, which reads format {FORMAT}; run the scene again"
+    message = f"the recording has format {number}, this is heavylift {__version__}, which reads format {FORMAT}; "
+    message += "run the scene again"
     with pytest.raises(RecordingError) as caught:
         Recording(golden(number))
     assert str(caught.value) == f"{golden(number)}: {message}, or install heavylift 0.1.0, which made it"
 
 
-def test_a_copied_recording_names_the_version_that_computed_it(tmp_path: Path) -> None:
+def test_a_recovered_or_amended_recording_names_the_version_that_computed_it(tmp_path: Path) -> None:
     """What was cut off or amended is still of the heavylift that computed it."""
     whole = golden(FORMAT).read_bytes()
     made = Recording(golden(FORMAT)).library

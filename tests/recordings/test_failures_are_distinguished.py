@@ -41,7 +41,7 @@ def library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callabl
         ("", "f", "module 'oldlib' has no attribute 'f'"),
     ],
 )
-def test_a_failing_library_is_named_in_the_error(
+def test_an_error_raised_by_a_library_names_the_library(
     text: str, call: str, told: str, recorded: Path, library: Callable[[str], None]
 ) -> None:
     library(text)
@@ -75,12 +75,14 @@ def test_an_installed_extra_that_fails_to_import_is_reported_by_name(library: Ca
         (MemoryError(), "cannot be read: there is too little memory"),
     ],
 )
-def test_an_error_of_the_system_is_not_reported_as_damage(error: Exception, told: str, recorded: Path) -> None:
+def test_an_operating_system_error_during_reading_is_not_reported_as_damage(
+    error: Exception, told: str, recorded: Path
+) -> None:
     with pytest.raises(RecordingError, match=told), Recording(recorded).reading():
         raise error
 
 
-def test_after_damage_every_command_suggests_recover(recorded: Path, tmp_path: Path) -> None:
+def test_every_command_that_reads_a_damaged_recording_suggests_recover(recorded: Path, tmp_path: Path) -> None:
     data = bytearray(recorded.read_bytes())
     place, length = next((place, length) for opcode, place, length in records(bytes(data)) if opcode == CHUNK)
     data[place + 9 + length // 2] ^= 0x55
@@ -102,7 +104,7 @@ def test_after_damage_every_command_suggests_recover(recorded: Path, tmp_path: P
     assert [x.name for x in tmp_path.iterdir() if x.suffix in (".png", ".csv", ".html", ".svg")] == []
 
 
-def test_for_content_changed_by_another_program_no_command_suggests_recover(recorded: Path, tmp_path: Path) -> None:
+def test_no_command_suggests_recover_for_content_changed_by_another_program(recorded: Path, tmp_path: Path) -> None:
     def spoil(parts: Parts) -> None:
         i = parts.rows()[0]
         parts.messages[i] = parts.messages[i]._replace(data=parts.messages[i].data[:-1])

@@ -57,7 +57,7 @@ def dimensions(drawing: Drawing, view: int, way: str) -> list[float]:
 
 
 @pytest.mark.large(beyond=3)
-def test_heights_and_radii_in_drawings_are_those_of_the_instant(made: list[tuple[DrawnInstant, Drawing]]) -> None:
+def test_heights_and_radii_in_drawings_are_those_of_the_drawn_instant(made: list[tuple[DrawnInstant, Drawing]]) -> None:
     for x, drawing in made:
         heights = dimensions(drawing, 1, "v")
         lowest = float(x.of("block")[:, 2].min())

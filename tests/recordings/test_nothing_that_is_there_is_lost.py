@@ -110,14 +110,14 @@ def all_below(folder: Path) -> dict[str, tuple[int, bytes]]:
 @pytest.mark.parametrize("force", [False, True], ids=["", "forced"])
 @pytest.mark.parametrize("name", ["run.mcap", "tension.png", "table.csv"])
 @pytest.mark.parametrize("obstacle", OBSTACLES, ids=lambda f: f.__name__)
-def test_existing_files_of_other_origin_are_kept(
+def test_an_existing_file_that_heavylift_did_not_write_is_never_overwritten(
     obstacle: Obstacle, name: str, force: bool, recorded: Path, tmp_path: Path
 ) -> None:
     out = tmp_path / "out" / name
     out.parent.mkdir()
     obstacle(out)
     before = all_below(out.parent)
-    with pytest.raises(OutputError, match=rf"^{out}: is a ") as error:
+    with pytest.raises(OutputError, match=rf"^{out}: this is a ") as error:
         WRITERS[name](recorded, out, force)
     assert "\n" not in str(error.value)
     assert all_below(out.parent) == before
@@ -126,7 +126,7 @@ def test_existing_files_of_other_origin_are_kept(
 @pytest.mark.parametrize(
     "name", [x if QUICK & {x} else pytest.param(x, marks=pytest.mark.large(beyond=1)) for x in WRITERS]
 )
-def test_an_earlier_output_is_kept_and_the_next_one_gets_the_next_name(
+def test_an_earlier_output_is_kept_and_the_new_one_gets_the_next_free_name(
     name: str, recorded: Path, tmp_path: Path
 ) -> None:
     write, out = WRITERS[name], tmp_path / "out" / name
@@ -144,7 +144,7 @@ def test_an_earlier_output_is_kept_and_the_next_one_gets_the_next_name(
 
 
 @pytest.mark.parametrize("name", ["run.txt", "run", "run.yaml", "run.mcap.part"])
-def test_a_recording_name_gets_its_suffix(name: str, tmp_path: Path) -> None:
+def test_a_recording_name_without_the_ending_mcap_is_refused(name: str, tmp_path: Path) -> None:
     with pytest.raises(OutputError) as error:
         recorded_at(tmp_path / name)
     assert str(error.value) == f"{tmp_path / name}: a recording is written as .mcap; give it this ending"
@@ -153,10 +153,10 @@ def test_a_recording_name_gets_its_suffix(name: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("ending", [".part", ".commands"])
 @pytest.mark.parametrize("force", [False, True], ids=["", "forced"])
-def test_outputs_follow_no_symbolic_link(ending: str, force: bool, tmp_path: Path) -> None:
+def test_writing_an_output_does_not_follow_a_symbolic_link(ending: str, force: bool, tmp_path: Path) -> None:
     is_link(tmp_path / f"run.mcap{ending}")
     before = all_below(tmp_path)
-    with pytest.raises(OutputError, match=rf"run.mcap{ending}: is a link and will not be overwritten"):
+    with pytest.raises(OutputError, match=rf"run.mcap{ending}: this is a link and will not be overwritten"):
         recorded_at(tmp_path / "run.mcap", force)
     assert all_below(tmp_path) == before
 
@@ -174,7 +174,8 @@ def test_the_partial_recording_of_a_killed_run_is_kept_even_if_a_new_run_uses_fo
     assert (part.read_bytes(), orders.read_bytes()) == (left, b"orders")
     before = all_below(tmp_path)
     with pytest.raises(
-        OutputError, match=rf"{part}: was left by a run that was cut off and will not be overwritten; .*resume {part}"
+        OutputError,
+        match=rf"{part}: this file was left by a run that was cut off and will not be overwritten; .*resume {part}",
     ):
         recorded_at(tmp_path / "run.mcap", force=True)
     assert all_below(tmp_path) == before
@@ -205,7 +206,9 @@ def test_concurrent_runs_write_separate_files(begin: Begin, tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("come", [is_foreign, is_folder, is_dangling_link, recorded_at], ids=lambda f: f.__name__)
-def test_a_file_created_during_a_run_is_kept(come: Obstacle, begin: Begin, tmp_path: Path) -> None:
+def test_a_file_that_gets_the_name_of_the_recording_during_a_run_is_kept(
+    come: Obstacle, begin: Begin, tmp_path: Path
+) -> None:
     rec = begin()
     come(tmp_path / "come.mcap")
     (tmp_path / "come.mcap").rename(tmp_path / "run.mcap")
@@ -215,7 +218,7 @@ def test_a_file_created_during_a_run_is_kept(come: Obstacle, begin: Begin, tmp_p
     assert Recording(tmp_path / "run-2.mcap").result["status"] == "finished"
 
 
-def test_outputs_are_written_and_named_on_a_file_system_without_unnamed_files(
+def test_output_files_get_their_names_on_a_file_system_without_unnamed_temporary_files(
     recorded: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delattr(os, "O_TMPFILE")
@@ -278,7 +281,7 @@ NOTICED = {
 
 @pytest.mark.parametrize("at", ["the next flush", "the end"])
 @pytest.mark.parametrize("harm", NOTICED, ids=lambda f: f.__name__)
-def test_changes_of_the_recording_by_others_during_a_run_are_detected(
+def test_changes_of_the_recording_by_another_program_during_a_run_are_detected(
     harm: Obstacle, at: str, begin: Begin, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if at == "the next flush":

@@ -24,7 +24,7 @@ def test_rounding_of_recorded_values_follows_the_unit() -> None:
     assert np.array_equal(rounded(rounded(x)), rounded(x)), "twice is once"
 
 
-def test_small_recorded_values_keep_their_digits() -> None:
+def test_rounding_of_recorded_values_keeps_the_digits_of_small_values() -> None:
     rounded = Rounding([SampleChannel("rope/tension", ["toy"], "N", 0, 1)])
     x = np.array([[0.0], [1e-6], [3e-5], [9.80665e-3], [1e-6]])
     off = np.abs(np.vstack([rounded(x[:3]), rounded(x[3:])]) - x)[:, 0]
@@ -41,7 +41,7 @@ def test_rounding_of_recorded_values_does_not_depend_on_batches() -> None:
     assert np.array_equal(once(x), one_by_one, equal_nan=True)
 
 
-def test_values_of_other_units_and_infinite_ones_are_not_rounded() -> None:
+def test_recorded_values_of_unlisted_units_and_infinite_values_are_not_rounded() -> None:
     rounded = Rounding([SampleChannel("a", ["a"], "1/rad2", 0, 1), SampleChannel("b", ["b"], "N", 1, 2)])
     rows = np.array([[np.pi, np.inf], [1e-300, -np.inf], [0.1, 1e300], [-0.1, 1e308]])
     assert np.array_equal(rounded(rows), rows)
@@ -63,7 +63,7 @@ def test_free_joints_are_recorded_only_as_poses(tmp_path: Path) -> None:
     assert found.signal("pose/crate").values.tolist() == [list(row[9:])]
 
 
-def test_numbers_and_poses_of_a_sample_are_in_the_same_chunk(tmp_path: Path) -> None:
+def test_signals_and_poses_of_a_sample_are_recorded_in_the_same_chunk(tmp_path: Path) -> None:
     """So a chunk that is lost or cut off takes both away."""
     layout = SampleLayout(
         [

@@ -43,7 +43,7 @@ def test_an_exported_parquet_file_holds_the_same_numbers(recorded: Path, tmp_pat
     assert np.array_equal(table["rope/tension/west.H2 [N]"].to_numpy(), tension[:, 1])
 
 
-def test_data_that_cannot_be_exported_are_reported(recorded: Path, tmp_path: Path) -> None:
+def test_exporting_unknown_signals_or_to_an_unknown_format_is_reported(recorded: Path, tmp_path: Path) -> None:
     with pytest.raises(RecordingError) as error:
         export(recorded, tmp_path / "run.xlsx")
     assert str(error.value) == (

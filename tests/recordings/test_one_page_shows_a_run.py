@@ -72,7 +72,7 @@ def test_thinning_72000_samples_to_1000_keeps_the_extrema() -> None:
     assert thinned([load[:900]], 1000).tolist() == list(range(900))
 
 
-def test_the_page_loads_nothing_from_other_places(page: Path) -> None:
+def test_the_page_of_a_recording_loads_nothing_from_other_places(page: Path) -> None:
     text = re.sub(r"<script(?: id=\"run\"[^>]*)?>.*?</script>", "", page.read_text(), flags=re.DOTALL)
     assert "src=" not in text
     assert "href=" not in text
@@ -107,7 +107,7 @@ def test_recordings_that_cannot_be_shown_on_a_page_are_reported(tmp_path: Path, 
         path = rec.close()
     with pytest.raises(RecordingError) as error:
         view(path, tmp_path / "run.html")
-    assert str(error.value) == f"{path}: has no samples to show; let the run last longer"
+    assert str(error.value) == f"{path}: the recording has no samples to show; let the run last longer"
     with Recorder(tmp_path / "queue.mcap", {"model": "queue:build"}) as rec, pytest.raises(RecordingError) as error:
         view(rec.close(), tmp_path / "run.html")
     assert str(error.value).endswith("no samples to show; a DEVS model has messages only: `heavylift plot` draws them")
@@ -115,7 +115,7 @@ def test_recordings_that_cannot_be_shown_on_a_page_are_reported(tmp_path: Path, 
         view(path, tmp_path / "run.pdf")
 
 
-def test_a_second_run_is_shown_transparent_and_dashed_on_the_page(
+def test_a_run_shown_beside_another_is_transparent_and_dashed_on_the_page(
     begin: Callable[[], Recorder], batch: Callable[[int, int], bytes], page: Path, tmp_path: Path
 ) -> None:
     with begin() as rec:

@@ -84,7 +84,7 @@ def test_recordings_that_cannot_be_plotted_are_reported(
             recorded,
             tmp_path / "run.png",
             {"loader 1": "east.H1"},
-            f"{recorded}: has no rope east.H1; it has west.H1, west.H2",
+            f"{recorded}: the recording has no rope east.H1; it has west.H1, west.H2",
         ),
     ]
     for path, out, loaders, sentence in cases:
@@ -93,7 +93,9 @@ def test_recordings_that_cannot_be_plotted_are_reported(
         assert str(error.value) == sentence
     bare = Recorder(tmp_path / "bare.mcap", {"scene": "bare"})
     bare.layout(SampleLayout([]))
-    with pytest.raises(RecordingError, match=r"bare\.mcap: has no rope tensions and no joint positions to plot"):
+    with pytest.raises(
+        RecordingError, match=r"bare\.mcap: the recording has no rope tensions and no joint positions to plot"
+    ):
         plot(bare.close(), tmp_path / "run.png")
 
 
@@ -105,7 +107,7 @@ def test_labels_in_plots_move_apart_and_keep_their_order() -> None:
     assert spread([99, 99, 99, 99], room, 10) == [60, 70, 80, 90]
 
 
-def test_the_band_of_a_long_recording_is_drawn_in_steps_finer_than_a_pixel() -> None:
+def test_drawing_the_band_of_a_long_recording_with_few_points_keeps_its_extremes() -> None:
     t = np.linspace(0.0, 600.0, 120_001)
     low, high = np.sin(t), 1.5 + np.cos(t)
     high[77_777] = 9.0
@@ -140,5 +142,5 @@ def test_a_lift_is_rendered_as_a_film(recorded: Path, tmp_path: Path) -> None:
     ("seconds", "digits", "text"),
     [(0.0, 0, "0:00"), (59.96, 1, "1:00.0"), (75.0, 0, "1:15"), (3963.0, 0, "1:06:03"), (7.25, 2, "0:07.25")],
 )
-def test_times_in_plots_are_written_as_a_clock_does(seconds: float, digits: int, text: str) -> None:
+def test_times_in_plots_are_written_in_hours_minutes_and_seconds(seconds: float, digits: int, text: str) -> None:
     assert clock(seconds, digits) == text

@@ -36,7 +36,7 @@ def waiting(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
 
 @pytest.mark.parametrize("in_process", [True, False])
-def test_rows_are_written_without_waiting_for_the_next_event(
+def test_samples_are_written_without_waiting_for_the_next_event(
     in_process: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A load that swings, in one grant or in ninety."""
@@ -50,7 +50,9 @@ def test_rows_are_written_without_waiting_for_the_next_event(
         assert max(rows) > ROWS - BATCH
 
 
-def test_rows_of_a_rest_are_written_in_batches_without_delay(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_samples_during_a_rest_are_written_in_batches_without_delay(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A lift to which nobody gives an order: its last 2000 rows are made when the run ends."""
     text = unstated(bundled()["lift"].read_text())
     lift = parse(
@@ -83,7 +85,7 @@ def test_recorded_data_reach_the_disk_without_a_further_call_of_the_recorder(tmp
         assert recover(part, tmp_path / "saved.mcap").messages == 1
 
 
-def test_an_error_of_the_writing_thread_reaches_the_next_caller(
+def test_an_error_in_the_writing_thread_is_raised_at_the_next_call_of_the_recorder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(file: McapFile) -> None:
@@ -93,7 +95,7 @@ def test_an_error_of_the_writing_thread_reaches_the_next_caller(
     monkeypatch.setattr(McapFile, "flush", full)
     rec.log(10**9, "info", "x", "said")
     rec._sink._thread.join(20.0)
-    with pytest.raises(RecordingError, match=r"run.mcap.part: cannot be written \(No space left on device\)"):
+    with pytest.raises(RecordingError, match=r"run.mcap.part: the file cannot be written \(No space left on device\)"):
         rec.settle(2 * 10**9)
     with pytest.raises(RecordingError, match="No space left"):
         rec.close()

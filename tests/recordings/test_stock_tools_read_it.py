@@ -38,7 +38,7 @@ def test_all_checksums_of_a_recording_hold_and_every_channel_has_a_schema(record
     assert len(messages) == 3 + 1 + 1 + 6 * 2
 
 
-def test_log_time_is_simulation_time_and_never_decreases(recorded: Path) -> None:
+def test_the_log_time_of_recorded_messages_is_the_simulation_time_and_never_decreases(recorded: Path) -> None:
     with recorded.open("rb") as stream:
         found = [
             (channel.topic, message) for _, channel, message in make_reader(stream).iter_messages(log_time_order=False)
@@ -57,7 +57,7 @@ def test_log_time_is_simulation_time_and_never_decreases(recorded: Path) -> None
     assert all(message.log_time == message.publish_time for _, message in found)
 
 
-def test_facts_of_the_run_come_first_in_a_recording_and_its_result_last(recorded: Path) -> None:
+def test_a_recording_begins_with_the_facts_of_the_run_and_ends_with_its_result(recorded: Path) -> None:
     with recorded.open("rb") as stream:
         records = list(StreamReader(stream, validate_crcs=True).records)
     header, run, scene = records[:3]
@@ -81,7 +81,7 @@ def test_facts_of_the_run_come_first_in_a_recording_and_its_result_last(recorded
     assert metadata[-1].metadata["status"] == "finished"
 
 
-def test_numbers_are_decoded_with_the_schema_in_the_file(recorded: Path, rows: NDArray[np.float64]) -> None:
+def test_recorded_numbers_are_decoded_with_the_schema_in_the_file(recorded: Path, rows: NDArray[np.float64]) -> None:
     with recorded.open("rb") as stream:
         found = list(make_reader(stream).iter_messages(topics=["/samples", "/poses"]))
     samples = [(s, c, m) for s, c, m in found if c.topic == "/samples"]

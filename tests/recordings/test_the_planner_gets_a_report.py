@@ -91,7 +91,9 @@ def test_every_number_in_the_report_agrees_with_the_samples(recorded: Path) -> N
     assert row == {"rope": "west.H1", "peak tension": 440.0, "at": 2.0, "stage": "take up", "limit": 430.0, "use": use}
 
 
-def test_the_report_lists_the_worst_first_and_escapes_text_of_scenes(recorded: Path, tmp_path: Path) -> None:
+def test_the_report_escapes_text_of_scenes_and_marks_utilisations_above_100_percent_red(
+    recorded: Path, tmp_path: Path
+) -> None:
     text = report(recorded, tmp_path / "report.html").read_text()
     assert "<b>lift</b>" not in text
     assert "&lt;b&gt;lift" in text
@@ -114,8 +116,8 @@ def test_the_report_is_printed_to_pdf_if_a_browser_exists(
     with pytest.raises(RecordingError) as error:
         report(recorded, tmp_path / "other.pdf")
     assert str(error.value) == (
-        f"{tmp_path}/other.pdf: no Chromium or Chrome is installed to print it; write {tmp_path}/other.html and print "
-        "that from any browser"
+        f"{tmp_path}/other.pdf: no Chromium or Chrome is installed to print a PDF; write {tmp_path}/other.html "
+        "and print that from any browser"
     )
 
 
@@ -187,7 +189,7 @@ def test_the_project_in_the_report_is_that_of_the_scene_or_the_command(tmp_path:
     ]
 
 
-def test_the_report_has_room_for_signatures(lifts: dict[str, Path]) -> None:
+def test_the_report_has_blank_cells_for_signatures(lifts: dict[str, Path]) -> None:
     issue = report_sheet(Recording(lifts["hall"]), revision="B", author="A. Planner").tables[0]
     assert issue.blank
     assert [row[0] for row in issue.rows] == ["revision", "prepared", "checked", "approved"]

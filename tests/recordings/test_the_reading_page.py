@@ -42,7 +42,7 @@ def test_reading_a_signal_reads_no_other_data(recorded: Path, monkeypatch: pytes
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_selected_samples_equal_those_of_all_and_other_chunks_stay_compressed(
+def test_reading_selected_samples_gives_the_recorded_values_without_unpacking_other_chunks(
     seed: int, begin: Callable[[], Recorder], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(mcapfile, "CHUNK", 4096)
@@ -85,11 +85,13 @@ def test_parts_of_a_recording_offer_their_signals_as_attributes(recorded: Path) 
         ("girder", "there are rope/tension, rope/peak, rope/peak_time, pose/block, pose/hook, block, hook, west, "),
     ],
 )
-def test_unknown_names_in_a_recording_are_answered_with_the_known_ones(recorded: Path, name: str, meant: str) -> None:
+def test_the_error_for_an_unknown_name_in_a_recording_lists_the_known_names(
+    recorded: Path, name: str, meant: str
+) -> None:
     for error in (KeyError, RecordingError):
         with pytest.raises(error) as caught:
             Recording(recorded)[name]
-        assert str(caught.value).startswith(f"{recorded}: has no signal or part {name}; {meant}")
+        assert str(caught.value).startswith(f"{recorded}: the recording has no signal or part {name}; {meant}")
     with pytest.raises(KeyError, match=r"rope/tension has no column west\.h1; did you mean west\.H"):
         Recording(recorded).signal("rope/tension")["west.h1"]
 
@@ -123,7 +125,7 @@ def test_a_signal_converts_to_a_data_frame(recorded: Path) -> None:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_message_tables_keep_the_order_of_a_chunk(seed: int) -> None:
+def test_a_table_of_messages_keeps_the_order_of_the_messages_in_a_chunk(seed: int) -> None:
     random = np.random.default_rng(seed)
     length = {1: 40, 2: 40, 3: 7}
     order = random.choice([1, 2, 3], 40).tolist() + 30 * random.permutation([1, 2, 3]).tolist() + 25 * [2] + [1, 1, 3]

@@ -48,7 +48,7 @@ def test_the_reported_load_on_a_lug_is_the_force_of_its_sling(found: Facts) -> N
         assert parts[2] > 0.999 * row["largest load"], "upwards"
 
 
-def test_reported_support_reactions_carry_the_block(found: Facts) -> None:
+def test_the_support_reactions_in_the_report_sum_to_the_weight_of_the_block(found: Facts) -> None:
     supports = {row["support"]: row["largest load"] for row in table(found, "Reactions of supports")}
     weight = 300 * G
     assert supports["all together"] == pytest.approx(weight, rel=1e-3), "before the ropes are taut"

@@ -36,7 +36,7 @@ def library_frames(t_ns: int, bodies: list[str], poses: NDArray[np.float64]) -> 
     return out
 
 
-def test_recorded_frames_decode_as_those_of_the_protobuf_library() -> None:
+def test_recorded_frames_of_bodies_are_decoded_equally_by_the_protobuf_library() -> None:
     bodies = [f"west.body{i}" for i in range(19)]
     poses = np.random.default_rng(3).normal(size=(len(TIMES), 19, 7))
     template = frames_template(bodies)
@@ -99,7 +99,7 @@ def test_a_drawn_rope_runs_between_its_points_on_two_bodies() -> None:
     assert (entity.id, entity.frame_id) == ("ropes", "world")
 
 
-def test_drawn_boxes_are_locked_to_their_bodies() -> None:
+def test_drawn_boxes_move_with_the_frames_of_their_bodies() -> None:
     boxes = [
         DrawnBox("block", (0, 0, 5), (54, 28, 10)),
         DrawnBox("block", (0, 0, 1), (1, 1, 1)),

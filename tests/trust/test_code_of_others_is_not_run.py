@@ -50,7 +50,7 @@ def test_no_command_runs_an_untrusted_model_named_in_a_scene(heavylift: Command,
     assert {*tmp_path.iterdir()} == before
 
 
-def test_a_folder_is_trusted_listed_and_withdrawn(heavylift: Command, tmp_path: Path) -> None:
+def test_the_trust_command_adds_lists_and_removes_trusted_folders(heavylift: Command, tmp_path: Path) -> None:
     scene = law(tmp_path / "mine")
     assert heavylift("trust", tmp_path / "mine")[0] == 0
     assert heavylift("trust") == (0, f"{tmp_path / 'mine'}\n")
@@ -63,7 +63,7 @@ def test_a_folder_is_trusted_listed_and_withdrawn(heavylift: Command, tmp_path: 
     assert (kept.stat().st_mode & 0o777, kept.parent.stat().st_mode & 0o777) == (0o600, 0o700)
 
 
-def test_untrusted_code_is_allowed_for_one_command(heavylift: Command, tmp_path: Path) -> None:
+def test_the_option_allow_code_permits_untrusted_code_for_one_command(heavylift: Command, tmp_path: Path) -> None:
     law(tmp_path)
     assert heavylift("check", "rail.yaml", "--allow-code", "mine.py")[0] == 0
     assert heavylift("check", "rail.yaml", "--allow-code", ".")[0] == 0
@@ -88,7 +88,7 @@ def test_code_named_in_a_recording_is_not_run(heavylift: Command, tmp_path: Path
     assert heavylift("replay", "--verify", "rail.mcap", "--allow-code", ".")[0] == 0
 
 
-def test_python_code_runs_if_the_user_names_it_but_not_if_only_a_recording_does(
+def test_python_code_runs_if_the_user_names_it_and_not_if_only_a_recording_names_it(
     heavylift: Command, tmp_path: Path
 ) -> None:
     (tmp_path / "ringed.py").write_text(
@@ -136,7 +136,9 @@ TOOLS = (
 
 
 @pytest.mark.parametrize("reference", TOOLS)
-def test_a_trusted_folder_gives_no_access_to_imported_tools(heavylift: Command, tmp_path: Path, reference: str) -> None:
+def test_code_named_by_a_coordinator_cannot_reach_the_tools_that_a_trusted_file_imports(
+    heavylift: Command, tmp_path: Path, reference: str
+) -> None:
     """Neither Python, nor heavylift itself, nor what a trusted file imports is there to be called by data."""
     law(tmp_path)
     (tmp_path / "safe").mkdir()

@@ -16,7 +16,7 @@ import attacks
 
 
 @pytest.mark.parametrize("attack", [attacks.cells, attacks.workbooks, attacks.viewers, attacks.pickles])
-def test_no_attack_by_an_unauthenticated_client_succeeds(attack, tmp_path: Path) -> None:
+def test_attacks_by_unauthenticated_clients_fail(attack, tmp_path: Path) -> None:
     tries = list(attack(tmp_path, True))
     assert len(tries) >= 8
     assert [what for what, promised in tries if not promised] == []
@@ -24,7 +24,7 @@ def test_no_attack_by_an_unauthenticated_client_succeeds(attack, tmp_path: Path)
 
 @pytest.mark.large
 @pytest.mark.parametrize("attack", [attacks.terminal, attacks.workers])
-def test_no_attack_on_whole_commands_succeeds(attack, tmp_path: Path) -> None:
+def test_attacks_on_whole_commands_by_data_from_others_fail(attack, tmp_path: Path) -> None:
     assert [what for what, promised in attack(tmp_path, False) if not promised] == []
 
 
@@ -41,7 +41,7 @@ def test_control_characters_are_shown_escaped_and_json_stays_valid() -> None:
             assert json.loads(f'"{shown}"') == chr(code)
 
 
-def test_a_study_row_from_another_process_is_validated_or_refused() -> None:
+def test_a_result_row_of_a_study_from_another_process_is_validated_or_refused() -> None:
     random, variant = Random(1), Variant(3, (), ())
     values = [3, 4, -1, 1 << 63, 0.5, float("nan"), "done", "\x1b[2J", b"x", [1], {"a": 1}, None, True, "x" * 200_000]
     names = ["number", "status", "sentence", "digest", "use", "input/x", "recording", "\n", "host", "limit"]
@@ -64,6 +64,6 @@ def test_a_study_row_from_another_process_is_validated_or_refused() -> None:
     assert right > 300
 
 
-def test_a_study_row_that_is_not_bytes_is_refused() -> None:
+def test_a_result_row_of_a_study_that_is_not_bytes_is_refused() -> None:
     with pytest.raises(ProtocolError, match="returned something other than an encoded row"):
         received({"number": 3}, Variant(3, (), ()))

@@ -19,7 +19,7 @@ CASES = {"scenes": 15, "recordings": 3, "frames": 300, "commands": 500, "resume"
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_random_bytes_in_files_written_by_others_break_nothing(kind: str) -> None:
+def test_random_bytes_in_files_written_by_others_cause_no_crash_and_no_traceback(kind: str) -> None:
     result = fuzz(kind, seed=7, most=CASES[kind])
     assert (result.cases, dict(result.found)) == (CASES[kind], {})
     assert result.sentences or kind in ("frames", "recordings")

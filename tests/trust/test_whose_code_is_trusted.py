@@ -103,7 +103,7 @@ def test_trust_of_a_module_depends_on_the_file_that_would_be_imported(own: Path,
 
 
 @pytest.mark.parametrize("where", ["heavylift", "heavylift.nodes.zoo", "heavylift.nodes.zoo.none", "heavylift.nodes"])
-def test_heavylift_itself_is_trusted_wherever_it_is_installed(where: str) -> None:
+def test_heavylift_code_is_trusted_wherever_it_is_installed(where: str) -> None:
     assert trust.refusal(where) == ""
 
 
@@ -118,11 +118,11 @@ def test_trusting_a_folder_does_not_trust_packages_installed_below_it(own: Path,
     assert trust.refusal("theirs") == ""
 
 
-def test_functions_of_python_itself_are_refused_as_laws() -> None:
+def test_functions_of_the_python_library_are_refused_as_force_laws() -> None:
     for where in ("os", "shutil", "builtins", "math", "json.decoder", "sys"):
         assert trust.refusal(where) == f"'{where}' belongs to Python itself; name a function of your own"
 
 
 @pytest.mark.parametrize("where", ["no\0name", "..", ".", "a..b", "x" * 5000, "x" * 5000 + ".py", "no.such.module"])
-def test_a_reference_that_names_no_module_contains_no_code(where: str) -> None:
+def test_a_code_reference_without_a_module_contains_no_code(where: str) -> None:
     assert trust.refusal(where) in ("", f"{where!r} names no module")

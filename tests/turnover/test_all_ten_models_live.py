@@ -68,7 +68,7 @@ def test_each_model_of_turnover_receives_events(reading: Reading, model: str) ->
     assert {_kind(e) for e in reading.events if e["port"] in ports} >= HEARD[model]
 
 
-def test_every_order_in_turnover_is_answered_once(reading: Reading) -> None:
+def test_every_order_in_turnover_is_answered_exactly_once(reading: Reading) -> None:
     """An order with an id of its own that moves, hooks or unhooks has one Done; an actor gets each but once."""
     for model in (*CRANES, "loader-3", "loader-6"):
         orders = reading.said("commander", f"order_{model}")
@@ -116,7 +116,7 @@ def with_cells(plan: Plan, name: str, rated: float) -> Plan:
     return changed(plan, machines=tuple(map(one, plan.machines)))
 
 
-def test_a_crane_with_too_low_a_rating_reports_overload(smaller: Story) -> None:
+def test_a_crane_with_too_low_a_rating_reports_an_overload(smaller: Story) -> None:
     """360 t and three hook blocks of 25 t, against 300 t, three loaders of 45 t and the jerk of the lift-off."""
     rated = (360e3 + 3 * 25e3) * G
     reading = smaller(lambda p: with_cells(p, "crane", rated))
@@ -124,7 +124,7 @@ def test_a_crane_with_too_low_a_rating_reports_overload(smaller: Story) -> None:
     assert message == {"actor": "crane.main.load", "tension": rated, "rated": rated, "over": True}
 
 
-def test_a_lifting_beam_with_too_low_a_rating_reports_overload(smaller: Story) -> None:
+def test_a_lifting_beam_with_too_low_a_rating_reports_an_overload(smaller: Story) -> None:
     reading = smaller(lambda p: with_cells(p, "loader", 1.1e6))
     message = [(e["source"], e["value"]["over"]) for e in reading.events if e["type"] == "Overload"]
     assert message == [("loader-3", True)]  # the others carry 1.0 MN each

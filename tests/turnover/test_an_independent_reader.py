@@ -38,14 +38,14 @@ def test_recorded_tensions_follow_from_poses_lengths_and_rates(reading: Reading,
         assert np.max(np.abs(expected - message)) < TENSION * largest, name
 
 
-def test_without_rope_damping_recorded_tensions_are_not_reproduced(mechanics: Mechanics) -> None:
+def test_recorded_tensions_are_not_reproduced_without_rope_damping(mechanics: Mechanics) -> None:
     """Without the rates the same recomputation would be wrong by far more than its tolerance."""
     heating = max(pull.heating.max() for pull in mechanics.pulls.values())
     assert heating > 1.0
 
 
 @pytest.mark.parametrize("stage", ["settle", "settle on A", "rigging", "settle on A and C", "settle 2", "rest"])
-def test_at_rest_the_vertical_forces_on_the_block_equal_its_weight(
+def test_vertical_forces_on_the_resting_block_equal_its_weight(
     mechanics: Mechanics, stages: dict[str, Stage], stage: str
 ) -> None:
     weight = mechanics.bodies["block"].mass * mechanics.g

@@ -8,7 +8,7 @@ from heavylift.nodes.scene import load
 from the_run import Lift
 
 
-def test_the_whole_lift_and_its_statics_compile_only_once(lift: Lift) -> None:
+def test_turnover_and_its_statics_compile_code_once(lift: Lift) -> None:
     assert sorted(path.suffix for path in lift.code.iterdir()) == [".o", ".o", ".path", ".scene"]
 
 

@@ -50,7 +50,7 @@ def test_the_energy_balance_of_turnover_closes(lift: Lift, reading: Reading) -> 
     assert lift.result.energy_error == pytest.approx(imbalance(reading).max() / turned_over(reading), rel=1e-9)
 
 
-def test_work_and_heat_of_all_elements_of_turnover_sum_to_the_recorded_totals(reading: Reading) -> None:
+def test_work_and_heat_of_all_elements_of_turnover_add_up_to_the_recorded_totals(reading: Reading) -> None:
     for what in ("work", "heat"):
         names = [name for name in reading.names["/account"] if name.endswith(f".{what}")]
         total = sum(reading.column("/account", name) for name in names)
@@ -80,7 +80,9 @@ def test_energy_accounts_agree_with_integrals_of_power(fine: Mechanics) -> None:
         )
 
 
-def test_up_to_the_landing_the_energy_balance_closes_far_better(reading: Reading, stages: dict[str, Stage]) -> None:
+def test_the_energy_balance_of_turnover_closes_far_better_before_the_landing(
+    reading: Reading, stages: dict[str, Stage]
+) -> None:
     air = slice(0, stages["set down"].samples[0])
     assert imbalance(reading)[air].max() < CLOSES_IN_THE_AIR * turned_over(reading)
 

@@ -40,7 +40,7 @@ def test_loading_begins_at_the_instant_when_the_last_sling_is_taut(reading: Read
     assert len(list(_sling_states(reading, begin))) == 12
 
 
-def test_hoisting_waits_until_the_block_has_left_its_supports(reading: Reading) -> None:
+def test_the_hoisting_stage_waits_until_the_block_has_left_its_supports(reading: Reading) -> None:
     lifted = [e["t_ns"] for e in reading.said("block", "report", "Lifted")]
     assert _begin(reading, "load") < lifted[0] < _begin(reading, "hoist")
     assert max(_halts(reading, lifted[0])) == lifted[0]  # the creeping hoists are reported to stop at once
@@ -55,7 +55,7 @@ def test_the_block_is_unhooked_from_b_only_after_all_b_slings_are_slack(reading:
     assert {e["t_ns"] for e in off} == {_begin(reading, "unhook B")}
 
 
-def test_the_lower_trolleys_pass_beneath_the_upper_ones(reading: Reading, stages: dict[str, Stage]) -> None:
+def test_the_lower_trolleys_pass_below_the_upper_trolleys(reading: Reading, stages: dict[str, Stage]) -> None:
     before, after = stages["re-rig, pass beneath"].samples[0], stages["re-rig, pass beneath"].samples[-1]
     for crane in ("west", "east"):
         upper, lower = (reading.pose[f"{crane}.{trolley}"][:, 1] for trolley in ("upper", "lower"))
@@ -63,7 +63,7 @@ def test_the_lower_trolleys_pass_beneath_the_upper_ones(reading: Reading, stages
         assert lower[after] - upper[after] == pytest.approx(-5.6, abs=0.02)
 
 
-def test_crane_b_takes_up_its_load_again_on_the_other_face(reading: Reading) -> None:
+def test_the_slings_of_crane_b_are_taut_at_their_new_lugs_before_the_turn_continues(reading: Reading) -> None:
     hooked = [e for loader in ("loader-3", "loader-6") for e in reading.said(loader, "report", "Hooked")]
     assert {e["value"]["actor"]: e["value"]["lug"] for e in hooked} == {
         "loader-3.sling-1": "C1", "loader-3.sling-2": "C2", "loader-6.sling-1": "C3", "loader-6.sling-2": "C4"
@@ -72,13 +72,15 @@ def test_crane_b_takes_up_its_load_again_on_the_other_face(reading: Reading) -> 
     assert {state for name, state in _sling_states(reading, begin) if name in B} == {"taut"}
 
 
-def test_at_the_end_the_former_top_face_is_down(mechanics: Mechanics, stages: dict[str, Stage]) -> None:
+def test_the_former_top_face_of_the_block_is_down_at_the_end_of_turnover(
+    mechanics: Mechanics, stages: dict[str, Stage]
+) -> None:
     up = mechanics.bodies["block"].R[:, 2, 2]  # of the block's axis w in the world
     assert up[0] == pytest.approx(1.0, abs=1e-9)
     assert np.all(-up[stages["rest"].samples] > np.cos(UPSIDE_DOWN))
 
 
-def test_at_the_end_the_supports_carry_the_weight(
+def test_the_supports_carry_the_whole_weight_at_the_end_of_turnover(
     reading: Reading, mechanics: Mechanics, stages: dict[str, Stage]
 ) -> None:
     last = reading.values["/support/force"][stages["rest"].last(20.0)]
@@ -87,27 +89,29 @@ def test_at_the_end_the_supports_carry_the_weight(
     assert np.max(np.abs(last[:, upper].sum(axis=1) / weight - 1.0)) < WEIGHT
 
 
-def test_at_the_end_all_slings_are_slack(reading: Reading, stages: dict[str, Stage]) -> None:
+def test_all_slings_are_slack_at_the_end_of_turnover(reading: Reading, stages: dict[str, Stage]) -> None:
     end = reading.events[-1]["t_ns"]
     assert {state for _, state in _sling_states(reading, end)} == {"slack"}
     for sling in A | B:
         assert np.all(reading.column("/rope/tension", sling)[stages["rest"].last(20.0)] == 0.0), sling
 
 
-def test_ropes_never_push_and_hook_ropes_never_go_slack(reading: Reading) -> None:
+def test_ropes_of_turnover_never_push_and_hook_ropes_never_go_slack(reading: Reading) -> None:
     assert reading.values["/rope/tension"].min() >= 0.0
     assert reading.values["/rope/peak"].min() >= 0.0
     assert reading.values["/hook/load"].min() > 0.0
 
 
-def test_supports_only_push_and_carry_nothing_while_the_block_hangs(reading: Reading, stages: dict[str, Stage]) -> None:
+def test_supports_of_turnover_never_pull_and_carry_nothing_while_the_block_hangs(
+    reading: Reading, stages: dict[str, Stage]
+) -> None:
     force = reading.values["/support/force"]
     assert force.min() >= 0.0
     air = slice(stages["travel"].samples[0], stages["lower"].samples[0])
     assert force[air].max() == 0.0
 
 
-def test_the_loading_stage_begins_later_by_the_time_that_additional_slack_takes(tmp_path: Path) -> None:
+def test_additional_sling_slack_delays_the_loading_stage_by_its_take_up_time(tmp_path: Path) -> None:
     """With 0.1 m more slack the same list loads 20 s later, to the nanosecond of the longer creep."""
     begins = []
     for slack in ("0.3 m", "0.4 m"):

@@ -67,7 +67,7 @@ def commanded(reading: Reading) -> Array:
     return np.degrees(theta)
 
 
-def test_on_the_supports_the_slings_are_taut_at_the_tabulated_lengths(
+def test_slings_tighten_at_the_tabulated_rope_lengths_while_the_block_is_on_supports(
     reading: Reading, stages: dict[str, Stage]
 ) -> None:
     k = stages["load"].samples[0]
@@ -88,7 +88,7 @@ def test_on_the_supports_the_slings_are_taut_at_the_tabulated_lengths(
         ("settle 2", 61.0, 19.4, 14.6, -12.0),
     ],
 )
-def test_stages_end_at_the_tabulated_states(
+def test_stages_of_turnover_end_at_the_tabulated_states(
     reading: Reading, stages: dict[str, Stage], stage: str, L_A: float, L_B: float, y_A: float, y_B: float
 ) -> None:
     k = stages[stage].samples[-1]
@@ -110,7 +110,7 @@ def test_the_cranes_have_travelled_120_m_and_hang_the_block_at_30_m_less_the_str
 
 
 @pytest.mark.parametrize(("stage", "half"), [("turn to 90 degrees", 1), ("turn to 180 degrees", -1)])
-def test_during_the_turn_ropes_and_trolleys_follow_the_commanded_angle(
+def test_ropes_and_trolleys_follow_the_commanded_angle_during_the_turn(
     reading: Reading, stages: dict[str, Stage], stage: str, half: int
 ) -> None:
     k, theta = stages[stage].samples, commanded(reading)
@@ -132,7 +132,7 @@ def test_during_the_turn_ropes_and_trolleys_follow_the_commanded_angle(
         (180.0, -1, 61.0, 19.4, 14.6, -12.0, 101.6, 246.9),
     ],
 )
-def test_the_quasi_static_table_is_reproduced_row_by_row(
+def test_every_row_of_the_quasi_static_table_is_reproduced(
     reading: Reading,
     mechanics: Mechanics,
     stages: dict[str, Stage],
@@ -158,7 +158,7 @@ def test_the_quasi_static_table_is_reproduced_row_by_row(
 
 
 @pytest.mark.parametrize("half", [1, -1])
-def test_load_shares_are_right_at_every_measured_angle(
+def test_load_shares_agree_with_the_table_at_every_measured_angle(
     mechanics: Mechanics, stages: dict[str, Stage], half: int
 ) -> None:
     for stage in _turning(half):
@@ -168,7 +168,7 @@ def test_load_shares_are_right_at_every_measured_angle(
         assert np.abs(carried(mechanics, B)[k].sum(axis=1) - 2 * b).max() < SHARE * LOAD, stage
 
 
-def test_hanging_from_crane_a_alone_each_lifting_beam_carries_a_quarter(
+def test_each_lifting_beam_of_crane_a_carries_a_quarter_when_the_block_hangs_from_crane_a_alone(
     mechanics: Mechanics, stages: dict[str, Stage]
 ) -> None:
     k = stages["settle on A"].last(10.0)
@@ -192,14 +192,14 @@ def test_crane_b_goes_slack_when_the_block_stands_on_edge(
 
 
 @pytest.mark.parametrize("stage", STILL)
-def test_at_rest_the_hook_ropes_hang_plumb(mechanics: Mechanics, stages: dict[str, Stage], stage: str) -> None:
+def test_hook_ropes_hang_plumb_at_rest(mechanics: Mechanics, stages: dict[str, Stage], stage: str) -> None:
     k = stages[stage].last(20.0)
     for name in mechanics.hook_ropes:
         for u in mechanics.pulls[name].directions:
             assert np.degrees(np.arcsin(np.hypot(u[k, 0], u[k, 1]))).max() < OFF_LEAD, name
 
 
-def test_no_winch_hoists_faster_in_the_turns_than_2_3_m_per_minute(reading: Reading, stages: dict[str, Stage]) -> None:
+def test_winches_hoist_at_most_2300_mm_per_minute_during_turns(reading: Reading, stages: dict[str, Stage]) -> None:
     for stage in ("turn to 90 degrees", "turn to 180 degrees"):
         rates = reading.values["/rope/length_rate"][stages[stage].samples] * 60.0
         assert np.abs(rates).max() == pytest.approx(2.3, abs=ROUNDED)

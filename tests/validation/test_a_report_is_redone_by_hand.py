@@ -29,7 +29,7 @@ def printed(
     return {title: [dict(zip(heads[title], row, strict=True)) for row in rows[title]] for title in rows}
 
 
-def test_each_reported_utilisation_is_its_value_over_its_limit(printed: dict[str, list[dict[str, Any]]]) -> None:
+def test_each_utilisation_in_a_report_is_its_value_over_its_limit(printed: dict[str, list[dict[str, Any]]]) -> None:
     seen = 0
     for title, rows in printed.items():
         for row in rows:
@@ -42,7 +42,7 @@ def test_each_reported_utilisation_is_its_value_over_its_limit(printed: dict[str
     assert seen >= 10
 
 
-def test_reported_weights_and_reactions_are_in_balance(printed: dict[str, list[dict[str, Any]]]) -> None:
+def test_weights_and_reactions_in_a_report_are_in_balance(printed: dict[str, list[dict[str, Any]]]) -> None:
     block = {row[""]: row for row in printed["Block"]}
     weight = block["mass"]["value, u or x"] * G
     assert block["weight"]["value, u or x"] == pytest.approx(weight, rel=HAND)
@@ -53,7 +53,7 @@ def test_reported_weights_and_reactions_are_in_balance(printed: dict[str, list[d
             assert row["as a mass"] == pytest.approx(row["largest load"] / G, rel=HAND)
 
 
-def test_the_reported_load_on_a_lug_is_its_slings_tension_along_the_axes(
+def test_the_load_on_a_lug_in_a_report_is_the_sling_tension_along_the_axes(
     printed: dict[str, list[dict[str, Any]]],
 ) -> None:
     """One sling on each lug: the same force; its angle to the vertical gives the vertical part of an upright block."""

@@ -41,7 +41,7 @@ def run(seed: int, method: str, tolerance: float) -> Played:
 
 @pytest.mark.parametrize("number", range(len(SEEDS)))
 @pytest.mark.large(beyond=2)
-def test_scipy_finds_the_same_peaks_and_stages_for_lifts_by_other_cranes(number: int) -> None:
+def test_scipy_finds_the_peaks_and_stage_times_of_lifts_by_other_crane_types(number: int) -> None:
     seed = SEEDS[number]
     assert lift_of_the_world(seed).kinds[0] == TYPES[number % len(TYPES)]
     ours, theirs = run(seed, "", OURS), run(seed, "scipy-dop853", THEIRS)

@@ -17,7 +17,7 @@ EACH = [pytest.param(case, id=case.name, marks=SLOW if case.full else ()) for ca
 
 
 @pytest.mark.parametrize("case", EACH)
-def test_rows_of_the_comparison_page_are_the_computed_ones(case: Case) -> None:
+def test_rows_of_the_comparison_page_have_the_computed_values(case: Case) -> None:
     assert stale(case, PAGE.read_text()) == []
 
 
@@ -55,7 +55,7 @@ def test_a_changed_figure_on_the_comparison_page_is_detected() -> None:
 
 
 @pytest.mark.parametrize("run", RUNS, ids=lambda run: run.name)
-def test_scipy_swings_like_the_runs_of_the_crane(run: Run) -> None:
+def test_scipy_reproduces_the_swing_of_the_measured_crane_runs(run: Run) -> None:
     """Its misses are not misses of the computation: L a'' = -g sin a - x'' cos a over the same pieces."""
     state, most = [np.radians(run.start), 0.0], []
     for v, faster in pairwise(run.speeds):

@@ -39,8 +39,8 @@ def process_count(text: str | int) -> int:
 def paying_processes(
     asked: int, models: int, run: "Callable[[int, RunObserver], object]", elsewhere: Collection[str] | None = None
 ) -> int:
-    """Return the number of processes `asked` for; for AUTO, measure with which number `run(count, watch)` is fastest,
-    and print the result."""
+    """Return the number of processes in which to run: `asked` itself; for AUTO, the number with which `run(count,
+    watch)` was measured to be fastest, which is printed."""
     if asked != AUTO:
         return asked
     if elsewhere:
@@ -55,7 +55,8 @@ def paying_processes(
 
 
 def one_process(in_process: bool, processes: int, places: Sequence[str] | None) -> bool:
-    """Return `in_process`; raises BadParameter if another option contradicts it."""
+    """Check the option --in-process against the other options, and return it; raises BadParameter if they contradict
+    each other."""
     if in_process and (processes or places):
         raise typer.BadParameter("--in-process: all models run in this process; leave out --processes and --place")
     return in_process
@@ -145,7 +146,7 @@ Sets = Annotated[list[str] | None, typer.Option("--set", help="override a key: -
 
 
 def written_to(help: str) -> Any:
-    """Return the option -o, which names the file or folder that a command writes."""
+    """Return the definition of the option -o, which names the file or folder that a command writes."""
     return typer.Option("-o", "--output", help=help)
 
 
@@ -160,8 +161,10 @@ BOTH = {"scene", "a", "b", "strict", "fail_on", "as_json", "sets"}  # parameters
 
 
 def yard_file(context: typer.Context, scene: str, allowed: Collection[str], only: Collection[str] = ()) -> bool:
-    """Return whether a file is a yard file; raises BadParameter for an option that does not apply to it. `allowed`:
-    further options for yard files; `only`: options for yard files only."""
+    """Return whether a file is a yard file; raises BadParameter for an option that does not apply to it.
+
+    `allowed`: further options for yard files; `only`: options for yard files only.
+    """
     from heavylift.nodes.yard.beginning import is_yard
 
     found = is_yard(scene)
@@ -180,7 +183,7 @@ def given(context: typer.Context) -> "list[Any]":
 
 
 def find_own_modules(references: Iterable[str]) -> None:
-    """If references name modules in the current folder, make these importable; installed modules take precedence."""
+    """Make modules in the current folder importable if references name them; installed modules take precedence."""
     names = (text.partition(":")[0].rpartition("=")[2].partition(".")[0] for text in references)
     if os.getcwd() not in sys.path and any(PathFinder.find_spec(name, [os.getcwd()]) for name in names if name):
         sys.path.append(os.getcwd())
@@ -261,7 +264,8 @@ def deadline_s(text: str) -> float:
 
 
 def end_by(strict: bool, fail_on: str, *states: str) -> None:
-    """End the command with exit code 1 if the `state` of a verdict is too bad for --strict or --fail-on `fail_on`."""
+    """End the command with exit code 1 if the `state` of a verdict is one that --strict or --fail-on `fail_on` does not
+    accept."""
     worst = {"red": 1, "undecided": 2, "amber": 3}
     if min(worst.get(state, 4) for state in (*states, "")) <= max(2 * strict, worst.get(fail_on, 0)):
         raise typer.Exit(1)

@@ -35,7 +35,7 @@ class _TimedStretch(RunObserver):
         self.waiting()
 
     def waiting(self) -> None:
-        """End the trial run by _StretchDone once its simulated or wall-clock time is over."""
+        """Raise _StretchDone if the trial run has reached its simulation time or used up its wall time."""
         now = time.perf_counter()
         if self._began is None:
             self._began = now
@@ -46,7 +46,10 @@ class _TimedStretch(RunObserver):
 
 def paying(run: Callable[[int, RunObserver], object], models: int, most: int | None = None) -> tuple[int, str]:
     """Measure with how many processes, at most one per core, `run(count, watch)` is fastest; return the number and a
-    sentence with the measured times. A trial that fails is ignored, since the recorded run will report the error."""
+    sentence with the measured times.
+
+    A trial that fails is ignored, since the recorded run will report the error.
+    """
     most = min(models, cores() if most is None else most)
     until, best, found, notes = NEVER, 1, TRIED_s, list[str]()
     for count in sorted({*(2**i for i in range(most.bit_length())), most}):

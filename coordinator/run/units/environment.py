@@ -24,8 +24,11 @@ from .steppable_run import SteppableRun
 
 
 class Environment:
-    """A scene stepped by `period` [s], whose drives and winches `actions`, and `wind`, get speeds [m/s or rad/s] from
-    outside; `names`: the observed signals, as `simulate` names them, that match the patterns `observations`."""
+    """A scene that a controller steps by `period` [s] and whose drives, winches and wind, the `actions`, take speeds
+    [m/s or rad/s] from it.
+
+    `names`: the observed signals, as `simulate` names them, that match the patterns `observations`.
+    """
 
     def __init__(
         self,
@@ -44,7 +47,7 @@ class Environment:
         self.reset()
 
     def reset(self) -> NDArray[np.float64]:
-        """Begin again at rest at 0 s; return the observation (n,)."""
+        """Restart the scene at rest at 0 s; return the observation (n,)."""
         self._run = SteppableRun(self._plan, lambda words: b"")
         self.names = [x for x in self._run.columns if any(fnmatchcase(x, wanted) for wanted in self._wanted)]
         if not self.names:
@@ -53,7 +56,7 @@ class Environment:
 
     @property
     def t(self) -> float:
-        """The present time [s]."""
+        """The present simulation time [s]."""
         return self._run.now / 1e9
 
     @property
@@ -66,8 +69,8 @@ class Environment:
         return np.array([self._run[name] for name in self.names])
 
     def step(self, action: Sequence[float]) -> NDArray[np.float64]:
-        """Set the speeds of the actions, in their order, advance by a period and return the observation (n,); raises
-        ModelError beyond the end of the scene."""
+        """Advance by one period with these speeds of the actions, in their order, and return the observation (n,);
+        raises ModelError beyond the end of the scene."""
         for name, speed in zip(self._actuators, action, strict=True):
             if name == "wind":
                 self._run.set_wind(float(speed))

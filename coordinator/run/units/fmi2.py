@@ -22,7 +22,7 @@ VARIABILITY = {"parameter": Fmi2Variability.fixed}
 
 
 class SceneUnit(Fmi2Slave):  # type: ignore[misc]
-    """The slave that an exported FMU runs, for the scene stored next to its module."""
+    """The FMI 2.0 slave in an exported FMU, which simulates the scene stored next to its module."""
 
     def __init__(self, **given: object) -> None:
         super().__init__(**given)

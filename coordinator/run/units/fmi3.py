@@ -36,7 +36,7 @@ Updated = namedtuple(
 
 
 class SceneUnit3(Fmi3Slave):  # type: ignore[misc]
-    """The slave that an exported FMU of FMI 3 runs, for the scene stored next to its module."""
+    """The FMI 3.0 slave in an exported FMU, which simulates the scene stored next to its module."""
 
     def __init__(self, **given: object) -> None:
         super().__init__(**given)
@@ -77,7 +77,7 @@ class SceneUnit3(Fmi3Slave):  # type: ignore[misc]
         self._of.ready()
 
     def update_discrete_states(self) -> Updated:
-        """Show what the events at which the step has ended have changed; nothing is left to update."""
+        """Update the outputs after the events at which a step has ended; no further update is needed."""
         self._of.run.settle()
         return Updated(False, False, False, False, False, 0.0)
 
@@ -100,7 +100,7 @@ class SceneUnit3(Fmi3Slave):  # type: ignore[misc]
 
 
 def build(code: Path, made: Path, data: Path, options: dict[str, bool]) -> None:
-    """Build the FMU `made` of a slave's code and its data; raises ModelError if there is no C compiler."""
+    """Build the FMU file from a slave's code and its data; raises ModelError if there is no C compiler."""
     compiler = shutil.which("cc")
     if compiler is None:
         raise ModelError("a unit of FMI 3 needs a C compiler, 'cc': install one, or make a unit of FMI 2")

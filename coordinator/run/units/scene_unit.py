@@ -39,8 +39,11 @@ SHORT = {"rope/tension": "tension", "rope/peak": "peak"}  # topics with names of
 
 
 class UnitScene(msgspec.Struct):
-    """The scene of a unit as stored in the FMU; `masters`: models through which the importing program sets speeds of
-    drives and winches; `wind`: whether that program also sets the wind speed."""
+    """The scene of a co-simulation unit as stored in its FMU.
+
+    `masters`: models through which the importing program sets speeds of drives and winches; `wind`: whether that
+    program also sets the wind speed.
+    """
 
     plan: bytes
     text: str
@@ -61,7 +64,7 @@ class UnitVariable(NamedTuple):
 
 
 class SteppedScene:
-    """The scene stored in a folder, which runs step by step; `command`: the last command text."""
+    """The scene of an FMU, read from a folder and run step by step; `command`: the text of the last command."""
 
     def __init__(self, folder: Path) -> None:
         self._kept = msgspec.msgpack.decode((folder / KEPT).read_bytes(), type=UnitScene)
@@ -75,7 +78,7 @@ class SteppedScene:
 
     @property
     def plan(self) -> Plan:
-        """The plan of the scene, with the values that were set."""
+        """The plan of the scene, with the parameter values that were set."""
         changed = [self._uncertain[name] for name in sorted(self._values)]
         scene = varied(self._scene, changed, [self._values[x.name] for x in changed]) if changed else self._scene
         return led(scene.plan, self._kept.masters, self._kept.wind)
@@ -91,7 +94,10 @@ class SteppedScene:
 
     def declared(self, text: Any, real: Any, causality: Any, discrete: object, variability: Any) -> list[Any]:
         """Return the variables of the unit as objects of an FMI library: the command, its answer, the last event, and
-        all numbers. `text`, `real`: the library's classes of variables; `variability`: that of each kind of number."""
+        all numbers.
+
+        `text`, `real`: the library's classes of variables; `variability`: that of each kind of number.
+        """
         give, answers = partial(setattr, self, "command"), {"answer": "refused", "event": "event"}
         made = [text("command", start="", causality=causality.input, variability=discrete,
                      getter=partial(getattr, self, "command"), setter=give)]  # fmt: skip
@@ -104,7 +110,7 @@ class SteppedScene:
         return made
 
     def variables(self) -> Iterator[UnitVariable]:
-        """Yield all real variables: parameters, inputs, outputs."""
+        """Yield all real variables of the unit: parameters, inputs, outputs."""
         for name, one in self._uncertain.items():
             unit = next((u for u, factor in one.units.items() if factor == 1), "") or "1"
             get = partial(self._value, one)
@@ -152,8 +158,8 @@ class SteppedScene:
         self.run.stop = FOREVER.t if stop_time is None else seconds(stop_time)
 
     def step(self, to: float, log: Callable[[str], object], events: bool = False) -> bool | None:
-        """Step to a time [s] or, with `events`, to the first event before that time; return whether there was an event,
-        or None if the step is refused, with the reason in the log."""
+        """Advance to a time [s] or, with `events`, to the first event before it; return whether there was one, or None
+        if the step is refused, with the reason in the log."""
         if self.command != self._said and self.command:
             self.run.order(self.command)
         self._said = self.command
@@ -165,7 +171,7 @@ class SteppedScene:
             return None
 
     def state(self) -> dict[str, Any]:
-        """Return all steps and settings of the unit so far, as JSON."""
+        """Return the state of the unit as JSON: all its steps and settings so far."""
         given, values = [*self.run.given], {**self._values}
         return {"given": given, "seen": self.run.seen, "values": values, "command": self._said, "stop": self.run.stop}
 
@@ -178,7 +184,8 @@ class SteppedScene:
 
 
 def led(plan: Plan, masters: tuple[UserModel, ...], wind: bool) -> Plan:
-    """Return a plan whose drives and winches in `masters`, and whose wind, follow the program that steps the unit."""
+    """Return a plan in which the importing program sets the speeds of the drives and winches in `masters`, and that of
+    the wind if `wind`."""
     plan = msgspec.structs.replace(plan, models=(*plan.models, *masters))
     if not wind:
         return plan

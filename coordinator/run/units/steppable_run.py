@@ -24,8 +24,11 @@ from heavylift.recordings import SampleLayout
 
 
 class SteppableRun:
-    """A run of a scene in this process that advances step by step; `now`: present time [ns]; `refused`: why the last
-    command was refused; `given`: all steps and settings so far, from which `repeat` restores the state."""
+    """A run of a scene in this process that advances step by step.
+
+    `now`: present time [ns]; `refused`: why the last command was refused; `given`: all steps and settings so far, from
+    which `repeat` restores the state.
+    """
 
     def __init__(self, plan: Plan, words: Callable[[str], bytes]) -> None:
         """`words` parses a command into the encoded action of an OperatorCommand."""
@@ -84,7 +87,8 @@ class SteppableRun:
 
     @property
     def seen(self) -> tuple[list[float], dict[str, float], int, str]:
-        """The values that the last step or update has left: sample columns, peaks [N], number and name of events."""
+        """The values after the last step or update: sample columns, peak tensions [N], number of events and name of the
+        last one."""
         return self._row.tolist(), {**self.peaks}, self.events, self.event
 
     def repeat(self, given: Sequence[tuple[str, Any, str]], seen: Sequence[Any]) -> None:
@@ -105,7 +109,7 @@ class SteppableRun:
         self._row = np.array(row)
 
     def order(self, text: str) -> None:
-        """Give a command at the present time; `refused` says why if it is refused."""
+        """Give an operator's command at the present time; if it is refused, `refused` holds the reason."""
         self.given.append(("order", 0.0, text))
         try:
             answer = OperatorCommand(text, self._words(text))
@@ -115,9 +119,11 @@ class SteppableRun:
         self._inject(COMMAND, answer)
 
     def go(self, to_ns: int, events: bool = False) -> bool:
-        """Advance to a time [ns] or, if `events`, to the first event up to that time; return whether there was one,
-        whose effects the values do not include before `settle`. Raises HeavyliftError if the run fails, or if the time
-        lies in the past or beyond the end."""
+        """Advance to a time [ns] or, if `events`, to the first event up to then; return whether there was one.
+
+        The values do not include the effects of that event before `settle`. Raises HeavyliftError if the run fails, or
+        if the time lies in the past or beyond the end.
+        """
         if self._failed:
             raise ModelError(self._failed)
         if to_ns < self.now:
@@ -169,7 +175,7 @@ class SteppableRun:
         return simulation.shown(simulation.epoch if self._over else max(t_ns, simulation.epoch))
 
     def settle(self) -> None:
-        """Update the values to the present time, or to the end of the run, after the events there."""
+        """Update the values to include the effects of all events at the present time."""
         self.events, self.event = self._heard
         self._row = published(self._kernel.simulation.method, self._shown(self.now)[None])[0]
         _, _, most = self._kernel.said

@@ -1,4 +1,4 @@
-"""Rigid contact with friction: where bodies touch, and the constraint rows of touching bodies.
+"""Rigid contact with friction: where bodies touch, and the constraint rows of bodies that touch.
 
 candidates       fixed list of contact candidates for each pair of shapes; bound of a step against tunnelling
 frames, pairs    contact point, normal and tangents with their rates; the table of pairs of shapes

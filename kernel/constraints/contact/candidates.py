@@ -1,4 +1,5 @@
-"""Contact candidates: a fixed list for each pair of shapes, each with a witness, a gap that is positive while apart.
+"""Contact candidates: for each pair of shapes a fixed list of places that could touch, each with a witness function:
+the gap, positive while the shapes are apart there.
 
 ball - plane, ball - ball     one candidate
 box - plane                   its 8 vertices
@@ -57,14 +58,15 @@ class OrientedBox:
         return [self.c + sum(s * h * e for s, h, e in zip(v, self.h, self.axes, strict=True)) for v in VERTICES]
 
     def outside(self, x: Array, body: Side) -> tuple[Array, Array]:
-        """Return the distance (3,) of a point x of `body` beyond the nearer face along each axis of the box, with its
-        rate."""
+        """Return by how much a point x of `body` lies beyond the nearer face along each axis of the box [m], (3,), with
+        its rate."""
         d = self.axes @ (x - self.c)
         v = self.axes @ (body.velocity(x) - self.side.velocity(x))
         return abs(d) - self.h, np.array([select(e > 0.0, u, -u) for e, u in zip(d, v, strict=True)], dtype=object)
 
     def depth(self, x: Array, body: Side) -> Witness:
-        """Return the signed distance of a point of `body` from the box (the largest over the axes), and its rate."""
+        """Return the signed distance [m] of a point of `body` from the box (the largest over the axes), and its
+        rate."""
         s, v = self.outside(x, body)
         # the largest over three axes: negative inside; the maximum is the nearer face's distance
         first = s[0] > s[1]
@@ -72,8 +74,8 @@ class OrientedBox:
         return select(gap > s[2], gap, s[2]), select(gap > s[2], rate, v[2])
 
     def height(self, x: Array, body: Side, faces: list[Scalar]) -> Witness:
-        """Return the height of a point of `body` above the marked face of the box, if the point lies over this face;
-        otherwise the result of `depth`. `faces`: 3 flags, one per axis of the box."""
+        """Return the height [m] of a point of `body` above the marked face of the box, if the point lies over this
+        face; otherwise the result of `depth`. `faces`: 3 flags, one per axis of the box."""
         s, v = self.outside(x, body)
         gap, rate = self.depth(x, body)
         for k, face in enumerate(faces):
@@ -84,7 +86,7 @@ class OrientedBox:
 
 
 def ball_plane(ball: Array, plane: Array, A: Array, B: Array) -> list[Witness]:
-    """Return the witness (gap function) of a ball of A and a plane (point, normal) of B."""
+    """Return the witness (gap function) of a ball of body A and a plane (point, normal) of body B."""
     a, b = Side(A), Side(B)
     c, n = a.place(ball[:3]), b.R @ plane[3:6]
     return [(n @ (c - b.place(plane[:3])) - ball[3], n @ (a.velocity(c) - b.velocity(c)))]
@@ -100,7 +102,7 @@ def ball_ball(first: Array, second: Array, A: Array, B: Array) -> list[Witness]:
 
 
 def ball_box(ball: Array, box: Array, A: Array, B: Array) -> list[Witness]:
-    """Return the witness (gap function) of a ball of A and the nearest face, edge or corner of a box of B."""
+    """Return the witness (gap function) of a ball of body A and the nearest face, edge or corner of a box of body B."""
     a, b = Side(A), OrientedBox(box, B)
     c = a.place(ball[:3])
     d = b.axes @ (c - b.c)
@@ -115,7 +117,7 @@ def ball_box(ball: Array, box: Array, A: Array, B: Array) -> list[Witness]:
 
 
 def box_plane(box: Array, plane: Array, A: Array, B: Array) -> list[Witness]:
-    """Return the witnesses (gap functions) of the vertices of a box of A above a plane of B."""
+    """Return the witnesses (gap functions) of the vertices of a box of body A above a plane of body B."""
     return [w for x in OrientedBox(box, A).vertices() for w in _above(x, plane, Side(A), Side(B))]
 
 
@@ -125,8 +127,8 @@ def _above(x: Array, plane: Array, a: Side, b: Side) -> list[Witness]:
 
 
 def box_box(first: Array, second: Array, A: Array, B: Array) -> list[Witness]:
-    """Return the witnesses (gap functions) of two boxes: vertices of A in B, vertices of B in A, then pairs of edges
-    (a_i, b_j) of A and B."""
+    """Return the witnesses (gap functions) of boxes of bodies A and B: vertices of A in B, vertices of B in A, then
+    pairs of edges (a_i, b_j) of A and B."""
     a, b = OrientedBox(first, A), OrientedBox(second, B)
     C = a.axes @ b.axes.T
     d = a.c - b.c
@@ -152,8 +154,8 @@ def _faces(apart: list[Scalar]) -> list[Scalar]:
 
 @dataclass(frozen=True)
 class Direction:
-    """The direction n = a_i x b_j perpendicular to an edge of each box, pointing from B to A; `separation` of the boxes
-    along it [m]."""
+    """A direction n = a_i x b_j perpendicular to one edge of each of two boxes, pointing from B to A; `separation` of
+    the boxes along it [m]."""
 
     i: int
     j: int
@@ -163,7 +165,7 @@ class Direction:
 
 
 def crossings(a: OrientedBox, b: OrientedBox) -> list[Direction]:
-    """Return the nine directions that are perpendicular to an edge of each box."""
+    """Return the nine directions that are perpendicular to an edge of each of two boxes."""
     return [_crossing(a, b, i, j) for i in range(3) for j in range(3)]
 
 
@@ -216,12 +218,14 @@ THIN = 1e-4  # [m] what is thinner counts as that thick, so that two points do n
 
 
 def passes(c: Contact) -> bool:
-    """Return whether the shapes of a contact could pass through each other in a long step; with a plane they cannot."""
+    """Return whether the two shapes of a contact could pass through each other in a long step; a shape cannot pass
+    through a plane."""
     return not isinstance(c.b, Plane)
 
 
 def reach(c: Contact, first: Array, second: Array, A: Array, B: Array) -> Any:
-    """Return the longest step [s] in which the shapes cannot pass through each other, from the present state."""
+    """Return the longest step [s], from the present state, in which the two shapes of a contact cannot pass through
+    each other."""
     (R_a, half_a), (R_b, half_b) = _extent(c.a, first), _extent(c.b, second)
     both_boxes = not isinstance(c.a, Ball) and not isinstance(c.b, Ball)
     # two boxes can pass once the smaller half extent has been crossed

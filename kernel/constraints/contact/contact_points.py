@@ -1,4 +1,4 @@
-"""Constraint rows of contacts inside an evaluation, their guards and their heat.
+"""Constraint rows, guards and friction heat of contacts in one evaluation of the equations.
 
 A slot holds one place where two bodies touch. Closed: its normal row prevents penetration; sticking: its tangents are
 constrained as well; sliding: friction is part of the wrench that the normal row exerts, which then differs from what
@@ -34,8 +34,8 @@ LEAVE = 1e-9  # [m] beyond the edge of a face where a place is left
 
 
 class SlotAt:
-    """Indices of the numbers of a contact slot's state, which follow those of its frame; CANDIDATE is -1 in a free
-    slot.
+    """Indices into the parameters of a contact slot (one touching point), after its contact frame; CANDIDATE is -1 in a
+    free slot.
 
     BACK: backward speed along the slip direction U [m/s] at which a slip ends; larger for a slip that has just begun,
     which must not end at once. SLIPS: whether the contact slides; at its friction limit, a contact may still be held in
@@ -50,8 +50,8 @@ class SlotAt:
 
 @dataclass(frozen=True)
 class Site:
-    """A contact with its functions: shape pair, count of the first shape's numbers, bodies, rows per slot; `reach`:
-    function that limits a step if the shapes could pass through each other."""
+    """A contact with its traced functions: shape pair, count of the first shape's numbers, bodies, rows per touching
+    point; `reach`: function that limits a step if the shapes could pass through each other."""
 
     contact: Contact
     pair: ContactPair
@@ -64,13 +64,13 @@ class Site:
 
     @property
     def slots(self) -> list[str]:
-        """Return the names of the contact's slots."""
+        """Return the names of the contact's slots, one for each point that can touch at once."""
         return [f"{self.contact.name}/{k}" for k in range(self.pair.slots)]
 
 
 def contact_numbers(c: Contact, weight: float) -> dict[tuple[str, str], list[float]]:
-    """Return the numbers of a contact in P: friction and the force below which a contact counts as unloaded [N];
-    shapes; candidates in contact; slots."""
+    """Return the parameters of a contact: friction and the force below which it counts as unloaded [N]; shapes; which
+    candidates touch; slots for touching points."""
     pair = pair_of(c)
     empty = [*[0.0] * HELD, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, -1.0, DEPTH, 0.0, 0.0, 0.0, 0.0]
     out = {
@@ -83,7 +83,7 @@ def contact_numbers(c: Contact, weight: float) -> dict[tuple[str, str], list[flo
 
 
 class ContactPointRows:
-    """Contribution of a system's contacts to an evaluation: rows, guards, heat."""
+    """The contacts of a system in one evaluation of the equations: constraint rows, guards, heat."""
 
     def __init__(self, system: System, graph: Graph) -> None:
         kinds: dict[str, tuple[Function, Function, Function | None]] = {}
@@ -97,7 +97,7 @@ class ContactPointRows:
         self.structure = [(s.slot.name, s.bodies, s.per_slot) for s in self.sites]
 
     def slots(self, numbers: Numbers, ends: Mapping[int, Array]) -> list[SimpleNamespace]:
-        """Return the state of all slots in their order."""
+        """Return the state of all contact slots in their order."""
         out = []
         for s in self.sites:
             a, b = (ends[i] for i in s.bodies)
@@ -109,7 +109,7 @@ class ContactPointRows:
         return out
 
     def rows(self, slots: list[SimpleNamespace]) -> list[ConstraintRow]:
-        """Return the rows of each slot: normal and, with friction, two tangents."""
+        """Return the constraint rows of each contact slot: normal and, with friction, two tangents."""
         out = []
         for x in slots:
             a, b = x.site.bodies
@@ -122,7 +122,8 @@ class ContactPointRows:
         return out
 
     def watched(self, numbers: Numbers, ends: Mapping[int, Array]) -> list[Scalar]:
-        """Return the guards of all contact candidates."""
+        """Return the guards of all contact candidates, negative once the shapes touch there; 1 for candidates in
+        contact."""
         out: list[Scalar] = []
         for s in self.sites:
             a, b = (ends[i] for i in s.bodies)
@@ -132,7 +133,7 @@ class ContactPointRows:
 
     @property
     def bounded(self) -> bool:
-        """Whether shapes could pass through each other in a long step."""
+        """Whether steps must be limited because shapes in contact could pass through each other."""
         return any(s.reach for s in self.sites)
 
     def reach(self, numbers: Numbers, ends: Mapping[int, Array]) -> Scalar:
@@ -145,7 +146,7 @@ class ContactPointRows:
         return longest
 
     def loads(self, slots: list[SimpleNamespace], multipliers: Any) -> tuple[list[Scalar], list[Scalar], list[Scalar]]:
-        """Return the guards of the slots, heat per contact [W] and normal force per contact [N]."""
+        """Return the guards of the contact slots, heat per contact [W] and normal force per contact [N]."""
         own: dict[str, list[Scalar]] = {s.contact.name: [] for s in self.sites}
         heat: dict[str, Scalar] = dict.fromkeys(own, 0.0)
         force: dict[str, Scalar] = dict(heat)

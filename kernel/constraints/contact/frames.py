@@ -1,4 +1,4 @@
-"""Contact frames: the contact point x, the normal n that pushes A away from B, two tangents, and their rates.
+"""Contact frames: the contact point x, the normal n along which A is pushed away from B, two tangents, and their rates.
 
 Five kinds cover points, balls and boxes: a ball of A on a face, an edge or a corner of B; two balls; two edges that
 cross. With F = (n, t1, t2), the rows' velocities are F (v_A(x) - v_B(x)). Since x is the same moving point of the world
@@ -37,8 +37,8 @@ class ContactFrame:
 
 
 class Side:
-    """A body that takes part in a contact, in world axes; body: (21,) R_WB row-major, the tree's point o, r from o to
-    the body's origin, twist V."""
+    """A body that takes part in a contact, in world axes; body: (21,) R_WB row-major, reference point o of the tree, r
+    from o to the body's origin, twist V."""
 
     def __init__(self, body: Array) -> None:
         self.R, self.o, self.r = np.reshape(body[:9], (3, 3)), body[9:12], body[12:15]
@@ -129,7 +129,7 @@ def _unit(m: Array, dm: Array) -> tuple[Array, Array, Scalar]:
 
 def rows(f: ContactFrame, A: Array, B: Array) -> Outputs:
     """Return the constraint rows of a contact frame: rate and bias (3,), and wrenches wa and wb (3, 6) on A and B about
-    the points of their trees, with rate = wa V_A - wb V_B."""
+    the reference points of their trees, with rate = wa V_A - wb V_B."""
     a, b = Side(A), Side(B)
     v = a.velocity(f.x) - b.velocity(f.x)
     return {

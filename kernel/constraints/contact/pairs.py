@@ -1,4 +1,5 @@
-"""The table of pairs of shapes: witnesses, number of slots, and frames of each pair.
+"""The table of pairs of contact shapes: gap functions, number of slots for touching points, and contact frames of each
+pair.
 
 A *candidate* is watched by its witness. One that touches takes a *slot*, which has the three rows of a contact; rows
 are expensive, so a pair has only as many slots as places that can push at once. The numbers of a slot are parameters of
@@ -31,8 +32,8 @@ NEAREST = 1e-12  # [m] beyond a face where a ball lies at its edge
 
 @dataclass(frozen=True)
 class ContactPair:
-    """A pair of shapes: `watch(a, b, A, B)` -> witnesses; `frame(h, A, B)` -> frame of a slot; `hold(candidate, a, b,
-    A, B)` -> numbers (19,) of the slot."""
+    """A pair of contact shapes: `watch(a, b, A, B)` -> gap functions; `frame(h, A, B)` -> contact frame of a touching
+    point; `hold(candidate, a, b, A, B)` -> numbers (19,) of the touching point."""
 
     candidates: int
     slots: int
@@ -42,7 +43,8 @@ class ContactPair:
 
 
 def shape_numbers(s: Shape) -> list[float]:
-    """Return a shape's numbers. Ball: centre, radius; box: centre, axes as rows, half edges; plane: point, normal."""
+    """Return the numbers that describe a contact shape. Ball: centre, radius; box: centre, axes as rows, half edges;
+    plane: point, normal."""
     if isinstance(s, Ball):
         return [*s.p, s.radius]
     if isinstance(s, Box):
@@ -184,7 +186,7 @@ def pair_of(c: Contact) -> ContactPair:
 
 
 def check_contact(c: Contact) -> None:
-    """Raise KernelError for invalid shapes, friction or restitution."""
+    """Raise KernelError for a contact with invalid shapes, friction or restitution."""
     where = f"contact '{c.name}'"
     pair_of(c)
     if c.a.body == c.b.body:

@@ -1,4 +1,4 @@
-"""Groups of parts of a rope over sheaves that slip together, and their strains (see `reeving` for the equations).
+"""Groups of rope parts that slip together over sheaves, and the strains of the parts (see `reeving` for the equations).
 
 Parts joined by slipping sheaves form a group: the ratios of their strains are those of the sheaves, and only the sum of
 their unstretched lengths is given; the strain of the first part follows from it by Newton's method.
@@ -30,8 +30,8 @@ FREE = 2.0  # mode of a sheave of a slack rope
 
 
 class Groups:
-    """Strains with their rates, unstretched lengths of the parts, and flows over the sheaves of a rope, for the present
-    modes (stick or slip) of the sheaves."""
+    """Strains with their rates, unstretched lengths of the parts, and flows over the sheaves of a rope, when each
+    sheave sticks or slips as given."""
 
     def __init__(
         self,
@@ -101,12 +101,13 @@ class Groups:
         return [named(f"sum{self._sums}_{i + 1}", x) for i, x in enumerate(sums)]
 
     def mean_rates(self) -> list[Scalar]:
-        """Return, for each part of the rope, the mean over its group of N s': unstretched length times strain rate."""
+        """Return, for each part of the rope, the mean strain rate times unstretched length [m/s] over its slip
+        group."""
         together = self._total(_times(self.unstretched, self.rates))
         return [a / b for a, b in zip(together, self._group, strict=True)]
 
     def grips(self) -> list[Scalar]:
-        """Return the guards of the sheaves with friction: the margin of each against slipping."""
+        """Return the guards of the sheaves with friction: the margin of each sheave against slip of the rope."""
         s = self.strains
         out = []
         for i, (ratio, _) in enumerate(self._ratios):
@@ -126,7 +127,8 @@ def _times(*columns: Sequence[Scalar]) -> list[Scalar]:
 
 
 def slip_ratio(s: Sheave, q: Array, wrap: tuple[Scalar, Scalar] | None) -> tuple[Scalar, Scalar]:
-    """Return the tension ratio of a slipping sheave and the rate of this ratio; `wrap`: wrap angle [rad], its rate."""
+    """Return the tension ratio of a sheave on which the rope slips, and the rate of this ratio; `wrap`: wrap angle
+    [rad], its rate."""
     ratio, rate = (q[11], 0.0) if s.efficiency < 1.0 else (1.0, 0.0)
     if wrap and s.friction > 0.0:
         angle, turning = wrap

@@ -36,15 +36,16 @@ UNSTRAINED = 1e-7  # strain of a part that has just come taut
 
 
 class ReevingAt:
-    """Indices of a rope's numbers; `TAUT`: 1 taut, 0 slack, -1 unhooked."""
+    """Indices into the parameters of a rope over sheaves; `TAUT`: 1 taut, 0 slack, -1 unhooked."""
 
     EA, C, TAUT = range(3)
     HEAD = 3
 
 
 class ReevingLaw(ForceLaw[Reeving]):
-    """Law of a rope over sheaves. P holds: EA, c, taut; for each sheave its mode (flow of rope backward -1, none 0,
-    forward +1; FREE); N of each part but the first; limp parts; sheaves in contact; nodes."""
+    """Force law of a rope over sheaves. Its parameters: EA, c, taut; for each sheave its mode (flow of rope backward
+    -1, none 0, forward +1; FREE); unstretched length of each part but the first; limp parts; sheaves in contact;
+    nodes."""
 
     works = True
 
@@ -82,7 +83,8 @@ class ReevingLaw(ForceLaw[Reeving]):
         return [*head, *[FREE] * n, *lengths, *limp, *on, *(x for q in given for x in q)]
 
     def start_length(self, f: Reeving, poses: Poses) -> float:
-        """Return the initial unstretched length [m]; raises KernelError if the rope cannot run over its sheaves."""
+        """Return the initial unstretched length of the rope [m]; raises KernelError if the rope cannot run over its
+        sheaves."""
         return float(sum(laid(f, poses, partial(self.demand, f)).lengths))
 
     def off_its_sheaves(self, f: Reeving, poses: Poses, shown: np.ndarray) -> str:
@@ -218,14 +220,15 @@ class ReevingLaw(ForceLaw[Reeving]):
         return "slip" if modes[i] else "stick", float(number)
 
     def take_off(self, f: Reeving, p: np.ndarray) -> None:
-        """Unhook the rope: it leaves all sheaves and points."""
+        """Unhook the rope in its parameters p: it leaves all sheaves and points."""
         n = len(f.sheaves)
         modes, own, limp, lies = np.split(p[ReevingAt.HEAD : 4 + 4 * n], [n, 2 * n, 3 * n + 1])
         p[ReevingAt.TAUT], modes[:], own[:], limp[:] = -1.0, FREE, 0.0, 0.0
         lies[leavable(f)] = 0.0
 
     def put_on(self, f: Reeving, p: np.ndarray, L0: float, poses: Poses) -> float:
-        """Hang the rope, slack, from a to b; return by how much its unstretched length L0 is too short [m]."""
+        """Hang the rope, slack, from point a to point b; return by how much its unstretched length L0 is too short
+        [m]."""
         p[ReevingAt.HEAD :] = self.numbers(structs.replace(f, hooked=True), poses)[ReevingAt.HEAD :]
         p[ReevingAt.TAUT] = 0.0
         return self.start_length(f, poses) - L0

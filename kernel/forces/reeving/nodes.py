@@ -1,4 +1,4 @@
-"""Nodes of a rope over sheaves or edges: their numbers in P, and the path of the rope over them, also at the start."""
+"""Nodes of a rope over sheaves or edges: their parameters, and the path of the rope over them, also at the start."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ def leavable(f: Reeving) -> list[int]:
 
 
 def turning(f: Reeving) -> list[bool]:
-    """Return, for each node, whether its wrap angle is needed."""
+    """Return, for each node of a rope, whether its wrap angle is needed."""
     return [False, *(s.friction > 0.0 or s.radius > 0.0 for s in f.sheaves), False]
 
 
 def node_of(s: Sheave, q: Array, body: Array, label: str = "a") -> SheavePoint:
-    """Return the node of a sheave or rope end from its numbers q, of which there are NODE."""
+    """Return the node of a sheave or rope end from its parameters q."""
     x, c, v = attachment(body, q[:3], label)
     R = np.reshape(body[:9], (3, 3))
     needed = s.radius > 0.0 or s.friction > 0.0
@@ -69,8 +69,8 @@ def _there(f: Reeving, poses: Poses) -> tuple[list[list[float]], list[Array], li
 
 
 def placed(f: Reeving, poses: Poses, demand: Demand) -> tuple[list[list[float]], list[bool | None]]:
-    """Return the numbers of the nodes, with arcs divided in halves, and whether the rope touches each node (None:
-    always)."""
+    """Return the parameters of the nodes of a rope for given poses of the bodies, with wrap arcs divided in halves, and
+    whether the rope touches each node (None: always)."""
     given, bodies, nodes = _there(f, poses)
     _check_places(f, nodes, demand)
     lies: list[bool | None] = [None, *(True if s.radius > 0.0 else None for s in f.sheaves), None]
@@ -90,7 +90,7 @@ def placed(f: Reeving, poses: Poses, demand: Demand) -> tuple[list[list[float]],
 
 
 def laid(f: Reeving, poses: Poses, demand: Demand) -> RopePath | Unrolled:
-    """Return the path of the rope in a given pose of the bodies."""
+    """Return the path of a rope over its sheaves or edges in a given pose of the bodies."""
     given, lies = placed(f, poses, demand)
     bodies = [_body(*poses(p.body)) for p in f.points]
     nodes = [node_of(x, exact(q), body) for x, q, body in zip(all_nodes(f), given, bodies, strict=True)]

@@ -41,8 +41,8 @@ NEAR = 1e-9  # rad, and part of a radius: what lies between leaving a sheave and
 
 @dataclass(frozen=True)
 class SheavePoint:
-    """A sheave or point of a rope: centre relative to the tree's point, position, velocity, angular velocity, axis and
-    dividing direction in world axes; radius None for a point."""
+    """A sheave or end point of a rope: centre relative to the tree's reference point, position, velocity, angular
+    velocity, axis and dividing direction in world axes; radius None for a point."""
 
     x: Array
     c: Array
@@ -56,7 +56,7 @@ class SheavePoint:
 @dataclass(frozen=True)
 class RopeSegment:
     """A straight part of a rope: length [m], its rate (including adjacent arcs), direction u, levers from the trees'
-    points to both ends, and the point where the part begins."""
+    reference points to both ends, and the point where the part begins."""
 
     straight: Scalar
     rate: Scalar
@@ -82,8 +82,8 @@ def _blend(on: Scalar, a: Any, b: Any) -> Any:
 
 
 class RopePath:
-    """The path of a rope over its nodes. `turning`: whether the direction at a node matters, for its wrap; `on`:
-    whether the rope lies on each node (None: it cannot leave); `counted`: integrals of the angles of turning nodes."""
+    """The path of a rope over its nodes. `turning`: whether the wrap angle at a node is needed; `on`: whether the rope
+    lies on each node (None: it cannot leave); `counted`: integrals of the wrap angles' rates."""
 
     def __init__(
         self,
@@ -145,8 +145,8 @@ class RopePath:
         return out
 
     def watches(self) -> list[tuple[Scalar, Scalar]]:
-        """Return two guards for each sheave: for the rope leaving or touching it, and for the rope touching its other
-        side."""
+        """Return two guards for each sheave that the rope can leave: one for the rope leaving or touching it, one for
+        the rope touching its wrong side."""
         out = []
         for i, here in enumerate(self._on):
             if here is not None:
@@ -200,8 +200,8 @@ def _part(a: SheavePoint, b: SheavePoint, turning: bool) -> RopeSegment:
 
 
 def turn(x: SheavePoint, plane: Array) -> Any:
-    """Return the angle [rad], within half a turn, from a node's dividing direction to the point where a straight part
-    of this direction touches the sheave."""
+    """Return the angle [rad], within half a turn, from a sheave's dividing direction to the point where a straight part
+    of the rope, of direction `plane`, touches the sheave."""
     w = cross(plane, x.axis)
     return atan2(x.axis @ cross(x.divide, w), x.divide @ w)
 
@@ -265,11 +265,13 @@ class Unrolled:
             self.parts.append(replace(part, straight=longer * part.straight, u=u, arms=arms))
 
     def watches(self) -> list[tuple[Scalar, Scalar]]:
-        """Return two guards for each edge, as `RopePath.watches` does."""
+        """Return two guards for each edge: one for the rope leaving or touching it, one for the rope touching its wrong
+        side."""
         return self._plane.watches()
 
     def within(self, ends: Sequence[Array]) -> list[Scalar]:
-        """Return, for each edge, the guard of its ends: how far inside (lower, upper) the rope stays [m]."""
+        """Return the guard of each edge against the rope running off its ends: how far inside its ends (lower, upper)
+        the rope stays [m]."""
         out = []
         for here, (comes, goes), (lower, upper) in zip(self._on[1:-1], self.spans, ends, strict=True):
             inside = minimum(minimum(comes, goes) - lower, upper - maximum(comes, goes))

@@ -1,4 +1,5 @@
-"""Constraints of a scene at one pose: rank, transmitted forces, and the forces that rigid bodies leave undetermined.
+"""Constraint analysis of a scene at one pose: rank, joint reactions, and the forces that rigid bodies leave
+undetermined.
 
 jacobian          the constraint Jacobian, scaled so that ranks can be distinguished from round-off
 mobility          degrees of freedom from its rank

@@ -55,18 +55,18 @@ class RowGroup:
 
     @property
     def rank(self) -> int:
-        """The number of independent rows at this pose."""
+        """The number of independent constraint rows of the group at this pose."""
         return sum(size > self._least for size, _ in self._parts[0])
 
     @property
     def motions(self) -> list[list[float]]:
-        """Orthonormal scaled velocities that satisfy all rows at this pose."""
+        """Orthonormal scaled velocities that satisfy all constraint rows of the group at this pose."""
         found, rest = self._parts
         return [v for size, v in found if not size > self._least] + rest
 
     @property
     def repeated(self) -> list[int]:
-        """The redundant rows: removing any single one of them leaves the rank unchanged."""
+        """The redundant constraint rows of the group: removing any single one of them leaves the rank unchanged."""
         left = [1.0] * len(self.rows)
         for size, v in self._parts[0]:
             if size > self._least:
@@ -75,12 +75,12 @@ class RowGroup:
 
     @property
     def redundancies(self) -> list[dict[int, float]]:
-        """Scaled multipliers, by row, that have no effect on the free columns and that statics therefore leaves
-        undetermined; each involves as few rows as possible."""
+        """Undetermined constraint forces of the group: scaled multipliers, by row, that have no effect on the free
+        columns; each set involves as few rows as possible."""
         return [{self.rows[n]: x for n, x in distance.items()} for distance in combinations(self.G, RANK)]
 
     def towards(self, residuals: Sequence[float]) -> list[float]:
-        """Return a scaled Levenberg-Marquardt step that reduces the scaled residuals."""
+        """Return a scaled Levenberg-Marquardt step that reduces the scaled residuals of the group's constraint rows."""
         columns = [list(c) for c in zip(*self.G, strict=True)]
         A = [[0.0] * len(columns) for _ in columns]
         size = norm(residuals)
@@ -92,9 +92,9 @@ class RowGroup:
 
 
 class Pose:
-    """The poses of the bodies of a scene, with the constraint rows evaluated there. `running`: the state of a run,
-    whose parameters state which ropes are taut and which contacts push; otherwise ropes without slack are taut, and
-    contacts do not count."""
+    """A pose of a scene's bodies, with the constraint rows evaluated there. `running`: the state of a run, whose
+    parameters state which ropes are taut and which contacts push; otherwise ropes without slack are taut, and contacts
+    do not count."""
 
     def __init__(self, program: Program, state: State, running: bool = False) -> None:
         self.program, (self.t, self.y, self.P), self.running = program, state, running
@@ -109,11 +109,11 @@ class Pose:
         self._K: dict[int, Kinematics] = {}
 
     def tree(self, i: int) -> Tree:
-        """Return the i-th tree with its numerical values."""
+        """Return the i-th tree of bodies with its numerical values."""
         return self.program.instances[i][0]
 
     def kinematics(self, i: int) -> Kinematics:
-        """Return the kinematics of the i-th tree."""
+        """Return the kinematics of the i-th tree of bodies at this pose."""
         if i not in self._K:
             tree = self.tree(i)
             q, v = (np.array(x, dtype=object) for x in (self.q[tree.q], self.v[tree.v]))
@@ -121,8 +121,8 @@ class Pose:
         return self._K[i]
 
     def holds(self, r: int) -> bool:
-        """Return whether a row is active: a rope's row while the rope is hooked and taut, a contact's row while the
-        contact pushes."""
+        """Return whether constraint row r is active: a rope's row while the rope is hooked and taut, a contact's row
+        while the contact pushes."""
         c = self.program.constraints
         first = len(c.of)
         if r < first:
@@ -135,11 +135,11 @@ class Pose:
         return bool(hooked) and bool(float(self.rows[r].gap) < TAUT)
 
     def pushes(self, r: int) -> list[tuple[int, Array]]:
-        """Return the bodies on which row r acts, with the wrenches of a unit multiplier."""
+        """Return the bodies on which constraint row r acts, each with its wrench (6,) of a unit multiplier."""
         return self.rows[r].push or self.rows[r].wrenches
 
     def normal(self, r: int) -> bool:
-        """Return whether row r is the normal row of a contact."""
+        """Return whether constraint row r is the normal row of a contact."""
         c = self.program.constraints.contacts
         first = len(self.rows) - len(c.held)
         sizes = [s.per_slot for s in c.sites for _ in range(s.pair.slots)]
@@ -150,7 +150,7 @@ class Pose:
 
     @property
     def groups(self) -> list[RowGroup]:
-        """The active rows, grouped by coupling."""
+        """The active constraint rows, in groups that share degrees of freedom."""
         out = []
         for rows, trees in self.program.constraints.groups:
             there = [r for r in rows if r < len(self.rows) and self.holds(r)]
@@ -179,7 +179,8 @@ class Pose:
         return RowGroup(rows, columns, G, rows_by, columns_by, L)
 
     def row(self, r: int) -> dict[tuple[int, int], float]:
-        """Return, for each degree of freedom (free or not), the rate of the residual of row r at unit velocity."""
+        """Return, for each degree of freedom (free or not), the rate of the residual of constraint row r at unit
+        velocity."""
         found: dict[tuple[int, int], float] = {}
         sizes: dict[tuple[int, int], float] = {}
         for body, w in self.pushes(r):
@@ -214,11 +215,11 @@ class Pose:
 
     @property
     def gaps(self) -> list[float]:
-        """The residual of each row [m or rad]; 0 for slack ropes."""
+        """The residual of each constraint row [m or rad]; 0 for slack ropes."""
         return [float(row.gap) if self.holds(r) else 0.0 for r, row in enumerate(self.rows)]
 
     def moved(self, steps: Sequence[tuple[RowGroup, Sequence[float]]]) -> Pose:
-        """Return the pose reached after scaled steps of row groups."""
+        """Return the pose reached by scaled steps, one for each group of constraint rows."""
         p = self.program
         change: dict[tuple[int, int], float] = {}
         for group, step in steps:
@@ -245,7 +246,8 @@ class Pose:
 
 
 def pose_of(program: Program, y: Array | None = None, P: Array | None = None, t: float = 0.0) -> Pose:
-    """Return the pose of a state y, or the start pose by default; with `P`, the pose belongs to a run in progress."""
+    """Return the pose of a state y with its constraint rows, or the start pose by default; with `P`, the pose belongs
+    to a run in progress."""
     running = P is not None
     y = program.initial_state() if y is None else y
     P = program.parameters.initial if P is None else P

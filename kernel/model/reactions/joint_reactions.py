@@ -36,13 +36,13 @@ Key = tuple[str, str, int]  # "joint" with its component, "rope" or "contact"; t
 @dataclass(frozen=True)
 class Indeterminacy:
     """Statically undetermined forces of a group of coupled constraints. `patterns`: for each component, its force [N]
-    or moment [N m] in each pattern of forces that is in equilibrium with itself."""
+    or moment [N m] in each self-equilibrated pattern of forces."""
 
     patterns: dict[Key, list[float]]
     lever: float  # [m] a moment counts as a force on it
 
     def least(self, given: Mapping[Key, float]) -> dict[Key, float]:
-        """Return the undetermined components of the solution of least norm; `given`: any solution."""
+        """Return the undetermined components with least norm; `given`: these components in any solution."""
         keys = list(self.patterns)
         scales = [1.0 if kind == "joint" and i >= 3 else self.lever for kind, _, i in keys]
         distances = [
@@ -56,7 +56,8 @@ class Indeterminacy:
 
 
 def indeterminacies(pose: Pose) -> list[Indeterminacy]:
-    """Return the indeterminacies of a pose with its contacts, one for each group of coupled rows that has any."""
+    """Return the statically undetermined forces at a pose with its contacts, one object for each group of coupled rows
+    that has any."""
     found = []
     for group in pose.groups:
         distances = [_carried(pose, group, multipliers) for multipliers in group.redundancies]
@@ -136,7 +137,8 @@ def _put(found: dict[Key, float], name: str, R_WJ: np.ndarray, p: np.ndarray, F:
 
 
 class Running(Protocol):
-    """Interface of a simulation or of its native state; `[name]` reads a part of its state block X."""
+    """Interface of a simulation, or of its native state, from which reactions are computed; `[name]` reads a part of
+    its state block X."""
 
     @property
     def program(self) -> Program: ...
@@ -163,7 +165,7 @@ class Reaction:
 
 @dataclass
 class Reactions(dict[str, Reaction]):
-    """Reactions by joint; `tensions` [N] of rigid ropes, and `contacts` with undetermined loads.
+    """Joint reactions by the name of the joint; `tensions` [N] of rigid ropes, and `contacts` with undetermined loads.
 
     Undetermined components have the smallest sum of squares of forces, and of moments divided by `lever` [m]. If a rope
     would have to push in that solution, they are the values from the solver of the motion, and `least` is false.
@@ -177,13 +179,13 @@ class Reactions(dict[str, Reaction]):
 
     @property
     def shared(self) -> bool:
-        """Whether any component is undetermined."""
+        """Whether any component of the reactions is statically undetermined."""
         return bool(self.tensions or self.contacts or any(r.indeterminate for r in self.values()))
 
 
 def reactions(simulation: Running, least: bool = True) -> Reactions:
-    """Return the reactions of all joints by name at the present time; loop joints come last. If `least`, undetermined
-    components get the values of least norm, else those of the solver of the motion."""
+    """Return the reactions of all joints by name at the present time; loop joints come last. If `least`, statically
+    undetermined components get the values of least norm, otherwise those that the simulation uses."""
     program, x = simulation.program, simulation.instant()
     dv = x.dy[program.nq : program.nq + program.nv]
     found = Reactions()

@@ -30,8 +30,8 @@ DIRECTIONS = 3  # poses near by that are tried besides those along each motion
 
 @dataclass(frozen=True)
 class Redundant:
-    """Joints and rigid ropes that share redundant conditions, the number of their conditions, and how many of these are
-    redundant."""
+    """Joints and rigid ropes whose constraint conditions are partly redundant: their names, the number of conditions,
+    and how many of these are redundant."""
 
     names: tuple[str, ...]
     conditions: int
@@ -79,7 +79,7 @@ class Mobility:
 
     @property
     def lines(self) -> list[str]:
-        """The numbers as sentences, with notes."""
+        """The numbers of bodies and degrees of freedom as sentences, with notes on redundant conditions."""
         out = []
         if bodies := [f"{n} {what}" for n, what in self._kinds if n]:
             out.append(f"bodies: {', '.join(bodies)}")
@@ -123,7 +123,8 @@ def _many(n: int, word: str) -> str:
 
 
 def mobility(program: Program, y: Array | None = None, P: Array | None = None, t: float = 0.0) -> Mobility:
-    """Return the numbers of bodies and degrees of freedom at a state (default: the start), with loops closed."""
+    """Return the numbers of bodies and degrees of freedom of a scene at a state (default: the start), with loops
+    closed."""
     given = pose_of(program, y, P, t)
     closed = _closed(given)
     pose = closed or given

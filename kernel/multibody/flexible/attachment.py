@@ -1,4 +1,5 @@
-"""The frame of a joint on a flexible body: carried by the modes at a fixed or a sliding station.
+"""Motion of the frame of a joint on a flexible body, which the modes carry at a fixed or a sliding station, and the
+body's inertia.
 
 With the shapes Phi (displacement) and Psi (rotation) of the modes at place X,
     d = X + Phi eta - 1/2 e (eta^T g eta),  g_kl(x) = integral of the products of the slopes of modes k and l,      (9)
@@ -35,7 +36,7 @@ ALONG = np.array([1.0, 0.0, 0.0])  # e: beams lie along x
 @dataclass(frozen=True)
 class Place:
     """A station on a flexible body: position X (3,) on the undeformed body [m], displacements and rotations of the
-    modes (6, m), and g (m, m) of equation (9)."""
+    modes (6, m), and slope integrals g (m, m) of equation (9)."""
 
     X: np.ndarray
     shape: np.ndarray
@@ -44,8 +45,8 @@ class Place:
 
 @dataclass(frozen=True)
 class Track:
-    """The modes along a beam: Chebyshev coefficients (n, 6, m) over 0 to L, and (n', m, m) for the geometric terms.
-    `slope` is 2/L [1/m]; `X`: offset of a slider from its station, always zero here."""
+    """The modes along a beam as polynomials: Chebyshev coefficients (n, 6, m) over 0 to L, and (n', m, m) for the
+    geometric terms. `slope` is 2/L [1/m]; `X`: offset of a slider from its station, always zero here."""
 
     X: np.ndarray
     slope: Scalar
@@ -53,8 +54,8 @@ class Track:
     shortening: np.ndarray
 
     def shapes(self, s: Scalar) -> tuple[Array, Array, Array, Array]:
-        """Return the shapes (6, m) at s [m], their first two derivatives with respect to s, and g, by the recurrences
-        of Chebyshev polynomials."""
+        """Return the mode shapes (6, m) at s [m] along the beam, their first two derivatives with respect to s, and
+        slope integrals g (m, m), by the recurrences of Chebyshev polynomials."""
         # Chebyshev polynomials are defined on -1..1
         x = self.slope * s - 1.0
         # three-term recurrences of T_n and their derivatives
@@ -75,8 +76,8 @@ class Track:
 
 @dataclass(frozen=True)
 class Carried:
-    """The frame at a station, in world axes: rotation R, r from the tree's point, twist V, bias acceleration A, one
-    velocity column per mode; `along`: the column of the slider's coordinate."""
+    """The frame at a station of a flexible body, in world axes: rotation R, r from the tree's reference point, twist V,
+    bias acceleration A, one velocity column per mode; `along`: the column of the slider's coordinate."""
 
     R: Array
     r: Array
@@ -87,8 +88,8 @@ class Carried:
 
 
 def carry(place: Place, eta: Array, rates: Array, R: Array, r: Array, V: Array, A: Array) -> Carried:
-    """Return the frame at a station of a body whose floating frame has the pose R, r and the motion V, A in world
-    axes."""
+    """Return the frame at a station of a flexible body whose floating frame has the pose R, r and the motion V, A in
+    world axes."""
     # g eta serves the position, eta^T g eta / 2, and its rate, eta'^T g eta
     pull = place.shortening @ eta
     U, T = place.shape[:3] - np.outer(ALONG, pull), place.shape[3:]
@@ -180,7 +181,7 @@ class FlexibleInertia:
 def flexible_inertia(
     e: Any, eta: Array, rates: Array, accelerations: Array, R: Array, r: Array, V: Array, A: Array
 ) -> FlexibleInertia:
-    """Evaluate equations (7) and (8) of the package: mass matrix and inertia forces of a flexible body. e:
+    """Return mass matrix and inertia forces of a flexible body, equations (7) and (8) of the module. e:
     `tracks.ReducedBody` of floats or symbols; mode coordinates (m,); pose R_WB, r and V, A (6,) in world axes."""
     m = range(len(eta))
     to_body = np.block([[R.T, np.zeros((3, 3))], [-(R.T @ skew(r)), R.T]])

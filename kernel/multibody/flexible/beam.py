@@ -17,13 +17,13 @@ BENDING_Z, BENDING_Y = ((1, 5, 7, 11), 1.0), ((2, 4, 8, 10), -1.0)  # about z: u
 
 
 def nodes_of(beam: Beam) -> np.ndarray:
-    """Return the positions (n, 3) of the nodes [m]."""
+    """Return the positions (n, 3) of the nodes of a beam's finite elements [m]."""
     x = beam.start + np.linspace(0.0, beam.length, beam.elements + 1)
     return np.stack([x, 0.0 * x, 0.0 * x], axis=1)
 
 
 def beam_matrices(beam: Beam) -> tuple[np.ndarray, np.ndarray]:
-    """Return the mass and stiffness matrices (6n, 6n)."""
+    """Return the mass and stiffness matrices (6n, 6n) of a beam with n nodes."""
     h = beam.length / beam.elements
     m, k = np.zeros((12, 12)), np.zeros((12, 12))
     for line, mass, stiffness in ((_AXIAL, beam.mass_per_length, beam.EA), (_TORSION, beam.polar, beam.GJ)):
@@ -45,13 +45,13 @@ def beam_matrices(beam: Beam) -> tuple[np.ndarray, np.ndarray]:
 
 
 def rigid_directions(beam: Beam) -> list[int]:
-    """Return the degrees of freedom of a node that cannot deform because no stiffness is given for them."""
+    """Return the degrees of freedom of a beam's node that cannot deform because no stiffness is given for them."""
     given = ((beam.EA, (0,)), (beam.EI_z, (1, 5)), (beam.EI_y, (2, 4)), (beam.GJ, (3,)))
     return sorted(d for stiffness, at in given if stiffness == 0.0 for d in at)
 
 
 def hermite(beam: Beam, x: float) -> np.ndarray:
-    """Return the matrix (6, 6n) from nodal displacements to displacement and rotation at a station x [m]."""
+    """Return the matrix (6, 6n) from a beam's nodal displacements to displacement and rotation at a station x [m]."""
     h = beam.length / beam.elements
     along = (x - beam.start) / h
     e = min(max(int(along), 0), beam.elements - 1)
@@ -91,7 +91,8 @@ def rounded_each(x: np.ndarray) -> np.ndarray:
 
 
 def rigid_motions(nodes: np.ndarray) -> np.ndarray:
-    """Return B_0 (6n, 6) of equation (2) in `tracks`: velocities of the nodes (n, 3) in a rigid motion."""
+    """Return the velocities of nodes (n, 3) in the six rigid motions, as columns (6n, 6): B_0 of equation (2) in
+    `tracks`."""
     B = np.zeros((len(nodes), 6, 6))
     for j, X in enumerate(nodes):
         B[j, :3, :3] = -skew(X)

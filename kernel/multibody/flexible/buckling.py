@@ -1,4 +1,4 @@
-"""Buckling of flexible bodies: their axial loads as a share of the loads under which they buckle.
+"""Buckling of flexible bodies: axial loads as a share of the loads under which a body buckles.
 
 With the axial load N(s) and slopes w' of a basis of shapes, K + lambda integral of N w' w'^T ds is singular if the
 loads, times lambda, buckle the body (Timoshenko, Gere 1961, sections 2.8 to 2.11). The basis consists of the body's
@@ -27,7 +27,8 @@ SAME = 1e-9  # part of the length between nodes of one section
 
 
 class FlexibleColumn:
-    """A flexible body under axial loads; `softens`: whether its equations of motion include their effect."""
+    """A flexible body as a column under axial loads; `softens`: whether its equations of motion include the effect of
+    these loads."""
 
     def __init__(self, modes: ModeShapes, K: np.ndarray, held: list[int]) -> None:
         self.softens = modes.flexible.beam is not None
@@ -56,8 +57,8 @@ class FlexibleColumn:
         self._mass, self._far = float(total(mass)), float(np.abs(self._at).max())
 
     def part(self, forces: np.ndarray, places: np.ndarray, a: np.ndarray, w: np.ndarray) -> float:
-        """Return the share of the buckling load under forces (n, 3) at places (n, 3), acceleration a of the frame less
-        gravity, and angular velocity w, in the frame's axes; 0 below SLIGHT."""
+        """Return the axial load as a share of the buckling load, under forces (n, 3) at places (n, 3), acceleration a
+        of the frame less gravity, and angular velocity w, in the frame's axes; 0 below SLIGHT."""
         pulls, around = times(forces, self.axis), float(total(w * self.axis))
         pushed, spin = float(total(a * self.axis)), float(total(w * w)) - around * around
         size = float(total(np.abs(pulls))) + self._mass * (abs(pushed) + spin * self._far)

@@ -34,7 +34,8 @@ NODE = 1e-6  # [m] how far an attached point may be off its node by rounding
 
 @dataclass(frozen=True, eq=False)
 class FlexibleModes:
-    """The modes of a body: shapes over the degrees of freedom of its model, modal mass, stiffness and damping."""
+    """The modes of a flexible body: shapes over the degrees of freedom of its finite-element model, modal mass,
+    stiffness and damping."""
 
     name: str
     flexible: Flexible
@@ -72,8 +73,8 @@ class FlexibleModes:
         return rounded(self.shapes[6 * int(station) : 6 * int(station) + 6])
 
     def shortening(self, station: int | float) -> np.ndarray:
-        """Return g (m, m) of equation (9) at a station: integrals of slope products [1/m]; 0 for bodies other than
-        beams.
+        """Return the geometric shortening by the modes at a station: integrals of slope products [1/m], g (m, m) of
+        equation (9) in `attachment`; 0 for bodies other than beams.
 
         Integrals start at the root if the frame is held there; for a free frame their mean along the beam vanishes.
         """
@@ -86,12 +87,12 @@ class FlexibleModes:
 
     @cached_property
     def smallness(self) -> Smallness:
-        """The limits of the body's deflection."""
+        """The limits up to which the body's deflections count as small."""
         return smallness(self)
 
     def hardly_compressed(self, forces: np.ndarray, a: np.ndarray, w: np.ndarray) -> np.ndarray:
-        """Return, for n instants and by a cheap test, whether axial loads are certainly small; arguments as in
-        `FlexibleColumn.part`."""
+        """Return, for n instants and by a cheap test, whether axial loads are certainly far below buckling; arguments
+        as in `FlexibleColumn.part`."""
         beam = self.flexible.beam
         if beam is None:
             return np.full(len(a), self.flexible.modal is not None)
@@ -113,7 +114,7 @@ class FlexibleModes:
 
     @cached_property
     def nodal_shortening(self) -> np.ndarray:
-        """g of equation (9) at all nodes (n, m, m) [1/m]."""
+        """The geometric shortening by the modes at all nodes: integrals of slope products (n, m, m) [1/m]."""
         beam, none = self.flexible.beam, np.zeros((len(self.mass),) * 2)
         if beam is None:
             return np.array([none] * len(self.nodes))

@@ -1,4 +1,4 @@
-"""Limits of the theory of small deflections: bending and twist of a flexible body as shares of the limit.
+"""Limits of small-deflection theory: bending and twist of a flexible body as shares of the limit.
 
 The deformation is measured from the floating frame.  Its displacement u and its rotation theta at a place count as
     |u| / (WARNED L)   and   |theta| / (TURNED WARNED),                                                           (13)
@@ -27,8 +27,8 @@ TIES = 1e-6  # part of the largest displacement by which nodes may differ that m
 
 @dataclass(frozen=True)
 class Smallness:
-    """The limits of a body's deflection: rows of (13), linear in the mode coordinates. `rows` (n, m); `groups`: number
-    of rows for each place and kind; `turns`: whether a group is a rotation."""
+    """The limits of a body's deflection: measures (13) of the module, linear in the mode coordinates. `rows` (n, m);
+    `groups`: number of rows for each place and kind; `turns`: whether a group is a rotation."""
 
     rows: np.ndarray
     groups: tuple[int, ...]
@@ -36,12 +36,13 @@ class Smallness:
 
     @property
     def numbers(self) -> list[float]:
-        """The numbers in P: the square of the limit that applies now, whether a note about compression was added, the
-        times since which the body has been near buckling and beyond it, and the rows."""
+        """The body's numbers in the parameter block P: the square of the limit that applies now, whether a note about
+        compression was added, the times since which the body has been near buckling and beyond it, and the rows."""
         return [1.0, 0.0, NEVER, NEVER, *self.rows.ravel().tolist()]
 
     def use(self, eta: Array, rows: Array) -> list[Scalar]:
-        """Return the squared relative deflections of (13), one per group, for mode coordinates eta (m,)."""
+        """Return the squared deflections and rotations of the body as shares of the limit (13), one per group, for mode
+        coordinates eta (m,)."""
         out, first = [], 0
         for n in self.groups:
             parts = [row @ eta for row in rows[first : first + n]]
@@ -50,14 +51,15 @@ class Smallness:
         return out
 
     def guard(self, p: Array, eta: Array) -> Any:
-        """Return the guard: the square of the limit that applies now, minus the largest square of (13)."""
+        """Return the guard of the deflection limit: the square of the limit that applies now, minus the largest squared
+        share (13)."""
         largest: Scalar = 0.0
         for x in self.use(eta, np.reshape(p[BEFORE:], self.rows.shape)):
             largest = maximum(largest, x)
         return p[0] - largest
 
     def largest(self, eta: np.ndarray) -> tuple[float, bool]:
-        """Return the largest value of (13), and whether it is a rotation."""
+        """Return the largest deflection or rotation as a share of the limit (13), and whether it is a rotation."""
         use = self.use(eta.astype(object), self.rows)  # floats of Python, whose products are summed in order
         first = max(range(len(use)), key=use.__getitem__)
         return sqrt(float(use[first])), self.turns[first]
@@ -81,8 +83,8 @@ class ModeShapes(Protocol):
 
 
 def smallness(modes: ModeShapes) -> Smallness:
-    """Return the rows (13) of a body: at equal distances along a beam, otherwise at the nodes where the displacement of
-    a mode is largest."""
+    """Return the deflection limits (13) of a body: at equal distances along a beam, otherwise at the nodes where the
+    displacement of a mode is largest."""
     found: list[tuple[np.ndarray | None, np.ndarray | None]] = []
     if beam := modes.flexible.beam:
         length = beam.length
@@ -113,7 +115,8 @@ def smallness(modes: ModeShapes) -> Smallness:
 
 
 def sentence(body: str, joint: str, t: float, turns: bool, use: float, refused: bool) -> str:
-    """Return the message that a body reached a limit of small deflections at t [s]; `use`: share of it (13)."""
+    """Return the message that a body reached a limit of small deflections at t [s]; `use`: deflection as a share of the
+    limit (13)."""
     size = use * WARNED
     turned, bent = (
         f"turns by {degrees(TURNED * size):.3g} degrees within itself",

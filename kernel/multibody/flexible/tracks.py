@@ -1,4 +1,4 @@
-"""Modes of a beam for sliders: Chebyshev polynomials that approximate their shapes smoothly.
+"""Modes of a beam for sliders, as Chebyshev polynomials that approximate the mode shapes smoothly.
 
 Stations: the point of a law on a flexible body becomes a massless body, so that laws need not consider bending.
 
@@ -48,8 +48,8 @@ SMOOTH, NOT_SMOOTH = 1e-6, 1e-2  # errors of polynomials, sought and refused; sh
 
 @lru_cache(maxsize=64)
 def track(modes: FlexibleModes, joint: str) -> Track:
-    """Return displacements and rotations (slopes) of modes as polynomials along the beam. Raises KernelError naming the
-    slider joint if the body is no beam or a mode is not smooth."""
+    """Return displacements and rotations (slopes) of a beam's modes as polynomials along the beam. Raises KernelError
+    naming the slider joint if the body is no beam or a mode is not smooth."""
     beam, m = modes.flexible.beam, len(modes.mass)
     if beam is None or beam.start:
         raise KernelError(
@@ -67,7 +67,7 @@ def track(modes: FlexibleModes, joint: str) -> Track:
     least = min(errors.values())
     if least > NOT_SMOOTH:
         raise KernelError(
-            f"joint '{joint}': polynomials approximate the modes of '{modes.name}' to {least:.1g}; "
+            f"joint '{joint}': the error of polynomials for the modes of '{modes.name}' is {least:.1g}; "
             "give its beam fewer modes or loads, or more elements"
         )
     fit = fits[next(n for n, error in errors.items() if error <= max(SMOOTH, 2.0 * least))]
@@ -82,7 +82,8 @@ def track(modes: FlexibleModes, joint: str) -> Track:
 
 
 def with_stations(system: System) -> tuple[System, dict[str, FlexibleModes]]:
-    """Return the system with a station for each point on flexible bodies, and their modes by name."""
+    """Return the system with a massless body (station) for each point on flexible bodies, and the modes of these bodies
+    by name."""
     modes = {b.name: modes_of(b.name, b.flexible) for b in system.bodies if b.flexible}
     if not modes:
         return system, modes
@@ -123,7 +124,7 @@ def _names(kind: Any) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class ReducedBody:
-    """The constants of equations (4) of a flexible body."""
+    """The constants of the kinetic energy of a flexible body, equations (4) of the module."""
 
     J0: np.ndarray  # (6, 6)
     J1: np.ndarray  # (m, 6, 6)
@@ -135,7 +136,7 @@ class ReducedBody:
 
 @lru_cache(maxsize=64)
 def reduced(modes: FlexibleModes) -> ReducedBody:
-    """Return the constants (5) of a body."""
+    """Return the constants of the kinetic energy of a flexible body, equations (5) of the module."""
     n, m = modes.shapes.shape
     B0 = rigid_motions(modes.nodes)
     B = np.zeros((m, n, 6))

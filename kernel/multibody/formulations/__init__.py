@@ -1,4 +1,4 @@
-"""The paper's three formulations of the accelerations of a tree, each a function with the signature of `dynamics`.
+"""Formulations of the accelerations of a tree (Ku et al. 2012), each a function with the signature of `dynamics`.
 
 recursive     composite inertias along the paths, H = L^T D L without fill-in: used by the kernel (`dynamics`)
 articulated   recursive as well, with articulated inertias and without H: O(n) however deep the tree
@@ -30,7 +30,7 @@ FORMULATIONS: dict[str, Callable[..., tuple[Array, Array, Array]]] = {
 
 
 def formulated(name: str) -> Callable[..., tuple[Array, Array, Array]]:
-    """Return the function of a formulation; raises KernelError for an unknown name."""
+    """Return the function that computes accelerations by a formulation; raises KernelError for an unknown name."""
     if name not in FORMULATIONS:
         raise KernelError(f"formulation '{name}' does not exist; choose {', '.join(FORMULATIONS)}")
     return FORMULATIONS[name]

@@ -51,7 +51,8 @@ class _Joint:
         return self.X.T @ self.Q[:, len(self.free) :]
 
     def applied(self, tau: Array) -> Array:
-        """Return the wrench (6,) for joint forces tau without constraint forces: R^T y = tau."""
+        """Return the wrench (6,) on the child that has the joint forces tau along the free motions and no constraint
+        part: R^T y = tau."""
         y: list[Scalar] = []
         for n, k in enumerate(self.free):
             # R is triangular: forward substitution for the wrench that does the work of tau along each free motion
@@ -59,7 +60,8 @@ class _Joint:
         return self.X.T @ sum((e * w for e, w in zip(self.Q.T, y, strict=False)), np.zeros(6))
 
     def accelerations(self, x: Array) -> dict[int, Array]:
-        """Return the accelerations of free degrees of freedom from the relative acceleration (6,): R a = Q^T x."""
+        """Return the accelerations of the joint's free degrees of freedom from the relative acceleration (6,) of its
+        bodies: R a = Q^T x."""
         a: dict[int, Array] = {}
         for n, k in reversed(list(enumerate(self.free))):
             # back substitution, from the last column of R
@@ -71,7 +73,7 @@ class _Joint:
 def augmented(
     tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars = ()
 ) -> tuple[Array, Array, Array]:
-    """Return dq/dt, dv/dt and forces of prescribed joints; arguments as of `dynamics`."""
+    """Return dq/dt, dv/dt and forces of prescribed joints by the augmented formulation; arguments as of `dynamics`."""
     K = kinematics(tree, q, v, g, a_ref)
     M, p = newton_euler(tree, K, W)
     joints = _joints(tree, K)
@@ -182,7 +184,7 @@ def _solve(
 def embedding(
     tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars = ()
 ) -> tuple[Array, Array, Array]:
-    """Return dq/dt, dv/dt and forces of prescribed joints; arguments as of `dynamics`."""
+    """Return dq/dt, dv/dt and forces of prescribed joints by the embedding formulation; arguments as of `dynamics`."""
     K = kinematics(tree, q, v, g, a_ref)
     M, p = newton_euler(tree, K, W)
     R = velocity_transformation(tree, K)
@@ -201,7 +203,8 @@ def embedding(
 
 
 def velocity_transformation(tree: Tree, K: Kinematics) -> list[Array]:
-    """Return R: for each body the columns (6, n_v) of the joints and modes on its path; all other columns are zero."""
+    """Return the velocity transformation R of a tree: for each body the columns (6, n_v) of the joints and modes on its
+    path; all other columns are zero."""
     R: list[Array] = []
     # a body moves with all joints on its path: copy the parent's columns, then add its own
     k = 0
@@ -221,7 +224,7 @@ Eliminated = dict[int, tuple[Array, Scalar, Scalar]]  # degree of freedom -> U, 
 def articulated(
     tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars = ()
 ) -> tuple[Array, Array, Array]:
-    """Return dq/dt, dv/dt and forces of prescribed joints; arguments as of `dynamics`."""
+    """Return dq/dt, dv/dt and forces of prescribed joints by articulated-body inertias; arguments as of `dynamics`."""
     K = kinematics(tree, q, v, g, a_ref)
     I, p = newton_euler(tree, K, W)
     given = dict(zip(tree.prescribed_dofs, a_ref, strict=True))
@@ -239,9 +242,9 @@ def articulated(
 def inwards(
     tree: Tree, K: Kinematics, tau: Array, I: list[Array], p: list[Array]
 ) -> tuple[Eliminated, tuple[Array, Array]]:
-    """Eliminate the free degrees of freedom from the tips to the roots: (7.44) to (7.48). I (6, 6) and p (6,) of the
-    bodies become the articulated ones; those of the last root are also returned, for the body or ground that carries
-    it."""
+    """Eliminate the free degrees of freedom from the tips to the roots (Featherstone 2008, (7.44) to (7.48)). I (6, 6)
+    and p (6,) of the bodies become the articulated ones; those of the last root are also returned, for the body or
+    ground that carries it."""
     given = set(tree.prescribed_dofs)
     U: Eliminated = {}
     inertia, force = np.zeros((6, 6)), np.zeros(6)
@@ -265,8 +268,8 @@ def inwards(
 def outwards(
     tree: Tree, K: Kinematics, U: Eliminated, base: Array, given: dict[int, Scalar]
 ) -> tuple[dict[int, Scalar], list[Array]]:
-    """Return the accelerations of the degrees of freedom, and those of the bodies beyond their bias; `base`:
-    acceleration (6,) of the ground."""
+    """Return the accelerations of the degrees of freedom from the roots to the tips, and those of the bodies beyond
+    their bias; `base`: acceleration (6,) of the ground."""
     X: list[Array] = []
     dv = dict(given)
     for i, b in enumerate(tree.bodies):

@@ -1,4 +1,5 @@
-"""Equal limbs of one tree: small branches that occur several times on its trunk, such as trolleys on a block.
+"""Equal branches (limbs) that occur several times on the trunk of one tree, such as trolleys on a block, share their
+code.
 
 A limb is one traced function, called for every instance, so that equal limbs run side by side (see `simd_batches`) and
 large trees have small code. It gives its articulated inertia and force to the trunk (Featherstone 2008, section 7.3),
@@ -33,7 +34,7 @@ class Limb:
 
 @dataclass(frozen=True)
 class Kind:
-    """A set of equal limbs as one tree with separate parameters, and its traced functions.
+    """A set of equal branches as one tree with separate parameters, and its traced functions.
 
     place(q, v, P, base): bodies at the `ends`; bend(q, v, tau, P, base, w...): articulated inertia and force on the
     trunk, dq, and intermediate results m; swing(x, m): dv for the acceleration x of the carrying body.
@@ -48,7 +49,7 @@ class Kind:
 
 
 class Limbs:
-    """A tree divided into trunk and limbs; `place` and `dynamics` are those of the whole tree."""
+    """A tree divided into a trunk and equal branches; `place` and `dynamics` give the motion of the whole tree."""
 
     def __init__(self, tree: Tree, kinds: Sequence[Kind]) -> None:
         self._tree, self._kinds = tree, kinds
@@ -56,8 +57,8 @@ class Limbs:
         self._trunk = [i for i in range(len(tree.bodies)) if i not in gone]
 
     def place(self, tree: Tree, q: Array, v: Array, ends: Sequence[int], a_ref: Scalars) -> dict[int, Array]:
-        """Return rotation, tree's point, position and twist (21,) of the bodies on which laws act; `tree` has the
-        numerical values."""
+        """Return rotation, reference point of the tree, position and twist (21,) of the bodies on which laws act;
+        `tree` has the numerical values."""
         trunk = _part(tree, self._trunk)
         K = kinematics(trunk, _of(tree, "q", self._trunk, q), _of(tree, "v", self._trunk, v), 0.0, a_ref)
         at = {i: n for n, i in enumerate(self._trunk)}
@@ -73,7 +74,8 @@ class Limbs:
     def dynamics(
         self, tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars
     ) -> tuple[Array, Array, Array]:
-        """Return dq/dt, dv/dt and the forces in the prescribed joints, as `dynamics.dynamics` does."""
+        """Return dq/dt, dv/dt and the forces in the prescribed joints of the whole tree, as `dynamics.dynamics`
+        does."""
         trunk = _part(tree, self._trunk)
         at = {i: n for n, i in enumerate(self._trunk)}
         K = kinematics(trunk, _of(tree, "q", self._trunk, q), _of(tree, "v", self._trunk, v), g, a_ref)
@@ -162,8 +164,8 @@ def _part(tree: Tree, bodies: Sequence[int]) -> Tree:
 
 
 def limbs_of(name: str, tree: Tree, ends: Sequence[int]) -> Limbs | None:
-    """Return trunk and limbs of a rigid tree that has equal branches, otherwise None; `name`: prefix of the names of
-    their functions."""
+    """Return the division of a rigid tree into a trunk and equal branches; None without such branches; `name`: prefix
+    of the names of the branches' functions."""
     if any(x is not None for b in tree.bodies for x in (b.elastic, b.place, b.shared)):
         return None
     below = [[i] for i in range(len(tree.bodies))]

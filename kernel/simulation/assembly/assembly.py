@@ -1,4 +1,4 @@
-"""Closing the loops of an initial pose, or reporting their gaps.
+"""Closing the kinematic loops of an initial pose, or reporting the gaps that cannot be closed.
 
 A pose whose loops are closed to `CLOSED` stays as it is, bit for bit. Any other is closed near the given coordinates
 (see `start_pose`). Then the independent rows are counted: a linkage whose loops leave no degree of freedom is refused.
@@ -72,7 +72,7 @@ def _closed(program: Program, y: np.ndarray, step: Step) -> np.ndarray:
     name, left_over = _gap(program, gap)
     at_first = _gap(program, first)[1]
     raise KernelError(
-        f"{name}: its loop does not close; {left_over} are left of {at_first} in the initial pose: "
+        f"{name}: its loop does not close; a gap of {left_over} is left of {at_first} in the initial pose: "
         "change the dimensions or the initial coordinates"
     )
 
@@ -100,12 +100,12 @@ def _check_mobility(program: Program, independent: Sequence[bool] | np.ndarray) 
             names = ", ".join(dict.fromkeys(constraints.names[r] for r in closing))
             raise KernelError(
                 f"{names}: the loops leave nothing free to move; "
-                "give a joint of them another freedom, or join the bodies by fixed joints"
+                "give one of their joints another degree of freedom, or connect the bodies by fixed joints"
             )
 
 
 def lost(program: Program, gap: np.ndarray, t: float, moving: Sequence[str] = ()) -> KernelError | None:
-    """Return the error for a closed loop whose gap opened within a step; None if there is none. `moving`: prescribed
+    """Return the error for a kinematic loop that opened within a step; None if all are closed. `moving`: prescribed
     drives in motion."""
     if _widest(gap) <= LOST:
         return None
@@ -150,8 +150,8 @@ def _cause(program: Program, row: int, moving: Sequence[str]) -> str:
 
 
 def torn(program: Program, rope: str, movable: bool, moving: Sequence[str]) -> str:
-    """Return, as part of a sentence, why a rigid rope switches endlessly between taut and slack; "" if no drive causes
-    it."""
+    """Return, as part of a message, why a rigid rope switches endlessly between taut and slack: it works against a
+    drive; "" if no drive causes it."""
     if not moving:
         return ""
     names = " and ".join(f"'{name}'" for name in moving)

@@ -1,4 +1,4 @@
-"""The start pose of loops: given coordinates are kept where possible, and changes are reported.
+"""Start pose with closed loops: given coordinates are kept where possible, and changes are reported.
 
 Coordinates and speeds that a description gives are kept; those that it omits follow. First only the omitted ones move.
 If that does not close the loops, the given ones move, too, by full Gauss-Newton steps, as long as these contract as
@@ -156,7 +156,7 @@ def fitting_speeds(program: Program, y: np.ndarray, P: np.ndarray) -> np.ndarray
 
 def changes_message(program: Program, before: np.ndarray, after: np.ndarray, P: np.ndarray) -> list[str]:
     """Return one sentence for each given coordinate or speed that was changed by more than the rounding of its digits.
-    The coordinates of a joint that closes a loop are not reported, since they follow from all others."""
+    The coordinates of a joint that closes a loop are not reported, since they follow from the other coordinates."""
     links, nq = program.graph.links, program.nq
     names = ", ".join(dict.fromkeys(n for n, _ in zip(program.constraints.names, program.constraints.of, strict=False)))
     moved, sped = [], []

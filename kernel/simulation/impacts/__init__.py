@@ -1,4 +1,4 @@
-"""Instantaneous changes at an event: impulses, then the set of active contacts and ropes.
+"""Impacts: instantaneous changes at an event by impulses, and the contacts and rigid ropes that are active afterwards.
 
 active_sets           the next set of contacts and rigid ropes: impulses first, then forces
 unilateral            candidates that may push or pull at an event; which of them touch

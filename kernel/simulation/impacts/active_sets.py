@@ -1,4 +1,4 @@
-"""The next active set at an event, of contacts and rigid ropes alike: impulses first, then forces.
+"""The next active set of contacts and rigid ropes at an event: solved for impulses first, then for forces.
 
 All contacts at that instant are solved together (Newton's restitution per contact, so that three equal balls in a row
 part as -1/3, 2/3, 2/3; a gap between them, however small, makes two impacts and 0, 0, 1). If restitution would raise
@@ -35,9 +35,9 @@ Survey = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 @dataclass(frozen=True)
 class Act:
-    """The operations that the impact solver needs of a simulation. `survey`: returns matrix, speeds and free
-    accelerations of the rows; `slack`: slack of rigid ropes [m]; `kick`: applies impulses; `close`: projects positions
-    and speeds onto the rows."""
+    """The operations that the impact solver needs of a simulation. `survey`: returns Delassus matrix, speeds and free
+    accelerations of the constraint rows; `slack`: slack of rigid ropes [m]; `kick`: applies impulses; `close`: projects
+    positions and speeds onto the constraints."""
 
     survey: Callable[[], Survey]
     slack: Callable[[], np.ndarray]
@@ -55,7 +55,8 @@ class ImpactResult:
 
 
 class ContactSets:
-    """Determines which contacts push, stick and slide, and which rigid ropes are taut; the result is stored in P."""
+    """Solver at events that determines which contacts push, stick and slide, and which rigid ropes are taut; it stores
+    the result in the parameter block P."""
 
     def __init__(self, program: "Program", P: np.ndarray) -> None:
         self._program, self._P, self._at = program, P, program.parameters.at
@@ -76,8 +77,8 @@ class ContactSets:
         check_start(self._program.contacts.sites, self._numbers, ends)
 
     def resolve(self, fallen: list[int], t: float, local: float, y: np.ndarray, act: Act) -> ImpactResult:
-        """Return impulses and new states at time t [s], after the guards `fallen` became negative; raises KernelError
-        if there is no solution."""
+        """Return impulses and new states of contacts and rigid ropes at time t [s], after the guards `fallen` became
+        negative; raises KernelError if there is no solution."""
         closed, slid, taut = self._closed(), self._sliding(), [r.on for r in self._ropes]
         scene = evaluate(self._program, local, y, self._P, forces=False)
         fell = {i - self._touches for i in fallen if self._program.guards[i][0] == "touch"}

@@ -1,4 +1,4 @@
-"""Rows of contacts at an event, with the joints that close loops eliminated.
+"""Constraint rows of contacts at an event, with the joints that close loops eliminated.
 
 A loop's rows push and pull as needed, so that they follow from the contacts' impulses or forces: a Schur complement of
 the rows' matrix, in plain arrays and a fixed order.
@@ -11,13 +11,13 @@ SOFT = 1e-10  # regularisation of joints that close loops, relative
 
 
 def part(values: np.ndarray, rows: list[int]) -> np.ndarray:
-    """Return the values of the given rows; 0 for row -1, which stands for a missing tangent."""
+    """Return the values of the given constraint rows; 0 for row -1, which stands for a missing tangent."""
     wide: np.ndarray = np.append(values, 0.0)[rows] if rows else np.zeros(0)
     return wide
 
 
 class Condensed:
-    """Constraint rows of contacts, with those of loop joints eliminated."""
+    """Constraint rows of contacts, with the rows of loop joints eliminated by a Schur complement."""
 
     def __init__(self, A: np.ndarray, b: np.ndarray, rows: list[int], loops: list[int]) -> None:
         self._rows, self._loops = rows, loops
@@ -41,7 +41,7 @@ class Condensed:
         return w
 
     def impulses(self, x: np.ndarray, n: int) -> np.ndarray:
-        """Return the impulses of all n rows, given those of the contact rows."""
+        """Return the impulses of all n constraint rows, given those of the contact rows [N s]."""
         out = np.zeros(n + 1)
         out[self._rows] = x
         if self._loops:

@@ -1,4 +1,4 @@
-"""Which contacts push, which of them stick and which slide: Coulomb friction around the pivoting solver.
+"""Solver of Coulomb friction: which contacts push, which of these stick and which slide, around the pivoting solver.
 
 A contact has three rows: normal and two tangents. Sticking, its tangents are constrained (w_t = 0, |x_t| <= mu x_n).
 Sliding along the unit vector u, friction is part of the effect of its normal row, x_t = -mu x_n u, and u is the
@@ -67,7 +67,7 @@ class FrictionSolution:
 
 
 def settle(c: ContactProblem) -> FrictionSolution:
-    """Determine which contacts push, stick and slide."""
+    """Return the solution of a contact problem with Coulomb friction: which contacts push, stick and slide."""
     m = len(c.mu)
     given = np.abs(c.moving).sum(axis=1) > 0.0
     stick, u, share, prior, side = _begin(c, given)
@@ -242,8 +242,8 @@ REST = 1e-2  # part of the largest acceleration of what slides below which a pla
 
 
 def mobile(A: np.ndarray, f: FrictionSolution) -> np.ndarray:
-    """Return whether (m,) a contact at the friction limit is free to move along f.u; A: (3m, 3m) Delassus matrix of all
-    contacts."""
+    """Return for each contact (m,) whether it is at its friction limit and free to move along its sliding direction
+    f.u; A: (3m, 3m) Delassus matrix of all contacts."""
     m = len(f.push)
     rows = [3 * i + k for i in range(m) if f.push[i] for k in range(3 if f.stick[i] else 1) if A[3 * i + k, 3 * i + k]]
     out = np.zeros(m, bool)

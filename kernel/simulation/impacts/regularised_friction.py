@@ -29,8 +29,8 @@ SETTLED = 1e-6  # change of a step, relative to e and to the limits, that is sma
 def regularised(
     A: np.ndarray, b: np.ndarray, mu: np.ndarray, moving: np.ndarray, size: np.ndarray, x: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] | None:
-    """Return x (3m,) impulses or forces; which contacts slide (m,) and their directions u (m, 2); softness (m, 2) of
-    sticking tangents, relative to that of the normals.
+    """Return the solution of Coulomb friction regularised by softness: x (3m,) impulses or forces; which contacts slide
+    (m,) and their directions u (m, 2); softness (m, 2) of sticking tangents, relative to that of the normals.
 
     Other arguments as in `coulomb.ContactProblem`; `size` (3m,): softness of each row; x: initial forces. Returns None
     if nothing pushes, or for a singular step.
@@ -146,7 +146,8 @@ ENOUGH = 1e-8  # change that is accepted after all sweeps
 
 
 def sweep(A: np.ndarray, b: np.ndarray, mu: np.ndarray, moving: np.ndarray) -> tuple[np.ndarray, bool]:
-    """Return x (3m,) impulses or forces as in `coulomb.settle`, and whether the sweeps converged."""
+    """Return impulses or forces x (3m,) of a contact problem by projected sweeps over the contacts (as in
+    `coulomb.settle`), and whether the sweeps converged."""
     a, w, x = A.tolist(), b.tolist(), [0.0] * len(b)
     contacts = [
         (3 * i, float(mu[i]), [float(e) for e in moving[i]], _rate(A[3 * i + 1 : 3 * i + 3, 3 * i + 1 : 3 * i + 3]))

@@ -1,4 +1,4 @@
-"""Rigid ropes at an event: impulses of ropes that snap taut, and which ropes are taut afterwards.
+"""Rigid ropes at an event: impulses of ropes that become taut with a jerk, and which ropes are taut afterwards.
 
 A guard becomes negative if a tension vanishes or the slack is used up; then all ropes without slack are solved
 together: impulses first (a rope that snaps taut stops its ends inelastically), then tensions, each a linear
@@ -25,8 +25,8 @@ LEFT = 1e-4  # part of the energy of impulses that may be lost in loops by such 
 
 @dataclass(frozen=True)
 class RopeImpactResult:
-    """Result of an impact: velocities (n_v,), and for each rigid rope whether it may pull, whether it is taut, its
-    impulse [N s], heat and work [J]."""
+    """Result of an impact of rigid ropes: velocities (n_v,), and for each rope whether it may pull, whether it is taut,
+    its impulse [N s], heat and work [J]."""
 
     v: np.ndarray
     may: list[bool]
@@ -37,8 +37,8 @@ class RopeImpactResult:
 
 
 def resolve(program: Program, t: float, among: float, y: np.ndarray, P: np.ndarray) -> RopeImpactResult:
-    """Return impulses and taut ropes of a state; ropes that are taut in P stay taut unless they would push. Raises
-    KernelError if no set of taut ropes agrees with the forces."""
+    """Return impulses and taut rigid ropes for a state at an event; ropes that the parameters P mark as taut stay taut
+    unless they would push. Raises KernelError if no set of taut ropes agrees with the forces."""
     constraints, ropes = program.constraints, program.system.rigid_ropes
     first = len(constraints) - len(ropes)
     slots = [program.parameters.at["rigid", r.name] for r in ropes]
@@ -55,7 +55,7 @@ def resolve(program: Program, t: float, among: float, y: np.ndarray, P: np.ndarr
         Q[at][RigidAt.TAUT] = 1.0
 
     def moved() -> np.ndarray:
-        """Return the state after impulses x."""
+        """Return the state (ny,) after the impulses x on the constraint rows."""
         y_after = y.copy()
         for i, dv in rows.change(x).items():
             tree = program.instances[i][0]
@@ -63,7 +63,8 @@ def resolve(program: Program, t: float, among: float, y: np.ndarray, P: np.ndarr
         return y_after
 
     def forces(still: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the tensions of ropes that may pull, and the resulting slack accelerations."""
+        """Return the tensions [N] of the rigid ropes that may pull, and the resulting second derivatives of the slack
+        [m/s2]."""
         there = evaluate(program, t, moved(), Q, among).constraint_rows()
         return _complementary(there.matrix(), np.array(there.approach(), dtype=float), first, still, t)
 

@@ -1,4 +1,4 @@
-"""Unilateral constraints at an event: slots of contacts, and rigid ropes.
+"""Unilateral constraints at an event: contact slots (touching points) and rigid ropes.
 
 Slots and ropes have three rows each, normal first, with -1 for a missing tangent: for the solver a rope is a contact
 without friction whose gap is the slack. The states are numbers of P, which only this module writes.
@@ -33,8 +33,8 @@ Numbers = Callable[[str, str], np.ndarray]
 
 @dataclass(frozen=True)
 class Unilateral(ABC):
-    """A unilateral constraint, a contact slot or a rigid rope; `numbers`: its parts of P; `rows`: row numbers, normal
-    first; `guard`: number of the guard of its force."""
+    """A unilateral constraint, that is a contact slot or a rigid rope; `numbers`: its parameters; `rows`: row numbers,
+    normal first; `guard`: number of the guard of its force."""
 
     name: str
     numbers: Numbers
@@ -45,32 +45,33 @@ class Unilateral(ABC):
 
     @property
     def mu(self) -> float:
-        """Coulomb's coefficient of friction."""
+        """Coulomb's coefficient of friction of the constraint."""
         return 0.0
 
     @property
     def restitution(self) -> float:
-        """Newton's coefficient of restitution."""
+        """Newton's coefficient of restitution of the constraint."""
         return 0.0
 
     @property
     @abstractmethod
     def on(self) -> bool:
-        """Whether the constraint may push or pull."""
+        """Whether the constraint is active: the contact may push, or the rope may pull."""
 
     @abstractmethod
     def let_go(self) -> None:
-        """Release the constraint."""
+        """Set the constraint inactive: the contact is open, or the rope slack."""
 
     @abstractmethod
     def keep(self, stick: bool, moves: bool, slips: bool, share: np.ndarray, u: np.ndarray, prior: np.ndarray) -> None:
-        """Keep the constraint active: sticking, or at the friction limit along u (2,), sliding or not; `share`: shares
-        of friction (2,); `prior`: reference force (3,)."""
+        """Keep the constraint active, either sticking or at the friction limit along u (2,), sliding or not; `share`:
+        shares of friction (2,); `prior`: reference force (3,)."""
 
 
 @dataclass(frozen=True)
 class Slot(Unilateral):
-    """A place where two bodies touch; `name`: name of the contact, `key`: name of the slot."""
+    """A contact slot, which holds the state of one point where two bodies touch; `name`: name of the contact, `key`:
+    name of the slot."""
 
     site: Site
     key: str
@@ -87,7 +88,7 @@ class Slot(Unilateral):
 
     @property
     def state(self) -> np.ndarray:
-        """The numbers of the slot in the parameters P."""
+        """The parameters of the contact slot, as a view of the parameter block P."""
         return self.numbers("slot", self.key)
 
     @property
@@ -99,18 +100,18 @@ class Slot(Unilateral):
         return bool(self.state[SlotAt.SLIPS] > 0.0)
 
     def take(self, candidate: int, held: list[float]) -> None:
-        """Assign a contact candidate to the slot, with the numbers of its frame."""
+        """Assign a touching contact candidate to the slot, with the numbers `held` of its frame."""
         self.state[:HELD] = held
         self.state[SlotAt.ON], self.state[SlotAt.CANDIDATE] = 1.0, candidate
         self.numbers("held", self.name)[candidate] = 1.0
 
     def grip(self) -> None:
-        """Mark the slot as sticking until the solver decides."""
+        """Mark the contact slot as sticking until the solver decides."""
         self.state[SlotAt.STICK], self.state[SlotAt.SOFT], self.state[SlotAt.U] = 1.0, 1.0, 0.0
         self.state[SlotAt.PRIOR] = 0.0
 
     def slide(self) -> None:
-        """Mark the slot as sliding along its velocity until the solver decides."""
+        """Mark the contact slot as sliding along its velocity until the solver decides."""
         self.state[SlotAt.STICK] = 0.0
 
     def let_go(self) -> None:
@@ -142,7 +143,7 @@ class UnilateralRope(Unilateral):
         return bool(self._state[RigidAt.TAUT] > 0.0)
 
     def take(self, slack: float) -> None:
-        """Mark the rope as taut if it is hooked and no `slack` [m] is left."""
+        """Mark the rigid rope as taut if it is hooked and no `slack` [m] is left."""
         if self._state[RigidAt.HOOKED] > 0.0 and slack < TOUCHING:
             self._state[RigidAt.TAUT] = 1.0
 
@@ -150,7 +151,7 @@ class UnilateralRope(Unilateral):
         self._state[RigidAt.TAUT] = 0.0
 
     def keep(self, stick: bool, moves: bool, slips: bool, share: np.ndarray, u: np.ndarray, prior: np.ndarray) -> None:
-        """Do nothing: a rope has no friction, so a taut rope has no further state."""
+        """Do nothing: a rigid rope has no friction, so a taut rope has no further state."""
 
 
 def ropes_of(program: "Program", numbers: Numbers) -> list[UnilateralRope]:
@@ -175,7 +176,7 @@ def slots_of(program: "Program", numbers: Numbers) -> list[Slot]:
 
 
 def first_guard(program: "Program", kind: str) -> int:
-    """Return the number of the first guard of a kind, -1 if there is none."""
+    """Return the index of the first guard of a kind in a program; -1 if there is none."""
     return next((i for i, (what, _) in enumerate(program.guards) if what == kind), -1)
 
 
@@ -187,7 +188,7 @@ Ends = dict[int, Array]  # numbers of the bodies
 
 
 def check_start(sites: list[Site], numbers: Numbers, ends: Ends) -> None:
-    """Raise KernelError if shapes overlap at the start."""
+    """Raise KernelError if shapes with contact overlap at the start."""
     for s in sites:
         deep = min(gap for gap, _ in s.pair.watch(*_shapes(s, numbers, ends)))
         if deep < -INSIDE:
@@ -198,8 +199,8 @@ def check_start(sites: list[Site], numbers: Numbers, ends: Ends) -> None:
 
 
 def touch(sites: list[Site], slots: list[Slot], numbers: Numbers, ends: Ends, fell: set[int]) -> None:
-    """Free the slots that left their face, and assign free slots to touching candidates, the fastest first; all of them
-    stick at first.
+    """Free the slots of contacts that have left their face, and assign free slots to touching candidates, the fastest
+    first; all of them stick at first.
 
     `fell`: candidates, counted through all sites, whose guards report a touch. At the end of an edge, round-off may
     make another candidate touch here than the one of the guard.

@@ -1,4 +1,4 @@
-"""The native side of a run: its functions, its state, its sample rows.
+"""Native code of a run: its functions, its state, its sample rows.
 
 steps                         step, location of guards, commit and sample, as traced code over one state block
 native_functions              these functions for one program, with the native loops around them

@@ -1,5 +1,5 @@
-"""Dips of guards between the ends of steps: a guard that becomes negative and recovers within one step, unseen by
-stages.
+"""Detection of dips of guards between the ends of steps: a guard that becomes negative and recovers within one step,
+unseen by the stages.
 
 As with the maxima of tensions (`peaks`), guards at the ends of the last two accepted steps bound how low a guard may be
 in the last step. Only if that is negative, by more than the tolerance, are guards evaluated in the dense output; the
@@ -16,12 +16,13 @@ FLAG = ("tg", "dip")  # start of the step before the last one; whether a dip is 
 
 
 def begin(s: StepState, ahead: Evaluated) -> None:
-    """Begin with an extrapolated point before the start, on the tangent that the evaluation `ahead` gives."""
+    """Initialise the detection of dips of guards; an extrapolated point before the start, on the tangent that the
+    evaluation `ahead` gives, replaces the previous step."""
     s.tg, s.t0, s.Gb, s.Ga, s.dip = s.t - NEAR, s.t, s.G, 2.0 * s.G - ahead.G, 0.0
 
 
 def remember(s: StepState) -> None:
-    """Store the last accepted step as the previous one, before the next attempt."""
+    """Store the guards at the ends of the last accepted step, before the next attempt."""
     taken = s.t > s.t0
     s.tg, s.Ga, s.Gb = select(taken, s.t0, s.tg), select(taken, s.Gb, s.Ga), select(taken, s.G, s.Gb)
 
@@ -47,7 +48,8 @@ def _shallow(s: StepState, b: Value, c: Value) -> Value:
 
 
 def dive(s: StepState, rate: Rate, method: Method) -> None:
-    """Locate an event at the minimum of a guard in the last step, if the guard is negative there."""
+    """Locate an event at the minimum of a guard in the last step, if the guard is negative there in the dense
+    output."""
     among = s.t0 + 0.5 * s.h0
     parts = [(u - NODES[0]) / (NODES[-1] - NODES[0]) for u in NODES]
     inner = [rate(s.t0 + x * s.h0, among, method.interpolate(s, x)).G for x in parts[1:-1]]

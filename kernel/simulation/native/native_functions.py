@@ -1,4 +1,5 @@
-"""The native functions of one program: the code of `steps` on its blocks, and the loops around it as one native call.
+"""The native functions of one program: the code of `steps` on its memory blocks, and the loop over steps as one native
+call.
 
 Blocks: X (state of the steps), P (numbers of the scene and discrete states), M (matrices of a method), table (samples).
 `advance` commits, samples, steps and locates until something has happened; the parts can be called one by one.
@@ -199,13 +200,15 @@ class Stepping:
 
 
 class Oracle:
-    """Interpreter of the same functions on floats, in place of the compiled `emit.Library`; the reference in tests."""
+    """Interpreter of the native functions on Python floats, in place of the compiled `emit.Library`; the reference in
+    tests."""
 
     def __init__(self, method: Stepping) -> None:
         self._functions: dict[str, Function | EmittedParts] = {**method.functions, "advance": method.advance}
 
     def call(self, name: str, *blocks: np.ndarray) -> None:
-        """Run a function on its blocks, in the order of its native arguments."""
+        """Run a native function on its blocks by interpreting it on floats; blocks in the order of its native
+        arguments."""
         f = self._functions[name]
         self._run(f, dict(zip(names(f), blocks, strict=True)))
 

@@ -31,7 +31,7 @@ from .native_functions import Oracle, Stepping
 
 @dataclass(frozen=True)
 class Options:
-    """Options of a simulation.
+    """Options of a simulation, such as method, tolerance and sample period.
 
     `tolerance`: largest error of a step, relative to 1 + |y|; `sample_ns`: period of samples [ns]; `h_max`: longest
     step [s] (None: as the method chooses); `native=False` runs the same code on floats (slow reference); `opt`:
@@ -135,7 +135,7 @@ class NativeState:
         return self._structure(self.program, self.method.method)
 
     def call(self, name: str) -> None:
-        """Run a native function on the blocks."""
+        """Run a native function by its name on the blocks of the simulation."""
         if name not in self._calls:
             blocks = [self.X, self.P]
             assert self.X.size == self.method.layout.size, "block of another variant"
@@ -148,7 +148,8 @@ class NativeState:
         self._calls[name]()
 
     def bound(self, name: str, *blocks: np.ndarray) -> Callable[[], None]:
-        """Return a native function bound to these blocks for repeated calls; the caller must keep the blocks alive."""
+        """Return a native function bound to the blocks of the simulation for repeated calls; the caller must keep the
+        blocks alive."""
         code = self.code
         return code.bound(name, *blocks) if isinstance(code, Library) else partial(code.call, name, *blocks)
 
@@ -158,12 +159,12 @@ class NativeState:
         return self.X.item(self.at[name])
 
     def set(self, **values: float) -> None:
-        """Write scalars of X, or fill its vectors."""
+        """Write scalars of the state block X, or fill its vectors with one value."""
         for name, v in values.items():
             self.X[self.at[name]] = v
 
     def part(self, name: str) -> np.ndarray:
-        """Return a vector of X as a view."""
+        """Return a named vector of the state block X as a view."""
         x: np.ndarray = self.X[self.at[name]]
         return x
 
@@ -174,17 +175,18 @@ class NativeState:
 
     @property
     def velocities(self) -> np.ndarray:
-        """Velocities (nv,), as a view."""
+        """Velocities of all degrees of freedom (nv,), as a view."""
         return self.state[self.program.nq : self.program.nq + self.program.nv]
 
     @property
     def angles(self) -> np.ndarray:
-        """Integrals of the angles, as a view (see `continuous_angles`)."""
+        """The part of the state that counts angles over several turns [rad] and holds the radiation states of the
+        water, as a view (see `continuous_angles`)."""
         p = self.program
         return self.state[p.nq + p.nv + len(p.accounts) :]
 
     def account(self, what: str, name: str) -> int:
-        """Return the index of a law's heat or work in the state."""
+        """Return the index in the state of the energy account (heat or work) of a law."""
         return self.program.nq + self.program.nv + self.program.accounts.index((what, name))
 
     @property
@@ -205,18 +207,19 @@ class NativeState:
         return self.epoch * 1e-9 + self["t"]
 
     def local(self, t_ns: int) -> float:
-        """Return the local time [s] of a simulation time."""
+        """Return the local time [s], counted from the epoch, of a simulation time [ns]."""
         return (t_ns - self.epoch) * 1e-9 if t_ns < FOREVER_NS else NEVER
 
     def reached_ns(self, t: float) -> int:
-        """Return the first time [ns] that is not before local time t [s], by the same comparison that ends steps."""
+        """Return the first simulation time [ns] that is not before local time t [s], by the same comparison that ends
+        steps."""
         n = self.epoch + max(0, ceil(t * 1e9) - 1)
         while self.local(n) < t:
             n += 1
         return n
 
     def among(self) -> float:
-        """Return a local time within the present piece of the profiles, as steps use it."""
+        """Return a local time [s] within the present piece of the speed profiles, as steps use it."""
         return self["t"] + 0.5 * min(1.0, self["t_stop"] - self["t"])
 
     # ---- evaluations --------------------------------------------------------------------------------------
@@ -233,7 +236,7 @@ class NativeState:
 
     def shown(self, t_ns: int, before: np.ndarray | None, still: bool) -> np.ndarray:
         """Return the sample row at a time within the tentative step (dense output), or at rest, without changing the
-        state. `before`: X before an event within that step was located."""
+        state. `before`: state block X before an event within that step was located."""
         now = self.X.copy()
         if before is not None:
             self.X[:] = before
@@ -255,32 +258,32 @@ class NativeState:
         return evaluate(self.program, self["t"], self.state.copy(), self.P, self.among())
 
     def close(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Take one Newton step from y onto the constraints; return the new y, the gaps and slips before the step, and
-        the pivots of the rows."""
+        """Take one Newton step from state y onto the constraints; return the new y, the gaps and slips before the step,
+        and the pivots of the constraint rows."""
         self.X[self.at["y"]] = y
         self.call("close")
         place, gap, slip, pivot = (self.part(name).copy() for name in ("y", "gap", "slip", "pivot"))
         return place, gap, slip, pivot
 
     def survey(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the Delassus matrix (n, n), the speeds and the free accelerations (n,) of all rows at the present
-        state."""
+        """Return the Delassus matrix (n, n), the speeds and the free accelerations (n,) of all constraint rows at the
+        present state."""
         self.call("survey")
         matrix, speed, free = (self.part(name).copy() for name in ("delassus", "speed", "free"))
         return matrix.reshape(len(speed), len(speed)), speed, free
 
     def kick(self, impulses: np.ndarray) -> None:
-        """Change the velocities by impulses (n,) on the rows [N s]."""
+        """Change the velocities by impulses (n,) on the constraint rows [N s]."""
         self.X[self.at["impulse"]] = impulses
         self.call("kick")
 
     def rate(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the derivative and the tensions at state y and the present time."""
+        """Return the state's derivative (ny,) and the rope tensions [N] at state y and the present time."""
         return self.rate_at(self["t"], self.among(), y)
 
     def rate_at(self, t: float, among: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the derivative and the tensions at local time t and state y; `among`: a time in the same profile
-        piece."""
+        """Return the state's derivative (ny,) and the rope tensions [N] at local time t [s] and state y; `among`: a
+        time in the same profile piece."""
         if "rate" not in self._calls:
             self._given = np.zeros(2), np.zeros(len(y))
             self._rates = {name: np.zeros(n) for name, n in self.method.rate_sizes.items()}

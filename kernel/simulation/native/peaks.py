@@ -1,4 +1,4 @@
-"""Maxima of tensions between the ends of steps: whether a step may contain one, and how high it is.
+"""Detection of tension maxima between the ends of steps: whether a step may contain one, and how high it is.
 
 Tensions at the ends of the last two accepted steps (before the first step of a stretch the rate replaces one of them)
 bound the maximum in the last one; if they rise past all earlier ones, the rate at the end shows whether the maximum was
@@ -23,21 +23,22 @@ ROUNDS = 4  # of Newton, from the highest node
 
 
 def begin(s: StepState, ahead: Evaluated) -> None:
-    """Begin with an extrapolated point before the start, on the tangent that the evaluation `ahead` gives."""
+    """Initialise the detection of tension maxima; an extrapolated point before the start, on the tangent that the
+    evaluation `ahead` gives, replaces the previous step."""
     # a point on the tangent before the start: two earlier ends are needed to bound a bend
     s.ta, s.t0, s.Tb, s.Ta = s.t - NEAR, s.t, s.T, 2.0 * s.T - ahead.T
     s.steep = s.hilly = 0.0
 
 
 def remember(s: StepState) -> None:
-    """Store the last accepted step as the previous one, before the next attempt."""
+    """Store the tensions at the ends of the last accepted step, before the next attempt."""
     # a rejected attempt must not shift the history
     taken = s.t > s.t0
     s.ta, s.Ta, s.Tb = select(taken, s.t0, s.ta), select(taken, s.Tb, s.Ta), select(taken, s.T, s.Tb)
 
 
 def watch(s: StepState, taken: Value) -> None:
-    """Determine, after an accepted step, whether a maximum or rise of a tension needs a closer look."""
+    """Determine, after an accepted step, whether the step may contain a maximum of a tension or a rise to a new one."""
     hills, rises = _bounds(s, select(taken, s.t, s.t0 + 1.0))
     s.hilly = select(taken & any_of(hills), 1.0, 0.0)
     s.steep = select(taken & any_of(rises), 1.0 - s.hilly, 0.0)

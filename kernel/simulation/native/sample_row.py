@@ -1,4 +1,4 @@
-"""The columns of a sample row, as one table: all recorded values of one instant and of the steps before it.
+"""The columns of a sample row as one table: all recorded values of one instant and of the steps before it.
 
 The native code writes rows in this order; `samples` shows them as channels, and islands are merged column by column.
 
@@ -28,19 +28,19 @@ Label = tuple[str, str, int]  # group of columns, whose, which of its own
 
 
 class SampleInstant:
-    """An evaluation together with values that several column groups share."""
+    """An evaluation of the equations, together with values that several column groups of a sample share."""
 
     def __init__(self, x: Evaluation) -> None:
         self.x, self.program = x, x.program
 
     @cached_property
     def energies(self) -> tuple[list[Value], Value, Value]:
-        """Poses, kinetic energy and potential energy."""
+        """Poses of all bodies, kinetic energy and potential energy [J]."""
         return self.x.poses_and_energies()
 
     @cached_property
     def loads(self) -> list[list[Value]]:
-        """Loads of loop joints, and tension, slack and length of each rigid rope."""
+        """Loads of loop joints [N, N m], and tension [N], slack and length [m] of each rigid rope."""
         values, ropes = self.x.loads(), len(self.program.system.rigid_ropes)
         first = len(values) - 3 * ropes
         return [values[:first], *(values[first + i * ropes : first + (i + 1) * ropes] for i in range(3))]
@@ -48,8 +48,8 @@ class SampleInstant:
 
 @dataclass(frozen=True)
 class ColumnGroup:
-    """A group of columns of a sample row: unit, frame, names of its owners, and the function that reads it. Without
-    `read`, the group is the part `kept` of X, which the steps maintain."""
+    """A group of columns of a sample row: unit, frame, names of the items that own its columns, and the function `read`
+    that computes it; without `read`, the group is the part `kept` of the state block X, which the steps maintain."""
 
     name: str
     unit: str
@@ -134,18 +134,19 @@ def row_layout(program: Program) -> Layout:
 
 
 def columns(x: Evaluation) -> list[Value]:
-    """Return the values of all columns that are computed from an evaluation."""
+    """Return the values of all sample columns that are computed from an evaluation."""
     instant = SampleInstant(x)
     return flatten([c.read(instant) for c in ROW if c.read])
 
 
 def kept(s: StepState) -> list[Value]:
-    """Return the values of those columns that the steps maintain in the state block X."""
+    """Return the values of the sample columns that the steps maintain in the state block X."""
     return flatten([getattr(s, c.kept) for c in ROW if not c.read])
 
 
 def labels(program: Program) -> list[Label]:
-    """Return the owner of each column of a program's rows: group, name, number."""
+    """Return for each column of a program's sample rows its group, the name of the item that owns it, and its
+    number."""
     out: list[Label] = []
     for c in ROW:
         number: dict[object, int] = {}
@@ -156,8 +157,8 @@ def labels(program: Program) -> list[Label]:
 
 
 def projection(program: Program) -> Function:
-    """Return the function t, y, P -> place (y projected onto the constraints), gap and slip (n,) before the projection,
-    pivot (n,) (see `ConstraintRows.pivots`)."""
+    """Return the traced function t, y, P -> place (y projected onto the constraints), gap and slip (n,) of the
+    constraint rows before the projection, pivot (n,) (see `ConstraintRows.pivots`)."""
 
     def body(t: Value, y: Value, P: Value) -> dict[str, Value]:
         e = evaluate(program, t[0], y, P, forces=False)
@@ -183,8 +184,8 @@ def projection(program: Program) -> Function:
 
 
 def surveying(program: Program) -> Function:
-    """Return the function t, y, P -> delassus (n * n,), velocities `speed` and free accelerations `free` (n,) of the
-    rows."""
+    """Return the traced function t, y, P -> delassus (n * n,), velocities `speed` and free accelerations `free` (n,) of
+    the constraint rows."""
 
     def body(t: Value, y: Value, P: Value) -> dict[str, Value]:
         rows = evaluate(program, t[0], y, P, t[1]).constraint_rows()
@@ -198,7 +199,7 @@ def surveying(program: Program) -> Function:
 
 
 def kicking(program: Program) -> Function:
-    """Return the function t, y, P, x -> after: the state after impulses x (n,) on the rows [N s]."""
+    """Return the traced function t, y, P, x -> after: the state after impulses x (n,) on the constraint rows [N s]."""
 
     def body(t: Value, y: Value, P: Value, x: Value) -> dict[str, Value]:
         rows = evaluate(program, t[0], y, P, forces=False).constraint_rows()
@@ -214,13 +215,14 @@ def kicking(program: Program) -> Function:
 
 
 def survey(s: StepState, P: Value, f: Function, inside: Value) -> None:
-    """Evaluate the function of `surveying` at (t, y) and write the result into the work block."""
+    """Compute Delassus matrix, speeds and free accelerations of the constraint rows at (t, y), and write them into the
+    work block."""
     x = f(t=[s.t, inside], y=s.y, P=P)
     s.delassus, s.speed, s.free = x.delassus, x.speed, x.free
 
 
 def kick(s: StepState, P: Value, f: Function) -> None:
-    """Apply the impulses in the work block to its state."""
+    """Apply the impulses in the work block [N s] to the state in this block."""
     s.y = f(t=[s.t], y=s.y, P=P, x=s.impulse).after
 
 

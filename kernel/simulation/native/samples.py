@@ -1,4 +1,4 @@
-"""The recorded channels of a run, each with one topic and unit, computed from the raw rows of the native table.
+"""The recorded channels of a run, each with one topic and unit, computed from the sample rows of the native code.
 
 Poses are (x, y, z, qx, qy, qz, qw) of a body's frame in the world; the energy channel carries the balance: kinetic +
 potential + stored - work + heat is constant.
@@ -41,7 +41,7 @@ class SampleSlice:
 
 
 class RawRows:
-    """Raw sample rows (n, columns), accessible by group of columns."""
+    """Sample rows (n, columns) as native code wrote them, accessible by group of columns."""
 
     def __init__(self, method: Stepping, rows: np.ndarray) -> None:
         self._rows, self._at = rows, method.row_layout.at
@@ -51,18 +51,18 @@ class RawRows:
         return self._rows[:, i if isinstance(i, slice) else slice(i, i + 1)]
 
     def sum(self, group: str, which: Sequence[int] | slice = slice(None)) -> np.ndarray:
-        """Return the sums (n, 1) over columns of a group, added one after the other, so that results do not depend on
-        how rows are batched."""
+        """Return the sums (n, 1) over the columns of a group, added one after the other, so that results do not depend
+        on how rows are batched."""
         found = self[group][:, which]
         return found.cumsum(axis=1)[:, -1:] + 0.0 if found.shape[1] else np.zeros((len(found), 1))
 
     def loops(self, which: int) -> np.ndarray:
-        """Return forces (which = 0) or moments (1) of the loop joints as (n, 3 loops)."""
+        """Return forces (which = 0) [N] or moments (1) [N m] of the loop joints as (n, 3 loops)."""
         return self["loop"].reshape(len(self._rows), -1, 2, 3)[:, :, which].reshape(len(self._rows), -1)
 
     @cached_property
     def poses(self) -> np.ndarray:
-        """The poses (n, 7 bodies): position and quaternion of every body."""
+        """The poses (n, 7 bodies): position [m] and quaternion of every body."""
         n = len(self._rows)
         frames = self["poses"].reshape(n, -1, 12)
         turns = quaternions(frames[:, :, 3:].reshape(-1, 3, 3))
@@ -84,7 +84,7 @@ def _topics(p: Program) -> list[Topic]:
     gauges = [_gauges(k) for k in p.graph.links if k.modes and k.modes.flexible.gauges]
 
     def of(topic: str, names: Sequence[str], *groups: str) -> Topic:
-        """Return a channel that publishes the columns of some groups unchanged."""
+        """Return a recorded channel whose columns are those of some column groups, unchanged."""
         return topic, names, UNITS[groups[0]], lambda raw: np.concatenate([raw[g] for g in groups], axis=1)
 
     def energies(raw: RawRows) -> np.ndarray:
@@ -153,7 +153,7 @@ def shown(p: Program) -> dict[tuple[str, str], list[tuple[str, int]]]:
 
 
 def channels(method: Stepping) -> list[SampleSlice]:
-    """Return the channels of a scene in the order of `published`'s columns."""
+    """Return the recorded channels of a scene, in the order of `published`'s columns."""
     out, at = [], 0
     for topic, columns, unit, _ in _topics(method.program):
         out.append(SampleSlice(topic, tuple(columns), unit, at, at + len(columns)))
@@ -162,7 +162,7 @@ def channels(method: Stepping) -> list[SampleSlice]:
 
 
 def published(method: Stepping, rows: np.ndarray) -> np.ndarray:
-    """Return samples (n, columns) from raw rows (n, method.columns)."""
+    """Return recorded samples (n, columns) from sample rows of the native code (n, method.columns)."""
     raw = RawRows(method, rows)
     parts = [read(raw) for *_, read in _topics(method.program)]
     return np.ascontiguousarray(np.concatenate(parts, axis=1))
@@ -188,7 +188,7 @@ class _Derivatives(RawRows):
 
 
 def differentiated(method: Stepping, row: np.ndarray, change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return samples (columns,) that contain the values for `row` (m,), and their derivatives (k, columns) for the
+    """Return recorded samples (columns,) for the sample row `row` (m,), and their derivatives (k, columns) for the
     changes `change` (m, k) of `row`; NaN where they are not known."""
     beyond = method.columns - len(row)
     at = RawRows(method, np.pad(row, (0, beyond), constant_values=np.nan)[None])
@@ -201,7 +201,8 @@ Reader: TypeAlias = Callable[[Sequence[float]], float]  # of a raw row (columns,
 
 
 def reader(program: Program, signal: ScalarSignal) -> Reader:
-    """Return the function that reads a signal from a sample row; raises KernelError if the scene has no such signal."""
+    """Return the function that reads a scalar signal from a sample row; raises KernelError if the scene has no such
+    signal."""
     system = program.system
     check_signal(signal, system, f"signal '{signal.quantity}'")
     places = [_placed(program, point) for point in points(signal, system)]
@@ -219,7 +220,7 @@ def _column(program: Program, signal: ScalarSignal, name: str) -> int:
     if kind == "angle":
         label = ("body", name, signal.axis)
         if label not in program.angles:
-            raise KernelError(f"signal 'angle': that of '{name}' is not measured in this scene")
+            raise KernelError(f"signal 'angle': the angle of '{name}' is not measured in this scene")
         return int(at["turned"].start) + program.angles.index(label)
     elastic, rigid = [r.name for r in s.ropes], [r.name for r in s.rigid_ropes]
     shown = [x for (_, x), _, _ in program.columns["shown"]]

@@ -1,4 +1,4 @@
-"""Steps, located guards, commits and samples of any method, as branch-free code over one state block.
+"""Steps, located events, commits and samples of any method, as branch-free code over one state block.
 
 The method gives stages and dense output, the control decides whether a step is accepted (Hairer, Norsett, Wanner 1993,
 section II.4; dense output: II.6). The last accepted step stays *tentative*: its samples and peaks count only when the
@@ -72,39 +72,41 @@ def step(s: StepState, rate: Rate, method: Method, control: Control) -> None:
 
 
 def fallen_status(s: StepState, fallen: Value) -> Value:
-    """Return the status of the stepping loop, which depends on whether a guard is negative."""
+    """Return the status of the stepping loop: EVENT if a guard is negative, unless a failure or rest takes
+    precedence."""
     # an event takes precedence over the end of a profile piece, but not over a failure or a rest
     return select(fallen, select(s.calm > BREAK, s.calm, EVENT), s.calm)
 
 
 def dive(s: StepState, rate: Rate, method: Method) -> None:
-    """Search for a dip of a guard in the last step."""
+    """Search the last step for a dip of a guard below zero, and set the status of the stepping loop."""
     dips.dive(s, rate, method)
     go_on(s, fallen_status(s, s.locate > 0.5))
 
 
 def bounded(h: Value, r: Evaluated) -> Value:
-    """Return the length of the next step, limited so that shapes cannot pass through each other between two evaluations
-    of their guards."""
+    """Return the length h [s] of the next step, limited so that shapes cannot pass through each other between two
+    evaluations of their guards."""
     return minimum(h, r.reach[0]) if hasattr(r, "reach") else h
 
 
 def passing(s: StepState, r: Evaluated) -> Value:
-    """Return the local time plus 1 s from which a fixed step could let shapes pass through each other unnoticed; 0 if
-    there is no such time, negative if a note about it was already added."""
+    """Return 1 s plus the local time from which a fixed step could let shapes pass through each other unnoticed; 0 if
+    there is no such time so far, negative if a note about it was already added."""
     # a fixed step is not shortened: it is only noted when shapes could have passed unseen
     blind = select(s.h_max > r.window[0], s.t + 1.0, 0.0)
     return select(abs(s.passing) > 0.0, s.passing, blind)
 
 
 def go_on(s: StepState, status: Value) -> None:
-    """Set the status, and continue the loop only without an event and while budget, sample space and time are left."""
+    """Set the status of the stepping loop, and let it continue only without an event and while budget, sample space and
+    time are left."""
     s.status = status
     s.run = select(status > RUNNING, 0.0, s.more)
 
 
 def complete(s: StepState, rate: Rate, method: Method) -> None:
-    """Compute the remaining stages of the dense output of the last step."""
+    """Compute the remaining stages for the dense output of the last step."""
     method.complete(s, rate)
     s.coarse = 0.0
 
@@ -127,7 +129,7 @@ def bisect(s: StepState, rate: Rate, method: Method) -> None:
 
 
 def commit(s: StepState, quaternions: list[int], velocities: slice, project: Project | None) -> None:
-    """Commit the tentative step: peaks of the tensions, due samples, unit quaternions.
+    """Commit the tentative step: update peaks of the tensions, due samples and unit quaternions.
 
     `project` projects the state onto the constraints and keeps their widest gaps so far. `still` is set when all
     velocities and accelerations vanish after the last command has ended.
@@ -180,7 +182,7 @@ def refresh(s: StepState, rate: Rate, method: Method) -> None:
 
 
 def close(s: StepState, project: Project) -> None:
-    """Take a Newton step onto the constraints; the block receives the gaps before it and the pivots of the rows."""
+    """Take a Newton step onto the constraints; the state block receives the gaps before the step and the pivots."""
     x = project(s.t, s.y)
     s.y, s.gap, s.slip, s.pivot = x.place, x.gap, x.slip, x.pivot
 

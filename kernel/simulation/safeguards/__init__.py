@@ -1,4 +1,5 @@
-"""Safeguards: a run refuses, damps or warns, so that inaccurate results always carry a warning.
+"""Safeguards of a run, which refuse or damp unreliable motions or add warnings, so that inaccurate results always carry
+a warning.
 
 step_check         a fixed step that is unstable or does not resolve the fastest motion; energy created by steps
 chatter            ropes that switch between slack and taut too fast; too many steps or events

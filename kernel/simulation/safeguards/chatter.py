@@ -1,4 +1,5 @@
-"""Ropes that go slack and taut faster than a run can resolve: detected by counting, then damped, and noted.
+"""Detection of rattling ropes, which become slack and taut faster than a run can resolve: they are counted, then
+damped, and noted.
 
 In a steel rope 10 cm long, a wave travels to and fro in 40 us; no massless rope has events closer than that, and each
 costs a run more than a hundred steps. When a rope has become taut MANY times in a row, each within RESOLVED (or a fixed
@@ -31,7 +32,8 @@ class Rattling:
         self.counts: dict[str, tuple[int, int, int]] = {}  # how many, when the first and the last came [ns]
 
     def hear(self, name: str, t_ns: int) -> float:
-        """Register an event; return the frequency of the rattle [Hz], or 0 if the rope does not rattle."""
+        """Register that a rope became taut; return the frequency of its rattle [Hz], or 0 if the rope does not
+        rattle."""
         n, first, last = self.counts.get(name, (0, t_ns, t_ns))
         # a pause longer than the resolution begins a new rattle
         n, first = (n + 1, first) if t_ns - last <= self._resolved_ns else (0, t_ns)
@@ -79,7 +81,7 @@ SPELL_NS = 10_000_000  # of the scene
 
 
 class StepBudget:
-    """Limits on the number of steps per simulated second and of events per time.
+    """Limits on the number of steps per simulated second and on the number of events in quick succession.
 
     `since`: attempts and time [s] at the beginning of the present second; `crowd`: consecutive events, time of the
     last; `spell`: number of events, beginning [ns].
@@ -92,7 +94,7 @@ class StepBudget:
         self.spell = 0, 0
 
     def ends(self, attempts: float, t: float) -> bool:
-        """Return whether the present simulated second has taken too many steps; t: simulation time [s]."""
+        """Return whether the present second of simulated time has taken too many steps; t: simulation time [s]."""
         before, start = self.since
         # counted per simulated second, not by a clock: every run of the scene ends at the same step
         if t - start >= 1.0:
@@ -101,7 +103,7 @@ class StepBudget:
         return attempts - before >= STEPS
 
     def crowded(self, t_ns: int) -> bool:
-        """Register an event at t_ns; return whether events are too numerous."""
+        """Register an event at t_ns; return whether too many events follow each other too quickly."""
         count, since = self.spell
         self.spell = (count + 1, since) if t_ns - since <= SPELL_NS else (1, t_ns)
         n, last = self.crowd

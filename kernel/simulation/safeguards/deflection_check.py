@@ -1,4 +1,5 @@
-"""Flexible bodies at the limits of their theory: passing the first limit adds a note, the second ends the run.
+"""Checks of flexible bodies against the limits of their theory: passing the first limit adds a note, the second ends
+the run.
 
 The limits of deflections are defined in `flexible.small_deflections`; their guards are located as events are.
 Compression is compared with the buckling load (`flexible.buckling`) at every sample.
@@ -41,14 +42,15 @@ def pass_limit(native: NativeState, name: str, t_ns: int) -> StateChange:
 
 
 def bent(native: NativeState, name: str, t_ns: int) -> Note:
-    """Return the note about a body at its first deflection limit."""
+    """Return the note about a flexible body that has reached its first deflection limit."""
     return Note(
         t_ns, _message(native, native.program.graph.links[native.program.graph.number(name)], t_ns, refused=False)
     )
 
 
 def check_bending(native: NativeState) -> None:
-    """Check deflections in statics: raise KernelError beyond the second limit, add a note beyond the first."""
+    """Check the deflections of flexible bodies in statics: raise KernelError beyond the second limit, add a note beyond
+    the first."""
     t_ns = native.epoch + round(native["t"] * 1e9)
     if native.program.axial:
         check_compression(native, np.array(native.method.row_layout.pack(native.row())), t_ns, lasting=0.0)
@@ -63,7 +65,7 @@ def check_bending(native: NativeState) -> None:
 
 
 def compressed(native: NativeState, rows: np.ndarray) -> np.ndarray:
-    """Return which rows (n, columns) of the native table need `check_compression`."""
+    """Return which rows (n, columns) of native samples need `check_compression`."""
     close = np.zeros(len(rows), dtype=bool)
     for link, _, loads in _loaded(native, rows):
         assert link.modes is not None, "of a flexible body"
@@ -79,14 +81,14 @@ def _loaded(native: NativeState, rows: np.ndarray) -> Iterator[tuple[Link, list[
 
 
 def relieve(native: NativeState) -> None:
-    """Reset the times of compression when no flexible body is near buckling."""
+    """Reset, for all flexible bodies, the times since which they have been near buckling."""
     for link, *_ in native.program.compressible:
         native.P[native.program.parameters.at["bending", link.body.name]][2:4] = NEVER
 
 
 def check_compression(native: NativeState, row: np.ndarray, t_ns: int, lasting: float = LASTING) -> None:
-    """Raise KernelError for a row with a body compressed beyond its buckling load; add a note about one that is near it
-    for some time [s]."""
+    """Raise KernelError for a sample row with a body compressed beyond its buckling load; add a note about a body that
+    is near it for some time [s]."""
     program, q = native.program, row[native.method.row_layout.at["q"]]
     for link, on, (loads,) in _loaded(native, row[None]):
         assert link.modes is not None, "of a flexible body"

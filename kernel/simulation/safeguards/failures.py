@@ -1,4 +1,4 @@
-"""Errors that end a run, in one sentence each, with cause and time.
+"""Errors that end a run, each as one sentence with cause and time.
 
 `t` is the time since the start of the run [s] throughout. Errors of lost loops are in `assembly.assembly`, those of
 unstable fixed steps in `methods.stability`.
@@ -26,20 +26,20 @@ SHORTEST_ROPE = 1e-6  # [m] below which EA/L0 makes any step too small
 
 
 def check_lengths(program: Program, t: float, lengths: np.ndarray) -> None:
-    """Raise KernelError for a rope that is wound up; lengths: unstretched (n_ropes,) [m]."""
+    """Raise KernelError for a rope whose whole length is wound up; lengths: unstretched (n_ropes,) [m]."""
     for i in np.flatnonzero(wound_up(lengths)) if len(lengths) else ():
         name = program.system.ropes[i].name
         raise KernelError(f"rope '{name}' at {t:.3f} s: it is completely wound up; stop its winch earlier")
 
 
 def wound_up(lengths: np.ndarray) -> np.ndarray:
-    """Return for each rope whether its whole length is wound up [m]."""
+    """Return for each rope whether its whole length is wound up; lengths: unstretched [m]."""
     found: np.ndarray = lengths < SHORTEST_ROPE
     return found
 
 
 def check_sliders(program: Program, t: float, q: np.ndarray) -> None:
-    """Raise KernelError for a slider beyond its beam; q: (nq,) coordinates."""
+    """Raise KernelError for a slider beyond the ends of its beam; q: (nq,) coordinates."""
     for k, length in program.sliders:
         if not 0.0 <= q[k.q.start] <= length:
             raise KernelError(
@@ -49,7 +49,7 @@ def check_sliders(program: Program, t: float, q: np.ndarray) -> None:
 
 
 def off_beams(program: Program, q: np.ndarray) -> np.ndarray:
-    """Return whether a slider is beyond its beam, for coordinates (n, nq)."""
+    """Return whether any slider is beyond the ends of its beam, for coordinates (n, nq)."""
     off = np.zeros(len(q), dtype=bool)
     for k, length in program.sliders:
         x = q[:, k.q.start]
@@ -65,7 +65,8 @@ def unsolved(method: str, t: float) -> KernelError:
 
 
 def undefined(program: Program, t: float, row: SimpleNamespace, v: np.ndarray) -> KernelError | None:
-    """Return the error for a rope without direction, or a body of infinite velocities v (nv,); else None."""
+    """Return the error for a rope without direction (ends in one point), or a body of infinite velocities v (nv,); else
+    None."""
     check_lengths(program, t, row.length)
     for rope, span in zip(program.system.ropes, row.length + row.elongation, strict=True):
         if span < SHORTEST_ROPE:
@@ -93,7 +94,7 @@ def too_slow(method: str, t: float, step: float, mode: str) -> KernelError:
 
 
 def too_small(program: Program, t: float, accelerations: np.ndarray, mode: str, method: str) -> KernelError:
-    """Return the error for a step below the shortest, with the body of largest acceleration and fastest mode."""
+    """Return the error for a step below the shortest length, with the body of largest acceleration and fastest mode."""
     rates = np.abs(accelerations)
     if not np.isfinite(rates).all():
         k = int(np.flatnonzero(~np.isfinite(rates))[0])
@@ -118,7 +119,7 @@ FULL = 1e-12  # least principal moment of a full inertia, relative to the larges
 
 
 def check_resistance(program: Program, y: np.ndarray) -> None:
-    """Raise KernelError that names a body and joint without inertia against motion; y: initial state."""
+    """Raise KernelError, naming body and joint, for a joint along which nothing has inertia; y: initial state."""
     for tree, _ in program.instances:
         q = y[tree.q]
         key = tree.kind, *tree.numbers, *q.tolist()

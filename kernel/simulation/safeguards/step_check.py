@@ -1,5 +1,5 @@
-"""Check of a fixed step that is unstable or does not resolve a mode, the fastest motion of a scene, and its energy
-balance.
+"""Check of a fixed step that is unstable or does not resolve a mode, the fastest motion of a scene, and the run's
+energy balance.
 
 A step that distorts most of the motion is refused, since the result would not be the motion of the scene. At events,
 and when a rope has become much shorter, the scene is linearised; each oscillation has the amplitude that the present
@@ -28,7 +28,8 @@ ASIDE = 1e-4  # [m, rad] along the shape to either side
 
 @dataclass(frozen=True)
 class Fastest:
-    """The fastest mode: frequency |s|/2 pi [Hz], damping ratio, body of most kinetic energy, stiff law or ""."""
+    """The fastest mode of a scene: frequency |s|/2 pi [Hz], damping ratio, body of most kinetic energy, stiff law or
+    ""."""
 
     frequency: float
     damping: float
@@ -37,7 +38,7 @@ class Fastest:
 
     @property
     def message(self) -> str:
-        """The fastest mode, as part of a sentence."""
+        """The fastest mode as part of a sentence."""
         held = f" on '{self.law}'" if self.law else ""
         kind = "decays" if self.damping >= 1.0 else "swings"
         return f"'{self.body}'{held} {kind} at {self.frequency:.3g} Hz"
@@ -101,12 +102,12 @@ class StepCheck:
         self.missed = False
 
     def see(self, t_ns: int, row: np.ndarray) -> None:
-        """Check the step at a row of the native table, if a rope has become much shorter since the last check."""
+        """Check the fixed step at a sample row, if a rope has become much shorter since the last check."""
         if (row[self._native.method.row_layout.at["length"]] < SHORTER * self.lengths).any():
             self.check(t_ns, row)
 
     def check(self, t_ns: int, row: np.ndarray) -> None:
-        """Raise KernelError if the step is unstable for a row; add a note about a distorted mode."""
+        """Raise KernelError if the fixed step is unstable at a sample row; add a note about a distorted mode."""
         native, at = self._native, self._native.method.row_layout.at
         nq, nv, now = native.program.nq, native.program.nv, native.X.copy()
         self.lengths = row[at["length"]].copy()
@@ -151,7 +152,7 @@ def _check_followed(native: NativeState, J: np.ndarray, step: float, t: float, m
     share = sum(e for s, e in modes if bent(method, s, step))
     raise KernelError(
         f"step {step:g} s at {t:.3f} s: method '{method.name}' does not follow {100.0 * share:.0f} % of the energy of "
-        f"what moves, {message()}; choose at most {0.9 * low:.2g} s, or leave the step out"
+        f"the motion, {message()}; choose at most {0.9 * low:.2g} s, or give no step"
     )
 
 
@@ -183,7 +184,8 @@ def _wrong(method: Method, modes: list[tuple[complex, float]], step: float) -> f
 
 
 class EnergyCheck:
-    """Compares the energies of a row with those at the last event; `step`: the fixed step [s], or None."""
+    """Check of a run's energy balance: compares the energies of a sample row with those at the last event; `step`: the
+    fixed step [s], or None."""
 
     def __init__(self, native: NativeState, tolerance: float, step: float | None) -> None:
         self._native = native
@@ -200,16 +202,16 @@ class EnergyCheck:
         self._softness = np.array([0.5 / r.EA for r in p.system.ropes])  # of a metre: energy of a tension squared
 
     def energies(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return, for rows (n, columns), the kinetic energies, and the potential, stored, heat and negative work
+        """Return, for sample rows (n, columns), the kinetic energies, and the potential, stored, heat and negative work
         energies [J]."""
         return rows[:, self._kinetic], rows.take(self._parts, axis=1) * self._signs
 
     def begin(self, row: np.ndarray) -> None:
-        """Restart the balance after an event or a command."""
+        """Restart the energy balance after an event or a command."""
         self.balance.begin(float(row[self._kinetic]), row.take(self._parts) * self._signs)
 
     def see(self, rows: np.ndarray) -> None:
-        """Add readings of rows (n, columns) to the balance."""
+        """Add the energies of sample rows (n, columns) to the energy balance."""
         self.balance.see(*self.energies(rows))
 
     def check(self, row: np.ndarray, t: float) -> None:
@@ -224,7 +226,8 @@ class EnergyCheck:
             self._native.notes.append(Note(round(t * 1e9), message))
 
     def fine(self, rows: np.ndarray) -> bool:
-        """Return whether `check` would accept all rows (n, columns); if so, they are added as readings."""
+        """Return whether `check` would accept all sample rows (n, columns); if so, add their energies to the
+        balance."""
         if self.balance.strict:
             self.see(rows)
             return True
@@ -238,7 +241,7 @@ class EnergyCheck:
         return kinetic, parts, rows[:, self._at["steps"]] * size, self._held(rows, rows[:, self._at["peak"]])
 
     def end(self, t: float) -> None:
-        """Close the balance before an event or a command."""
+        """Close the energy balance before an event or a command."""
         native = self._native
         row = native.raw()
         self.balance.end(float(row[self._kinetic]), row.take(self._parts) * self._signs)

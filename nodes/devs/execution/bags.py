@@ -82,14 +82,14 @@ def spoken(
 
 
 def fitting(port: Port[Message], value: Message) -> Message:
-    """Return the message; raises ModelError if its type is not that of the port."""
+    """Return the message; raises ModelError if its type is not the message type of the port."""
     if not isinstance(value, port.type):
         raise ModelError(f"{port!r} carries {port.type.__name__}, not {type(value).__name__}")
     return value
 
 
 def entry(model: Model, name: str) -> InPort[Message]:
-    """Return the input port of a model with this name; raises ModelError if there is none."""
+    """Return the input port of a model with the given name; raises ModelError if the model has no such port."""
     port = model.ports.get(name)
     if not isinstance(port, InPort):
         ins = ", ".join(key for key, port in model.ports.items() if isinstance(port, InPort)) or "none"
@@ -138,7 +138,8 @@ class Schedule:
                 self._begin(m, last, present)
 
     def next(self, last: Instant) -> Instant:
-        """Return the earliest logical time after `last` at which a model is due, and set `imminent`."""
+        """Return the earliest logical time after `last` at which a model is due, and set `imminent` to the models due
+        then."""
         if self.soon:
             self.imminent, self.soon = self.soon, []
             self.imminent.sort()
@@ -166,8 +167,8 @@ class Schedule:
             self.slots[self.times[0]] = self.imminent
 
     def move(self, m: Atomic, t: int, now: int) -> None:
-        """Reschedule an atomic model to t [ns]; if t is `now`, the caller must append it to `soon` for the next
-        microstep."""
+        """Reschedule an atomic model to t [ns]; if t is `now`, the caller must append the index of the model to `soon`
+        for the next microstep."""
         before, slots, times = m._t, self.slots, self.times
         if t == before:
             return

@@ -43,8 +43,8 @@ def frozen(value: object, around: Sequence[object] = ()) -> bytes:
 
 
 def thawed(data: bytes, around: Sequence[object] = ()) -> Any:
-    """Deserialise a value that `frozen` serialised with the same `around`; raises TypeError or LookupError for
-    others."""
+    """Deserialise a value from bytes that `frozen` made with the same `around`; raises TypeError or LookupError for
+    other bytes."""
     return _Thawer(around).unfold(msgspec.msgpack.decode(data))
 
 
@@ -57,12 +57,12 @@ class Freezer:
         self._around = len(self._met)
 
     def forget(self) -> None:
-        """Forget all values serialised so far."""
+        """Forget all objects met so far, so that the next value is serialised without references to earlier values."""
         while len(self._met) > self._around:
             del self._numbers[id(self._met.pop())]
 
     def fold(self, x: Any) -> object:
-        """Return a value as plain data that can be encoded; raises TypeError if part of it cannot be saved."""
+        """Convert a value into plain data that can be encoded; raises TypeError if some part cannot be saved."""
         kind = type(x)
         if kind in _SCALARS:
             return x
@@ -180,7 +180,7 @@ class _Thawer:
                 return np.frombuffer(rest[2], rest[0]).reshape(rest[1]).copy()
             case "state" | "object":
                 return self._object(number, kind, rest)
-        raise TypeError(f"{kind!r} is not a type of saved value")
+        raise TypeError(f"{kind!r} is not a known type of saved values")
 
     def _filled(self, number: int, kind: str, rest: list[Any]) -> object:
         if kind == "set":
@@ -269,7 +269,7 @@ def _class(name: list[Any], fits: Callable[[type], bool]) -> Any:
     """Return the class with this module and name; raises TypeError if there is none or `fits` rejects it."""
     found = _named(*name[:2])
     if not isinstance(found, type) or not fits(found):
-        raise TypeError(f"{name[1]} of {name[0]} is not a class of the kind that is saved here; take a new snapshot")
+        raise TypeError(f"{name[1]} of {name[0]} is not a class whose values can be saved; take a new snapshot")
     return found
 
 
@@ -277,7 +277,7 @@ def _name(x: type | FunctionType | BuiltinFunctionType) -> tuple[str, str]:
     """Return module and qualified name of a class or function; raises TypeError if they do not lead back to it."""
     module, name = getattr(x, "__module__", None) or "", x.__qualname__
     if "<" in name or _found(module, name) is not x:
-        raise TypeError(f"{name} cannot be saved: no module has it under this name")
+        raise TypeError(f"{name} cannot be saved: no module defines this name")
     return module, name
 
 

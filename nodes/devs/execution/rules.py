@@ -49,7 +49,8 @@ class MicrostepLimit:
         self._t = -1
 
     def watch(self, tag: Instant, paths: Iterable[str]) -> None:
-        """Record the atomic models with a transition at a late microstep; raises ModelError at the limit."""
+        """Record the atomic models that have a transition at a late microstep; raises ModelError at the limit of
+        microsteps."""
         t, k = tag
         if t != self._t:
             self._t, self._seen = t, set()
@@ -94,7 +95,7 @@ class Witness:
         self._first, self._met, self._random = FIRST, set[type[Atomic]](), Random(EVERY)
 
     def meet(self, atomics: list[Atomic]) -> None:
-        """Register the atomic models that the simulator has now."""
+        """Register the present atomic models of the simulator."""
         if not self.looks:
             return
         self._atomics = atomics
@@ -103,7 +104,7 @@ class Witness:
         self.new = {m._index for m in atomics if type(m) in unknown} if unknown else set()
 
     def before(self, imminent: list[int]) -> list[State]:
-        """Return the states, before their outputs, of those imminent models that will be checked."""
+        """Choose the imminent models to check, and return their states before their output functions are called."""
         atomics, unmet = self._atomics, self.new.intersection(imminent)
         examined: Iterable[int] = {type(atomics[i]): i for i in sorted(unmet)}.values()  # one of each new class
         if self.left < 0 and self._first > 0:
@@ -118,7 +119,7 @@ class Witness:
         return [_state(m) for m in some]
 
     def after(self, tag: Instant, seen: list[State]) -> None:
-        """Raise ModelError for an atomic whose output function changed an attribute."""
+        """Raise ModelError for an atomic model whose output function has changed an attribute since `before`."""
         for m, known, was, kept in seen:
             changed = set[str]()
             if known is not None:
@@ -185,8 +186,8 @@ def _changeable(state: dict[str, object]) -> dict[str, bytes]:
 
 
 def image(x: object) -> bytes:
-    """Serialise a value for comparison within this process; b"" if that fails. Models and ports are stored as
-    references."""
+    """Serialise a value for comparisons within this process; models and ports are stored as references; b"" if the
+    value cannot be serialised."""
     file = io.BytesIO()
     try:
         _Pickler(file, 5).dump(x)
@@ -220,8 +221,8 @@ def frozen(models: Sequence[Model], last: Instant, staged: Staged) -> bytes:
 
 
 def thawed(snapshot: bytes, former: Sequence[Model]) -> tuple[list[Model], Instant, Staged]:
-    """Deserialise model trees to replace `former` ones; return them with the logical time of the last transition and
-    the undelivered inputs."""
+    """Deserialise the model trees of a snapshot, which replace the trees `former`; return the new trees, the logical
+    time of their last transition, and the undelivered inputs."""
     try:
         parts = msgspec.msgpack.decode(snapshot, type=list[bytes])
         found: list[Any] = [canonical.thawed(part, _around(m)) for part, m in zip(parts, former, strict=True)]

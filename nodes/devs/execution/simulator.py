@@ -68,7 +68,7 @@ class Simulator:
 
     @property
     def model(self) -> Model:
-        """The simulated model, the first of several."""
+        """The simulated model; if several models are simulated, the first one."""
         return self.models[0]
 
     def start(self) -> None:
@@ -102,7 +102,7 @@ class Simulator:
 
     @property
     def passed(self) -> int:
-        """A counter that grows as the run progresses; another thread may read it."""
+        """A counter that grows as the run progresses, and that another thread may read."""
         return sum(self._present.now)
 
     @property
@@ -120,7 +120,8 @@ class Simulator:
         return spoken(tag, text.sources, text.values) if leaving(text.sources) else []
 
     def among(self) -> list[Event]:
-        """Return the events since the last call sent between the models or without receiver, in total order."""
+        """Return the events since the last call that were sent between the models or that have no receiver, in total
+        order."""
         return [event for at in self._observed.among() for event in spoken(*at, inner=True)]
 
     def inject(self, port: str, value: Message) -> None:
@@ -153,8 +154,8 @@ class Simulator:
         self._work(tag, imminent, sources, values, until, SILENT)
 
     def run(self, until: int = NEVER, stop: Callable[[], bool] | None = None) -> None:
-        """Execute all transitions at t < `until` [ns], or stop after one at which `stop()` returns true; may be called
-        again to continue."""
+        """Execute all transitions at t < `until` [ns], or stop after the first transition at which `stop()` returns
+        true; a second call continues the run."""
         due, until = self.next_time, min(until, NEVER)
         while due.t < until:
             if self._staged:
@@ -273,7 +274,8 @@ class Simulator:
         self._begin(before)
 
     def snapshot(self) -> bytes:
-        """Return the complete state after a transition as bytes; raises ModelError if it cannot be saved."""
+        """Return the complete state after a transition as bytes; raises ModelError if part of the state cannot be
+        saved."""
         _ = self.next_time  # what was asked of the structure has happened then
         return frozen(self.models, self._last, self._staged)
 
@@ -299,8 +301,8 @@ class Simulator:
         return Tag(*self._last)
 
     def results(self, end: Tag | int = 0) -> dict[str, Message]:
-        """Return the results of the atomic models that have one, by path, at `end` (logical time, or ns; default: the
-        last transition)."""
+        """Return the result of each atomic model that has one, by model path, at the logical time or time [ns] `end`
+        (default: at the last transition)."""
         _ = self.next_time  # what was asked of the structure has happened then
         at = Tag(end) if isinstance(end, int) else end
         return results_of(self.atomics, self._present, max(self.last, at, Tag(0)))

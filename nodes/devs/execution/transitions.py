@@ -52,7 +52,7 @@ class Trace:
         sources: Sequence[Port[Message]],
         values: Sequence[Message],
     ) -> None:
-        """Record one logical time: the imminent models and the delivered messages."""
+        """Record the transitions at one logical time, as the imminent models and the delivered messages."""
         self._atomics = atomics
         self._sizes += (*tag, len(imminent), len(values))
         self._due += imminent
@@ -85,7 +85,7 @@ class TransitionLog(Trace):
         self._tell = tell
 
     def note(self, *instant: Any) -> None:
-        """Pass the transitions of one logical time to the function."""
+        """Pass each transition at one logical time to the function of the log."""
         for line in _transitions(*instant):
             self._tell(line)
 
@@ -117,12 +117,12 @@ def _transitions(
 
 
 def outs(m: Model) -> list[OutPort[Never]]:
-    """Return the out ports of a model."""
+    """Return the output ports of a model."""
     return [port for port in m.ports.values() if isinstance(port, OutPort)]
 
 
 def leaving(sources: Iterable[Port[Message]]) -> bool:
-    """Return whether an event from any of these ports goes to another node."""
+    """Return whether any of these output ports is coupled to another node."""
     for port in sources:  # noqa: SIM110 (`any` with a generator takes three times as long)
         if isinstance(port, OutPort) and port.exits:
             return True
@@ -159,7 +159,8 @@ class Border:
         NEVER if none does."""
 
     def quiet(self, tag: Tag) -> Tag:
-        """Return the earliest logical time after `tag` at which an event can leave the node if none does at `tag`."""
+        """Return the earliest logical time after `tag` at which an event can leave the node, if no event leaves the
+        node at `tag`."""
         # nothing leaves at `tag`: by lookahead, or the next tag at which an atomic with outgoing ports is due
         soonest, t = after(tag, self._least), tag.t
         if soonest.t == t:
@@ -167,7 +168,8 @@ class Border:
         return min(soonest, Tag(min((m._t for m, _ in self._speakers if m._t > t), default=NEVER)))
 
     def still_promises(self, at: Tag, before: "Border") -> None:
-        """Raise ModelError if a change of the model structure has reduced the lookahead of a port."""
+        """Raise ModelError if a change of the model structure has reduced the lookahead of a port that other nodes rely
+        on."""
         for port, ahead in before._promised.items():
             now = self._promised[port]
             if now < ahead:
@@ -203,15 +205,15 @@ class Observed:
         self._among: list[Said] = []
 
     def among(self) -> list[Said]:
-        """Return the recorded outputs since the last call; some of them have no receiver in another node."""
+        """Return the outputs recorded since the last call, including outputs that have no receiver in another node."""
         noted, self._among = self._among, []
         return noted
 
     def note(
         self, tag: Instant, sources: Sequence[Port[Message]], values: Sequence[Message], noted: bool = False
     ) -> None:
-        """Record the outputs at a logical time; outputs scheduled before the start do not count as observed
-        lookahead."""
+        """Record the outputs sent at a logical time; an output scheduled before the recording began does not count for
+        the observed lookahead."""
         t = tag[0]
         if noted:
             self._among.append((tag, sources, values))
@@ -226,7 +228,7 @@ class Observed:
                     known[0], known[1] = min(waited, known[0]), known[1] + 1
 
     def table(self) -> list[Slack]:
-        """Return the observed lookaheads, sorted by model path and port."""
+        """Return the observed lookahead of each port, sorted by model path and port."""
         ports = sorted(self._ports, key=lambda port: (port.owner.path, port.name))
         return [Slack(f"{port!r}", port.lookahead, *self._ports[port]) for port in ports]
 
@@ -261,8 +263,8 @@ def speak(
 
 
 def results_of(atomics: Iterable[Atomic], present: Present, tag: Tag) -> dict[str, Message]:
-    """Return the results by model path, without models that have none; while results are computed, `now` of the models
-    is `tag`."""
+    """Call `result` of each atomic model at the logical time `tag`; return the results by model path, without models
+    that have no result."""
     before, present.now = present.now, tag
     found: dict[str, Message] = {}
     for m in atomics:

@@ -12,7 +12,7 @@ from .conditions import OrderRejected
 
 @dataclass
 class CommanderJob:
-    """An order that is being carried out, until its Done report or, for a wait, until its time."""
+    """An order that an actor is carrying out, until its report `Done`; for an order to wait, until its end time."""
 
     id: int
     at: tuple[int, int]
@@ -33,7 +33,8 @@ class CommanderJob:
 
 
 def addressed(order: scene.Order) -> str | None:
-    """Return the actor to which an order goes; None for a turn, which has several actors, and "" if there is none."""
+    """Return the actor to which an order goes: None for a turn, which has several actors; "" for an order without an
+    actor."""
     match order:
         case scene.Move():
             return order.actuator
@@ -68,8 +69,8 @@ def barred(jobs: list[CommanderJob], stops: Iterable[BarredActuator]) -> list[tu
 
 
 def make_way(jobs: list[CommanderJob], actor: str) -> None:
-    """Raise OrderRejected if an actor that gets an order is busy; one that ramps down or has stopped at a limit is
-    free."""
+    """Raise OrderRejected if an actor that gets an order is busy; an actor that ramps down or has stopped at a limit is
+    not busy."""
     for job in list(jobs):
         if job.actor == actor and job.limit:
             jobs.remove(job)

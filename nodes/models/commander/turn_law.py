@@ -53,8 +53,8 @@ def followers(
     (y, z), *others = lines
     if all(max(abs(v - y), abs(w - z)) < LEVER for v, w in others):
         raise OrderRejected(
-            f"the block cannot turn: all its hooks pull at one line, {y:g} m beside and {z:g} m above its centre of "
-            "mass; hook slings of another trolley to lugs away from this line"
+            f"the block cannot turn: all hooks pull along a single line, {y:g} m beside and {z:g} m above its "
+            "centre of mass; hook slings of another trolley to lugs away from this line"
         )
     return list(found.values())
 

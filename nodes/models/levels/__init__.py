@@ -33,7 +33,7 @@ __all__ = ["PASSES", "modelled"]
 
 
 def standing(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
-    """Return the machine without the supports that carry nothing at the start."""
+    """Return the machine without those supports that do not touch their body at the start."""
     if fidelity.pads == "all" or not machine.cargo:
         return machine
     supports = tuple(s for s in machine.system.supports if s.name in machine.closed)

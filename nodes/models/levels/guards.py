@@ -24,8 +24,8 @@ SIMPLE = ("free", "fixed", "prismatic", "revolute")
 
 
 def guard_locked(plan: Plan) -> str:
-    """Return "" if locking joints may change the motion, else the reason why it cannot: no order moves the drives that
-    hold them, or symmetry."""
+    """Return the reason why locking the joints leaves the motion unchanged (no order moves their drives, or the lift is
+    mirror-symmetric), or "" if locking them may change the motion."""
     drives = {drive.joint: drive for machine in plan.machines for drive in machine.system.drives}
     moved, names = ordered(plan), {*plan.fidelity.locked}
     joints = [joint for machine in plan.machines for joint in machine.system.joints if joint.name in names]
@@ -38,24 +38,24 @@ def guard_locked(plan: Plan) -> str:
 
 
 def unless(models: Callable[[Mechanism], bool]) -> Callable[[Plan], str]:
-    """Return a guard for a pass that has nothing to change because `models` returns true for no machine's parts."""
+    """Return the guard of a pass: the pass changes nothing if `models` returns false for all machines of the plan."""
     return lambda plan: "" if any(map(models, plan.machines)) else NONE
 
 
 def guard_supports(plan: Plan) -> str:
-    """Return "" if leaving out supports may change the motion, else the reason why it cannot: no block is turned to
-    another face."""
+    """Return the reason why leaving out supports leaves the motion unchanged (no block is turned over), or "" if it may
+    change the motion."""
     return "" if any(isinstance(order, Turn) for action in plan.actions for order in action.orders) else UNTURNED
 
 
 def guard_motion(plan: Plan) -> str:
-    """Return "" if restricting the motion to a plane may change it, else the reason why it cannot: the lift is
-    mirror-symmetric."""
+    """Return the reason why restricting the motion to a plane leaves the motion unchanged (the lift is
+    mirror-symmetric), or "" if the restriction may change the motion."""
     return MIRRORED if plan.fidelity.motion != "spatial" and _Mirror(plan).holds() else ""
 
 
 def ordered(plan: Plan) -> set[str]:
-    """Return the actuators that the action list, user models or logs move; if a block is turned, all drives."""
+    """Return the actuators that orders, user models or logs move; if a block is turned, all drives."""
     orders = [order for action in plan.actions for order in action.orders]
     moves = [order for order in orders if isinstance(order, Move)]
     found = {move.actuator for move in moves} | {kept.actuator for move in moves for kept in move.keeps}
@@ -76,7 +76,7 @@ class _Mirror:
 
     @cached_property
     def frames(self) -> dict[str, tuple[list[list[float]], list[float]]]:
-        """Rotation matrix and origin of each body at the start, by name."""
+        """Rotation matrix and origin of each body at the start, by name of the body."""
         from heavylift.kernel.model.program import Program  # slow to import
 
         program = Program(self.whole)
@@ -168,7 +168,7 @@ class _Mirror:
 
     @cached_property
     def partners(self) -> dict[str, str]:
-        """The rope or support that is the mirror image of each rope or support, by name."""
+        """The mirror image (a rope or support) of each rope or support, by name."""
         images = {repr(key): name for name, key in self._keys(-1.0).items()}
         return {name: images[repr(key)] for name, key in self._keys(1.0).items() if repr(key) in images}
 

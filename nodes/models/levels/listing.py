@@ -13,12 +13,13 @@ def as_modelled(plan: Plan, machine: Mechanism) -> Mechanism:
 
 
 def exact(plan: Plan) -> dict[str, str]:
-    """Return the simplifications of a plan's model level that leave the motion unchanged, each with the reason."""
+    """Return the simplifications in a plan's model level that leave the motion unchanged, each with the reason for
+    this."""
     return {each.name: why for each in PASSES if (why := each.guard(plan))}
 
 
 def left_out(plan: Plan) -> tuple[str, ...]:
-    """Return, in words, what the model level of a plan leaves out."""
+    """Return, in words, the effects that the model level of a plan leaves out."""
     at, none = plan.fidelity, exact(plan)
     heavy = "ropes" not in none
     words = [

@@ -26,8 +26,9 @@ TOUCH = 1e-9  # an end position closer than this is reached [m]
 
 
 class DriveActor(LiveActor):
-    """Moves the actuator `element` between its end positions (None: no end). Stops that no order asked for use the
-    deceleration `emergency`, if given. `stops`: how each interlock stops the actuator, by the name of the interlock."""
+    """Moves the actuator `element` between its end positions (None: no end). `emergency`: deceleration of a stop at a
+    limit switch or by an order that gives no deceleration; `stops`: how each interlock stops the actuator, by the name
+    of the interlock."""
 
     def __init__(
         self,
@@ -69,8 +70,8 @@ class DriveActor(LiveActor):
         super().external(e, x)
 
     def heed(self, trip: m.Trip) -> None:
-        """If an interlock trips, block a direction and stop motion in this direction; if it is reset, free the
-        direction."""
+        """React to an interlock: if it trips, block a direction and stop motion in this direction; if it is reset, free
+        the direction."""
         if (stopped := self.stops.get(trip.interlock)) is None:
             return
         why = f"interlock {trip.interlock}"
@@ -95,7 +96,7 @@ class DriveActor(LiveActor):
         return bool(why)
 
     def execute(self, order: m.Order) -> None:
-        """Carry out an order: to move, follow, stop, or end one of these."""
+        """Carry out an order to move, to follow a master, to stop, or to end such an order."""
         if self.log is not None:
             self.refuse(
                 order,
@@ -146,7 +147,7 @@ class DriveActor(LiveActor):
         self.wake = self.now.t + seconds(duration) if duration < inf else None
 
     def halt(self, order: m.Order) -> None:
-        """Ramp down the move that belongs to the order, unless it has already stopped."""
+        """Ramp down the move that an order began, unless the move has already stopped."""
         if self.job != order.id or self.halting:
             return
         x, v = self.reference()
@@ -159,7 +160,7 @@ class DriveActor(LiveActor):
         self._begin_rows(rows)
 
     def stand(self, order: m.Order, accel: float | None) -> None:
-        """Stop any present move; the order is done when the actuator stands still."""
+        """Carry out an order to stop: the order is done when the actuator stands still."""
         if self.law is not None:
             self.refuse(order, f"{self.element} follows {self.law.master}; stop the block instead")
         x, v = self.reference()
@@ -174,7 +175,7 @@ class DriveActor(LiveActor):
             self.stop("", accel or self.emergency)
 
     def stop(self, limit: str, accel: float | None = None) -> None:
-        """Ramp down now because of a limit, with the deceleration `accel` (None: that of the move)."""
+        """Ramp down because of a limit, with the deceleration `accel` (None: the deceleration of the move)."""
         x, v = self.reference()
         accel = accel or self.accel
         self.halting, self.limit, self.rows = True, limit, ()
@@ -184,7 +185,7 @@ class DriveActor(LiveActor):
         self.wake = self.now.t + seconds(self.profile.d1)
 
     def follow(self, order: m.Order, law: Follow) -> None:
-        """Follow a master by a law from now on."""
+        """Start to follow a master by a law."""
         if self.job is not None or self.law is not None:
             self.refuse(order, f"{self.element} is already moving and cannot follow {law.master}")
         self.law = law
@@ -214,7 +215,8 @@ class DriveActor(LiveActor):
         self._rest(self.goal)
 
     def reference(self) -> tuple[float, float]:
-        """Return the present reference position and speed, without the part that follows a master."""
+        """Return the present reference position and speed of the actuator, without the contribution of a followed
+        master."""
         t = (self.now.t - self.since) / 1e9
         return self.x0 + self.profile.displacement(t), self.profile.speed(t)
 
@@ -265,5 +267,5 @@ class HeldActor(LiveActor):
         self.why = why
 
     def execute(self, order: m.Order) -> None:
-        """Refuse the order."""
+        """Refuse the order, because the joint of the drive is not modelled."""
         self.refuse(order, self.why)

@@ -36,7 +36,7 @@ class LoadCell(LiveActor):
         self.rated = rated
 
     def begin(self) -> None:
-        """Start watching for the rated value."""
+        """Start watching whether the total tension reaches the rated value."""
         self.over = False
         self.arm()
 
@@ -47,7 +47,8 @@ class LoadCell(LiveActor):
         self.arm()
 
     def arm(self) -> None:
-        """Watch for the threshold that ends the present state."""
+        """Watch the threshold of the load cell: the rated value or, in an overload, the value at which the overload
+        ends."""
         self.say(Watch(self.element, self.rated * (RELIEF if self.over else 1.0), not self.over))
 
 
@@ -62,12 +63,12 @@ class Inclinometer(LiveActor):
         self.first = floor(start / MARK + TOUCH)
 
     def begin(self) -> None:
-        """Reset the marks to the multiples of 30 degrees around the start angle."""
+        """Reset the thresholds to the multiples of 30 degrees next to the start angle."""
         self.mark = self.first
         self.arm()
 
     def notice(self, event: StateEvent) -> None:
-        """Report the angle that was passed, and watch the next one."""
+        """Report that the angle has passed a multiple of 30 degrees, and watch the next thresholds."""
         rising = event.name == self.up
         angle = MARK * (self.mark + 1) if rising else MARK * self.mark - FLUTTER
         self.mark += 1 if rising else -1
@@ -80,13 +81,13 @@ class Inclinometer(LiveActor):
 
 
 class ThresholdWatcher(LiveActor):
-    """Watches the thresholds in the commander's conditions, each of them once per order."""
+    """Watches the thresholds that the commander's conditions contain, each threshold once per order."""
 
     def __init__(self, name: str, thresholds: tuple[Threshold, ...]) -> None:
         super().__init__(name, name, System(thresholds=thresholds), hears=tuple(t.name for t in thresholds))
 
     def answers(self, element: str) -> bool:
-        """Return whether the order concerns a threshold of this watcher."""
+        """Return whether an order is to watch, or to stop watching, a threshold of this watcher."""
         return element in self.hears
 
     def execute(self, order: Order) -> None:
@@ -132,7 +133,7 @@ class InterlockActor(LiveActor):
                 self.say(m.Tripped(self.element, True, self.bypassed))
 
     def notice(self, event: m.StateEvent) -> None:
-        """Register that a threshold was reached or is reset, and report if this trips or resets the interlock."""
+        """Record that a threshold was reached or reset, and report if the interlock trips or is reset by this."""
         before = bool(self.beyond)
         self.beyond = self.beyond ^ {event.name}
         self._watch(event.name)
@@ -152,7 +153,7 @@ class InterlockActor(LiveActor):
 
 
 def fit(machine: RealObject, plan: Interlock) -> None:
-    """Add an interlock to a machine and connect it to the drives that it stops."""
+    """Add an interlock to a machine, and connect the interlock to the drives that it stops."""
     actor = machine.take(InterlockActor(f"interlock-{plan.name.rpartition('.')[2]}", plan))
     for stopped in plan.stops:
         outer: Coupled = machine

@@ -22,7 +22,8 @@ class KernelInput(Message, frozen=True):
 
 
 class SetProfile(KernelInput, frozen=True):
-    """Ramp up to the signed `speed`, cruise, ramp down so that the displacement is `distance` (None: keep going)."""
+    """Kernel input: ramp up to the signed `speed`, cruise, and ramp down so that the displacement is `distance` (None:
+    keep going)."""
 
     command: ClassVar[str] = "set_profile"
     units: ClassVar[Mapping[str, str]] = {"speed": SPEED, "accel": ACCELERATION, "distance": PLACE}
@@ -54,7 +55,7 @@ class SetFollow(KernelInput, frozen=True):
 
 
 class SetSignal(KernelInput, frozen=True):
-    """Set the driven signal of a force, such as the speed of the wind, in the unit of the signal."""
+    """Kernel input: set the driven signal of a force, such as the wind speed, in the unit of the signal."""
 
     command: ClassVar[str] = "set_signal"
     force: str

@@ -35,7 +35,7 @@ from .kernel_messages import (
 
 
 class Sample(Message, frozen=True):
-    """The value of a signal at the present time, in SI units."""
+    """Message with the value of a signal at the present time, in SI units."""
 
     value: float
 
@@ -67,7 +67,7 @@ class Order(Message, frozen=True):
 
     @property
     def led(self) -> bool:
-        """Whether the order results from a user model's set-point."""
+        """Whether the order comes from a user model's set-point."""
         return self.at == (LED,)
 
 
@@ -97,7 +97,7 @@ class Limit(Report, frozen=True):
 
 
 class RopeState(Report, frozen=True):
-    """Report that a rope or sling became taut or slack, with its tension [N]."""
+    """Report that a rope or sling has become taut or slack, with its tension [N]."""
 
     units: ClassVar[Mapping[str, str]] = {"tension": "N"}
     state: str
@@ -105,23 +105,24 @@ class RopeState(Report, frozen=True):
 
 
 class Hooked(Report, frozen=True):
-    """Report that the sling is now hooked to the lug `lug`."""
+    """Report that a sling was hooked to the lug `lug`."""
 
     lug: str
 
 
 class Unhooked(Report, frozen=True):
-    """Report that the sling is now unhooked."""
+    """Report that a sling was unhooked."""
 
 
 class BrakeState(Report, frozen=True):
-    """Report that the brake or joint lock is now engaged or released."""
+    """Report that a brake or joint lock was engaged or released."""
 
     engaged: bool
 
 
 class Overload(Report, frozen=True):
-    """Report that the tension [N] exceeded its rated value (`over` is true), or is below it again."""
+    """Report that the tension of a load cell [N] has exceeded its rated value (`over` is true), or has fallen below
+    this value again."""
 
     units: ClassVar[Mapping[str, str]] = {"tension": "N", "rated": "N"}
     tension: float
@@ -130,20 +131,21 @@ class Overload(Report, frozen=True):
 
 
 class Tripped(Report, frozen=True):
-    """Report that an interlock tripped (`over` is true) or was reset; if `bypassed`, it stops nothing."""
+    """Report that an interlock tripped (`over` is true) or was reset; a bypassed interlock (`bypassed`) reports but
+    stops nothing."""
 
     over: bool
     bypassed: bool = False
 
 
 class Reached(Report, frozen=True):
-    """Report that a watched threshold was reached, with the threshold's value."""
+    """Report that a watched threshold was reached, with the value of the threshold."""
 
     value: float
 
 
 class Attitude(Report, frozen=True):
-    """Report that the measured angle [rad] of the body passed this value, upwards (`rising`) or downwards."""
+    """Report that the angle of a body [rad] has passed this value, upwards (`rising`) or downwards."""
 
     units: ClassVar[Mapping[str, str]] = {"angle": "rad"}
     angle: float
@@ -159,17 +161,17 @@ class Ended(Report, frozen=True):
 
 
 class Lifted(Report, frozen=True):
-    """Report that the body has left the last of its supports."""
+    """Report that a body has left the last of its supports."""
 
 
 class Touched(Report, frozen=True):
-    """Report that the body has touched the first of its supports."""
+    """Report that a body has touched the first of its supports."""
 
     support: str
 
 
 class Landed(Report, frozen=True):
-    """Report that all supports of this face of the body are in contact."""
+    """Report that all supports at one face of a body are in contact."""
 
     face: str
 

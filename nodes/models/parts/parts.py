@@ -55,7 +55,7 @@ class JointAtomic(Part):
         self.joint = joint
 
     def declare(self) -> System:
-        """Return the joint."""
+        """Return the mechanical system that consists of this joint."""
         return System(joints=(self.joint,))
 
 
@@ -67,7 +67,7 @@ class BodyAtomic(Part):
         self.body = body
 
     def declare(self) -> System:
-        """Return the body."""
+        """Return the mechanical system that consists of this body."""
         return System(bodies=(self.body,))
 
 
@@ -76,8 +76,8 @@ class Actor(Part):
 
 
 class LawModel(Actor):
-    """An actor that takes no orders, such as weight, a damper or an end stop; it may declare no force on a free
-    joint."""
+    """An actor that takes no orders, such as weight, a damper or an end stop; a joint without force laws has one that
+    declares none."""
 
 
 class LiveActor(Actor):
@@ -104,7 +104,7 @@ class LiveActor(Actor):
         self.schedule()
 
     def external(self, e: int, x: Bag) -> None:
-        """Process the orders and events that concern this actor."""
+        """Process the orders and state events that concern this actor."""
         for order in x.get(self.order, []):
             if self.answers(order.actor):
                 self.execute(order)
@@ -122,7 +122,7 @@ class LiveActor(Actor):
                 self.report.send(message)
 
     def internal(self) -> None:
-        """Remove the sent messages, or change to the next state."""
+        """Remove the messages that were sent, or enter the state that begins at the time `wake`."""
         if self.outbox:
             self.outbox = []
         else:
@@ -152,7 +152,7 @@ class LiveActor(Actor):
         return element == self.element
 
     def begin(self) -> None:
-        """Set the actor's own state at the start."""
+        """Set the state of the actor at the start of the run."""
 
     def execute(self, order: Order) -> None:
         """Carry out an order."""
@@ -162,11 +162,11 @@ class LiveActor(Actor):
         """Process a state event of the kernel."""
 
     def due(self) -> list[KernelInput | Report]:
-        """Return the messages to send at `wake`, without changing the state."""
+        """Return the messages to send at the time `wake`, without changing the state."""
         return []
 
     def expire(self) -> None:
-        """Change to the next state, now that the time `wake` has come."""
+        """Enter the state that begins at the time `wake`."""
 
 
 def share(outer: Coupled, child: Model) -> None:
@@ -185,7 +185,7 @@ class Group(Coupled):
     report = Out(Report)
 
     def take(self, child: Child) -> Child:
-        """Add a child and connect those of the four ports that it has."""
+        """Add a child to the group, and connect each of the four ports that the child has."""
         self.add(child)
         share(self, child)
         return child

@@ -15,7 +15,8 @@ from .parts import LiveActor
 
 
 class SlingActor(LiveActor):
-    """Hooks and unhooks the sling `element`, informs its latch, and reports when it becomes taut or slack."""
+    """Hooks and unhooks the sling `element`, informs the latch of a lifting beam, and reports when the sling becomes
+    taut or slack."""
 
     latch = Out(m.Latch)
 
@@ -66,7 +67,7 @@ class BrakeActor(LiveActor):
             self.say(m.Done(self.element, order.id))
 
     def set(self, engaged: bool) -> None:
-        """Engage or release the brake and report it, unless it is in this state already."""
+        """Engage or release the brake and report this, unless the brake is in this state already."""
         if engaged != self.engaged:
             self.engaged = engaged
             if self.laws != System():  # a joint that is not modelled needs no brake
@@ -91,7 +92,7 @@ class JointLockActor(BrakeActor):
 
 
 class LatchActor(BrakeActor):
-    """A brake that is engaged while none of its slings is hooked, or when an order engages it."""
+    """A brake that an order engages, and that is also engaged while none of its slings is hooked."""
 
     latch = In(m.Latch)
 
@@ -127,7 +128,7 @@ class BlockSupports(LiveActor):
         self.closed = self.first
 
     def notice(self, event: m.StateEvent) -> None:
-        """Update which supports are in contact; report first touch, landing or lift-off."""
+        """Update the supports that are in contact; report first touch, landing or lift-off of the body."""
         before = self.closed
         if event.what == "closed":
             self.closed = before | {event.name}
@@ -142,7 +143,7 @@ class BlockSupports(LiveActor):
                 self.say(m.Lifted(self.element))
 
     def standing(self) -> str:
-        """Return the face of which all supports are in contact, or "" if there is none."""
+        """Return the face of the body at which all supports are in contact, or "" if there is none."""
         for face in dict.fromkeys(self.faces.values()):
             if all(name in self.closed for name, f in self.faces.items() if f == face):
                 return face

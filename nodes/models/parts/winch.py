@@ -42,13 +42,13 @@ class WinchActor(DriveActor):
         self.switch, self.pieces = switch, pieces or {rope: 1.0}
 
     def begin(self) -> None:
-        """Reset the state, and arm the upper limit switch."""
+        """Reset the winch to rest, and arm its upper limit switch."""
         super().begin()
         self.tripped = False
         self._arm()
 
     def say(self, *messages: m.KernelInput | m.Report) -> None:
-        """Put messages into the outbox; a speed profile becomes one message for each piece of the rope."""
+        """Put messages into the outbox; a speed profile of the winch becomes one message for each piece of the rope."""
         for message in messages:
             if isinstance(message, m.SetProfile | m.SetFollow):
                 super().say(*(message.part(*piece) for piece in self.pieces.items()))

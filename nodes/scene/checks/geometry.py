@@ -43,15 +43,15 @@ Violations: TypeAlias = Iterator[tuple[str, str, str]]
 
 @dataclass
 class Findings:
-    """Errors found by several checks in several states, in the order of occurrence."""
+    """Collects errors that several checks find in several states, in the order of occurrence."""
 
     seen: set[tuple[str, str]] = field(default_factory=set)
     sentences: dict[tuple[str, str, str], str] = field(default_factory=dict)
     others: dict[tuple[str, str, str], list[str]] = field(default_factory=dict)
 
     def take(self, check: str, violations: Violations, stage: str = "", where: str = "") -> None:
-        """Add the errors that a check found; `where`, the line of the action that causes them, replaces the place of
-        the subject."""
+        """Add the errors that a check found. `where`: line of the action that causes the errors, which is reported
+        instead of the place of the subject."""
         for subject, place, message in violations:
             if (check, subject) in self.seen:
                 continue
@@ -63,7 +63,7 @@ class Findings:
                 self.sentences.setdefault(key, message)
 
     def list(self) -> list[tuple[str, str]]:
-        """Return (place in the scene, sentence) of each error."""
+        """Return (place in the scene, sentence) of each collected error."""
         found = []
         for key, message in self.sentences.items():
             _, where, stage = key
@@ -167,8 +167,8 @@ def _inside_obstacles(scene: schema.Scene, built: plan.Plan) -> Violations:
 
 
 def reach(sling: str, length: float, lug: str, upper: Sequence[float], p: Sequence[float]) -> str:
-    """Describe a sling that is too short for its lug, or whose hook is too far to the side of the lug; "" if it reaches
-    the lug."""
+    """Return a sentence about a sling that is too short for its lug, or whose hook is too far to the side of the lug;
+    "" if the sling reaches the lug."""
     dx, dy, dz = (a - b for a, b in zip(upper, p, strict=True))
     gap, other = sqrt(dx * dx + dy * dy + dz * dz) - length, sqrt(dx * dx + dy * dy)
     if gap <= REACHED:

@@ -56,7 +56,8 @@ class CheckedOrder:
             _hook(order, self.lugs)
 
     def hooks(self, move: actions.Move) -> list[plan.Hoist]:
-        """Return the hooks that a move moves: the hook of its winch, or all hooks carried by its drive."""
+        """Return the hooks that an order moves: the hook of the ordered winch, or all hooks that the ordered drive
+        carries."""
         joint, own = self.machines.joints.get(move.actuator), (m for m in self.machines.parts if m.name == move.model)
         hooks = ((hook, beneath(machine, hook.on)) for machine in own for hook in machine.hooks)
         return [hook for hook, below in hooks if hook.rope == move.actuator or (joint and joint in below)]
@@ -77,7 +78,7 @@ class CheckedOrder:
         return any(x.supports.get(s.name, 0.0) > 0.0 for s in self.cargo[body].system.supports)
 
     def loaded(self, x: StaticState, move: actions.Move) -> bool:
-        """Return whether the hooks of a move carry a load in the state x, whether or not it also stands on supports."""
+        """Return whether the hooks of a move carry a load in the state x, even if the load also stands on supports."""
         carry = {rope for rope, tension in x.tensions.items() if tension > LOADED}
         return bool(self.tied(self.hooks(move), carry))
 

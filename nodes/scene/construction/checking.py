@@ -56,12 +56,12 @@ class Checking:
             self.fault(path, str(error), on_key=True)
 
     def known(self, path: Path, body: str) -> None:
-        """Add an error unless a body has this name or it is the world."""
+        """Add an error unless `body` is the name of a body or the world."""
         if body not in self.bodies:
             self.fault(path, f"there is no body '{body}'", closest(body, self.bodies))
 
     def beam(self, body: str) -> BeamKeys | None:
-        """Return the beam of a body; None if it has none."""
+        """Return the beam of a body; None if the body has no beam."""
         return self.given.bodies[body].beam if body in self.given.bodies else None
 
     def on_beam(self, path: Path, body: str, x: float) -> None:
@@ -71,8 +71,8 @@ class Checking:
             self.fault(path, f"{x:g} m is not on the beam of '{body}', which reaches from 0 to {beam.length:g} m")
 
     def along(self, path: Path, name: str, coordinate: str) -> tuple[str, bool] | None:
-        """Return the coordinate on which a law acts, and whether it is an angle; None, with an error added, if the
-        joint or coordinate is unknown."""
+        """Return the joint coordinate on which a law acts, and whether the coordinate is an angle; add an error and
+        return None if the joint or coordinate is unknown."""
         kind = self.joints.get(name)
         if kind is None:
             self.fault((*path, "joint"), f"there is no joint '{name}'", closest(name, self.joints))
@@ -92,7 +92,7 @@ class Checking:
         return None
 
     def own(self, path: Path, name: str) -> bool:
-        """Return whether a joint belongs to the mechanism, as drives and locks require; add an error if it does not."""
+        """Return whether a joint belongs to the mechanism, as drives and locks require; add an error otherwise."""
         theirs = any(joint.name == name for joint in self.lift.joints)
         if theirs:
             message = f"the joint '{name}' belongs to the lift: a spring, stop, brake or force can act on it, no other"

@@ -21,10 +21,10 @@ OFF = 1e-6  # [m] from the middle of a body, by rounding
 
 
 class ElasticParts(Checking):
-    """The parts of a mechanism that `elastic` names, with errors for parts that cannot be elastic."""
+    """Resolves the entries under `elastic` of a mechanism, and adds errors for parts that cannot be elastic."""
 
     def servos(self, made: tuple[k.Joint, ...]) -> Iterator[Servo]:
-        """Yield the drives that can be compliant; a drive on which weight acts is an error: it would begin to move."""
+        """Yield the drives under `elastic` that can be compliant; add an error for a drive that weight would move."""
         joints = {joint.name: joint for joint in made}
         for name, x in self.given.elastic.items():
             if not isinstance(x, ServoKeys):
@@ -45,7 +45,7 @@ class ElasticParts(Checking):
             yield Servo(drive=name, stiffness=x.stiffness, damping=x.damping)
 
     def heavy(self) -> Iterator[Heavy]:
-        """Yield the ropes that can have a mass."""
+        """Yield the ropes under `elastic` that can have mass."""
         for name, x in self.given.elastic.items():
             rope = self.given.ropes.get(name)
             if isinstance(x, RopeMass) and rope is None:
@@ -55,7 +55,7 @@ class ElasticParts(Checking):
                 yield Heavy(rope=name, line=x.mass_per_length, on=start.body, beside=other)
 
     def bends(self, bodies: tuple[k.Body, ...]) -> Iterator[Bend]:
-        """Yield the bodies that can bend, with the part of their mass that bends."""
+        """Yield the bodies under `elastic` that can bend, with the mass that takes part in the bending."""
         known = {body.name: body for body in bodies}
         for name, x in self.given.elastic.items():
             path, body = (*self.base, "elastic", name), known.get(name)

@@ -67,7 +67,7 @@ def check_laws(checks: Checking) -> None:
 
 
 def check_dimensions(checks: Checking, path: Path, law: Base, *, turns: bool) -> None:
-    """Add errors if the units of a law do not fit its coordinate; `turns`: whether it is an angle."""
+    """Add errors if the units of a law do not fit its joint coordinate. `turns`: the coordinate is an angle."""
     for name, field in type(law).model_fields.items():
         found = quantity((*field.metadata, field.annotation))
         if found and isinstance(either := found.dimension, units.Either):
@@ -88,7 +88,8 @@ def _fits(checks: Checking, path: Path, dimension: Dimension) -> None:
 
 
 def check_curve(checks: Checking, path: Path, force: CharacteristicKeys, turns: bool) -> None:
-    """Add errors if the units of a characteristic curve do not fit its joint; `turns`: whether it is an angle."""
+    """Add errors if the units of a characteristic curve do not fit its joint coordinate. `turns`: the coordinate is an
+    angle."""
     place = (units.LENGTH, units.ANGLE) if force.over == "position" else (units.SPEED, units.RATE)
     for i in range(len(force.curve)):
         for j, dimensions in enumerate((place, (units.FORCE, units.MOMENT))):
@@ -112,8 +113,8 @@ def _names(checks: Checking) -> None:
 
 
 def laws_of(given: mechanics.Parts[Any]) -> dict[str, tuple[Any, ...]]:
-    """Return the kernel's laws, by the field of `System` that holds them: the laws written separately and those written
-    with joints."""
+    """Return the laws of a mechanism for the kernel, by the field of `System` that stores them, including the laws that
+    are written with joints."""
     own = [law for name, joint in given.joints.items() for law in joint.laws(name)]
     return {
         key: (*(x.built(name) for name, x in getattr(given, key).items()), *(x for x in own if isinstance(x, kind)))
@@ -128,7 +129,7 @@ def _place(checks: Checking, drive: mechanics.DriveKeys, x: float | None) -> str
 
 
 def actuators(checks: Checking) -> list[plan.Actuator]:
-    """Return the drives and winches, with their start, ramp and end positions."""
+    """Return the drives and winches of a mechanism, with their start, ramp and end positions."""
     found = []
     for name, drive in checks.given.drives.items():
         lower, upper = drive.range or (None, None)

@@ -39,8 +39,8 @@ IN_LINE = 1e-9  # of the largest singular value: what holds a frame tells nothin
 
 
 class Levelling:
-    """Choice of the hooks that hoist and of those that lower to level a load: hooks on the low side hoist, hooks on the
-    high side lower, and all others stay at rest.
+    """Chooses the hooks that level a load: hooks on the low side hoist, hooks on the high side lower, and all other
+    hooks stay at rest.
 
     `hangs`: for each sling its upper attachment (the rope of a hook, or a point of a frame) and its lower end; `held`:
     slings hooked at the present place in the action list; `turned`: turn angle of each block [rad].
@@ -72,7 +72,7 @@ class Levelling:
                         self.held |= {own} if sling.hooked else set()
 
     def follow(self, orders: Sequence[actions.Order]) -> None:
-        """Update the hooked slings and the turn angle with the orders of an action."""
+        """Update the hooked slings and the turn angles of blocks by the orders of an action."""
         for order in orders:
             match order:
                 case actions.Hookup() if order.sling in self.hangs:
@@ -123,8 +123,8 @@ class Levelling:
 
 
 def apart(places: Sequence[tuple[Vector, float]], turned: float) -> tuple[Vector, Vector] | None:
-    """Return the centre of the lugs that rise with the moving hooks and the centre of the other lugs; None if one is
-    above the other.
+    """Return the centre of the lugs that rise with the moving hooks, and the centre of the other lugs; None if one
+    centre is above the other.
 
     The first centre is moved vertically to where it is when the block is level at the angle `turned` [rad]. `places`:
     each lug with the share (0 to 1) by which it rises with the hooks.
@@ -146,7 +146,7 @@ LEVEL = 1e-9  # of an axis that is level
 
 
 def measuring(builder: SceneBuilder) -> list[plan.Mechanism]:
-    """Return the machines, with a measured angle added for each boom that has a hook that holds its height."""
+    """Return the machines, with a measured angle added to each boom whose hook must keep its height."""
     asked = [t for action in builder.scene.actions for t, phrase in action.orders.items() if phrase.height]
     known = targets(builder) if asked else {}
     ropes = {actor.name for target in asked for actor in known.get(" ".join(target.split()), ())}
@@ -168,8 +168,8 @@ def angle_of(joint: str) -> str:
 
 
 def follow(mechanisms: Sequence[plan.Mechanism], move: Move, rope: str, where: str) -> Follow | str:
-    """Return the law by which a winch keeps its hook at the same height while the boom luffs, or a sentence that says
-    why this is impossible."""
+    """Return the law by which a winch keeps its hook at the same height while the boom luffs, or a sentence about the
+    reason why this is impossible."""
     own = next(m for m in mechanisms if m.name == move.model)
     luffs = next(d.joint for d in own.system.drives if d.name == move.actuator)
     boom, actuator = _boom(own, rope), next(a for a in own.actuators if a.name == move.actuator)

@@ -56,7 +56,7 @@ def build_machines(source: SourceText, scene: schema.Scene) -> SceneBuilder:
 
 
 def with_hooks(builder: SceneBuilder, crane: plan.Mechanism, hung: plan.Mechanism) -> plan.Mechanism:
-    """Return a machine with the hooks, ropes and actuators of `hung` added."""
+    """Return a crane with the hooks, ropes and actuators of `hung` added."""
     of = ("actuators", "taut", "heavy", "bends", "shapes", "ties", "hooks")
     both = {key: getattr(crane, key) + getattr(hung, key) for key in of}
     both |= {"system": merge([crane.system, hung.system], crane.system.gravity)}
@@ -65,7 +65,7 @@ def with_hooks(builder: SceneBuilder, crane: plan.Mechanism, hung: plan.Mechanis
 
 
 def check_parts(source: SourceText, scene: schema.Scene) -> None:
-    """Add errors unless the scene has the parts that a lift needs, and something that moves."""
+    """Add an error if a part that a lift needs is missing, or if nothing in the scene can move."""
     block = scene.block is not None or bool(scene.blocks)
     parts = {"cranes": bool(scene.machines), "block": block, "rig": scene.rig is not None}
     other = scene.machines or scene.vessels or scene.obstacles or scene.floor
@@ -146,7 +146,8 @@ def _staged(builder: SceneBuilder) -> list[plan.Mechanism]:
 
 
 def load_cells(builder: SceneBuilder, machine: plan.Mechanism) -> tuple[Cell, ...]:
-    """Return the load cells of bodies that carry several hooks and of whole machines; ratings include hook blocks."""
+    """Return the load cells of a machine, for bodies that carry several hooks and for its lowest body; the ratings
+    include the hook blocks."""
     given, found = builder.scene.machines.get(machine.name), list[Cell]()
     for body, x in given.load_cells.items() if given else ():
         own = carried_hooks(machine, body)
@@ -191,8 +192,8 @@ WIND = "wind"
 
 
 def build_mechanisms(builder: SceneBuilder, lift: plan.Plan) -> tuple[plan.Mechanism, ...]:
-    """Build the mechanisms one after the other, each of which may act on the lift and on the earlier ones; errors are
-    added to the scene's."""
+    """Build the mechanisms in order; each mechanism may act on the lift and on earlier mechanisms. Errors are added to
+    those of the scene."""
     source, scene = builder.source, builder.scene
     done = [machine.name for machine in builder.cranes]
     bases: dict[Path, Parts[Any]] = {

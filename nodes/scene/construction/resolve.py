@@ -28,7 +28,7 @@ TURN_TIME = 20.0  # a turn without `ramp` reaches its rate in this time [s]
 
 
 def build_actions(builder: SceneBuilder) -> tuple[plan.Action, ...]:
-    """Return the action list of the plan; errors are added to those of the scene."""
+    """Return the action list of the plan; add errors to those of the scene."""
     resolver = _Resolver(builder)
     return tuple(x for i, action in enumerate(builder.scene.actions) for x in resolver.listed(i, action))
 
@@ -36,8 +36,8 @@ def build_actions(builder: SceneBuilder) -> tuple[plan.Action, ...]:
 def build_orders(
     builder: SceneBuilder, path: Path, target: str, phrase: phrases.OrderPhrase
 ) -> tuple[actions.Order, ...]:
-    """Return the orders that a phrase gives to a target during a run; errors are added to the source. Only the
-    commander knows where slings hang during a run, so an order to unhook names all places where they can hang."""
+    """Return the orders that a phrase gives to a target during a run; add errors to the source. An order to unhook
+    names all lugs where a sling can hang, because only the commander knows the present lug."""
     resolver = _Resolver(builder)
     resolver.hangs = {rope for slings in resolver.rigged.values() for rope in slings}
     words = target if target in resolver.targets else target.replace(".", " ", 1)  # events say "west.H1"
@@ -60,7 +60,7 @@ class _Resolver:
         self.hangs = {rope for slings in self.rigged.values() for rope, x in slings.items() if x.hooked}
 
     def listed(self, index: int, action: ActionLine) -> list[plan.Action]:
-        """Return an action, followed by the further actions that it expands into."""
+        """Return an action, followed by the further actions that its orders expand into."""
         first, after = self.action(index, action), list[tuple[actions.Order, ...]]()
         for target, phrase in action.orders.items():
             path: Path = ("actions", index, target)
@@ -148,7 +148,7 @@ class _Resolver:
         return obeying
 
     def of_machine(self, machine: str) -> tuple[OrderTarget, ...]:
-        """Return all targets that belong to a machine."""
+        """Return all targets of a machine that accept the order to stop."""
         found = (actor for actors in self.targets.values() for actor in actors if actor.model == machine)
         return tuple({actor.name: actor for actor in found if actor.obeys(VERBS["stop"])}.values())
 

@@ -18,7 +18,8 @@ PROVISIONAL = 0.05  # [m/s2 or rad/s2] of a ramp that lasts a swing, until that 
 
 @dataclass
 class SceneBuilder:
-    """Builds the machines of a scene, in the order of their nodes; the source collects errors."""
+    """Collects the machines of a scene while they are built, in the order of their nodes; errors are added to the
+    source."""
 
     source: SourceText
     scene: schema.Scene
@@ -32,18 +33,18 @@ class SceneBuilder:
 
     @property
     def cranes(self) -> list[plan.Mechanism]:
-        """The machines built so far that have hooks, or could have."""
+        """The machines with hooks built so far, including machines whose hooks will be added later."""
         could = {name for name, given in self.scene.machines.items() if given.hooks}
         return [machine for machine in self.machines if machine.hooks or machine.name in could]
 
     @property
     def frames(self) -> list[plan.Mechanism]:
-        """The frames that `rig` hangs on hooks."""
+        """The frames that the rig hangs on hooks."""
         return [machine for machine in self.machines if machine.name in self.hooks]
 
     @property
     def tandem(self) -> bool:
-        """Whether several machines have loads on their hooks."""
+        """Whether hooks of several machines carry loads at the start."""
         words = (word for given in self.scene.rigging.values() for word in getattr(given, "holders", ()))
         others = {word.replace(".", " ").split()[0] for word in words} - {*self.scene.rigging}
         return len({machine for machine, _ in self.hooks.values()} | others) > 1
@@ -59,8 +60,8 @@ class SceneBuilder:
 
 
 def ramp_of(ramp: float | SwingRamp) -> tuple[float, int]:
-    """Return the acceleration of a ramp and the number of its pulses (0 for an ordinary ramp); the acceleration is
-    provisional if it depends on the swing."""
+    """Return the acceleration of a ramp and its number of pulses (0: an ordinary ramp). The acceleration of a ramp
+    without swing is provisional if it is not given."""
     return (ramp.accel or PROVISIONAL, ramp.pulses) if isinstance(ramp, SwingRamp) else (ramp, 0)
 
 
@@ -71,6 +72,6 @@ def box(mass: float, size: Vector) -> Vector:
 
 
 def by_beam(lugs: list[str], u: dict[str, float]) -> list[str]:
-    """Return the lugs of a beam's slings; if there are two, in the order of the beam's ends, the lug with the smaller
-    coordinate u first."""
+    """Return the lugs of the slings of a lifting beam in the order of the beam's ends: of two lugs, the lug with the
+    smaller coordinate u comes first."""
     return sorted(lugs, key=lambda lug: u[lug]) if len(lugs) == 2 else lugs

@@ -18,7 +18,7 @@ from .scene_builder import SceneBuilder
 
 @dataclass(frozen=True)
 class OrderTarget:
-    """A part of a model that an order can address, such as a drive, winch, brake or sling.
+    """A part of a model to which an order can be given, such as a drive, winch, brake or sling.
 
     `model`: the model that it belongs to; `name`: its name in the plan; `accel`: acceleration of its ramp [m/s2 or
     rad/s2]; `pulses`: number of pulses of a ramp without swing; `turns`: whether its coordinate is an angle; `verb`:
@@ -51,7 +51,7 @@ class OrderTarget:
 
 
 def targets(builder: SceneBuilder) -> dict[str, tuple[OrderTarget, ...]]:
-    """Return all targets of a scene: for each name the parts that an order to it addresses."""
+    """Return all targets of orders in a scene: for each name, the parts that an order to this name addresses."""
     table: dict[str, tuple[OrderTarget, ...]] = {}
     on_hook = {".".join(words): frame for frame, words in builder.hooks.items()}
     for machine in builder.machines:

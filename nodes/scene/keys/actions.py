@@ -64,7 +64,7 @@ class ActionLine(BaseModel):
 
     @property
     def orders(self) -> dict[str, OrderPhrase]:
-        """The orders of the action, by target."""
+        """The orders of an action line, by target."""
         return dict(self.__pydantic_extra__)
 
 

@@ -167,12 +167,12 @@ class Spelling(NamedTuple):
 
 
 def one(key: str, kind: Any, value: Callable[[Any], object] = lambda x: x, default: Any = ...) -> Spelling:
-    """Return the spelling of a field that is written as one key, which other fields may share."""
+    """Return the spelling of a field that is written as one key; several fields may share the key."""
     return Spelling({key: (kind, default)}, lambda keys: value(getattr(keys, key)))
 
 
 def history(value: str, pairs: str, kind: Any = u.Number, default: float = 1.0) -> Spelling:
-    """Return the spelling of a signal that is written as a constant and as pairs of time and value."""
+    """Return the spelling of a signal that is written as a constant or as pairs of time and value."""
 
     def signal(keys: Any) -> InputSignal:
         times, values = zip(*getattr(keys, pairs), strict=True) if getattr(keys, pairs) else ((), ())
@@ -182,19 +182,19 @@ def history(value: str, pairs: str, kind: Any = u.Number, default: float = 1.0) 
 
 
 class Described(Base):
-    """Base class of key models that are generated from a description elsewhere."""
+    """Base class of key models that are generated from a description class."""
 
     spelt: ClassVar[dict[str, Spelling]] = {}
 
     def built(self, *first: str, folder: Path | None = None, **other: Any) -> Any:
-        """Return the description made from these keys; `first` and `other` are fields that are not keys; `folder`:
-        where files named in the keys are found."""
+        """Return the description made from these keys. `first`, `other`: values of fields that are not keys; `folder`:
+        folder of the files that keys name."""
         assert self.struct
         return self.struct(*first, **{field: spelling.value(self) for field, spelling in self.spelt.items()}, **other)
 
     @property
     def bodies(self) -> Iterator[tuple[tuple[str | int, ...], str]]:
-        """Yield the bodies to which the keys refer, each with the path of its key."""
+        """Yield each body that a key refers to, with the path of the key."""
         for key in type(self).model_fields:
             match getattr(self, key):
                 case str(body) if key in ("body", "start", "end"):
@@ -208,9 +208,9 @@ class Described(Base):
 
 
 def keys_of(kind: Any, *without: str, word: str = "", module: str = __name__, **otherwise: Spelling) -> Any:
-    """Return a model whose keys are the fields of a class, except the fields in `without`, and with a key `type: word`
-    if given. `module` distinguishes models of the same name; `otherwise`: fields with another spelling than the default
-    one."""
+    """Return a model whose keys are the fields of a description class, except the fields in `without`, with a key
+    `type: word` if `word` is given. `module` distinguishes models of the same name; `otherwise`: fields with a spelling
+    that is not the default."""
     hints, spelt = get_type_hints(kind, include_extras=True), dict[str, Spelling]()
     for field in msgspec.structs.fields(kind) if issubclass(kind, msgspec.Struct) else fields(kind):
         if field.name not in {"name", *without}:

@@ -44,7 +44,7 @@ SLOWEST, FASTEST = 1.0 / 1200.0, 0.5  # [Hz] of them; half of one speed a second
 
 
 class Waves(Base):
-    """A regular wave, or irregular seas together, which grow from still water at the start."""
+    """A regular wave, or several irregular seas acting together; the waves grow from still water at the start."""
 
     height: u.Extent | None = None  # from trough to crest
     period: u.Duration | None = None
@@ -69,11 +69,11 @@ class Waves(Base):
         return (0.5 * self.height, 2.0 * pi / self.period) if self.height and self.period else (0.0, 0.0)
 
     def harmonics(self, seed: int) -> list[Component]:
-        """Return the harmonic components of all seas."""
+        """Return the harmonic components of all seas together."""
         return [x for name, sea in sorted(self.seas.items()) for x in sea.harmonics(self.heading, f"{seed} {name}")]
 
     def bands(self) -> list[Component]:
-        """Return the harmonic components of all seas by narrow bands, which are the same for each seed."""
+        """Return the harmonic components of all seas in narrow frequency bands, independent of the seed of a run."""
         fine = {name: sea.model_copy(update={"components": BANDS}) for name, sea in self.seas.items()}
         return self.model_copy(update={"seas": fine}).harmonics(0)
 
@@ -150,11 +150,11 @@ class Vessel(Base):
 
     @property
     def attitude(self) -> Matrix:
-        """Rotation matrix from the axes of the vessel at rest to the world frame."""
+        """Rotation matrix from the axes of a vessel at rest to the world frame."""
         return turned(0.0, 0.0, self.heading)
 
     def place(self, p: Sequence[float]) -> Vector:
-        """Return the world position [m] of a point on the vessel at rest."""
+        """Return the world position [m] of a point on a vessel at rest."""
         x, y, z = (a + b for a, b in zip(product(self.attitude, p), self.at, strict=True))
         return x, y, z
 
@@ -191,12 +191,13 @@ class Obstacle(Base):
     @model_validator(mode="after")
     def _overlaps(self) -> "Obstacle":
         if self.overlap and self.meets == "boxes":
-            raise ValueError("boxes do not overlap: leave 'overlap' out, or take 'meets: lower corners'")
+            raise ValueError("whole boxes cannot overlap: remove 'overlap', or write 'meets: lower corners'")
         return self
 
 
 class Fender(Base):
-    """A fender, which pushes a point of a vessel away from its face, and holds it along the face by friction."""
+    """A fender, which pushes a point of a vessel away from the fender's face, and holds the point along the face by
+    friction."""
 
     on: str = "world"  # a quay, or a vessel
     at: Place  # of its face, which has no ends, in the frame of what it is on
@@ -233,17 +234,18 @@ class WindKeys(Base):
         if self.gusts and self.turbulence:
             raise ValueError("give the wind either 'gusts' or a 'turbulence'")
         if not any(self.direction):
-            raise ValueError("the direction of the wind has no length")
+            raise ValueError("the direction of the wind is a zero vector")
         return self
 
     def history(self, seed: int, end: float | None) -> list[tuple[float, float]]:
-        """Return its speeds [m/s] over time [s]; none if it is steady."""
+        """Return the wind speeds [m/s] over time [s]; empty for a steady wind."""
         return turbulent(self.speed, self.turbulence, self.scale, seed, end) if self.turbulence else self.gusts
 
     def forces(
         self, block: tuple[float, float, float] | None, seed: int, end: float | None
     ) -> dict[str, WindForceKeys]:
-        """Return the wind forces by name; `block`: size of its box [m] or None; `end`: end of the run [s], if known."""
+        """Return the wind forces by name. `block`: edges of the block's box [m], or None; `end`: end of the run [s], if
+        known."""
         areas = dict(self.on)
         if block is not None:
             x, y, z = block
@@ -265,7 +267,7 @@ class WindKeys(Base):
 
 
 def turbulent(speed: float, turbulence: float, scale: float, seed: int, end: float | None) -> list[tuple[float, float]]:
-    """Return pairs of time [s] and speed [m/s] for a turbulent wind with this mean speed."""
+    """Return pairs of time [s] and speed [m/s] of a turbulent wind with the mean speed `speed` [m/s]."""
     random = Random(f"wind {seed}")
     ends = [SLOWEST * float(power(FASTEST / SLOWEST, i / HARMONICS)) for i in range(HARMONICS + 1)]
     speeds = [speed] * (int(min(end or USUAL, LONGEST)) + 2)

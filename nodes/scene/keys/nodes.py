@@ -37,7 +37,7 @@ def _parameter(given: object) -> object:
     if isinstance(given, int) and not isinstance(given, bool):
         return float(given)
     if not isinstance(given, float | bool | str):
-        raise ValueError("a number, a quantity, a word or a truth value is needed here")
+        raise ValueError("write a number, a quantity, a word, true or false here")
     return given
 
 
@@ -45,7 +45,8 @@ Parameter = Annotated[float | bool | str, BeforeValidator(_parameter)]
 
 
 class ModelKeys(Base):
-    """A user's model: the signals that it samples and the orders that it gives; `delay`: time until set-points act."""
+    """A user's model: the signals that it samples, the actuators that its set-points control, and the time until the
+    set-points act (`delay`)."""
 
     model: str  # module:name, or file.py:name or unit.fmu in the folder of the scene
     period: u.Duration  # of samples; of a unit of FMI its step

@@ -35,7 +35,7 @@ RESERVED = (  # no machine and no group has such a name
 def _once(asked: tuple[Asked, ...]) -> tuple[Asked, ...]:
     twice = next((quantity for i, quantity in enumerate(asked) if quantity in asked[:i]), None)
     if twice:
-        raise ValueError(f"'{twice}' is asked twice: once is enough")
+        raise ValueError(f"'{twice}' is listed twice in 'ask': list it once")
     return asked
 
 
@@ -43,7 +43,7 @@ OffLead = u.Swing | Literal["unknown"]
 
 
 class CraneKeys(Base):
-    """A crane of some type; all keys other than `type` are parameters of the type."""
+    """A crane of a machine type; all keys except `type` are parameters of the type."""
 
     type: str  # a bundled one, or a file of yours
     parameters: dict[str, Any] = Field(default_factory=dict)  # which stand beside the type
@@ -89,7 +89,7 @@ class Block(Base):
 
     @property
     def flexible(self) -> bool:
-        """Whether the block bends."""
+        """Whether the block is flexible."""
         return bool(self.beam or self.modes)
 
 
@@ -161,7 +161,8 @@ class FactorKeys(keys_of(f.Factors, "where")):  # type: ignore[misc]
 
 
 class Instance(Base):
-    """A scene that is one of several lifts in this scene; further keys are merged over it, as with `extends`."""
+    """A scene that is one of several lifts in this scene; further keys replace keys of that scene, as with
+    `extends`."""
 
     model_config = ConfigDict(extra="allow")
     extends: str | None = None  # a file beside the scene, or a bundled one; left out: all its keys stand here
@@ -225,14 +226,14 @@ class Scene(Base):
 
     @property
     def all_factors(self) -> f.Factors:
-        """The factors; where no area in the wind is stated, that of the largest face of the blocks' boxes."""
+        """The factors of the scene; if no wind area is given, the area of the largest face of all blocks applies."""
         given: f.Factors = self.factors.built()
         sizes = [block.size for block in self.all_blocks.values()]
         area = given.area or max((x * y * z / min(x, y, z) for x, y, z in sizes), default=0.0)
         return msgspec.structs.replace(given, area=area)
 
     def put(self, name: str) -> tuple[Vector, Matrix]:
-        """Return the place of a block at the start: its centre in the world frame [m], and its rotation matrix."""
+        """Return the centre of a block at the start in the world frame [m], and its rotation matrix."""
         block = self.all_blocks[name]
         deck = self.vessels.get(block.on)
         return (deck.place(block.at), deck.attitude) if deck else (block.at, IDENTITY)

@@ -61,7 +61,7 @@ class Sea(Base):
 
 
 class CurrentKeys(Base):
-    """A uniform current past vessels, which have coefficients for it."""
+    """A uniform water current, which exerts forces on vessels that have current coefficients."""
 
     speed: u.Speed
     heading: u.Angle = 0.0  # to which it flows, from x towards y; 0 deg relative to the bow: from astern
@@ -69,8 +69,8 @@ class CurrentKeys(Base):
 
 
 class StreamKeys(Base):
-    """Coefficients of a wind or current on a vessel that is alike on port and starboard: forces over 1/2 density
-    speed^2 area, moments also over the length."""
+    """Coefficients of wind or current forces on a vessel that is symmetric about its centre plane: forces divided by
+    1/2 density speed^2 area, moments also by the length."""
 
     area: u.Area
     length: u.Extent
@@ -84,11 +84,11 @@ class StreamKeys(Base):
         if n < 1 or any(abs(row[0] - pi * i / n) > EVEN for i, row in enumerate(self.coefficients)):
             raise ValueError("coefficients: give one row for each direction, from 0 deg to 180 deg in equal steps")
         if any(self.coefficients[0][2:] + self.coefficients[-1][2:]):
-            raise ValueError("coefficients of sway and yaw are zero at 0 deg and 180 deg")
+            raise ValueError("coefficients of sway and yaw must be zero at 0 deg and 180 deg")
         return self
 
     def stream(self, vessel: str, of: str, direction: Direction, signal: InputSignal, density: float) -> Stream:
-        """Return the force on a vessel."""
+        """Return the force of the wind or current on a vessel."""
         rows = tuple((x, y, z) for _, x, y, z in self.coefficients)
         size = self.area, self.length
         return Stream(f"{vessel}.{of}", Point(vessel), *size, unit(direction), signal, density, rows)
@@ -111,7 +111,7 @@ class Splash(Base):
     def _curves(self) -> "Splash":
         for name, curve in (("buoyancy", self.buoyancy), ("amplitude", self.amplitude)):
             if any(b[0] <= a[0] for a, b in pairwise(curve)):
-                raise ValueError(f"the depths of '{name}' must rise")
+                raise ValueError(f"the depths of '{name}' must be in ascending order")
         if self.buoyancy[0] != (0.0, 0.0):
-            raise ValueError("'buoyancy' begins at the depth 0 m with 0 kN")
+            raise ValueError("'buoyancy' must begin at the depth 0 m with 0 kN")
         return self

@@ -74,8 +74,8 @@ def validated(text: str, name: str) -> Scene:
 
 
 def uncertainties(source: SourceText) -> dict[Path, Stated]:
-    """Return the stated uncertainties of a scene by path, and replace the numbers by their nominal values. Instances
-    under `lifts` are not searched; each states its own uncertainties."""
+    """Return the stated uncertainties of a scene by path, and replace uncertain numbers by their nominal values.
+    Instances under `lifts` state their own uncertainties and are not searched."""
 
     def is_text(path: Path) -> bool:
         inside = path[0] == "lifts" and path[2:3] not in (("at",), ("start",))
@@ -224,12 +224,13 @@ def _literals(loc: tuple[str | int, ...]) -> list[str]:
 
 
 def override(source: SourceText, setting: str) -> None:
-    """Apply one setting `dotted.path=text` to the scene; later errors point into the setting."""
+    """Apply one setting `dotted.path=text` to the scene; later errors in this value refer to the setting."""
     overlay.override(source, setting, default_list)
 
 
 def default_list(source: SourceText, path: Path) -> list[Data] | None:
-    """Return the default value of a path that the scene does not set, if it is a list of numbers or words."""
+    """Return the default value at a path that the scene does not set, if this value is a list of numbers or words;
+    otherwise None."""
     trial = deepcopy(source)
     try:
         alike(trial)
@@ -244,7 +245,7 @@ def default_list(source: SourceText, path: Path) -> list[Data] | None:
 
 
 def listed(at: tuple[object, ...] | list[object], kind: object) -> list[Data] | None:
-    """Return a list in the form written in a scene; None unless it consists of numbers or words."""
+    """Return a list in the form in which scenes write it; None unless all its elements are numbers or words."""
     found = quantity(kind)
     si = next((unit for unit, factor in found.dimension.units.items() if factor == 1), "") if found else ""
     written: list[Data] = []

@@ -35,19 +35,20 @@ Phrase = TypeVar("Phrase")
 
 
 def read_order(text: str) -> OrderPhrase:
-    """Return the order that a phrase gives; raises PhraseError if it cannot be read."""
+    """Parse an order; raises PhraseError if the text is not a valid order."""
     return _whole(text, _order)
 
 
 def read_ramp(text: object, dimension: Dimension) -> float | SwingRamp:
-    """Return an acceleration in SI units, or a ramp without swing; raises ValueError if the text cannot be read."""
+    """Return the acceleration of a ramp in SI units, or a ramp without swing; raises ValueError if the text is
+    neither."""
     if not isinstance(text, str) or not {"one", "in"} & set(text.split()):
         return dimension.read(text)
     return _whole(text, lambda r: _ramp(r, dimension))
 
 
 def read_condition(text: str) -> ConditionPhrase:
-    """Return the condition that a phrase describes; raises PhraseError if it cannot be read."""
+    """Parse a condition; raises PhraseError if the text is not a valid condition."""
     return _whole(text, _condition)
 
 
@@ -82,7 +83,7 @@ def _order(r: PhraseReader) -> OrderPhrase:
         case "move" | "turn":
             return _motion(r, verb)
     if r.next:
-        raise PhraseError(f"'{name}' stands alone, without '{r.text[r.at :]}'", "", column)
+        raise PhraseError(f"nothing can follow '{name}': remove '{r.text[r.at :]}'", "", column)
     return OrderPhrase(name)
 
 
@@ -92,7 +93,7 @@ def _motion(r: PhraseReader, verb: Verb) -> OrderPhrase:
     stroke = units.ANGLE if turning else units.LENGTH
     ramp = _ramp(r, units.ANGULAR_ACCELERATION if turning else units.ACCELERATION) if r.take("ramp") else None
     if isinstance(ramp, SwingRamp) and verb.becomes == "turn":
-        raise r.error("the hooks follow a turn on arcs, where no ramp is free of swing: write an acceleration")
+        raise r.error("in a turn the hooks move on arcs, where every ramp causes swing: write an acceleration")
     goals = ("to",) if verb.becomes == "turn" else ("by", "to", "until")
     word = r.expect(*goals, after=f"after the {'rate' if verb.becomes == 'turn' else 'speed'}")
     order = OrderPhrase(verb.name, speed, turning, ramp)

@@ -53,7 +53,7 @@ State = Literal["taut", "slack"]
 
 
 class PhraseError(ValueError):
-    """Raised for a phrase that cannot be read: a sentence, a hint, and the column in the phrase, counted from 0."""
+    """Raised for a phrase that cannot be parsed: a sentence, a hint, and the column in the phrase, counted from 0."""
 
     def __init__(self, sentence: str, hint: str, column: int) -> None:
         super().__init__(sentence)
@@ -61,7 +61,8 @@ class PhraseError(ValueError):
 
 
 class SlingTest(Term, frozen=True):
-    """Condition: the slings or ropes of a set ("" is the set of all; or a single name) are taut or slack."""
+    """Condition: all or any slings or ropes of a set are taut or slack. `of`: name of the set, "" for all slings of the
+    scene, or the name of a single sling."""
 
     each: Literal["all", "any"]
     of: str
@@ -71,8 +72,8 @@ class SlingTest(Term, frozen=True):
 
 
 class GroundTest(Term, frozen=True):
-    """Condition: a block has left all its supports, or landed on all supports of one face, or the action list of a lift
-    is done. `of`: the block; `on`: another object on which it landed."""
+    """Condition: a block has left all its supports, or has landed on all supports of one face, or the action list of a
+    lift is done. `of`: the block or lift; `on`: another object on which the block landed."""
 
     state: Literal["lifted", "landed", "done"]
     column: int
@@ -81,8 +82,8 @@ class GroundTest(Term, frozen=True):
 
 
 class CrossTest(Term, frozen=True):
-    """Condition: a measured quantity reaches a value [SI units]; `turning`: whether the value was written as an angle;
-    `share`: whether in % of the rated value."""
+    """Condition: a measured quantity reaches a value [SI units]. `turning`: the value was written as an angle; `share`:
+    the value was written in % of the rated value."""
 
     quantity: str
     of: str
@@ -99,7 +100,8 @@ ConditionPhrase: TypeAlias = tuple[Test, ...]  # all of these at once
 
 @dataclass(frozen=True)
 class SwingRamp:
-    """A ramp that leaves no swing: one pulse that lasts a swing period, or two pulses half a period apart."""
+    """A ramp that leaves no swing: one acceleration pulse that lasts a swing period, or two pulses half a period
+    apart."""
 
     pulses: Literal[1, 2] = 1
     accel: float | None = None
@@ -107,7 +109,7 @@ class SwingRamp:
 
 @dataclass(frozen=True)
 class OrderPhrase:
-    """An order as it was written; the verb determines which of the values it has [SI units].
+    """An order as written; the verb determines which of the values are used [SI units].
 
     `turning`: whether the speed was written as an angular speed. `lugs`: in the order of the target's slings.
     """

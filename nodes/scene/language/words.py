@@ -17,7 +17,7 @@ _TOKEN = re.compile(r">=|<=|==|=|>|<|[\[\],]|[^\s\[\],<>=]+")
 
 
 class PhraseReader(Reader):
-    """The part of a phrase that has not been read yet."""
+    """Parser of a phrase, which reads it word by word from left to right."""
 
     def __init__(self, text: str) -> None:
         super().__init__(text)
@@ -66,12 +66,12 @@ class PhraseReader(Reader):
 
     @property
     def turning(self) -> bool:
-        """Whether the next quantity is written with a unit of angle."""
+        """Whether the next quantity has a unit of angle."""
         return self._unit.startswith(("deg", "rad"))
 
     @property
     def share(self) -> bool:
-        """Whether the next quantity is written in per cent."""
+        """Whether the next quantity is in per cent."""
         return self._unit == "%"
 
     @property

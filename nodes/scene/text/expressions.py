@@ -47,7 +47,8 @@ WORD = re.compile(r"[A-Za-z_]\w*(?:\s+[A-Za-z_]\w*)*(?:\.[xyz]\b)?")
 
 
 class ExpressionError(ValueError):
-    """Raised for an expression that cannot be read or computed; `column`: place in its text, counted from 0."""
+    """Raised for an expression that cannot be parsed or computed; `column`: place of the error in the expression,
+    counted from 0."""
 
     def __init__(self, sentence: str, column: int = 0) -> None:
         super().__init__(sentence)
@@ -82,7 +83,8 @@ def dimension_of(text: object) -> Dimension | None:
 
 
 def shown_as(value: Value) -> str | float:
-    """Return a value exactly, in the form written in a scene; raises ExpressionError if no unit fits."""
+    """Return a value as text in the form that scenes use, without loss of precision; raises ExpressionError if no unit
+    fits."""
     if not math.isfinite(value.number):
         raise ExpressionError("the result is not a finite number")
     if value.exponents == PLAIN:
@@ -93,8 +95,8 @@ def shown_as(value: Value) -> str | float:
 
 
 def evaluated(text: str, lookup: Callable[[str], Value | None]) -> Value:
-    """Evaluate an expression, given without its `=`; `lookup` returns the values of parameters. Raises ExpressionError
-    if that is impossible."""
+    """Evaluate an expression, given without its `=`; raises ExpressionError for an invalid expression. `lookup`:
+    function that returns the values of parameters."""
     if len(text) > LONGEST:
         raise ExpressionError(f"an expression has at most {LONGEST} characters, this one has {len(text)}")
     reader = _Arithmetic(text, lookup)
@@ -186,7 +188,7 @@ class _Arithmetic(Reader):
         kinds = {value.exponents for value in values}
         first, exponents = values[0].number, values[0].exponents
         if len(kinds) > 1:
-            raise ExpressionError(f"the values of '{name}' are of different kinds", at)
+            raise ExpressionError(f"the values of '{name}' have different dimensions", at)
         if name in ("min", "max"):
             return Value((min if name == "min" else max)(value.number for value in values), exponents)
         if not all(math.isfinite(value.number) for value in values):
@@ -195,7 +197,7 @@ class _Arithmetic(Reader):
             return Value(float(atan2(first, values[1].number)), ANGLE)
         if name == "sqrt":
             if first < 0.0 or any(x % 2 for x in exponents):
-                raise ExpressionError("this has no square root", at)
+                raise ExpressionError("the square root of this value does not exist", at)
             kg, m, s, rad = (x // 2 for x in exponents)
             return Value(math.sqrt(first), (kg, m, s, rad))
         return self._turned(name, values[0], at)

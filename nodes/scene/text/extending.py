@@ -26,13 +26,13 @@ SECTIONS: tuple[Path, ...] = (
 
 
 def extended(path: FilePath, name: str, text: str, root: FilePath, above: tuple[FilePath, ...] = ()) -> SourceText:
-    """Return the data of a file merged over the file that it extends, which must be in the folder `root` or bundled
-    with heavylift."""
+    """Return the data of a file merged over the file that it extends; the extended file must be in the folder `root` or
+    bundled with heavylift."""
     return over(read(text, name, root), path, root, above)
 
 
 def over(source: SourceText, path: FilePath, root: FilePath, above: tuple[FilePath, ...] = ()) -> SourceText:
-    """Return the data of a source merged over the file that they extend."""
+    """Return the data of a source merged over the data of the file that the source extends."""
     base = source.data.pop("extends", None)
     if base is None:
         return source
@@ -62,7 +62,7 @@ def over(source: SourceText, path: FilePath, root: FilePath, above: tuple[FilePa
 
 
 def alike(source: SourceText) -> None:
-    """Fill in the keys that entries with `like` omit, from the entry that they name; errors are added to those of the
+    """Fill in the omitted keys of each entry with `like` from the entry named there; add errors to those of the
     source."""
     for section in SECTIONS:
         entries = source.at(section)
@@ -89,7 +89,7 @@ def _like(source: SourceText, section: Path, entries: dict[str, Data], name: str
 
 
 def fill_in(source: SourceText, theirs: Data, there: Path, own: dict[str, Data], here: Path) -> None:
-    """Copy the keys that an entry omits, with their places in the text."""
+    """Copy the keys that an entry omits from another entry, together with the places of the keys in the text."""
     for key, value in theirs.items() if isinstance(theirs, dict) else ():
         mine = own.get(key)
         if isinstance(mine, dict) and isinstance(value, dict):
@@ -102,8 +102,8 @@ def fill_in(source: SourceText, theirs: Data, there: Path, own: dict[str, Data],
 
 
 def merged(below: SourceText, above: SourceText) -> SourceText:
-    """Return a scene or type with another one merged over it: mappings are merged key by key, lists and values are
-    replaced."""
+    """Return the scene or type `below` with `above` merged over it: mappings are merged key by key, lists and values
+    are replaced."""
     keys, values = dict(below.keys), dict(below.values)
     found = SourceText(
         above.name, below.data, keys, values, below.faults + above.faults, {}, above.root, below.files + above.files
@@ -136,7 +136,7 @@ def _take(merged: SourceText, upper: SourceText, path: Path) -> None:
 
 
 def forget(source: SourceText, path: Path, value: Data) -> None:
-    """Delete the recorded places of a value and of all values in it."""
+    """Delete the recorded places in the text of a value and of all values inside it."""
     for found in _paths(value, path):
         source.keys.pop(found, None)
         source.values.pop(found, None)

@@ -42,14 +42,15 @@ def within(root: Path, path: Path) -> Path:
     except (OSError, RuntimeError, ValueError):
         raise ValueError("this is not a valid path of a file") from None
     raise ValueError(
-        f"{path.name!r} is outside of the scene's folder, and a scene may use only files in it; copy it there"
+        f"{path.name!r} is outside of the scene's folder, but a scene may use only files in its own folder; "
+        "copy the file there"
     )
 
 
 @contextmanager
 def files_read() -> Iterator[dict[str, str]]:
-    """Yield a dict that collects the files read by scenes within this context, each with a text that describes its
-    state before it was read."""
+    """Yield a dict that collects the files that scenes read within this context, each with the state of the file before
+    it was read (see `state`)."""
     named: dict[str, str] = {}
     token = _named.set(named)
     try:
@@ -59,7 +60,7 @@ def files_read() -> Iterator[dict[str, str]]:
 
 
 def state(path: str) -> str:
-    """Return a text that changes whenever the content of a file changes; "" if there is no file."""
+    """Return a hash of the content of a file; "" if there is no file."""
     try:
         return hashlib.sha256(Path(path).read_bytes()).hexdigest() if Path(path).is_file() else ""
     except OSError:
@@ -67,7 +68,7 @@ def state(path: str) -> str:
 
 
 def scene_file(scene: str) -> Path:
-    """Return the scene file at a path, or the bundled scene with this name; raises SceneError if there is neither."""
+    """Return the path of a scene file, or of the bundled scene with this name; raises SceneError if neither exists."""
     path = Path(scene)
     known = bundled()
     if path.is_file() or scene not in known:
@@ -79,7 +80,7 @@ def scene_file(scene: str) -> Path:
 
 
 def scene_text(path: Path, name: str) -> str:
-    """Return the text of a scene file; raises SceneError if it cannot be read, for example because it is a
+    """Return the text of a scene file; raises SceneError if the file cannot be read, for example because it is a
     recording."""
     try:
         return content(path).decode("utf-8")

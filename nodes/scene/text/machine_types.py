@@ -41,7 +41,8 @@ def frames() -> dict[str, FilePath]:
 
 @lru_cache(maxsize=1)
 def vessel_types() -> dict[str, dict[str, Any]]:
-    """Return the bundled vessel types by name, with what they are and the keys that a vessel of the type may omit."""
+    """Return the bundled vessel types by name, each with a description and the values of the keys that a vessel of this
+    type may omit."""
     found = sorted(vessels_folder().glob("*.yaml"))
     return {path.stem: dict(read(content(path).decode(), path.name).data) for path in found}
 
@@ -71,7 +72,7 @@ def extending(kind: MachineType) -> MachineType:
 
 
 def gather(source: SourceText) -> None:
-    """Read the type files to which a scene refers by path, with the places of their values."""
+    """Read the files of machine types to which a scene refers by path, with the places of all values in these files."""
     own = source.data.get("types")
     types = dict(own) if isinstance(own, dict) else {}
     named = {str(entry.get("type")): at for at, entry in reversed([*_cranes(source), *_frames(source)])}
@@ -96,8 +97,8 @@ def gather(source: SourceText) -> None:
 
 
 def expand(source: SourceText) -> bool:
-    """Replace each crane by the parts of its type; errors are added to those of the source. Return whether all
-    expressions have a result, without which the data cannot be read further."""
+    """Replace each crane and frame by the parts of its type; add errors to those of the source. Return whether all
+    expressions could be computed, without which the data cannot be processed further."""
     computed = True
     own = source.data.pop("types", {})
     inline = own if isinstance(own, dict) else {}

@@ -46,7 +46,8 @@ class MeshProperties:
 
 
 def shaped(source: SourceText) -> None:
-    """Set the keys of each block that follow from its `shape`; raises SceneError if the shape cannot be used."""
+    """Derive the keys of each block that has a `shape` from the shape; raises SceneError if the shape cannot be
+    used."""
     several = source.data.get("blocks")
     for base in (("block",), *(("blocks", name) for name in (several if isinstance(several, dict) else ()))):
         block = source.at(base)
@@ -102,7 +103,8 @@ def _check_size(file: str, size: Sequence[float], given: Data) -> None:
         if any(abs(a - b) > SAME * b for a, b in zip(size, wanted, strict=True)):
             shown = [" x ".join(f"{x:.4g}" for x in each) for each in (size, wanted)]
             raise SceneError(
-                f"'{file}' is {shown[0]} m large, and the block {shown[1]} m: leave 'size' out, or give its unit"
+                f"'{file}' measures {shown[0]} m, but the block {shown[1]} m: remove 'size', or give the unit "
+                "of the file"
             )
     elif not SMALL <= max(size) <= LARGE:
         raise SceneError(

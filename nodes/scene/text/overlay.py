@@ -21,8 +21,8 @@ PART = re.compile(r"[^./\[\]]+")
 
 
 def override(source: SourceText, setting: str, default: Callable[[SourceText, Path], list[Data] | None]) -> None:
-    """Apply one setting `dotted.path=text` to the scene; later errors point into the setting. `default` returns the
-    list at a path that the scene does not set."""
+    """Apply one setting `dotted.path=text` to the scene; later errors in this value refer to the setting. `default`:
+    function that returns the list at a path that the scene does not set."""
     dotted, equals, text = setting.partition("=")
     file = "--set"
     path = path_in(source, dotted)
@@ -83,7 +83,7 @@ def override(source: SourceText, setting: str, default: Callable[[SourceText, Pa
 
 
 def path_in(source: SourceText, text: str) -> Path:
-    """Return the path in the scene's data to which a user's text refers."""
+    """Return the path in the data of a scene for a path that a user has written as text."""
     path: list[str | int] = []
     if (named := STAGE.fullmatch(text)) and named[1] in (stages := _stages(source)):
         path, text = ["actions", stages.index(named[1])], named[2]
@@ -98,7 +98,7 @@ def path_in(source: SourceText, text: str) -> Path:
 
 
 def made(source: SourceText) -> SourceText:
-    """Return a copy of a scene's data in which machines are expanded to their parts."""
+    """Return a copy of the data of a scene in which machines are expanded to their parts."""
     copy = deepcopy(source)
     expand(copy)
     return copy

@@ -9,7 +9,8 @@ AXES = {"x": 0, "y": 1, "z": 2}
 
 
 class Parameters:
-    """Named values, which may be expressions of one another; the values in `given` override some of them."""
+    """Parameters with their values, which may be expressions of other parameters; the values in `given` override those
+    in `values`."""
 
     def __init__(self, values: Mapping[str, Data], given: Mapping[str, Data]) -> None:
         self.values, self.given = values, given
@@ -17,7 +18,7 @@ class Parameters:
         self._busy: list[str] = []
 
     def raw(self, name: str) -> Data:
-        """Return the value of a parameter as it is written."""
+        """Return the value of a parameter as written, which may be an expression."""
         return self.given.get(name, self.values[name])
 
     def computed(self, text: str) -> Data:
@@ -50,8 +51,9 @@ class Parameters:
 
 
 def arithmetic(source: SourceText) -> bool:
-    """Replace each value `=...` in a scene by its result, computed with the scene's `parameters`; machine types have
-    their own. Return whether all have a result; errors are added to those of the source."""
+    """Replace each value `=...` in a scene by the result of the expression, computed with the scene's `parameters`
+    (machine types have parameters of their own); add errors to those of the source. Return whether all expressions
+    could be computed."""
     named = source.data.get("parameters")
     parameters, done = Parameters(named if isinstance(named, dict) else {}, {}), True
 

@@ -36,7 +36,7 @@ MOST_DIGITS = 100  # of a number
 
 @dataclass(frozen=True)
 class Mark:
-    """A place in a scene file, counted from 1, with its source line."""
+    """A place in a scene file: line and column, counted from 1, and the text of the line."""
 
     file: str
     line: int
@@ -75,24 +75,25 @@ class SourceText:
     def fault(
         self, path: Path, text: str, hint: str = "", *, on_key: bool = False, column: int = 0, mark: Mark | None = None
     ) -> None:
-        """Add an error at a path."""
+        """Add an error about the value at a path."""
         self.faults.append(Fault(path, text, hint, on_key, column, mark))
 
     def at(self, path: Path) -> Data:
-        """Return the value at a path as it was read; None if there is none."""
+        """Return the value at a path of the present data; None if the path does not exist."""
         found: Data = self.data
         for part in path:
             found = child(found, part)
         return found
 
     def written(self, path: Path) -> Path:
-        """Return the path under which the scene writes a value: that of the parameter from which a type computes the
-        value, or the path itself."""
+        """Return the path at which the scene writes a value: the path of the parameter from which a type computes the
+        value, or the given path itself."""
         tops = (n for n in range(len(path), 0, -1) if path[:n] in self.given) if self.given else ()
         return next(((*self.given[path[:n]], *path[n:]) for n in tops), path)
 
     def mark(self, path: Path, *, on_key: bool = False) -> Mark:
-        """Return the place in the text of the value at a path, or of its nearest parent that is written."""
+        """Return the place in the text of the value at a path or, if the text does not contain the value, of its
+        nearest parent."""
         path = self.written(path)
         while path:
             found = (self.keys.get(path) if on_key else None) or self.values.get(path)
@@ -102,13 +103,13 @@ class SourceText:
         return self.values.get((), Mark(self.name, 1, 1, ""))
 
     def layer(self, mark: Mark) -> int:
-        """Return the precedence of the file in which a mark lies; later files override earlier ones, and settings
+        """Return the precedence of the file that contains a mark: later files override earlier ones, and settings
         override all files."""
         return self.files.index(mark.file) if mark.file in self.files else len(self.files)
 
     def where(self, path: Path) -> str:
-        """Return the place of a path as `file:line:column`, with the file's name only, which `path_of` converts back;
-        "" if the path is in no file."""
+        """Return the place of a path in its file as `file:line:column`, without the folder; `path_of` is the inverse.
+        Return "" if no file contains the path."""
         mark = self.mark(path, on_key=True)
         if not mark.file:
             return ""
@@ -127,7 +128,7 @@ class _Composer(Composer):
     depth = count = 0
 
     def compose_node(self, parent: object, index: object) -> object:
-        """Return the next node of the text."""
+        """Return the next node of the YAML text."""
         self.count += 1
         if self.depth >= DEEPEST or self.count > 2 * MOST_VALUES:  # keys are nodes, too
             deep = f"nested deeper than {DEEPEST} levels"
@@ -144,7 +145,8 @@ class _TooLong(Exception):
 
 
 def read(text: str, name: str, root: FilePath | None = None) -> SourceText:
-    """Parse a YAML text into data and marks; syntax errors become faults. `root`: the scene's folder."""
+    """Parse a YAML text into data and marks (places in the text); syntax errors become faults. `root`: folder of the
+    scene."""
     found = _composed(text, name)
     data = mapped(found.data, lambda value, path: value)
     return SourceText(
@@ -153,7 +155,7 @@ def read(text: str, name: str, root: FilePath | None = None) -> SourceText:
 
 
 def mapped(data: Data, made: Callable[[Data, Path], Data], path: Path = ()) -> Any:
-    """Return the data with each scalar value replaced by the result of `made(value, path)`."""
+    """Return the data with each scalar value replaced by `made(value, path)`."""
     if isinstance(data, dict):
         return {key: mapped(each, made, (*path, key)) for key, each in data.items()}
     return [mapped(x, made, (*path, i)) for i, x in enumerate(data)] if isinstance(data, list) else made(data, path)
@@ -213,7 +215,8 @@ def _composed(text: str, name: str) -> SourceText:
     known: dict[int, list[tuple[Node, Node]]] = {}
 
     def whole(node: MappingNode, path: Path) -> list[tuple[Node, Node]]:
-        """Return keys and values of a mapping, then those merged by `<<: *name` or `<<: [*one, *other]`."""
+        """Return the pairs (key, value) of a YAML mapping: its own pairs, then the pairs merged by `<<: *name` or `<<:
+        [*one, *other]`."""
         if id(node) not in known:
             known[id(node)] = []  # what it would bring into itself
             below = [x for key, x in node.value if key.value == MERGE]
@@ -286,7 +289,7 @@ def _scalar(node: Node, path: Path, source: SourceText) -> str | int | float | b
 
 
 def ordered(data: Data) -> Data:
-    """Return the data with keys sorted by name, so that their order in the text has no effect."""
+    """Return the data with all keys sorted by name, so that the order of keys in the text has no effect."""
     if isinstance(data, dict):
         return {key: ordered(data[key]) for key in sorted(data, key=natural)}
     return [ordered(each) for each in data] if isinstance(data, list) else data
@@ -301,7 +304,7 @@ def shown(path: Path) -> str:
 
 
 def child(at: Data, part: str | int) -> Data:
-    """Return the value at a key or index of `at`; None if there is none."""
+    """Return the element of `at` with a key or index; None if there is no such element."""
     if isinstance(at, dict):
         return at.get(str(part))
     return at[part] if isinstance(at, list) and isinstance(part, int) and part < len(at) else None

@@ -43,7 +43,7 @@ class Range(NamedTuple):
 
 
 class Reader:
-    """The part of a line that has not been read yet; `at` is the column of the next token."""
+    """Parser of a line, which reads it token by token; `at` is the column of the next token."""
 
     def __init__(self, text: str) -> None:
         self.text, self.at = text, 0
@@ -66,7 +66,7 @@ def number_and_unit(text: str) -> tuple[str, str]:
 
 
 def unit_in(text: str, units: Collection[str]) -> str:
-    """Return the unit in which a quantity is written if it is one of `units`; else the first of `units`."""
+    """Return the unit of a quantity if it is one of `units`; otherwise the first of `units`."""
     unit = number_and_unit(text)[1]
     return unit if unit in units else next(iter(units))
 
@@ -85,7 +85,8 @@ def spread_of(text: str) -> tuple[str, str, str] | None:
 
 
 def punctuation(text: str, units: Collection[str]) -> str:
-    """Return a hint that shows how to write a number with a comma or dash, or a clock time; "" for other texts."""
+    """Return a hint on how to write a number that has a decimal comma, a dash for a minus sign, or the form of a clock
+    time; "" for other texts."""
     if DASHES.search(text):
         return f"a minus sign is the '-' of the keyboard: write '{DASHES.sub('-', text.strip())}'"
     if found := COMMA.fullmatch(text):
@@ -107,7 +108,7 @@ def punctuation(text: str, units: Collection[str]) -> str:
 
 
 def spelled(unit: str, units: Collection[str]) -> str:
-    """Return the known unit that is written out or with other capitals in `unit`; "" if there is none."""
+    """Return the known unit that `unit` means, if `unit` is written out or with other capitals; otherwise ""."""
     words = re.sub(r"\s*\bper\b\s*", "/", unit, flags=re.IGNORECASE)
     short = re.sub(r"[A-Za-z]+", lambda word: SPELLED.get(word[0].lower().removesuffix("s"), word[0]), words)
     same = [known for known in units if known and known.lower() == short.lower()]
@@ -131,7 +132,7 @@ STRAY = re.compile(r"found '([\]}])'")
 
 
 def explained(error: MarkedYAMLError, lines: Sequence[str]) -> tuple[str, Place]:
-    """Return a sentence about a YAML error, and its place in these lines."""
+    """Return a sentence that explains a YAML error, and the place of the error (line, column) in `lines`."""
     context, problem = error.context or "", " ".join(str(error.problem or error.context).split())
     mark = error.problem_mark or error.context_mark
     here = (min(mark.line, len(lines) - 1), mark.column) if mark else (0, 0)
@@ -172,7 +173,7 @@ def explained(error: MarkedYAMLError, lines: Sequence[str]) -> tuple[str, Place]
 
 
 def unreadable(error: ReaderError, text: str) -> tuple[str, Place]:
-    """Return a sentence about a character that is not allowed in a text, and its place."""
+    """Return a sentence about a character that YAML does not allow, and the place of the character (line, column)."""
     before = text[: error.position].splitlines() or [""]
     return f"delete the control character U+{error.character:04X} here", (len(before) - 1, len(before[-1]))
 

@@ -33,7 +33,7 @@ class TableCell:
 
     @classmethod
     def of(cls, text: str, mark: Mark) -> "TableCell":
-        """Return a cell with the text of a file made printable."""
+        """Return a table cell, with unprintable characters in its text replaced."""
         return cls(printable(text.strip(), keep=SPACES), mark)
 
 
@@ -59,14 +59,14 @@ class SceneTable(NamedTuple):
         return with_unit(row[column].text, self.head[column].unit)
 
     def named(self, name: str) -> list[list[TableCell]]:
-        """Return the rows with this name; raises SceneError if there are none."""
+        """Return the rows with this name; raises SceneError if there is no such row."""
         if found := [row for row in self.rows if name and row[0].text == name]:
             return found
         near = closest(name, dict.fromkeys(row[0].text for row in self.rows))
         raise SceneError(f"{self.file} has no row '{name}': {near}")
 
     def only(self, name: str) -> list[TableCell]:
-        """Return the row with this name; raises SceneError if there is none or more than one."""
+        """Return the row with this name; raises SceneError if there is no such row or more than one."""
         found = self.named(name)
         if len(found) > 1:
             lines = " and ".join(str(row[0].mark.line) for row in found[:2])
@@ -78,8 +78,8 @@ Found = dict[str, tuple[Data, Mark, dict[Path, Mark]]]  # by key: value, the mar
 
 
 def lay(source: SourceText, path: Path, into: dict[str, Data], found: Found, named: Mark) -> None:
-    """Insert table values under a path, except where files or settings of higher precedence give a value; `named`:
-    place of the reference to the table."""
+    """Insert table values under a path, except values that a file or setting of higher precedence gives. `named`: place
+    of the reference to the table."""
     for key, (value, head, cells) in found.items():
         if key in into and source.layer(source.mark((*path, key), on_key=True)) >= source.layer(named):
             continue
@@ -95,8 +95,8 @@ def with_unit(text: str, unit: str) -> str:
 
 
 def row_names(root: FilePath, file: str) -> list[str]:
-    """Return the names of the rows of a table in order, each of them once; raises SceneError for an unreadable
-    table."""
+    """Return the names of all rows of a table, each name once, in order; raises SceneError if the table cannot be
+    read."""
     return list(dict.fromkeys(row[0].text for row in table(root, file).rows))
 
 

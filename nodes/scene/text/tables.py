@@ -170,7 +170,10 @@ def _block(source: SourceText, base: Path, read: SceneTable, row: list[TableCell
 def _lugs(source: SourceText, base: Path, read: SceneTable, block: str) -> Found:
     """Return the lugs of a block in a table, by name."""
     if others := [c.key for c in read.head if c.unit and (c.axis or c.key) not in AXES]:
-        raise SceneError(f"{read.file}: a lug has a place x, y, z and no '{others[0]}'; a remark has no unit")
+        raise SceneError(
+            f"{read.file}: a lug has only the quantities x, y and z, not '{others[0]}'; write remarks in "
+            "columns without a unit"
+        )
     chosen, places = _chosen(read, block, " [m]")
     found: Found = {}
     for row in chosen:
@@ -284,7 +287,7 @@ def _between(
     """Return the responses interpolated between rows, and the cells of a neighbouring row."""
     if not axes:
         if len(rows) > 1:
-            raise SceneError(f"{file} has several rows of one wave, such as line {rows[1][2][0].mark.line}")
+            raise SceneError(f"{file} has several rows for the same wave, such as line {rows[1][2][0].mark.line}")
         return rows[0][1], rows[0][2]
     axis, rest = axes[0], axes[1:]
     known = sorted({wave[axis] for wave, _, _ in rows})
@@ -294,8 +297,8 @@ def _between(
     low, high = max((k for k in known if k <= x + SAME), default=x), min((k for k in known if k >= x - SAME), default=x)
     if low not in known or high not in known:
         ends = " to ".join(WAVE[axis].show(k) for k in (known[0], known[-1]))
-        message = f"{file} knows waves of {'a' if axis == 'period' else 'a relative'} {axis} of {ends}"
-        raise SceneError(f"{message}, and that of the scene has {WAVE[axis].show(x)}")
+        message = f"{file} covers waves with {'a' if axis == 'period' else 'a relative'} {axis} of {ends}"
+        raise SceneError(f"{message}, but the wave of the scene has {WAVE[axis].show(x)}")
     at_ends = (_between([row for row in rows if row[0][axis] == k], rest, met, file) for k in (low, high))
     (a, cells), (b, _) = at_ends
     part = (x - low) / (high - low) if high > low else 0.0

@@ -31,7 +31,7 @@ class MachineType:
 
     @property
     def data(self) -> Mapping[str, Data]:
-        """All data of the type."""
+        """All data of the machine type, by key."""
         return self.source.data
 
     @property
@@ -41,7 +41,7 @@ class MachineType:
         return found if isinstance(found, dict) else {}
 
     def about(self, key: str) -> str:
-        """Return the text that the type gives under `about`, `capacity` or `source`."""
+        """Return the text of the type's key `about`, `capacity` or `source`."""
         return " ".join(str(self.data.get(key, "")).split())
 
 
@@ -59,7 +59,8 @@ class Expansion:
         self.computed = True
 
     def run(self, entry: dict[str, Data]) -> None:
-        """Insert the machine's parts under `machines` in the scene's data; the crane's entry keeps its parameters."""
+        """Insert the parts of the machine under `machines` in the data of the scene; the entry of the crane keeps its
+        parameters."""
         known = self.kind.parameters
         for key in (key for key in self.given if key not in known):
             message = f"the type {self.kind.name} has no parameter '{key}'"
@@ -212,7 +213,7 @@ class Expansion:
 
     @cached_property
     def values(self) -> Parameters:
-        """The values of the parameters, each of them computed once."""
+        """The parameters of the type, whose values are computed at most once."""
         return Parameters(self.kind.parameters, self.given)
 
     @cached_property

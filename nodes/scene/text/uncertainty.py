@@ -36,13 +36,14 @@ class Stated:
 
     @property
     def kind(self) -> Kind:
-        """The distribution: normal, or uniform between two ends."""
+        """The kind of distribution: normal, or uniform between two ends."""
         return "uniform" if self.how == ".." else "normal"
 
 
 def separated(source: SourceText, is_text: Callable[[Path], bool]) -> dict[Path, Stated]:
-    """Return the stated uncertainties of a scene by path, and replace the numbers by their nominal values; errors are
-    added to the source. `is_text` returns whether the value at a path is free text, which is not searched."""
+    """Return the stated uncertainties of a scene by path, and replace uncertain numbers by their nominal values; add
+    errors to the source. `is_text`: function that returns whether the value at a path is free text, which is not
+    searched."""
     found: dict[Path, Stated] = {}
 
     def nominal(data: Data, path: Path) -> Data:
@@ -61,34 +62,37 @@ def separated(source: SourceText, is_text: Callable[[Path], bool]) -> dict[Path,
 
 
 def standard(stated: Stated, quantity: Quantity) -> float:
-    """Return the standard uncertainty in SI units; raises ValueError if it is impossible for the quantity."""
+    """Return a stated uncertainty as standard uncertainty in SI units; raises ValueError if the uncertainty is
+    impossible for the quantity."""
     dimension, value = quantity.dimension, quantity.read(stated.value)
     if dimension in _SETTINGS:
-        raise ValueError(f"{dimension.article} is a setting of the run, no input: write it without uncertainty")
+        raise ValueError(f"{dimension.article} is a setting of the run, not an input: write it without uncertainty")
     unit = number_and_unit(stated.value)[1]
     units = _plain(dimension, unit or number_and_unit(stated.half)[1]).units
     part, width = half_width(stated.half, units, stated.how, relative=unit != "%")
     if part and value == 0.0:
-        raise ValueError(f"'{stated.how} {stated.half}' of a value of 0 is 0: write it in a unit")
+        raise ValueError(f"'{stated.how} {stated.half}' of a value of 0 is 0: write the uncertainty with a unit")
     half = part * abs(value) + width
     reach = 2.0 * half if stated.how.startswith("s") else half
     low, high = value - reach, value + reach
     if quantity.least and (low < 0.0 or (low == 0.0 and quantity.least == "positive")):
         least = "greater than zero" if quantity.least == "positive" else "zero or more"
-        raise ValueError(f"reaches down to {dimension.show(low)}, and {dimension.article} must be {least} here")
+        raise ValueError(
+            f"the range reaches down to {dimension.show(low)}, but {dimension.article} must be {least} here"
+        )
     if isinstance(dimension, Limited):
         ends = dimension.number(dimension.lowest), dimension.number(dimension.highest)
         if low < ends[0] * (1 - 1e-9) or high > ends[1] * (1 + 1e-9):
             raise ValueError(
-                f"reaches from {dimension.show(low)} to {dimension.show(high)}, out of {dimension.lowest} to "
+                f"the range from {dimension.show(low)} to {dimension.show(high)} is not within {dimension.lowest} to "
                 f"{dimension.highest}; write the range that is meant, such as '97..100 %'"
             )
     return reach / (math.sqrt(3.0) if stated.kind == "uniform" else 2.0)
 
 
 def half_width(text: str, units: Mapping[str, Fraction], how: str = "+-", relative: bool = True) -> tuple[float, float]:
-    """Return a half-width such as `3 %` or `10 t` as (fraction of the value, amount in SI units), one of which is 0.
-    Raises ValueError for an invalid text. If `relative`, % means a fraction of the value."""
+    """Return a half-width such as `3 %` or `10 t` as (fraction of the value, amount in SI units), of which one is 0;
+    raises ValueError for an invalid text. `relative`: % means a fraction of the value."""
     number, unit = number_and_unit(text)
     width, text = float(number) if number else math.nan, f"{how} {text.strip()}".strip()
     if not 0.0 <= width < math.inf:

@@ -49,7 +49,7 @@ CUSTOMARY = {  # units of the United States and of sailors: read, but not offere
 
 
 def offered(units: Iterable[str]) -> list[str]:
-    """Return the units that messages suggest."""
+    """Return those of the units that messages suggest."""
     return [unit for unit in units if not any(unit in others for others in CUSTOMARY.values())]
 
 
@@ -75,7 +75,7 @@ class Dimension:
         return number
 
     def number(self, value: object) -> float:
-        """Return a quantity in SI units like `read`, but also if it is infinite or nan."""
+        """Return a quantity in SI units as `read` does, but also accept infinite values and nan."""
         if isinstance(value, bool) or not isinstance(value, str | int | float):
             raise ValueError(f"{self.article} is needed here, such as {self._example(1.0)}")
         if not isinstance(value, str):
@@ -207,14 +207,14 @@ class Either(Dimension):
 
 
 def either(first: Dimension, second: Dimension) -> Either:
-    """Return a dimension that accepts the units of both."""
+    """Return a dimension that accepts the units of two dimensions."""
     return Either(f"{first.name} or {second.name}", {**first.units, **second.units}, first, second)
 
 
 @dataclass(frozen=True, eq=False)
 class Quantity:
-    """Reader with which pydantic reads quantities of a dimension; `least`: whether they must be positive, zero or more,
-    or one or more, as factors of safety."""
+    """Reader of quantities of one dimension for pydantic. `least`: smallest allowed value, one of "" (any value),
+    "zero" (zero or more), "positive" and "one" (one or more)."""
 
     dimension: Dimension
     least: Literal["", "zero", "positive", "one"] = ""

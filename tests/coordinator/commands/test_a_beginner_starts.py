@@ -35,7 +35,7 @@ def test_new_scenes_never_overwrite_existing_files(tmp_path: Path, monkeypatch: 
     assert (tmp_path / "mine.yaml").read_text() == "a day's work\n"
 
 
-def test_the_schema_accepts_all_bundled_scenes_and_reports_what_is_wrong() -> None:
+def test_the_json_schema_accepts_all_bundled_scenes_and_rejects_faulty_ones() -> None:
     jsonschema = pytest.importorskip("jsonschema", reason="no package 'jsonschema' (extra test)")
     schema = json_schema()
     jsonschema.Draft202012Validator.check_schema(schema)
@@ -49,7 +49,7 @@ def test_the_schema_accepts_all_bundled_scenes_and_reports_what_is_wrong() -> No
     assert "hieght" in wrong.message
 
 
-def test_the_schema_describes_units_defaults_and_meanings_of_keys() -> None:
+def test_the_json_schema_describes_units_defaults_and_meanings_of_scene_keys() -> None:
     schema = json_schema()
     types = schema["$defs"]["CraneKeys"]["allOf"]
     crane = next(x["then"] for x in types if x["if"]["properties"]["type"]["const"] == "goliath-900")["properties"]

@@ -40,7 +40,7 @@ def recordings(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 @pytest.mark.large(beyond=2)
 @pytest.mark.parametrize("option", OPTIONS)
 @pytest.mark.parametrize("state", SETS)
-def test_a_run_that_is_repeated_resumed_or_branched_ends_by_its_verdict(
+def test_the_verdict_decides_the_exit_code_of_run_resume_and_branch(
     state: str, option: tuple[str, ...], recordings: dict[str, Path], tmp_path: Path
 ) -> None:
     path, wanted = recordings[state], expected(state, option)
@@ -54,7 +54,7 @@ def test_a_run_that_is_repeated_resumed_or_branched_ends_by_its_verdict(
 
 @pytest.mark.large(beyond=2)
 @pytest.mark.parametrize("option", OPTIONS)
-def test_a_check_and_a_search_for_limits_fail_on_red_in_any_case(
+def test_check_and_limits_exit_with_1_on_a_red_verdict_without_any_option(
     option: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -65,7 +65,7 @@ def test_a_check_and_a_search_for_limits_fail_on_red_in_any_case(
 
 @pytest.mark.large(beyond=2)
 @pytest.mark.parametrize("option", OPTIONS)
-def test_a_study_fails_by_its_worst_row(
+def test_the_worst_row_of_a_study_decides_its_exit_code(
     option: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Errors are not measured in each row, so that a row is amber at best."""

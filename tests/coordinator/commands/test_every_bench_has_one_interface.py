@@ -61,7 +61,7 @@ def python(code: str, *arguments: str) -> subprocess.CompletedProcess[str]:
 
 
 @pytest.mark.large
-def test_every_benchmark_script_takes_the_two_options_and_reports_its_measurements() -> None:
+def test_every_benchmark_script_takes_the_options_json_and_short() -> None:
     helps = json.loads(python(ALL_HELPS, *map(str, SCRIPTS)).stdout)
     for script in SCRIPTS:
         message = helps[str(script)]
@@ -117,7 +117,7 @@ def test_a_peer_engine_that_is_not_installed_gives_one_sentence_and_no_figure() 
     ]
 
 
-def test_scripts_named_on_pages_exist() -> None:
+def test_every_script_named_on_a_page_exists() -> None:
     pages = [*ROOT.glob("*.md"), *(p for room in ROOMS for p in (ROOT / room).rglob("*.md"))]
     named = {script for page in pages for script in re.findall(r"tests/bench/[\w/]+\.py", page.read_text())}
     assert len(named) > 5

@@ -113,7 +113,7 @@ def test_the_help_lists_all_commands_and_exit_codes(capsys: pytest.CaptureFixtur
         (
             ("compare", "no.mcap", "no.mcap"),
             1,
-            "no.mcap: does not exist; check the name or make it with `heavylift run`",
+            "no.mcap: the file does not exist; check the name or make it with `heavylift run`",
         ),
         *(((name, "no.mcap", *(("-o", "x.csv") * (name == "export"))), 1, "no.mcap") for name in OF_FILES),
     ],
@@ -151,7 +151,7 @@ def test_a_shell_completes_scenes_and_recordings(tmp_path: Path, monkeypatch: py
 @pytest.mark.parametrize(
     ("line", "offered"), [("heavylift run tur", "turnover-untuned\nturnover\n"), ("heavylift info r", "run.mcap\n")]
 )
-def test_the_command_answers_a_request_for_shell_completion(
+def test_heavylift_answers_a_request_for_shell_completion(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, line: str, offered: str
 ) -> None:
     monkeypatch.chdir(tmp_path)

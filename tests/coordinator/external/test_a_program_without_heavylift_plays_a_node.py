@@ -39,7 +39,7 @@ def test_the_example_program_is_short_and_imports_only_zenoh_and_msgpack() -> No
     assert len(text.splitlines()) <= 80
 
 
-def test_a_run_with_a_node_in_another_program_has_the_same_digest(guest, tmp_path: Path) -> None:
+def test_running_a_node_in_an_external_program_does_not_change_the_digest(guest, tmp_path: Path) -> None:
     ended = []
     with guest(lambda ticket: ended.append(reference(ticket).wait(60))):
         run = run_models(RING, until=0.101, external=["s1"])
@@ -64,7 +64,9 @@ def test_a_run_whose_external_node_is_missing_ends_with_a_clear_message(tmp_path
     assert list(tmp_path.iterdir()) == []
 
 
-def test_an_existing_file_with_the_name_of_the_ticket_is_not_overwritten(tmp_path: Path, monkeypatch, guest) -> None:
+def test_a_run_does_not_overwrite_an_existing_file_that_has_the_name_of_its_ticket(
+    tmp_path: Path, monkeypatch, guest
+) -> None:
     path = tmp_path / "s1.ticket"
     path.write_text("a ticket for the theatre")
     with pytest.raises(OutputError, match="is not the ticket of an ended run; move it"):
@@ -77,7 +79,7 @@ def test_an_existing_file_with_the_name_of_the_ticket_is_not_overwritten(tmp_pat
     {
         "--external s7": "--external 's7': there is no process 's7'; the processes are s0, s1",
         "--external s1 --in-process": "--in-process: process s1 is an external program; "
-        "use only one of the two options",
+        "leave out --in-process or --external",
     }.items(),
 )
 def test_models_that_cannot_run_externally_are_refused_before_the_run(
@@ -91,7 +93,7 @@ def test_models_that_cannot_run_externally_are_refused_before_the_run(
 
 
 @pytest.mark.large
-def test_the_successor_of_a_killed_external_program_receives_the_whole_history(guest, tmp_path: Path) -> None:
+def test_a_program_that_replaces_a_killed_external_program_receives_all_earlier_messages(guest, tmp_path: Path) -> None:
     message: list[str] = []
 
     class Listening(RunObserver):

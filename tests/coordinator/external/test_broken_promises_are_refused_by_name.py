@@ -134,7 +134,7 @@ def of_tomorrow(path: Path) -> None:
 
 
 CASES = {
-    "garbage": (speak(b"\x93\xa5hello\xc1"), "node s1 sent data that is not a message of the time protocol"),
+    "garbage": (speak(b"\x93\xa5hello\xc1"), "node s1 sent invalid data: not a message of the time protocol"),
     "no frame": (unframed, "node s1, message 0 on 'out': 39 bytes arrived that are no heavylift message"),
     "a flood": (flooding, "node s1, message 0 on 'out': 100 bytes arrived that are no heavylift message"),
     "a frame of tomorrow": (of_tomorrow, "node s1, message 0 on 'out': a frame of wire version 2 arrived, and this"),
@@ -156,5 +156,5 @@ def test_a_protocol_violation_ends_the_run_with_the_name_of_the_node(guest, name
         run_models(RING, until=0.101, external=["s1"])
 
 
-def test_a_program_of_another_protocol_version_finds_the_version_in_its_ticket(tmp_path: Path) -> None:
+def test_the_ticket_of_a_process_states_the_version_of_the_wire_format(tmp_path: Path) -> None:
     assert "wire" in json.loads(Ticket("r", "p", {}, 1, "", "").to_text())

@@ -47,7 +47,7 @@ def test_the_coordinator_certificate_is_valid_for_all_its_addresses(keys: Path) 
     assert names.get_values_for_type(x509.IPAddress) == [ip_address(a) for a in addresses]
 
 
-def test_existing_certificate_keys_are_kept(tmp_path: Path) -> None:
+def test_the_certificates_command_keeps_existing_keys(tmp_path: Path) -> None:
     make_certificates(tmp_path, ["west"])
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
     assert [path.name for path in make_certificates(tmp_path, ["west", "east"])] == ["east.pem", "east.key"]

@@ -64,7 +64,7 @@ def test_a_remote_process_may_join_only_under_the_name_in_its_certificate(run: R
             )
 
 
-def test_a_client_that_requests_a_name_does_not_block_the_owner_of_that_name(run: Run) -> None:
+def test_a_client_that_requests_a_process_name_does_not_prevent_its_owner_from_joining(run: Run) -> None:
     hub, _, block, crane = run
     with remote_session(block) as liar, remote_session(crane) as honest:
         for _ in range(3):
@@ -74,7 +74,7 @@ def test_a_client_that_requests_a_name_does_not_block_the_owner_of_that_name(run
         assert _ask(honest, CRANE, crane) == hub.ticket("crane")
 
 
-def test_many_sessions_of_one_certificate_lock_nobody_else_out(run: Run) -> None:
+def test_many_sessions_with_one_certificate_do_not_prevent_another_process_from_joining(run: Run) -> None:
     hub, _, block, crane = run
     with ExitStack() as crowd:
         for _ in range(60):
@@ -105,7 +105,7 @@ def test_repeated_refusals_of_clients_are_summarised(run: Run) -> None:
     assert text[-1] == "more refusals are not reported"
 
 
-def test_a_client_of_another_version_is_refused_with_what_to_install(run: Run) -> None:
+def test_a_client_of_another_version_is_refused_with_the_version_to_install(run: Run) -> None:
     """Whatever it asks in: words of before or after, or bytes of no meaning."""
     hub, text, block, _ = run
     mine = msgspec.to_builtins(JoinRequest("block", __version__, "quay", code=code()))

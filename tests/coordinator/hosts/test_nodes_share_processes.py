@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 LIFT = ("commander", "crane", "loader-1", "loader-2", "loader-3", "block", "kernel")
 
 
-def test_nodes_are_distributed_over_processes_and_the_kernel_has_its_own() -> None:
+def test_nodes_are_distributed_over_the_requested_processes_and_the_kernel_has_one_of_its_own() -> None:
     assert Placement.spread(LIFT, 4).processes == {
         "process-1": ("commander", "crane"),
         "process-2": ("loader-1", "loader-2"),
@@ -77,7 +77,7 @@ def test_check_suggests_sharing_processes_between_nodes_when_there_are_very_many
         ([], -1, "--processes -1: a run needs at least one process"),
     ],
 )
-def test_a_wrong_placement_is_refused(given: list[str], count: int, told: str) -> None:
+def test_a_wrong_placement_of_nodes_on_processes_is_refused(given: list[str], count: int, told: str) -> None:
     with pytest.raises(SceneError) as error:
         place(LIFT, {}, given, count)
     assert str(error.value).startswith(told)

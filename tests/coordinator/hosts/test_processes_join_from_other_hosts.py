@@ -209,7 +209,7 @@ def test_a_remote_process_does_not_outlive_its_coordinator(tmp_path: Path, keys:
     ended(run)
     _, text = node.communicate(timeout=PATIENCE_s)
     assert node.returncode == 86
-    assert f"at {endpoint} is gone; join again after it has been restarted" in text
+    assert f"at {endpoint} is gone; join again after the run has been restarted" in text
 
 
 @pytest.mark.parametrize(

@@ -26,7 +26,7 @@ def certified(scene: str, sets: list[str], folder: Path) -> tuple[Certificate, P
         return runs.written(result.recording), result.recording, result.digest
 
 
-def test_a_certificate_of_a_snatch_has_error_estimates_of_its_steps_and_inputs(tmp_path: Path) -> None:
+def test_the_certificate_of_a_snatched_load_has_error_estimates_of_its_steps_and_inputs(tmp_path: Path) -> None:
     found, path, digest = certified("snatch", ["end=2 s", "tolerance=1e-4", f"{MASS}=10 t +- 6 %"], tmp_path)
     peak = found.bars[0]
     exact = play(msgspec.structs.replace(load("snatch", ["end=2 s"]).plan, tolerance=1e-11)).peaks["fall"].tension
@@ -46,7 +46,9 @@ def test_a_certificate_of_a_snatch_has_error_estimates_of_its_steps_and_inputs(t
     assert accuracy(rec) == peak.numerical / peak.value
 
 
-def test_a_certificate_of_a_lift_has_error_estimates_of_ropes_slings_pads_positions_and_stages(tmp_path: Path) -> None:
+def test_the_certificate_of_a_lift_has_error_estimates_of_ropes_slings_pads_positions_and_stages(
+    tmp_path: Path,
+) -> None:
     found, _, _ = certified("lift", ["end=40 s"], tmp_path)
     assert {bar.quantity for bar in found.bars} >= {*ASKABLE} - {"swing"}
     assert all(bar.numerical is not None and bar.model is not None for bar in found.bars)
@@ -60,7 +62,7 @@ def test_a_certificate_states_that_the_scene_gives_no_uncertainties(tmp_path: Pa
     assert MASS in found.unstated
 
 
-def test_the_error_of_a_model_level_is_measured_against_levels_that_model_its_omissions() -> None:
+def test_a_model_level_is_compared_with_levels_that_model_every_effect_it_omits() -> None:
     ladder = Ladder(load("lift").plan)
     for given, lumps in (
         (Fidelity(ropes="rigid", slings="rigid"), 2),

@@ -43,7 +43,7 @@ def test_a_sinusoid_in_any_horizontal_direction_is_measured_with_its_amplitude_a
     assert found.amplitude == pytest.approx(amplitude, rel=2e-3)
 
 
-def test_samples_too_coarse_for_a_signal_are_reported() -> None:
+def test_the_reading_error_of_a_swing_bounds_what_coarse_samples_miss() -> None:
     rough, fine = (play(load("pendulum", ["end=60 s", f"samples={hz}"]).plan) for hz in ("0.2 Hz", "20 Hz"))
     message, true = ({f.name: f for f in figures(run, ["swing"])} for run in (rough, fine))
     for name, f in message.items():
@@ -53,7 +53,9 @@ def test_samples_too_coarse_for_a_signal_are_reported() -> None:
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_a_swing_faster_than_the_samples_of_its_scene_has_its_own_period_and_amplitude(seed: int) -> None:
+def test_a_swing_faster_than_the_sample_rate_is_measured_with_the_period_and_amplitude_of_its_closed_form(
+    seed: int,
+) -> None:
     """Every second sample shows the same slow swing, which there is not."""
     r = Random(seed)
     length, hz, method = round(r.uniform(0.5, 40.0), 3), r.choice([0.1, 0.2, 0.5]), r.choice(["radau5", "dopri5"])
@@ -67,7 +69,7 @@ def test_a_swing_faster_than_the_samples_of_its_scene_has_its_own_period_and_amp
     assert max(look.error.values()) < 0.01
 
 
-def test_a_peak_utilisation_between_two_samples_is_reported() -> None:
+def test_the_reading_error_of_a_utilisation_bounds_what_coarse_samples_miss() -> None:
     rough, fine = (play(load("lift", ["end=60 s", f"samples={hz}"]).plan) for hz in ("0.5 Hz", "40 Hz"))
     message, true = ({f.name: f for f in figures(run, ["limits", "clearance"])} for run in (rough, fine))
     assert message.keys() == true.keys()
@@ -77,7 +79,7 @@ def test_a_peak_utilisation_between_two_samples_is_reported() -> None:
 
 
 @pytest.mark.parametrize("scene", ["lift", "hall", "spreader", "snatch", "arm", "floating", "jib"])
-def test_every_machine_has_finite_result_figures_without_duplicates(scene: str) -> None:
+def test_the_result_figures_of_every_crane_are_finite_and_have_distinct_names(scene: str) -> None:
     assert scene in bundled()
     found = figures(play(load(scene, ["end=12 s"]).plan), ASKABLE)
     names = [f.name for f in found]

@@ -22,7 +22,7 @@ def peak(mass: float, EA: float) -> float:
     return weight + sqrt(weight * (weight + 2.0 * H * EA / L))
 
 
-def test_sensitivities_of_a_snatch_agree_with_closed_forms() -> None:
+def test_sensitivities_of_a_snatched_load_agree_with_closed_forms() -> None:
     scene = load("snatch", [*UNDAMPED, f"{LOAD}=10 t +- 6 %", f"{FALL}.EA=90..98 MN"])
     found = sensitivities(scene, at_once=0)
     (figure,) = [f for f in found.figures if f.quantity == "rope tension"]

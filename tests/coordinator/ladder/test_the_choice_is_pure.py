@@ -41,7 +41,7 @@ def kept(monkeypatch: pytest.MonkeyPatch) -> dict[str, bytes]:
     return files
 
 
-def test_an_empty_a_full_and_a_damaged_cache_give_the_same_level_and_digest(
+def test_a_scene_gets_the_same_model_level_and_digest_with_an_empty_a_full_and_a_damaged_cache(
     kept: dict[str, bytes], tmp_path: Path
 ) -> None:
     scene = load("lift", ASKED)
@@ -67,7 +67,7 @@ def test_an_empty_a_full_and_a_damaged_cache_give_the_same_level_and_digest(
 @pytest.mark.parametrize(
     "setting", ["accuracy=10 %", "fidelity.girder=elastic", "ask=[sling tension]", "gravity=9.8 m/s2"]
 )
-def test_another_accuracy_quantity_or_scene_gets_a_newly_chosen_model_level(
+def test_the_model_level_is_chosen_again_for_another_accuracy_quantity_or_scene(
     setting: str, kept: dict[str, bytes]
 ) -> None:
     chosen(load("lift", ASKED))
@@ -75,7 +75,7 @@ def test_another_accuracy_quantity_or_scene_gets_a_newly_chosen_model_level(
     assert len(kept) == 2
 
 
-def test_fixed_model_settings_are_kept_and_their_error_is_reported(kept: dict[str, bytes]) -> None:
+def test_model_settings_fixed_in_a_scene_are_kept_and_their_error_is_reported(kept: dict[str, bytes]) -> None:
     scene = chosen(load("lift", [*ASKED, "fidelity.girder=rigid", "method=dopri5", "accuracy=0.3 %"]))
     assert (scene.plan.fidelity.girder, scene.plan.method) == ("rigid", "dopri5")
     assert scene.answer is not None
@@ -83,7 +83,7 @@ def test_fixed_model_settings_are_kept_and_their_error_is_reported(kept: dict[st
     assert max(scene.answer.errors.values()) > 0.003
 
 
-def test_user_models_are_not_executed_to_choose_a_level() -> None:
+def test_choosing_a_model_level_runs_no_user_models() -> None:
     scene = load("damper", ["ask=[position]"])
     assert chosen(scene).answer is not None
     assert "models of its own" in str(chosen(scene).answer)

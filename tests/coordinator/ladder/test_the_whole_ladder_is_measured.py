@@ -35,7 +35,9 @@ def test_tighter_steps_have_smaller_errors_and_the_cheapest_sufficient_candidate
     assert measured.advice.startswith(f"Use {measured.pick}: ")
 
 
-def test_page_table_and_figure_of_a_trade_off_report_the_same_numbers(measured: MeasuredLadder, tmp_path: Path) -> None:
+def test_the_page_the_table_and_the_figure_of_a_trade_off_show_the_same_numbers(
+    measured: MeasuredLadder, tmp_path: Path
+) -> None:
     for kind in (".html", ".csv", ".json", ".png", ".svg"):
         write(measured, tmp_path / f"out{kind}")
     html, data = (tmp_path / "out.html").read_text(), json.loads((tmp_path / "out.json").read_text())
@@ -84,7 +86,7 @@ def test_a_time_limit_that_is_too_short_is_refused(given: dict[str, object], tol
         within("pendulum", SCENE, MEANT, **given)  # type: ignore[arg-type]
 
 
-def test_an_accuracy_without_named_quantities_applies_to_the_usual_ones(
+def test_an_accuracy_without_named_quantities_applies_to_the_default_quantities(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.chdir(tmp_path)

@@ -57,7 +57,7 @@ def test_random_lifts_are_within_the_requested_accuracy_of_a_reference(draw: Dra
 
 @pytest.mark.large
 @pytest.mark.parametrize("accuracy", [0.3, 0.1, 0.03])
-def test_agreement_between_loose_tolerances_is_not_trusted_when_slings_go_slack(accuracy: float) -> None:
+def test_results_that_agree_at_loose_tolerances_are_not_accepted_when_slings_go_slack(accuracy: float) -> None:
     answer, error = answered(lift_of_the_world, FORKS, accuracy)
     assert error <= max(accuracy, *answer.errors.values())
     assert bool(answer.notes) == (max(answer.errors.values()) > accuracy)
@@ -77,7 +77,7 @@ def answered(draw: Draw, seed: int, accuracy: float) -> tuple[Answer, float]:
 @pytest.mark.parametrize(
     "named", [{}, {"girder": "rigid"}, {"ropes": "rigid", "slings": "rigid"}, {"rope_mass": "none"}]
 )
-def test_the_reference_levels_of_a_model_level_model_every_effect_that_it_omits(
+def test_the_levels_with_which_a_model_level_is_compared_include_every_effect_it_omits(
     scene: str, named: dict[str, str]
 ) -> None:
     plan = load(scene).plan
@@ -99,7 +99,7 @@ def test_numerical_damping_of_a_stiff_method_is_not_mistaken_for_physical_dampin
 
 
 @pytest.mark.parametrize(("method", "accuracy"), [("", 0.1), ("", 1e-5), ("radau5", 0.1), ("radau5", 0.01)])
-def test_a_slow_phase_drift_over_hours_is_within_the_reported_error(method: str, accuracy: float) -> None:
+def test_the_phase_error_of_a_swing_over_hours_is_within_the_reported_error(method: str, accuracy: float) -> None:
     """An undamped swing of 60 degrees, 700 times: its energy says nothing of how late it is."""
     text = SWING.replace("END", f"{(lasts := 12_345.0)!r} s")
     plan = parse(text, passing=True, followed=False).plan

@@ -84,7 +84,7 @@ class Falling(Measuring):
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_the_estimated_step_errors_bound_the_true_ones_closely(seed: int) -> None:
+def test_estimated_step_errors_bound_the_true_errors_closely(seed: int) -> None:
     draw = Random(seed)
     order = draw.uniform(0.55, 1.2)
     measuring = Falling(

@@ -19,7 +19,7 @@ def first_line(process: subprocess.Popen[str]) -> str:
     return process.stderr.readline()
 
 
-def test_a_command_to_a_paused_run_is_answered_after_the_run_continues(tmp_path: Path) -> None:
+def test_an_operator_command_to_a_paused_run_is_answered_after_the_run_continues(tmp_path: Path) -> None:
     """The pusher is busy for three seconds, then the run rests for an hour."""
     (tmp_path / "sledge.yaml").write_text(SLEDGE.replace("wait: 2 s", "wait: 1 h"))
     with going(tmp_path, "run", "sledge.yaml", "--rate", "5"):
@@ -55,7 +55,7 @@ def test_a_command_to_a_paused_run_is_answered_after_the_run_continues(tmp_path:
         assert out.startswith(f"{WORDS}: began at ")
 
 
-def test_a_command_is_answered_when_the_run_ends_before_executing_it(tmp_path: Path) -> None:
+def test_an_operator_command_is_answered_if_the_run_ends_before_executing_it(tmp_path: Path) -> None:
     (tmp_path / "sledge.yaml").write_text(SLEDGE.replace("wait: 2 s", "wait: 1 h"))
     with going(tmp_path, "run", "sledge.yaml", "--rate", "5") as process:
         run = found(tmp_path / "sledge.mcap")
@@ -69,7 +69,7 @@ def test_a_command_is_answered_when_the_run_ends_before_executing_it(tmp_path: P
 
 
 @pytest.mark.parametrize("wait", ["3 kg", "-1 s"])
-def test_an_invalid_waiting_time_of_a_command_is_refused_in_one_line(tmp_path: Path, wait: str) -> None:
+def test_an_invalid_waiting_time_for_the_reply_to_an_operator_command_is_refused(tmp_path: Path, wait: str) -> None:
     called = [HEAVYLIFT, "command", "x.mcap", WORDS, f"--wait={wait}"]
     done = subprocess.run(called, cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE_s)
     assert (done.returncode, done.stderr.count("\n")) == (1, 1)

@@ -75,7 +75,7 @@ def test_a_replay_repeats_the_actions_of_an_operator(tmp_path: Path) -> None:
     assert again.digest == recording.result["digest"]
 
 
-def test_a_command_is_answered_and_a_stop_completes_the_recording(tmp_path: Path) -> None:
+def test_an_operator_command_is_answered_and_the_order_to_stop_completes_the_recording(tmp_path: Path) -> None:
     (tmp_path / "sledge.yaml").write_text(SLEDGE.replace("wait: 2 s", "wait: 1 h"))
     with going(tmp_path, "run", "sledge.yaml", "--rate", "20") as process:
         run_ = found(tmp_path / "sledge.mcap")
@@ -96,7 +96,7 @@ def test_a_command_is_answered_and_a_stop_completes_the_recording(tmp_path: Path
     assert recording.events("commander", "finished")[0].t_ns == pytest.approx(seconds(said_s(out)), abs=2)
 
 
-def test_a_command_given_before_the_coordinator_is_killed_is_read_from_the_journal(tmp_path: Path) -> None:
+def test_an_operator_command_given_before_the_coordinator_is_killed_is_read_from_the_journal(tmp_path: Path) -> None:
     (tmp_path / "sledge.yaml").write_text(SLEDGE)
     with going(tmp_path, "run", "sledge.yaml", "--rate", "1") as process:
         run_ = found(tmp_path / "sledge.mcap")

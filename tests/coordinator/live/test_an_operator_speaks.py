@@ -84,7 +84,7 @@ def test_a_mistake_in_an_operator_command_is_shown_with_a_caret(
 
 
 def test_an_extremely_long_operator_command_is_not_quoted_in_the_error() -> None:
-    with pytest.raises(SceneError, match=r"^command: it has 1000010 characters, say what to do in at most 10000$"):
+    with pytest.raises(SceneError, match=r"^command: it has 1000010 characters; use at most 10000$"):
         spoken(LIFT, "crane H1: " + "9" * 1_000_000)
 
 
@@ -95,7 +95,7 @@ def commander(*given: tuple[int, OperatorCommand | Done | Lifted]):  # type: ign
     return [(tag.t / 1e9, message) for tag, _, message in text]
 
 
-def test_a_command_can_be_given_while_the_action_list_runs() -> None:
+def test_an_operator_command_can_be_given_while_the_action_list_runs() -> None:
     text = commander((seconds(3), words("loader-2: lock")))
     assert [message for t, message in text if t == 3.0] == [
         OperatorAnswer("loader-2: lock", seconds(3)),
@@ -106,7 +106,7 @@ def test_a_command_can_be_given_while_the_action_list_runs() -> None:
     assert [message.name for _, message in text if isinstance(message, Stage)] == ["take up slack"]
 
 
-def test_a_refused_command_changes_nothing() -> None:
+def test_a_refused_operator_command_changes_nothing() -> None:
     """H1 is hoisting since 0 s: the command for all hooks is refused as a whole, and the list goes on."""
     text = "all hooks: hoist 3 m/min by 1 m"
     output = commander((seconds(3), words(text)))
@@ -130,7 +130,9 @@ def test_a_refused_command_changes_nothing() -> None:
         ),
     ],
 )
-def test_a_command_to_a_joint_that_the_model_level_locks_is_refused(setting: str, text: str, sentence: str) -> None:
+def test_an_operator_command_to_a_joint_that_the_model_level_locks_is_refused(
+    setting: str, text: str, sentence: str
+) -> None:
     scene = load("lift", [f"fidelity.{setting}", "actions=[{wait: 10 s}]", "end=60 s"])
     output = drive(build_one(scene.plan, "commander"), [(seconds(3), "command", words(text))])
     (answer,) = (message for _, _, message in output)
@@ -151,7 +153,7 @@ actions: [{legs: unhook}, {legs: "hook [B.a]"}, {wait: 100 s}]
 
 
 @pytest.mark.parametrize("target", ["hall main", "legs", "all hooks"])
-def test_a_command_unhooks_slings_from_the_block_to_which_an_earlier_order_hooked_the_slings(target: str) -> None:
+def test_an_operator_can_unhook_slings_from_the_block_to_which_an_earlier_order_hooked_them(target: str) -> None:
     """The list takes the sling from block A to block B; what a command unhooks then hangs on B."""
     scene = parse(REHUNG)
     (off,), (on,) = (scene.plan.actions[i].orders for i in (0, 1))

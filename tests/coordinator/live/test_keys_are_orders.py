@@ -48,6 +48,6 @@ def test_a_change_of_rate_continues_the_clock_from_the_present_time() -> None:
     assert pace.horizon(Tag(0)).t == 8 * 10**9
 
 
-def test_a_run_without_real_time_has_no_rate_to_change() -> None:
+def test_the_rate_of_a_run_without_real_time_cannot_be_changed() -> None:
     with pytest.raises(ProtocolError, match="start it with --rate"):
         Pace().change(2.0)

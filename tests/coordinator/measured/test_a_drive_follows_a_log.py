@@ -84,7 +84,7 @@ def test_logs_that_a_drive_cannot_follow_are_refused(
     assert what in str(message.value)
 
 
-def test_the_action_list_may_not_order_an_axis_that_follows_a_log(tmp_path: Path) -> None:
+def test_the_action_list_may_not_move_a_drive_that_follows_a_log(tmp_path: Path) -> None:
     table = log(tmp_path / "log.csv", {"time [s]": T, "hoist": SPEED})
     with pytest.raises(
         HeavyliftError, match=r"fall follows the log column log.csv:hoist; remove its orders from the action list"

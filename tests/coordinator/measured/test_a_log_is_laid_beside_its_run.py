@@ -29,7 +29,7 @@ def beside(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return found.recording
 
 
-def test_log_samples_are_compared_at_their_own_times(beside: Path) -> None:
+def test_a_measured_log_is_compared_with_the_run_at_the_times_of_the_log(beside: Path) -> None:
     at = Recording(beside).fact("measured")["at"]
     assert abs(at["offset"] + 695.0) < 3.0 * at["sigma"] < 0.1
 

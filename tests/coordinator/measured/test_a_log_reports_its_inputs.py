@@ -65,7 +65,7 @@ def test_inputs_that_cannot_be_distinguished_are_named_together() -> None:
     assert "cannot distinguish it from weight" in found.unknown[2]
 
 
-def test_a_kink_in_a_response_is_not_mistaken_for_noise() -> None:
+def test_a_kink_in_the_response_to_an_input_is_not_mistaken_for_noise() -> None:
     """Where the load takes over depends on how far from the middle it hangs, to whichever side."""
     rng = np.random.default_rng(7)
 
@@ -80,7 +80,7 @@ def test_a_kink_in_a_response_is_not_mistaken_for_noise() -> None:
     assert abs(found.values[0] - 0.06) < 3.0 * found.sigma[0] < 3e-3
 
 
-def test_noise_is_not_mistaken_for_a_derivative() -> None:
+def test_noise_in_a_simulation_is_not_mistaken_for_the_effect_of_an_input() -> None:
     rng = np.random.default_rng(8)
     jitter = lambda p: model(np.array([1e6 + 1e4 * rng.standard_normal(), 0.6, 1.0, 1.0]))  # noqa: E731
     given = told(rng, START, 0.0)
@@ -88,7 +88,7 @@ def test_noise_is_not_mistaken_for_a_derivative() -> None:
     assert found.unknown == {0: "its effect is smaller than the numerical noise of the run"}
 
 
-def test_a_time_offset_given_by_the_user_is_kept() -> None:
+def test_a_clock_offset_given_by_the_user_is_not_estimated() -> None:
     rng = np.random.default_rng(2)
     true = np.array([1.05e6, 0.6, 1.0, 1.0])
     given = told(rng, true, 7.0)

@@ -32,7 +32,7 @@ def logged(folder: Path, settings: list[str], seed: int) -> tuple[Path, Path]:
     return folder / "run.mcap", log(folder / "log.csv", {"time [s]": t + 50.0, **cells})
 
 
-def test_the_mass_of_the_load_is_estimated_and_written(tmp_path: Path) -> None:
+def test_the_mass_of_the_load_is_estimated_from_a_log_and_written_into_the_scene(tmp_path: Path) -> None:
     recording, table = logged(tmp_path, [f"{MASS}=41.3 t"], 3)
     found = measure(recording, table, MAPS, None, [MASS, LONGEST], [f"{MASS} +- 3 %"])
     lead, _ = found.comparisons
@@ -52,7 +52,7 @@ def test_the_mass_of_the_load_is_estimated_and_written(tmp_path: Path) -> None:
 
 @pytest.mark.large
 @pytest.mark.parametrize("seed", range(6))
-def test_several_inputs_are_estimated_on_random_tackles(seed: int, tmp_path: Path) -> None:
+def test_several_inputs_of_random_tackles_are_estimated_from_logs(seed: int, tmp_path: Path) -> None:
     rng = np.random.default_rng(100 + seed)
     true = {
         MASS: rng.uniform(37.0, 43.0),
@@ -68,7 +68,7 @@ def test_several_inputs_are_estimated_on_random_tackles(seed: int, tmp_path: Pat
         assert abs(value - true[name]) < 1.75 * half, name  # 3.5 standard uncertainties
 
 
-def test_an_estimated_input_missing_in_the_scene_text_is_added() -> None:
+def test_an_estimated_input_that_the_scene_text_does_not_state_is_added() -> None:
     scene = load("lift")
     fitted = inputs(scene, ["block.com.x", "block.mass", "cranes.crane.rope damping", "rig.sling.EA"])
     given = {p.name: text for p, text in zip(fitted, [("0.21 m", "0.02 m"), ("306.1 t", "1.2 t"), ("0.05", "0.01"),

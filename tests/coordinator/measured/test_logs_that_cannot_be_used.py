@@ -60,7 +60,7 @@ def refused(run: Path, path: Path, *maps: str, offset: float | None = None) -> s
         ({"time [s]": T[:1], "cell": CELL[:1]}, 2, "time", "the log needs at least two rows"),
     ],
 )
-def test_a_fault_in_the_log_is_reported(
+def test_a_fault_in_a_measured_log_is_reported(
     run: Path, tmp_path: Path, columns: dict[str, list[object]], row: int, column: str, what: str
 ) -> None:
     path = log(tmp_path / "log.csv", columns)
@@ -83,16 +83,16 @@ def test_a_fault_in_the_log_is_reported(
         ("map.yaml", "map.yaml: the map cannot be read"),
     ],
 )
-def test_a_fault_in_the_mapping_is_reported(run: Path, tmp_path: Path, line: str, what: str) -> None:
+def test_a_fault_in_the_map_of_a_measured_log_is_reported(run: Path, tmp_path: Path, line: str, what: str) -> None:
     assert what in refused(run, log(tmp_path / "log.csv", {"time [s]": T, "cell": CELL}), line)
 
 
-def test_a_fault_in_an_option_for_logs_is_reported(run: Path, tmp_path: Path) -> None:
+def test_a_fault_in_an_option_for_measured_logs_is_reported(run: Path, tmp_path: Path) -> None:
     message = refused(run, log(tmp_path / "log.csv", {"time [s]": T, "cell": CELL}), "cell=rope/tension/west.H1 [m]")
     assert message.splitlines()[1:] == ["    1 | cell=rope/tension/west.H1 [m]", "      |      ^", "1 error in --map"]
 
 
-def test_a_fault_in_a_text_file_is_reported_with_its_line(run: Path, tmp_path: Path) -> None:
+def test_a_fault_in_the_text_of_a_measured_log_is_reported_with_its_line(run: Path, tmp_path: Path) -> None:
     lines = tmp_path / "map.yaml"
     lines.write_text("# cells\ncell: rope/tension/west.H1 [kg m]\n")
     message = refused(run, log(tmp_path / "log.csv", {"time [s]": T, "cell": CELL}), str(lines))

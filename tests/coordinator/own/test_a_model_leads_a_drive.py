@@ -22,7 +22,7 @@ def said(found: Played, kind: type) -> list[tuple[float, object]]:
     return [(event.t / 1e9, event.value) for event in found.events if isinstance(event.value, kind)]
 
 
-def test_each_set_point_of_a_user_model_becomes_one_order_and_one_profile(folder: Path) -> None:
+def test_each_set_point_of_a_user_model_becomes_one_order_and_one_motion_profile(folder: Path) -> None:
     found = play(scene(folder, SLEDGE, HAND).plan)
     assert [(t, x.value) for t, x in said(found, SetPoint)] == [(1.0, 0.3), (2.0, -0.1), (3.0, 0.0)]  # type: ignore[attr-defined]
     led = [(t, x.what) for t, x in said(found, Order) if x.led]  # type: ignore[attr-defined]
@@ -35,7 +35,7 @@ def test_each_set_point_of_a_user_model_becomes_one_order_and_one_profile(folder
     assert profiles[2] == SetProfile("pusher", seconds(3), 0.0, 0.5)
 
 
-def test_the_delay_of_set_points_is_the_lookahead_of_the_port(folder: Path) -> None:
+def test_the_delay_of_the_set_points_of_a_user_model_is_the_lookahead_of_its_port(folder: Path) -> None:
     late = scene(folder, SLEDGE, HAND, sets=("models.hand.delay=250 ms",))
     model = build_one(late.plan, "hand")
     assert {
@@ -47,7 +47,7 @@ def test_the_delay_of_set_points_is_the_lookahead_of_the_port(folder: Path) -> N
     assert [t for t, x in said(play(late.plan), Order) if x.led] == [1.25, 2.25, 3.25]
 
 
-def test_an_axis_controlled_by_a_user_model_stops_at_its_end_position(folder: Path) -> None:
+def test_a_drive_controlled_by_a_user_model_stops_at_its_end_position(folder: Path) -> None:
     fast = scene(
         folder, SLEDGE, HAND, sets=("models.hand.parameters={one: 1 m/s, two: 1 m/s, three: 1 m/s}", "end=6 s")
     )
@@ -59,7 +59,7 @@ def test_an_axis_controlled_by_a_user_model_stops_at_its_end_position(folder: Pa
     assert found.rows[-1, names.start + list(names.names).index("rail.travel")] == pytest.approx(1.0, abs=1e-3)
 
 
-def test_an_operator_may_not_move_an_axis_that_a_model_controls(folder: Path) -> None:
+def test_an_operator_may_not_move_a_drive_that_a_user_model_controls(folder: Path) -> None:
     plan = scene(folder, SLEDGE, HAND).plan
     push = Move(verb="drive", model="sledge", actuator="pusher", speed=0.1, accel=0.5, by=0.1)
     words = OperatorCommand("pusher: drive 6 m/min by 0.1 m", msgpack.encode(Action(orders=(push,))))
@@ -89,8 +89,8 @@ WRONG = [
     ),
     (HAND, ("models.hand.period=0",), "0 is out of range: choose 0.001 ms to 100 days"),
     (HAND, ("models.hand.delay=-1 ms",), "a time must be zero or more here, not -1 ms"),
-    (HAND, ("models.hand.delay=11 s",), "a delay has at most 100 periods; lengthen the period"),
-    (HAND, ("models.hand.parameters.one=[1]",), "a number, a quantity, a word or a truth value is needed here"),
+    (HAND, ("models.hand.delay=11 s",), "the delay exceeds 100 periods; lengthen the period"),
+    (HAND, ("models.hand.parameters.one=[1]",), "write a number, a quantity, a word, true or false here"),
     (HAND, ("models.hand.model=beside.py:Foot",), "beside.py has no model Foot; define a class or a function"),
     (HAND, ("models.hand.model=beside.py:number",), "must return a DEVS model with the name that it gets"),
     (HAND, ("models.hand.model=beside.py:broken",), "raised TypeError: broken() got an unexpected keyword argument"),
@@ -102,7 +102,7 @@ WRONG = [
 
 
 @pytest.mark.parametrize(("models", "sets", "sentence"), WRONG)
-def test_invalid_controllers_are_reported_with_their_line(
+def test_an_invalid_user_model_is_reported_with_its_line_in_the_scene(
     folder: Path, models: str, sets: tuple[str, ...], sentence: str
 ) -> None:
     with pytest.raises(SceneError) as message:

@@ -92,8 +92,12 @@ SHARED = {"log": "beyond.LOG", "tally": "beyond.count", "classwide": "beyond.Tic
 
 
 @pytest.mark.parametrize("act", SHARED)
-def test_shared_globals_that_change_are_named_with_their_users(act: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    message = f"yard.other, yard.ticker use {SHARED[act]}, which has changed, although each process has its own copy"
+def test_global_variables_that_change_are_reported_with_the_models_that_use_them(
+    act: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    message = (
+        f"yard.other, yard.ticker use the global variable {SHARED[act]}, which has changed, although each process has "
+    )
     assert run(f"yard('{act}')", in_process=True).startswith(message)
     if act == "log":
         assert run(f"yard('{act}')").startswith(message), "in processes, too"
@@ -101,22 +105,22 @@ def test_shared_globals_that_change_are_named_with_their_users(act: str, monkeyp
     assert run(f"yard('{act}')", in_process=True).count("Transition") > 20
 
 
-def test_a_global_variable_that_holds_a_model_is_named_before_anything_runs() -> None:
+def test_a_global_variable_that_holds_a_model_is_reported_before_the_run() -> None:
     assert run("yard('registered')", in_process=True) == (
-        "yard.other, yard.ticker may use beyond.FRIENDS, which refers to a model of this process while the other "
-        "models run elsewhere; communicate by messages instead"
+        "yard.other, yard.ticker may use the global variable beyond.FRIENDS, which refers to a model of this process "
+        "while the other models run elsewhere; communicate by messages instead"
     )
 
 
 @pytest.mark.parametrize("where", [{"in_process": True}, {"processes": 2}], ids=["one process", "two"])
-def test_constants_may_be_read_in_any_node(where: dict[str, Any]) -> None:
+def test_models_in_different_processes_may_read_the_same_global_constants(where: dict[str, Any]) -> None:
     assert run("yard('look')", **where) == flat("yard('look')")
     assert "ticker of yard yard 3 [1, 2, 3]" in flat("yard('look')")
 
 
 @pytest.mark.filterwarnings("ignore:.*may iterate over a set")
 @pytest.mark.parametrize(("what", "builds"), [("data", 1), ("settings", 3), ("words", 3), ("frozen", 3), ("fixed", 1)])
-def test_children_built_from_equal_code_are_separate_objects(
+def test_children_of_one_model_share_no_objects_in_one_process_or_in_several(
     what: str, builds: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made = list[str]()
@@ -141,7 +145,7 @@ WHERE = {
 
 
 @pytest.mark.parametrize("what", WHERE)
-def test_a_build_that_differs_between_processes_is_refused_before_anything_runs(
+def test_a_build_function_that_gives_different_models_in_two_processes_is_refused_before_the_run(
     what: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     text = run(f"random_build('{what}')", in_process=True)
@@ -154,14 +158,14 @@ def test_a_build_that_differs_between_processes_is_refused_before_anything_runs(
     assert run(f"random_build('{what}')", in_process=True).count("Transition") > 20
 
 
-def test_a_child_that_is_missing_in_the_second_build_is_reported() -> None:
+def test_a_build_function_that_omits_a_child_on_its_second_call_is_reported() -> None:
     message = (
         r"^[^ ]*: yard has no child ear\d+ here, it has ear, other, spare, ticker, ear\d+; let the function build the "
     )
     assert re.match(message, run("random_build('couplings')", in_process=True))
 
 
-def test_a_build_that_returns_one_model_twice_is_refused() -> None:
+def test_a_build_function_that_returns_the_same_model_object_twice_is_refused() -> None:
     message = "same() returned the model of an earlier call; it must create a new one each time"
     assert run("same()", in_process=True).endswith(message)
 
@@ -227,7 +231,7 @@ def test_an_end_time_that_is_not_a_number_is_refused(until: Any, told: str) -> N
 
 
 @pytest.mark.parametrize(("until", "ticks"), [(0, 0), (2, 2), (2.5, 3), (np.int64(2), 2), (1e300, 5), (None, 5)])
-def test_the_end_time_of_run_models_is_in_seconds(until: Any, ticks: int, own_modules: Path) -> None:
+def test_run_models_takes_its_end_time_in_seconds(until: Any, ticks: int, own_modules: Path) -> None:
     (own_modules / "ticks.py").write_text(TICKS)
     assert run_models("ticks.py:build", until=until, in_process=True).results["y.t"].n == ticks  # type: ignore[attr-defined]
 

@@ -45,7 +45,7 @@ def test_a_run_ends_when_all_its_models_are_passive():
     assert run.sim_s == 0.205  # the job that was taken at 0.18 s
 
 
-def test_a_recording_holds_all_outputs(tmp_path):
+def test_a_recording_of_devs_models_holds_all_outputs(tmp_path):
     run = run_models(tokens, until=0.021, output=tmp_path / "ring.mcap", in_process=True)
     recording = Recording(tmp_path / "ring.mcap")
     text = [(e.t_ns, e.source, e.value["number"]) for e in recording.events()]
@@ -159,12 +159,12 @@ def test_a_script_that_runs_its_model_while_imported_is_reported(tmp_path):
     assert "runs a model when it is imported" in done.stderr.splitlines()[-1]
 
 
-def test_a_model_function_takes_arguments():
+def test_a_reference_to_a_function_that_builds_a_model_can_have_arguments():
     done = command("heavylift.nodes.zoo.token_ring:ring(4, tokens=2, hold=5_000_000)", "--until", "21 ms", "--json")
     assert json.loads(done.stdout)["digest"] == run_models(tokens, until=0.021, in_process=True).digest
 
 
-def test_a_model_function_defined_inside_a_function_is_refused():
+def test_a_function_that_builds_a_model_is_refused_if_defined_inside_another_function():
     def build():
         return tokens()
 

@@ -55,14 +55,14 @@ def test_the_delay_between_nodes_is_that_of_the_shortest_path() -> None:
     assert D == [[(20, 0), (0, 0), (20, 0)], [(0, 0), (1, 0), (0, 0)], [(0, 0), (1, 0), (21, 0)]]
 
 
-def test_each_port_contributes_its_own_lookahead() -> None:
+def test_the_delay_from_an_output_port_uses_the_lookahead_of_that_port() -> None:
     couplings = [link("a", "b", "fast"), link("a", "c", "slow"), link("c", "b")]
     D, R = distances("abc", couplings, {"a.fast": 0, "a.slow": 50, "c.o": 4}, heard="a")
     assert D == [{1: (0, 0), 2: (0, 0)}, {}, {1: (0, 0)}]
     assert R == [{1: (0, 1), 2: (50, 0)}, {}, {1: (4, 0)}]
 
 
-def test_nothing_arrives_at_a_port_without_coupling() -> None:
+def test_a_model_whose_lookahead_is_infinite_reaches_no_other_model() -> None:
     assert distances("ab", [link("a", "b")], {"a.o": NEVER}, heard="a") == ([{}, {}], [{}, {}])
 
 
@@ -72,7 +72,7 @@ def test_a_finish_event_takes_effect_on_every_node_after_one_nanosecond() -> Non
     assert (D, R) == ([{0: (1, 0), 1: (1, 0)}, {}], [{1: (8, 0)}, {}])
 
 
-def test_adding_a_delay_to_a_logical_time_gives_the_next_logical_time() -> None:
+def test_a_delay_in_microsteps_keeps_the_time_and_a_delay_in_ns_restarts_the_microsteps() -> None:
     assert plus(Tag(5, 3), (0, 2)) == Tag(5, 5)
     assert plus(Tag(5, 3), (4, 2)) == Tag(9, 2)
     assert plus(Tag(5, 3), None) == plus(FOREVER, (0, 1)) == plus(Tag(5), (NEVER, 0)) == FOREVER

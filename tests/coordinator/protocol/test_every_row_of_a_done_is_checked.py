@@ -115,7 +115,7 @@ def verdicts(patch: pytest.MonkeyPatch, spoil: Spoiled) -> Counter[str]:
 
 
 @pytest.mark.parametrize("row", ROWS)
-def test_a_corrupt_done_message_is_refused_by_name_and_would_pass_without_its_check(
+def test_each_check_of_done_messages_alone_refuses_the_corruption_for_which_it_exists(
     row: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     sentence, spoil = ROWS[row]

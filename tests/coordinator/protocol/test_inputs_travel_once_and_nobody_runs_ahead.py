@@ -153,7 +153,7 @@ NETWORKS = {
 
 @pytest.mark.parametrize("network", NETWORKS)
 @pytest.mark.parametrize("bounded", [True, False])
-def test_an_endless_source_does_not_run_far_ahead_of_the_others(
+def test_a_model_that_sends_without_end_does_not_run_far_ahead_of_the_other_models(
     network: str, bounded: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It always answers first: what it has said and others have not done exceeds the bound by a grant at most."""
@@ -174,7 +174,7 @@ def test_an_endless_source_does_not_run_far_ahead_of_the_others(
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_with_the_smallest_grant_limits_the_time_of_any_model_still_advances(seed: int) -> None:
+def test_time_advances_in_any_model_with_the_smallest_limits_of_grants(seed: int) -> None:
     simulators, couplings = parts(seed, {})
     nodes = {name: Node(name, simulator) for name, simulator in simulators.items()}
     core, floors = Coordinator(nodes, couplings), list[Tag]()
@@ -184,7 +184,7 @@ def test_with_the_smallest_grant_limits_the_time_of_any_model_still_advances(see
     assert core.over is not None or floors[-1].t > floors[len(floors) // 2].t
 
 
-def test_a_sampling_node_stops_at_its_output_and_releases_others_before_its_done() -> None:
+def test_events_of_other_nodes_are_released_up_to_the_samples_of_a_node_that_has_not_sent_done() -> None:
     """a is at 700 in a grant without an end: what b has said up to there leaves, and nothing of a's can come before."""
     left: list[int] = []
     core = Coordinator("ab", [], on_event=lambda event: left.append(event.t))

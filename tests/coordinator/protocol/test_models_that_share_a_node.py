@@ -183,7 +183,8 @@ def test_a_node_waits_for_events_between_its_own_models(mutant: Callable[[Patch]
     assert relayed() == [(Tag(5, 2), 100)]
     mutant(monkeypatch)
     with pytest.raises(
-        HeavyliftError, match=r"^d at \(0.000000009 s, 0\): late message c.out for \(0.000000005 s, 2\)"
+        HeavyliftError,
+        match=r"^d at \(0.000000009 s, 0\): the message c.out is late, it was due at \(0.000000005 s, 2\)",
     ):
         relayed()
 

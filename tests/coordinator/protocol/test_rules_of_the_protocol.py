@@ -33,7 +33,7 @@ def test_no_grant_is_sent_before_all_nodes_have_sent_hello() -> None:
     assert [name for name, _ in core.ready()] == ["a", "b"]
 
 
-def test_an_offer_is_committed_to_the_bag_of_its_receiver_at_its_own_tag() -> None:
+def test_a_committed_offer_enters_the_bag_of_its_receiver_at_its_own_logical_time() -> None:
     core = Coordinator(["a", "b"], PAIR)
     core.hello("a", hello(5, [event(5)]))
     core.hello("b", hello(5, [event(5, "b")]))
@@ -122,7 +122,7 @@ def test_a_repeated_grant_is_answered_with_the_stored_done() -> None:
         node.handle(Grant(3, Tag(9), None, False, []))
 
 
-def test_undelivered_events_stay_with_the_coordinator() -> None:
+def test_a_node_leaves_inputs_after_the_end_of_its_done_to_the_coordinator() -> None:
     (node,) = started(Clockwork("a", delay=0))
     node.hello()
     inputs = [event(t, "b") for t in (5, 6)]
@@ -161,7 +161,7 @@ def test_a_run_begins_with_welcome_and_ends_with_stop_messages() -> None:
             node.handle(message)
 
 
-def test_the_last_message_reports_the_largest_possible_lookaheads() -> None:
+def test_the_last_message_of_a_node_reports_the_largest_lookaheads_it_could_have_declared() -> None:
     class Slow(Atomic):
         into, out, other = In(Word), Out(Word, lookahead=10), Out(Word)
 

@@ -96,7 +96,7 @@ def test_a_node_that_reschedules_with_zero_delay_is_imminent_one_microstep_later
         assert log["b"] == [(5, 0, "c", [1]), (5, 1, "c", [2]), (5, 2, "e", [3])]
 
 
-def test_a_run_ends_while_messages_are_pending_for_later() -> None:
+def test_a_run_ends_at_its_time_bound_although_messages_for_later_times_are_pending() -> None:
     left: list[Event] = []
     core = Coordinator("ab", [], Tag(9), on_event=left.append)
     core.hello("a", Hello(Tag(5), [event(5)], Tag(5)))
@@ -159,10 +159,10 @@ def test_a_message_that_arrives_too_late_is_refused_with_its_sender() -> None:
     node.hello()
     node.handle(Grant(1, Tag(9), None, True, []))
     fail = node.handle(Grant(2, Tag(20), None, False, [event(6)]))
-    assert fail.sentence == "b at (0.000000007 s, 0): late message a.out for (0.000000006 s, 0)"  # type: ignore[union-attr]
+    assert fail.sentence == "b at (0.000000007 s, 0): the message a.out is late, it was due at (0.000000006 s, 0)"  # type: ignore[union-attr]
 
 
-def test_outputs_delayed_by_a_microstep_would_miss_the_confluent_transition() -> None:
+def test_delaying_outputs_by_a_microstep_would_miss_the_confluent_transition() -> None:
     """Two nodes, one message: b's own event and a's message meet at (5, 0); at (5, 1) b has moved alone already."""
     log = lines(Coordinator("ab", ONE_WAY), Timer("a", 5), Timer("b", 5))
     assert log["b"] == [(5, 0, "c", [1])] != [(5, 0, "i", []), (5, 1, "e", [1])]

@@ -93,7 +93,7 @@ def test_a_replay_runs_at_the_requested_rate(recorded: RecordedRun) -> None:
         assert wall == pytest.approx((t - 1.0) / 2.0, abs=1e-6)
 
 
-def test_keys_pause_step_change_the_rate_of_and_quit_a_replay(recorded: RecordedRun) -> None:
+def test_a_replay_is_paused_stepped_quickened_and_ended_by_keys(recorded: RecordedRun) -> None:
     free = [t for _, t in played(recorded, {}, rate=1.0)]
     times = played(recorded, {0.55: " ", 5.0: "s", 6.0: "s", 7.0: " "}, rate=1.0)
     before = [x for x in times if x[0] <= 0.55]
@@ -138,7 +138,7 @@ def test_without_a_terminal_replay_has_no_keys(lift: Path) -> None:
     assert done.stderr.endswith("--rate 0 is not a valid rate; give a number greater than 0, such as 20\n")
 
 
-def test_a_terminal_is_read_key_by_key_and_gets_its_settings_back(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_replay_reads_the_terminal_key_by_key_and_restores_its_settings(monkeypatch: pytest.MonkeyPatch) -> None:
     import termios
 
     mine, theirs = pty.openpty()

@@ -52,7 +52,7 @@ def test_verification_reproduces_every_event_and_sample(recorded: RecordedRun) -
 
 
 @pytest.mark.usefixtures("hurried")
-def test_the_first_event_that_deviates_is_reported_with_both_values(recorded: RecordedRun) -> None:
+def test_verification_reports_the_first_event_that_deviates_with_both_values(recorded: RecordedRun) -> None:
     outcome = verify(recorded)
     message = outcome.deviation
     assert message is not None
@@ -66,7 +66,7 @@ def test_the_first_event_that_deviates_is_reported_with_both_values(recorded: Re
     }
 
 
-def test_the_first_sample_that_deviates_is_reported(lift: Path, tmp_path: Path) -> None:
+def test_verification_reports_the_first_sample_that_deviates(lift: Path, tmp_path: Path) -> None:
     signal = Recording(lift).signal("rope/tension")
 
     def forge(parts: Parts) -> None:
@@ -95,7 +95,7 @@ def test_the_exit_code_of_a_verification_reports_its_success(
     assert "deviates after 17 equal events, at (0 s, 1) on /crane/input: recorded" in capsys.readouterr().out
 
 
-def test_verification_starts_no_player(
+def test_verify_and_live_refuse_the_options_that_control_a_player(
     lift: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     says = f"heavylift: {lift}: {{}} runs models as fast as possible and replays nothing; leave out {{}}\n"

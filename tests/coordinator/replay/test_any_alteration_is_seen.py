@@ -207,7 +207,7 @@ ONCE = (
 )
 
 
-def test_a_recording_rewritten_without_changes_is_equal(lift: Path, tmp_path: Path) -> None:
+def test_a_recording_rewritten_without_changes_compares_equal_and_is_verified(lift: Path, tmp_path: Path) -> None:
     same = altered(lift, tmp_path / "same.mcap", lambda parts: None)
     assert compare(lift, same).equal, compare(lift, same)
     assert verify(RecordedRun(same)).same
@@ -227,7 +227,7 @@ def test_any_alteration_of_a_recording_is_detected(alter: Alter, lift: Path, tmp
             assert not outcome.digest
 
 
-def test_missing_rows_are_counted_and_named(lift: Path, tmp_path: Path) -> None:
+def test_comparing_recordings_reports_the_number_of_missing_rows_of_each_topic(lift: Path, tmp_path: Path) -> None:
     def drop(parts: Parts) -> None:
         for i in reversed(parts.rows()[10:15]):
             del parts.messages[i : i + 2]

@@ -75,7 +75,7 @@ def test_a_replayed_model_that_fails_is_named_with_the_time(
         single(recorded, "crane")
 
 
-def test_replaying_an_unknown_model_lists_the_known_ones(recorded: RecordedRun) -> None:
+def test_the_error_for_replaying_an_unknown_model_lists_the_known_models(recorded: RecordedRun) -> None:
     with pytest.raises(RecordingError) as error:
         single(recorded, "crane/west")
     assert str(error.value) == (

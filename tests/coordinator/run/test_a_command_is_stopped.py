@@ -244,7 +244,7 @@ Conversation.play = play
 
 
 @pytest.mark.parametrize("where", [[], ["--in-process"]], ids=["processes", "one process"])
-def test_a_run_that_missed_a_ctrl_c_can_still_be_stopped(where, tmp_path):
+def test_a_ctrl_c_that_arrives_in_a_destructor_stops_the_run(where, tmp_path):
     done = patched(SWALLOWING, tmp_path, "--rate", "1", *where)
     assert done.returncode == 130
     assert done.stderr.splitlines()[-1].startswith("heavylift: stopped by the user at ")

@@ -54,7 +54,7 @@ def test_recorded_quantities_have_names_and_units(lift) -> None:
     assert frame["rope/tension/crane.H1 [N]"].max() <= lift.peaks["crane.H1"].tension
 
 
-def test_only_the_requested_quantities_are_transferred(lift) -> None:
+def test_simulate_returns_only_the_quantities_named_in_keep(lift) -> None:
     few = simulate("lift", keep=["rope/tension"])
     assert list(few.signals) == ["rope/tension"]
     assert len(pickle.dumps(few)) < len(pickle.dumps(lift)) / 3
@@ -80,7 +80,7 @@ def test_commands_given_in_python_have_times_in_seconds() -> None:
     ]
 
 
-def test_an_order_function_that_does_nothing_does_not_change_the_motion() -> None:
+def test_a_control_function_that_orders_nothing_does_not_change_the_motion() -> None:
     quiet = simulate(STICK, 1.0, every=0.1, orders=[(0.5, lambda s: None)])
     assert quiet["joint/position"]["pin.angle"][-1] == pytest.approx(
         simulate(STICK, 1.0)["joint/position"]["pin.angle"][-1]
@@ -104,7 +104,7 @@ def test_an_order_function_that_does_nothing_does_not_change_the_motion() -> Non
         (lambda: simulate(STICK, 1.0, orders=[(0.5, "stop")]), "is not a pair (seconds, a function of the simulation)"),
         (lambda: simulate(STICK, 1.0, orders=[(-0.5, print)]), "orders: -0.5 s is outside the possible times of a run"),
         (lambda: simulate("lift", keep=[3]), "keep=[3]: give names of signals"),
-        (lambda: simulate(7), "7 is no scene"),
+        (lambda: simulate(7), "7 is not a scene"),
         (lambda: simulate("lift", orders=[(90.0, "crane H1: hoist 1 m/min by 1 m")]), "the run ends at 77.32"),
         (lambda: simulate("lift", orders=[(3.0, "crane H1: hoist 1 m/min by 1 m")]), "while its hoist"),
         (lambda: simulate("lift", keep=["rope/tensoin"]), "did you mean rope/tension?"),

@@ -61,7 +61,7 @@ def test_a_node_whose_every_successor_is_killed_is_reported_by_name(tmp_path):
     *_, sentence = run.communicate()[1].splitlines()
     assert run.returncode == 1
     assert re.match(r"heavylift: node loader-4 is gone at t = \d+\.\d{3} s: its process was ended by", sentence)
-    assert "signal 9 (SIGKILL), as did its predecessors at this point" in sentence
+    assert "signal 9 (SIGKILL); 3 successive processes were lost at the same point" in sentence
     assert Recording(tmp_path / "turnover.mcap").result["status"] == "failed"
 
 
@@ -119,7 +119,7 @@ def test_a_second_run_cannot_overwrite_a_file_being_written_and_the_first_contin
     first.communicate()
 
 
-def test_a_model_that_contradicts_its_declaration_is_reported_with_its_path(tmp_path):
+def test_an_order_that_a_model_cannot_carry_out_is_reported_with_its_line_in_the_scene(tmp_path):
     again = "  - stage: again\n    all hooks: hook\n  - stage: up"
     text = bundled()["lift"].read_text().replace("  - stage: up", again)
     (tmp_path / "twice.yaml").write_text(text)
@@ -181,7 +181,7 @@ def test_output_files_that_cannot_be_written_are_named_before_the_run(tmp_path, 
     assert sorted(tmp_path.rglob("*")) == before
 
 
-def test_a_misspelt_scene_name_is_answered_with_the_right_one(tmp_path):
+def test_the_error_for_a_misspelt_scene_name_suggests_the_right_name(tmp_path):
     code, _, error = finish(tmp_path, "run", "turnovr")
     assert code == 1
     assert "turnover" in error
@@ -203,7 +203,7 @@ def test_a_full_disk_under_redirected_output_is_reported_in_one_sentence(tmp_pat
     )
 
 
-def test_closing_the_pipe_after_some_output_is_not_an_error(tmp_path):
+def test_closing_the_output_pipe_of_a_command_after_some_output_is_not_an_error(tmp_path):
     process = start(tmp_path, "--help")
     process.stdout.close()
     assert process.stderr.read() == ""

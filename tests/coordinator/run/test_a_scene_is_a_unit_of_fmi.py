@@ -123,7 +123,7 @@ def test_an_fmu_keeps_its_last_values_after_the_run() -> None:
 
 @pytest.mark.large(beyond=4)
 @pytest.mark.parametrize("name", ["damper", "lift", "girder", "sling-break", "jib", "in-turn", "floating", "tandem"])
-def test_steps_that_end_at_events_change_no_bit_of_the_run(name: str) -> None:
+def test_communication_steps_that_end_at_events_change_no_bit_of_an_fmu_run(name: str) -> None:
     """Also where models sample signals, and where islands run ahead of each other."""
     plan, r = load(name, ("end=15 s",)).plan, np.random.default_rng(len(name))
     whole, stepped = SteppableRun(plan, lambda text: b""), SteppableRun(plan, lambda text: b"")
@@ -141,7 +141,7 @@ def test_steps_that_end_at_events_change_no_bit_of_the_run(name: str) -> None:
     assert [stepped[name] for name in stepped.columns] == [whole[name] for name in whole.columns]
 
 
-def test_a_scene_without_a_stated_end_ends_with_its_actions(tmp_path: Path) -> None:
+def test_an_fmu_of_a_scene_without_a_stated_end_ends_with_its_actions(tmp_path: Path) -> None:
     (tmp_path / "arm.yaml").write_text(ENDLESS)
     scene = load(tmp_path / "arm.yaml")
     assert scene.plan.end is None
@@ -155,7 +155,7 @@ def test_a_scene_without_a_stated_end_ends_with_its_actions(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("stop", [None, 0.7, 5.0])
-def test_steps_beyond_the_end_or_back_in_time_are_discarded(tmp_path: Path, stop: float | None) -> None:
+def test_an_fmu_discards_communication_steps_beyond_its_end_or_back_in_time(tmp_path: Path, stop: float | None) -> None:
     file = str(export(load("pendulum", ("end=1 s",)), tmp_path / "pendulum.fmu"))
     message = fmpy.read_model_description(file)
     default = message.defaultExperiment

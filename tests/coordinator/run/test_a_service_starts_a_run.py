@@ -107,7 +107,7 @@ def struck(folder: Path, number: int, point: str) -> subprocess.CompletedProcess
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda x: x.name)
-def test_a_signal_during_imports_shuts_down_in_order(number: signal.Signals, tmp_path: Path) -> None:
+def test_a_signal_during_imports_ends_the_command_with_one_line(number: signal.Signals, tmp_path: Path) -> None:
     points = [name for name in struck(tmp_path, number, "").stdout.split() if "." in name]
     assert len(points) > 50
     for point in [points[0], *Random(1).sample(points, 8)]:

@@ -148,7 +148,9 @@ ROOMS = ("coordinator", "kernel", "nodes", "recordings")
 
 
 @pytest.mark.large(beyond=1)
-def test_an_early_ctrl_c_ends_in_one_line_of_heavylift_or_of_python_itself(tmp_path: Path) -> None:
+def test_an_early_ctrl_c_ends_the_command_with_one_line_of_heavylift_or_an_error_of_python_itself(
+    tmp_path: Path,
+) -> None:
     """Before our first line, Python dies of the signal in silence, or prints a traceback of its own files alone."""
     ours = [Path(heavylift.__file__), *(Path(kernel.__file__).parents[1] / room for room in ROOMS)]
     script = Path(sysconfig.get_path("scripts")) / "heavylift"

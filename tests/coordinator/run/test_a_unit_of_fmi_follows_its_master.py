@@ -154,7 +154,7 @@ def test_a_saved_fmu_state_restored_in_another_instance_continues_bit_for_bit(un
         one.freeInstance()
 
 
-def test_a_state_saved_before_the_update_of_an_event_is_restored_with_all_its_values(tmp_path):
+def test_an_fmu_state_saved_before_the_update_of_an_event_is_restored_with_all_values(tmp_path):
     (tmp_path / "drops.yaml").write_text(DROPS)
     file = export(load(tmp_path / "drops.yaml"), tmp_path / "drops.fmu")
     unit = SteppedScene(Path(fmpy.extract(str(file))) / "resources")
@@ -208,7 +208,7 @@ def test_a_step_of_fmi_3_returns_at_every_located_event(step, tmp_path):
     assert any(after[t][1] > before[t][1] + 1e4 for t in returned), "a rope that tightens jumps to its damping"
 
 
-def test_a_master_without_event_mode_loses_only_the_instants_of_events(tmp_path):
+def test_an_fmi_master_without_event_mode_loses_only_the_instants_of_events(tmp_path):
     """As OMSimulator does by its issue 1609: it opts out of event mode, so results are those of communication points,
     and a jump is smeared over a step. A master with event mode has two rows where a value jumps."""
     pytest.importorskip("pythonfmu3")
@@ -243,7 +243,7 @@ def test_events_of_an_exported_scene_reach_a_devs_model_at_their_instants(tmp_pa
     assert {tag.t for tag, _, _ in sent} == times | {ms(700) * k for k in range(5)}
 
 
-def test_inputs_that_a_scene_does_not_have_are_refused(tmp_path):
+def test_exporting_an_fmu_with_inputs_that_the_scene_does_not_have_is_refused(tmp_path):
     calm = load("pendulum")
     with pytest.raises(SceneError, match="--input wind: the scene has no 'wind'"):
         export(calm, tmp_path / "x.fmu", inputs=["wind"])

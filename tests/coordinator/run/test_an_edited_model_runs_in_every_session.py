@@ -76,7 +76,7 @@ def test_an_edited_model_is_loaded_anew_for_each_run(reference: str, helper: boo
     assert message[0] != message[1]
 
 
-def test_a_function_passed_as_an_object_is_loaded_from_its_file(here: Path) -> None:
+def test_a_function_passed_as_an_object_is_loaded_from_its_edited_file(here: Path) -> None:
     (here / "beat_given.py").write_text(MODEL.format(helper="WAIT = 1000"))
     from beat_given import build  # type: ignore[import-not-found]
 
@@ -85,7 +85,7 @@ def test_a_function_passed_as_an_object_is_loaded_from_its_file(here: Path) -> N
     assert [r.results["yard.clock"].number for r in runs] == [35, 35]  # type: ignore[attr-defined]
 
 
-def test_an_edited_law_is_loaded_anew_for_each_run(here: Path) -> None:
+def test_an_edited_force_law_is_loaded_anew_for_each_run(here: Path) -> None:
     system = System(
         (Body("b", 1.0),),
         (Joint("j", "prismatic", "world", "b", axis=(1, 0, 0), q0=(1.0,)),),

@@ -9,7 +9,7 @@ TROLLEY = "end=4 s", "actions=[]"  # its drive has a ramp of 0.3 m/s2
 SIGNALS = ["joint/position/rail.travel", "joint/velocity/rail.speed"]
 
 
-def test_a_drive_takes_the_speeds_of_a_controller_with_its_ramp():
+def test_a_drive_reaches_the_speeds_set_through_an_environment_along_its_ramp():
     env = Environment(load("trolley", TROLLEY), ["drive"], SIGNALS, period=0.5)
     assert env.names == SIGNALS
     assert list(env.observe()) == [0.0, 0.0]
@@ -41,7 +41,7 @@ def test_an_environment_that_is_reset_repeats_its_results_bit_for_bit():
         ((["drive"], ["load/*"]), "no signal matches"),
     ],
 )
-def test_unknown_actions_and_observations_are_reported(arguments, sentence):
+def test_unknown_actions_and_observations_of_an_environment_are_reported(arguments, sentence):
     with pytest.raises(HeavyliftError) as error:
         Environment(load("trolley", TROLLEY), *arguments)
     assert sentence in str(error.value)

@@ -16,7 +16,7 @@ SAME = 1e-8  # relative to the largest number: rounding of differences
 
 
 @pytest.mark.parametrize("crane", library())
-def test_linear_models_of_every_crane_type_equal_differences(
+def test_the_linear_model_of_every_crane_type_agrees_with_finite_differences(
     crane: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)

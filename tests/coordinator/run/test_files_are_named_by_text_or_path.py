@@ -80,5 +80,5 @@ def test_a_file_that_is_not_a_scene_is_refused(face: Callable[[object], object],
     with pytest.raises(SceneError) as e:
         face(no_scene)
     assert str(e.value) == (
-        f"{no_scene!r} is no scene; give its path, the name of a bundled one, or what `load` returns"
+        f"{no_scene!r} is not a scene; give its path, the name of a bundled scene, or the result of `load`"
     )

@@ -76,7 +76,7 @@ def test_a_run_without_kernel_notes_shows_none(tmp_path: Path):
 
 @pytest.mark.parametrize("text", [MISSES, RATTLES], ids=["misses", "rattles"])
 @pytest.mark.large(beyond=1)
-def test_distributed_runs_and_runs_in_one_process_have_the_same_notes_and_digest(text, tmp_path: Path):
+def test_a_run_in_several_processes_has_the_notes_and_digest_of_a_run_in_one(text, tmp_path: Path):
     alone = run(parse(text), tmp_path / "alone.mcap", in_process=True)
     apart = run(parse(text), tmp_path / "apart.mcap")
     assert alone.notes
@@ -85,7 +85,7 @@ def test_distributed_runs_and_runs_in_one_process_have_the_same_notes_and_digest
 
 
 @pytest.mark.large
-def test_the_terminal_shows_a_note_at_once_and_at_the_end(tmp_path: Path):
+def test_the_terminal_shows_a_kernel_note_at_once_and_at_the_end_of_the_run(tmp_path: Path):
     scene = tmp_path / "hung.yaml"
     scene.write_text(MISSES)
     code, out, err = finish(tmp_path, "run", scene.name, "--in-process")

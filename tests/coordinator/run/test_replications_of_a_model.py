@@ -135,7 +135,7 @@ def test_models_that_cannot_be_replicated_are_reported(build: object, sentence: 
 
 
 @pytest.mark.parametrize("more", ["-o x.mcap", "--external station", "--place station=a", "--in-process"])
-def test_options_that_exclude_replications_are_refused(more: str) -> None:
+def test_options_that_cannot_be_combined_with_replications_are_refused(more: str) -> None:
     message = CliRunner().invoke(app, ["devs", MMC, "--until", "2s", "--replications", "2", *more.split()])
     assert (message.exit_code, "leave out" in message.output) == (2, True)
 

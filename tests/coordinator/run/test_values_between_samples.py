@@ -61,7 +61,7 @@ def test_dense_output_agrees_with_denser_samples() -> None:
         assert found[name].values == pytest.approx(dense[name].values[apart], rel=1e-6, abs=CLOSE)
 
 
-def test_the_requested_end_is_a_sample_time_of_the_run() -> None:
+def test_dense_output_at_the_requested_end_equals_the_last_sample() -> None:
     """Of a scene, too, of which nothing at that very instant happens any more."""
     for what, until in ((FALLING, 1.0), ("pendulum", 1.0), ("lift", 0.3)):
         result = simulate(what, until=until)
@@ -77,7 +77,7 @@ def test_events_from_simulate_agree_with_those_of_the_recording(tmp_path: Path) 
     assert [e.t for e in recording.events()] == [e.t_ns / 1e9 for e in recording.events()]
 
 
-def test_a_time_outside_the_run_is_refused() -> None:
+def test_reading_dense_output_at_a_time_outside_the_run_is_refused() -> None:
     result = simulate(FALLING, until=1.0)
     for times, message in ((1.5, "1.5 s is outside the run, which lasts from 0 to 1 s"), (-0.1, "-0.1 s is outside")):
         with pytest.raises(KernelError, match=message):

@@ -151,7 +151,7 @@ def test_an_invalid_branch_time_is_refused_with_the_option_and_the_reason(lift: 
     assert told in str(refused.value)
 
 
-def test_changes_that_rule_out_a_branch_are_reported(
+def test_changes_of_a_scene_that_rule_out_a_branch_are_reported(
     lift: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with pytest.raises(SceneError, match="the branch changes nothing"):
@@ -183,7 +183,7 @@ def test_a_branch_keeps_existing_files(lift: Path, tmp_path: Path, monkeypatch: 
     ]
 
 
-def test_a_file_without_checkpoints_or_with_damaged_ones_is_run_from_the_start(
+def test_a_branch_of_a_recording_without_valid_checkpoints_is_run_from_the_start(
     lift: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(Recording, "checkpoint", lambda self, at: b"\x93\x01\x02\x03")
@@ -195,7 +195,7 @@ def test_a_file_without_checkpoints_or_with_damaged_ones_is_run_from_the_start(
     assert digest(path) == digest(same)
 
 
-def test_checkpoints_change_no_message_and_no_sample(
+def test_recording_checkpoints_changes_no_message_and_no_sample(
     lift: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(conversation, "KEEP_s", 0.0)

@@ -14,11 +14,11 @@ def test_the_shares_of_wall_clock_time_sum_to_the_whole():
     assert str(budget) == "start 2.00, kernel 3.00, rounds 2.00, recording 1.25, exit 1.00"
 
 
-def test_a_kernel_that_computes_while_others_record_gives_no_negative_round_time():
+def test_the_reported_time_of_grant_rounds_is_never_negative():
     assert Budget.of((0.0, 0.0), (1.0, 0.0), (5.0, 2.0), (5.0, 2.0), 3.5).rounds == 0.0
 
 
-def test_the_time_of_recording_work_that_raises_is_counted():
+def test_the_time_of_a_recording_call_that_raises_an_error_is_counted():
     class Work(ClockedWork):
         @clocked
         def fail(self):
@@ -33,7 +33,7 @@ def test_the_time_of_recording_work_that_raises_is_counted():
             assert work.spent_s > before
 
 
-def test_a_verbose_run_prints_the_seconds_of_each_of_its_parts(tmp_path):
+def test_run_verbose_prints_the_wall_clock_seconds_of_each_part_of_a_run(tmp_path):
     message = (
         CliRunner().invoke(app, ["run", "lift", "--in-process", "--verbose", "-o", str(tmp_path / "lift.mcap")]).output
     )

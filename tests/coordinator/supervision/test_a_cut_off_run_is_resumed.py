@@ -151,5 +151,5 @@ def test_a_recording_without_checkpoint_is_resumed_from_the_start(tmp_path: Path
 
 def test_resuming_a_complete_run_does_nothing(tmp_path: Path) -> None:
     run(load("pendulum", ["end=1 s"]), tmp_path / "pendulum.mcap", in_process=True)
-    with pytest.raises(RecordingError, match=r"pendulum\.mcap: is complete and undamaged"):
+    with pytest.raises(RecordingError, match=r"pendulum\.mcap: the file is complete and undamaged"):
         Beginning.of(tmp_path / "pendulum.mcap")

@@ -55,7 +55,7 @@ def test_processes_killed_at_the_start_and_end_of_a_run_are_replaced(digest: str
     assert len(set(replaced(notes))) >= 2 or point == MESSAGES  # who has said all that it had to say may die
 
 
-def test_a_message_reports_which_process_ended_when_and_how(digest: str) -> None:
+def test_a_message_about_a_lost_process_reports_its_node_the_time_and_the_cause(digest: str) -> None:
     run, notes = play({60: strike("east", number=signal.SIGSEGV)})
     assert re.fullmatch(
         r"node east is replaced at t = 0\.1\d\d s: its process was ended by signal 11 \(SIGSEGV\)", *notes
@@ -68,7 +68,7 @@ def test_two_processes_lost_at_once_are_replaced(digest: str) -> None:
     assert (run.digest, sorted(replaced(notes))) == (digest, ["north", "south"])
 
 
-def test_a_successor_killed_while_it_receives_the_history_is_replaced(digest: str) -> None:
+def test_a_replacement_process_killed_while_it_repeats_earlier_messages_is_replaced(digest: str) -> None:
     message: list[int] = []
 
     def twice(hub: Troubled) -> None:
@@ -139,8 +139,8 @@ def test_process_managers_lost_repeatedly_end_the_run() -> None:
         with pytest.raises(ProtocolError) as message:
             play({})
     assert re.fullmatch(
-        rf"node \w+ is gone.*: {KEPT}{KILLED}, as did its predecessors at this point, "
-        "3 of them; start the run again",
+        rf"node \w+ is gone.*: {KEPT}{KILLED}; 3 successive processes were lost "
+        "at the same point of the run; start the run again",
         str(message.value),
     )
 
@@ -158,7 +158,7 @@ def test_after_a_checkpoint_a_replacement_process_replays_fewer_messages(digest:
     assert (run.digest, len(notes)) == (digest, 8)
 
 
-def test_replaced_nodes_report_results_even_if_lost_at_the_last_message(undisturbed_run: ModelRun) -> None:
+def test_a_node_whose_process_is_lost_at_the_last_message_still_reports_its_results(undisturbed_run: ModelRun) -> None:
     for points in ((30, 60), range(MESSAGES - 2, MESSAGES + 1)):
         run, _ = play({point: strike("south", "east") for point in points})
         assert (run.results, len(run.results)) == (undisturbed_run.results, 3)

@@ -45,14 +45,14 @@ def test_no_node_is_asked_for_a_sign_of_life_before_its_deadline() -> None:
     assert seen.message == []
 
 
-def test_a_node_that_makes_progress_may_compute_for_any_time() -> None:
+def test_a_node_that_makes_progress_may_compute_for_longer_than_the_deadline() -> None:
     seen = Seen()
     for n in range(1, 100):
         seen.sign = Alive(n)
         assert seen.at(10.0 * n) == ""
 
 
-def test_a_node_without_progress_between_two_liveness_queries_counts_as_lost_and_its_code_line_is_reported() -> None:
+def test_a_node_without_progress_between_two_liveness_queries_is_lost_and_reported_with_its_code_line() -> None:
     seen = Seen()
     seen.sign = Alive(5)
     assert seen.at(10.0) == ""
@@ -77,7 +77,7 @@ def test_a_node_that_does_not_answer_a_liveness_query_is_lost() -> None:
 
 
 @pytest.mark.parametrize("held", ["by the system's", "by Python's"])
-def test_a_node_in_a_debugger_has_no_deadline(held: str) -> None:
+def test_a_process_held_by_a_debugger_has_no_deadline(held: str) -> None:
     seen = Seen()
     seen.letter, seen.sign = ("t", Alive(5)) if held == "by the system's" else ("R", Alive(5, traced=True))
     assert [seen.at(10.0 * n) for n in range(1, 5)] == [""] * 4

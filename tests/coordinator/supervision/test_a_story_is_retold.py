@@ -51,7 +51,7 @@ def test_the_replay_log_sends_pending_messages_after_the_answered_ones(log: Repl
     assert (log.last, log.open) == (b"GRANT 3", True)
 
 
-def test_a_checkpoint_replaces_the_replay_log_before_it(log: ReplayLog) -> None:
+def test_a_checkpoint_replaces_all_earlier_messages_in_the_replay_log(log: ReplayLog) -> None:
     say(log, 1, 2)
     log.kept(b"CHECKPOINT 2")
     assert list(log.retell()) == [GREETING, (b"CHECKPOINT 2", b"DONE 2")]
@@ -59,7 +59,7 @@ def test_a_checkpoint_replaces_the_replay_log_before_it(log: ReplayLog) -> None:
     assert list(log.retell()) == [GREETING, (b"CHECKPOINT 2", b"DONE 2"), *pairs(3)]
 
 
-def test_a_checkpoint_may_arrive_while_a_message_is_unanswered(log: ReplayLog) -> None:
+def test_a_checkpoint_that_arrives_while_a_message_is_unanswered_keeps_that_message_in_the_log(log: ReplayLog) -> None:
     say(log, 1, 2)
     log.sent(b"GRANT 3")
     log.kept(b"CHECKPOINT 2")
@@ -70,7 +70,9 @@ def test_a_checkpoint_may_arrive_while_a_message_is_unanswered(log: ReplayLog) -
 
 
 @pytest.mark.parametrize("heard", range(5))
-def test_an_idle_node_may_receive_more_messages_while_its_successor_connects(log: ReplayLog, heard: int) -> None:
+def test_a_message_sent_during_a_replay_is_the_open_message_and_not_part_of_the_replay(
+    log: ReplayLog, heard: int
+) -> None:
     say(log, 1, 2, 3)
     message = log.retell()
     before = [next(message) for _ in range(heard)]

@@ -36,7 +36,7 @@ def test_journal_entries_are_read_in_order(written: Path) -> None:
     assert list(read(written)) == ENTRIES
 
 
-def test_a_file_cut_at_any_byte_gives_its_complete_entries(written: Path) -> None:
+def test_a_journal_cut_at_any_byte_gives_its_complete_entries(written: Path) -> None:
     data = written.read_bytes()
     for place in range(len(data) + 1):
         written.write_bytes(data[:place])
@@ -59,7 +59,7 @@ def test_a_journal_of_zeros_has_no_entry(written: Path) -> None:
     assert list(read(written)) == []
 
 
-def test_a_missing_file_is_an_empty_journal(tmp_path: Path) -> None:
+def test_reading_a_missing_journal_gives_no_entries(tmp_path: Path) -> None:
     assert list(read(tmp_path / "none.journal")) == []
 
 
@@ -75,7 +75,7 @@ def test_a_killed_writer_loses_no_journal_entry(tmp_path: Path) -> None:
     assert list(read(path)) == [i.to_bytes(4, "little") for i in range(1000)]
 
 
-def test_a_reader_follows_a_growing_journal(tmp_path: Path) -> None:
+def test_a_reader_of_a_growing_journal_returns_the_entries_added_since_the_last_read(tmp_path: Path) -> None:
     with closing(Journal(tmp_path / "run.journal")) as journal:
         journal.append(b"one")
         entries = read(journal.path)
@@ -84,7 +84,7 @@ def test_a_reader_follows_a_growing_journal(tmp_path: Path) -> None:
         assert list(entries) == [b"two"]
 
 
-def test_a_checkpoint_drops_earlier_journal_entries(written: Path) -> None:
+def test_restarting_a_journal_at_a_checkpoint_drops_earlier_entries(written: Path) -> None:
     with closing(Journal(written)) as journal:
         journal.append(b"granted")
         journal.restart([b"checkpoint", b"outstanding"])

@@ -22,7 +22,7 @@ def received(hub: Hub) -> list[tuple[str, bytes]]:
     return found
 
 
-def test_an_older_process_incarnation_refuses_new_messages_and_its_own_are_ignored() -> None:
+def test_a_replaced_process_that_still_runs_refuses_new_messages_and_the_hub_ignores_those_it_sends() -> None:
     with Hub(["west"]) as hub, NodeLink(hub.ticket("west")) as old:
         hub.send("west", b"grant 1")
         assert old.receive() == ("west", b"grant 1")
@@ -40,7 +40,7 @@ def test_an_older_process_incarnation_refuses_new_messages_and_its_own_are_ignor
                 old.receive()
 
 
-def test_the_end_of_the_older_incarnation_does_not_end_the_newer_one() -> None:
+def test_the_end_of_a_replaced_process_does_not_end_its_replacement() -> None:
     with Hub(["west"]) as hub:
         old = NodeLink(hub.ticket("west"))
         hub.send("west", b"grant 1")

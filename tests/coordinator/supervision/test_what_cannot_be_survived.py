@@ -25,8 +25,8 @@ def test_three_process_losses_at_the_same_logical_time_end_the_run(
     with pytest.raises(ProtocolError) as message:
         play({}, "doomed")
     assert re.fullmatch(
-        rf"node south is gone at t = 0\.\d+ s: its process {how}, as did its predecessors at this point, 3 of them; "
-        "start the run again",
+        rf"node south is gone at t = 0\.\d+ s: its process {how}; 3 successive processes were lost at the "
+        "same point of the run; start the run again",
         str(message.value),
     )
 
@@ -57,7 +57,7 @@ def test_a_model_that_hangs_is_reported_with_its_code_line(monkeypatch: pytest.M
         play({}, "doomed", deadline=0.3)
     assert "node south is gone at t = 0." in str(message.value)
     assert "its process has done no step for 0.3 s, at File " in str(message.value)
-    assert re.search(r'doomed_models\.py", line \d+ in hang, as did its predecessors', str(message.value))
+    assert re.search(r'doomed_models\.py", line \d+ in hang; 3 successive processes', str(message.value))
 
 
 def test_a_model_that_hangs_once_is_replaced(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

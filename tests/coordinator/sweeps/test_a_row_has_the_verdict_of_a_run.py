@@ -30,7 +30,9 @@ def test_a_single_clearance_below_its_limit_makes_a_row_of_a_study_red(limit: fl
         (("cranes.crane.at=1 m",), 0, 2),
     ],
 )
-def test_a_row_without_checks_has_the_same_digest(settings: tuple[str, ...], digests: int, refused: int) -> None:
+def test_a_variant_has_the_same_digest_with_and_without_checks(
+    settings: tuple[str, ...], digests: int, refused: int
+) -> None:
     scene, variant = load("lift", ["end=1 s"]), Variant(0, settings, ())
     rows = [played(Task.of(scene, 60.0, "none", checked), variant) for checked in (True, False)]
     assert len({row["digest"] for row in rows if "digest" in row}) == digests

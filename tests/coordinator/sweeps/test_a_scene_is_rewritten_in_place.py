@@ -47,7 +47,7 @@ actions:
     )
 
 
-def test_a_new_key_is_written_after_the_name_of_its_stage() -> None:
+def test_a_key_added_to_an_action_is_written_after_the_name_of_its_stage() -> None:
     lines = rewritten(load("turnover").text, "turnover.yaml", {("actions", 3, "when"): "after 210 s"}).splitlines()
     at = lines.index("    when: after 210 s")
     assert lines[at - 1 : at + 2 : 2] == ["  - stage: travel", "    cranes: travel 30 m/min ramp 0.03234 m/s2 by 120 m"]
@@ -61,6 +61,6 @@ def test_a_new_key_is_written_after_the_name_of_its_stage() -> None:
         ("actions: []\n", ("actions", 0, "when")),  # of nothing
     ],
 )
-def test_only_values_written_in_the_file_can_be_rewritten(text: str, path: Path) -> None:
+def test_rewriting_a_value_that_the_file_does_not_state_on_its_own_is_refused(text: str, path: Path) -> None:
     with pytest.raises(SceneError, match="cannot be changed without losing its comments"):
         rewritten(text, "x.yaml", {path: "2 m"})

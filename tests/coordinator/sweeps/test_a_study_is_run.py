@@ -78,7 +78,7 @@ def test_variants_of_a_study_include_the_settings_and_base_scenes_of_its_scene(t
     assert "--set:1:9: error: gravity" in message.rows[0]["sentence"]
 
 
-def test_every_execution_engine_gives_the_same_study(tmp_path: Path) -> None:
+def test_a_study_has_the_same_rows_with_every_executor(tmp_path: Path) -> None:
     with ThreadPoolExecutor(2) as threads:
         found = studied(tmp_path / "threads", threads)
     assert digests(found) == digests(studied(tmp_path / "at once"))
@@ -120,7 +120,7 @@ def test_a_stopped_study_continues_without_repeating_runs(tmp_path: Path) -> Non
     assert second.count == 6 - kept
 
 
-def test_rows_of_another_study_are_refused(tmp_path: Path) -> None:
+def test_a_folder_that_holds_another_study_is_refused(tmp_path: Path) -> None:
     studied(tmp_path / "study")
     with pytest.raises(OutputError, match="holds another study"):
         sweep("pendulum", VARY[:1], into=tmp_path / "study", executor=AtOnce())
@@ -152,7 +152,9 @@ def test_recordings_of_a_study_are_written_if_requested(tmp_path: Path) -> None:
     assert (tmp_path / "study" / study.rows[0]["recording"]).stat().st_size > 1000
 
 
-def test_a_dead_worker_loses_only_one_variant(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_worker_that_dies_loses_only_the_variant_it_was_running(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     made: list[AtOnce] = []
 
     def pool(workers: int) -> AtOnce:
@@ -231,7 +233,7 @@ def test_an_unknown_sampling_design_is_refused(tmp_path: Path) -> None:
         studied(tmp_path / "study", sample=10, design="random")
 
 
-def test_a_killed_study_continues(tmp_path: Path) -> None:
+def test_a_study_whose_process_was_killed_can_be_continued(tmp_path: Path) -> None:
     """A child runs the study until it has written some rows and is killed without a word."""
     script = f"""
 import os, sys
@@ -255,7 +257,7 @@ studied({str(tmp_path / "study")!r})
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_a_worker_that_ran_other_variants_gives_the_same_digest(tmp_path: Path, seed: int) -> None:
+def test_a_variant_has_the_same_digest_in_a_worker_that_ran_other_variants_before(tmp_path: Path, seed: int) -> None:
     """Random variants of several structures in one process, in two orders, and as `run` has them."""
     random = Random(seed)
     masses = ", ".join(f"{random.uniform(0.5, 5.0)!r} kg" for _ in range(2))

@@ -39,7 +39,7 @@ def test_parameters_of_a_devs_model_are_varied_and_its_results_are_columns(threa
     assert any(rows[0][name] != rows[1][name] for name in columns)
 
 
-def test_a_table_is_the_same_on_a_pool_of_processes(threads):
+def test_tabulating_a_function_in_a_pool_gives_the_same_table(threads):
     values = {"length": [0.7], "angle": [1e-3]}
     assert tabulate(own.pendulum, values, workers=1) == tabulate(own.pendulum, values, executor=threads)
 
@@ -75,7 +75,7 @@ def test_response_functions_are_named_on_the_command_line(tmp_path):
         ("a=none.py:swing", "there is no such file"),
     ],
 )
-def test_a_response_that_cannot_be_called_is_refused_before_the_first_run(text, sentence, tmp_path):
+def test_a_response_function_that_cannot_be_called_is_refused_before_the_first_run(text, sentence, tmp_path):
     found = CliRunner().invoke(app, ["sweep", "pendulum", "--response", text, "-o", str(tmp_path / "x")])
     assert sentence in str(found.exception)
     assert not (tmp_path / "x").exists()
@@ -92,7 +92,7 @@ def test_a_response_that_cannot_be_called_is_refused_before_the_first_run(text, 
         ((f"{own.__file__}:absent", {"x": [1.0]}), "has no function absent"),
     ],
 )
-def test_invalid_functions_are_reported_in_one_sentence(arguments, sentence, threads):
+def test_tabulating_an_invalid_function_is_reported_in_one_sentence(arguments, sentence, threads):
     with pytest.raises(HeavyliftError) as error:
         tabulate(*arguments, executor=threads)
     assert sentence in str(error.value)
@@ -100,7 +100,7 @@ def test_invalid_functions_are_reported_in_one_sentence(arguments, sentence, thr
 
 
 @pytest.mark.parametrize(("name", "shown"), [("words", "'much'"), ("endless", "inf"), ("huge", f"1{'0' * 59}")])
-def test_a_response_that_is_no_finite_number_is_reported_in_its_row(name, shown, tmp_path, threads):
+def test_a_response_that_is_not_a_finite_number_is_reported_in_its_row(name, shown, tmp_path, threads):
     reference = f"{own.__file__}:{name}"
     study = sweep("pendulum", ["end={1 s}"], into=tmp_path / "x", executor=threads, responses={"w": reference})
     assert study.rows[0]["status"] == "failed"

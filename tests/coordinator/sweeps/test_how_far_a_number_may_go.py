@@ -62,13 +62,13 @@ def test_the_limit_of_an_input_lies_between_green_and_red(told, limit: float) ->
     assert len(found.runs) < 25
 
 
-def test_a_scene_that_ends_too_soon_is_reported_with_a_remedy(told) -> None:
+def test_a_search_whose_scene_ends_before_the_lift_suggests_a_later_end(told) -> None:
     assert str(told(lambda x: x <= 400.0, waits="moves done")).endswith(
         "red: too heavy; let the run last longer, --set 'end=...'"
     )
 
 
-def test_a_limit_below_the_start_value_is_found(told) -> None:
+def test_a_search_downward_from_a_high_value_finds_the_lower_limit(told) -> None:
     found = told(lambda x: x >= 400.0, "block.mass=900..300 t")
     assert found.red < 400.0 <= found.green
     assert found.green - found.red <= 3.0
@@ -95,7 +95,9 @@ def test_the_limit_of_a_linear_utilisation_is_found_in_one_step(lift, monkeypatc
 
 
 @pytest.mark.parametrize(("fails", "shown"), [("red", "amber"), ("undecided", "undecided: too near")])
-def test_progress_shows_the_state_of_each_value(lift, monkeypatch: pytest.MonkeyPatch, fails, shown: str) -> None:
+def test_a_search_for_limits_reports_the_state_of_each_value_it_runs(
+    lift, monkeypatch: pytest.MonkeyPatch, fails, shown: str
+) -> None:
     state = shown.partition(":")[0]
     row = {"status": "done", "sentence": "", "use": 0.5, "limit": "hook", "limit stage": "up", "limit at [s]": None}
     monkeypatch.setattr(
@@ -122,7 +124,7 @@ def test_a_limit_has_the_error_estimate_of_the_governing_utilisation(lift) -> No
         ("hoist accel", "hoist 0.3 m/min ramp 2 m/s2 until all slings taut", [0.3, 0.3, 3.0]),
     ],
 )
-def test_limits_of_speeds_of_one_kind_keep_their_proportions(
+def test_varying_the_speed_of_all_moves_of_one_kind_keeps_their_proportions(
     lift, name: str, first: str, all_orders: list[float]
 ) -> None:
     motion = motion_of(lift, name)
@@ -141,13 +143,13 @@ def test_a_search_for_a_speed_limit_keeps_swing_free_ramps() -> None:
     assert text == "actions[3].trolleys=traverse 10 m/min ramp one swing by 2 m"
 
 
-def test_limits_can_be_asked_of_every_input_of_a_scene(lift) -> None:
+def test_the_search_for_all_limits_covers_speeds_and_inputs_of_a_scene(lift) -> None:
     names = limiting.askable(lift)
     assert names[:4] == ["hoist speed", "hoist accel", "trolley speed", "trolley accel"]
     assert {"block.mass", "block.com.x", "block.com.y", "block.com.z"} < set(names)
 
 
-def test_all_limits_are_in_one_table_and_on_one_page(told, lift) -> None:
+def test_the_limits_of_several_inputs_are_in_one_table_and_on_one_page(told, lift) -> None:
     found = [told(lambda x: x < 500.0), told(lambda x: True)]
     first, second = table_text(limits_table(found)).splitlines()[1:]
     assert first.split()[:1] == second.split()[:1] == ["block.mass"]
@@ -166,11 +168,11 @@ def test_all_limits_are_in_one_table_and_on_one_page(told, lift) -> None:
         (lambda x: x < 400.0 or x > 700.0, "but green again at"),
     ],
 )
-def test_inputs_without_a_limit_are_reported(told, green, wrong: str) -> None:
+def test_a_search_that_finds_no_limit_reports_why(told, green, wrong: str) -> None:
     assert wrong in told(green).wrong
 
 
-def test_runs_that_ended_early_give_no_limit(told) -> None:
+def test_a_search_for_a_limit_ends_with_an_error_if_a_run_is_cut_at_its_time_limit(told) -> None:
     with pytest.raises(SceneError, match="cut after 60 s"):
         told(lambda x: True, cut=True)
 

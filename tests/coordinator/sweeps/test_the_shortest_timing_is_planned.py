@@ -75,7 +75,7 @@ def test_scenes_that_cannot_be_planned_are_reported(tmp_path: Path) -> None:
         planned(load(tmp_path / "mine.yaml"), 60.0)
 
 
-def test_the_planner_proposes_speeds_ramps_and_overlaps_of_the_action_list() -> None:
+def test_the_planner_proposes_higher_speeds_swing_free_ramps_and_overlapping_moves() -> None:
     """Hooks of one action keep their ratio."""
     scene = load("turnover")
     found = [(scene.plan.actions[s.action].stage, len(s.paths), s.most, s.why) for s in speeds(scene)]

@@ -39,7 +39,7 @@ def test_a_decimal_range_has_exactly_its_stated_values(lift) -> None:
     ]
 
 
-def test_several_ranges_are_combined_to_all_their_combinations(lift) -> None:
+def test_several_varied_ranges_give_all_combinations_of_their_values(lift) -> None:
     found = planned(
         lift, ["block.mass={200 t, 300 t}", "stage up/all hooks={hoist 1 m/min by 1 m, hoist 3 m/min by 1 m}"]
     )
@@ -48,14 +48,14 @@ def test_several_ranges_are_combined_to_all_their_combinations(lift) -> None:
     assert [axis.label for axis in found.axes] == ["block.mass [t]", "stage up/all hooks"]
 
 
-def test_a_list_gives_one_variant_for_each_value(lift) -> None:
+def test_a_list_of_positions_gives_one_variant_for_each_position(lift) -> None:
     assert settings(lift, "block.at={[40 m, 75 m, 6 m], [41 m, 75 m, 6 m]}") == [
         ("block.at=[40 m, 75 m, 6 m]",),
         ("block.at=[41 m, 75 m, 6 m]",),
     ]
 
 
-def test_a_coordinate_that_is_not_written_can_be_varied(lift) -> None:
+def test_a_study_can_vary_a_coordinate_that_the_scene_does_not_state(lift) -> None:
     (first, second), *_ = settings(lift, "block.com.x={0.1 m, 0.2 m}")
     assert load("lift", [first, second]).scene.block.com == (0.1, 0.0, 0.0)
 
@@ -111,7 +111,7 @@ def test_a_study_without_varied_inputs_is_refused(lift) -> None:
         planned(lift, ["block.at[0]={1 m, 2 m}", "block.at.x={3 m, 4 m}"])
 
 
-def test_uncertain_inputs_are_sampled_from_their_stated_range(unsure) -> None:
+def test_uncertain_inputs_are_sampled_from_their_stated_distribution(unsure) -> None:
     found = planned(unsure, sample=1000, design="lhs", seed=7)
     mass, sling = np.array([variant.values for variant in found.variants]).T
     assert (mass.mean(), mass.std()) == (pytest.approx(300.0, rel=1e-3), pytest.approx(9.0, rel=0.02))
@@ -121,7 +121,7 @@ def test_uncertain_inputs_are_sampled_from_their_stated_range(unsure) -> None:
     assert planned(unsure, sample=1000, design="lhs", seed=8).variants != found.variants
 
 
-def test_a_sobol_design_has_no_more_runs_than_asked(unsure) -> None:
+def test_a_sobol_design_has_at_most_the_requested_number_of_runs(unsure) -> None:
     found = planned(unsure, ["stage up/all hooks/hoist=1..3 m/min"], sample=100)
     assert len(found.axes) == 3
     assert len(found.variants) == 16 * 5

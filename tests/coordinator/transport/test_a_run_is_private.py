@@ -47,7 +47,7 @@ def test_only_the_user_may_enter_the_run_directory() -> None:
     assert not hub.directory.path.exists()
 
 
-def test_a_long_temporary_directory_is_not_too_long_for_the_socket(
+def test_a_run_finds_a_place_for_its_socket_if_the_temporary_directory_has_a_long_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     deep = tmp_path / ("a" * 120)
@@ -67,7 +67,7 @@ def test_a_ticket_is_neither_on_the_command_line_nor_in_the_environment(start: S
     assert (node / "fd" / "0").readlink() == Path(os.devnull)  # it was there, and has been read
 
 
-def test_two_runs_at_once_do_not_disturb_each_other(start: Start) -> None:
+def test_two_simultaneous_runs_do_not_disturb_each_other(start: Start) -> None:
     first, _ = start(west=(), east=())
     second, other = start(west=(), east=())
     assert first.run != second.run

@@ -24,12 +24,12 @@ def refusal(frame: bytes) -> str:
     return str(error.value)
 
 
-def test_frames_in_order_are_decoded_to_their_payloads() -> None:
+def test_wire_frames_received_in_order_are_decoded_to_their_payloads() -> None:
     w, r = writer(), reader()
     assert [r.open(w.frame(p)) for p in (b"", b"a", b"b" * 1_000_000)] == [b"", b"a", b"b" * 1_000_000]
 
 
-def test_every_single_flipped_bit_of_a_frame_is_detected() -> None:
+def test_every_single_flipped_bit_of_a_wire_frame_is_detected() -> None:
     frame = writer().frame(b"grant")
     for bit in range(8 * len(frame)):
         damaged = bytearray(frame)
@@ -38,7 +38,7 @@ def test_every_single_flipped_bit_of_a_frame_is_detected() -> None:
             reader().open(bytes(damaged))
 
 
-def test_a_damaged_frame_is_reported() -> None:
+def test_a_damaged_wire_frame_is_reported() -> None:
     frame = writer().frame(b"grant")
     assert refusal(frame[:-1] + b"T") == (
         f"node west, message 0 on 'out': a message of {len(frame)} bytes arrived damaged "
@@ -50,7 +50,7 @@ def test_a_truncated_message_is_reported_as_damaged() -> None:
     assert "arrived damaged" in refusal(writer().frame(b"grant" * 10)[:-7])
 
 
-def test_bytes_of_another_program_are_refused_by_name() -> None:
+def test_bytes_that_are_no_heavylift_message_are_refused_with_the_name_of_the_node() -> None:
     assert refusal(b"ping") == (
         "node west, message 0 on 'out': 4 bytes arrived that are no heavylift message (b'ping'); "
         "another program writes to this run's keys, end it and start the run again"
@@ -144,7 +144,7 @@ def test_a_client_without_a_password_is_not_admitted() -> None:
             zenoh.open(zenoh.Config.from_json5(json.dumps(config)))
 
 
-def test_messages_of_an_earlier_process_incarnation_are_recognised() -> None:
+def test_only_undamaged_messages_of_an_earlier_process_of_the_node_count_as_outdated() -> None:
     def spoiled(frame: bytes) -> bytes:
         return frame[:-1] + b"?"
 

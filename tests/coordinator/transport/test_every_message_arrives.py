@@ -48,13 +48,13 @@ def test_samples_arrive_before_the_answer_that_follows_them(start: Start) -> Non
         assert hub.samples() == []
 
 
-def test_messages_sent_just_before_leaving_arrive(start: Start) -> None:
+def test_messages_that_a_node_sends_just_before_leaving_arrive(start: Start) -> None:
     hub, _ = start(west=("burst", "300"))
     hub.dismiss(b"go")
     assert [hub.receive(5) for _ in range(300)][-1] == ("west", (299).to_bytes(4, "little"))
 
 
-def test_receive_waits_until_its_timeout(start: Start) -> None:
+def test_receiving_without_a_message_waits_until_the_timeout(start: Start) -> None:
     hub, _ = start(west=())
     for timeout in (0.0, 0.05, 0.3):
         begin = time.monotonic()
@@ -97,7 +97,7 @@ def test_an_exception_of_a_node_in_this_process_reaches_the_coordinator() -> Non
             hub.receive()
 
 
-def test_waiting_for_messages_without_any_node_is_an_error() -> None:
+def test_receiving_messages_in_a_run_without_nodes_is_an_error() -> None:
     with LocalHub(["west"]) as hub:
         assert hub.receive(timeout=5) is None
         with pytest.raises(ProtocolError, match="no node of this process has a message to answer"):

@@ -59,7 +59,7 @@ def test_a_node_that_never_joins_is_reported_by_name(start: Start) -> None:
         hub.send("east", b"x")
 
 
-def test_messages_sent_before_the_end_of_a_process_arrive_first(start: Start) -> None:
+def test_messages_sent_before_the_end_of_a_process_arrive_before_its_loss_is_reported(start: Start) -> None:
     hub, _ = start(hello=False, west=("say-and-die",))
     assert hub.receive(PATIENCE_s) == ("west", b"hello")
     assert hub.receive(PATIENCE_s) == ("west", b"my last words")
@@ -84,7 +84,7 @@ def test_an_ordered_end_leaves_no_process_or_file_behind(start: Start) -> None:
 
 
 @pytest.mark.parametrize("state", ["deaf", "stopped"])
-def test_a_node_that_ignores_the_end_is_killed(start: Start, state: str) -> None:
+def test_a_node_process_that_does_not_end_after_the_run_is_killed(start: Start, state: str) -> None:
     hub, processes = start(west=("deaf",) if state == "deaf" else ())
     if state == "stopped":
         os.kill(processes.pids["west"], signal.SIGSTOP)
@@ -143,7 +143,7 @@ def test_a_process_ends_with_its_coordinator_even_without_a_notification(before:
     assert vanished(directory)
 
 
-def test_ctrl_c_reaches_a_waiting_coordinator() -> None:
+def test_ctrl_c_interrupts_a_coordinator_that_waits_for_messages() -> None:
     coordinator, directory, pids = launch()
     os.killpg(coordinator.pid, signal.SIGINT)
     _, errors = coordinator.communicate(timeout=PATIENCE_s)
@@ -192,7 +192,7 @@ def test_twelve_node_processes_start_answer_and_end() -> None:
         processes.end()
 
 
-def test_a_run_directory_without_an_owner_is_removed() -> None:
+def test_the_directory_of_a_run_whose_coordinator_is_gone_is_removed() -> None:
     """A signal may arrive between its making and whoever removes it."""
     path = RunDirectory.chosen().make().path
     gc.collect()

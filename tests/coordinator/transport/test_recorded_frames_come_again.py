@@ -86,7 +86,7 @@ def test_a_repeated_frame_of_another_node_ends_the_run(hub: Hub, wire: list[byte
             hub.receive(10.0)
 
 
-def test_observers_cannot_disturb_a_run(hub: Hub, wire: list[bytes]) -> None:
+def test_messages_sent_by_an_observer_do_not_disturb_a_run(hub: Hub, wire: list[bytes]) -> None:
     rng = Random(1)
     with (
         guest_session(hub.directory.path, OBSERVER) as observer,

@@ -50,7 +50,7 @@ def left() -> tuple[int, int, int]:
 
 @pytest.mark.parametrize("run", [local, apart])
 @pytest.mark.large(beyond=1)
-def test_repeated_runs_leak_nothing(run: Callable[[], None]) -> None:
+def test_repeated_runs_in_one_process_leave_no_threads_files_or_memory_behind(run: Callable[[], None]) -> None:
     for _ in range(RUNS):
         run()
     before = left()
@@ -63,7 +63,7 @@ def test_repeated_runs_leak_nothing(run: Callable[[], None]) -> None:
     assert after[0] - before[0] < EACH_kB * RUNS
 
 
-def test_two_runs_at_once_have_a_session_each() -> None:
+def test_two_simultaneous_runs_in_one_process_have_separate_sessions() -> None:
     with LocalHub(["a"]) as one, LocalHub(["a"]) as other:
         assert one._session is not other._session
         assert [talk(hub) for hub in (one, other)] == [b"word heard"] * 2
@@ -86,7 +86,7 @@ def test_a_run_removes_the_files_of_runs_killed_at_any_moment(tmp_path: Path) ->
     assert {path.name[-1] for path in tmp_path.iterdir()} == {*"abcd"}
 
 
-def test_no_thread_of_a_hub_outlives_it() -> None:
+def test_no_thread_remains_after_a_hub_is_closed() -> None:
     """One that comes out of foreign code while Python ends aborts the process: "exception not rethrown"."""
     before = threading.enumerate()
     for _ in range(RUNS):

@@ -37,7 +37,7 @@ def test_a_reader_that_pauses_longer_than_zenoh_blocks_loses_no_message(tmp_path
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="watches processes in /proc, which only Linux has")
-def test_a_default_zenoh_session_listens_to_the_network_and_ours_does_not() -> None:
+def test_a_default_zenoh_session_listens_to_the_network_and_a_session_of_heavylift_does_not() -> None:
     before = network_sockets(os.getpid())
     with zenoh.open(zenoh.Config()):
         kinds = {line.split()[0].rstrip("6") for line in network_sockets(os.getpid()) if line not in before}

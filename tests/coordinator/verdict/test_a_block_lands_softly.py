@@ -15,7 +15,7 @@ CASES = {"jib": ("jib main", "legs"), "hall": ("hall main", "legs"), "crawler": 
 
 @pytest.mark.parametrize("name", sorted(CASES))
 @pytest.mark.large(beyond=1)
-def test_the_impact_of_a_dropped_block_equals_the_largest_sample_and_is_red(name: str) -> None:
+def test_the_impact_force_of_a_dropped_block_is_the_largest_sampled_support_force_and_red(name: str) -> None:
     who, slings = CASES[name]
     drop = f'{{{who}: "hoist 1 m/min by 20 mm"}}, {{wait: 5 s}}, {{{slings}: release}}, {{wait: 2 s}}'
     given = [f"actions=[{UP.format(who=who)}, {drop}]", "end=120 s", "block.supports.capacity=100 t"]
@@ -38,7 +38,7 @@ def test_the_impact_of_a_dropped_block_equals_the_largest_sample_and_is_red(name
     assert use.use > 1.0
 
 
-def test_the_impact_of_a_block_set_down_at_creep_speed_is_less_than_its_weight() -> None:
+def test_the_impact_force_of_a_block_set_down_at_creep_speed_is_less_than_its_weight() -> None:
     for name in ("hall", "jib"):
         (use,) = (x for x in play(load(name).plan).uses if x.limit.quantity == "impact")
         assert 0.0 < use.value < 1.05 * use.limit.value / 1.5

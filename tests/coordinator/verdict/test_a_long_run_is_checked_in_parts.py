@@ -98,9 +98,7 @@ def test_the_verdict_is_the_same_for_a_run_in_parts_and_as_a_whole(
         assert abs(a.distance - b.distance) <= SHARP
 
 
-def test_long_runs_are_searched_for_clearances_piece_by_piece(
-    recorded: Recording, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_clearances_of_a_long_run_are_searched_in_parts(recorded: Recording, monkeypatch: pytest.MonkeyPatch) -> None:
     expected = verdict_of(recorded)
     monkeypatch.setattr(intervals, "PIECE", 37)
     assert verdict_of(recorded) == expected
@@ -131,7 +129,7 @@ def test_clearance_bounds_are_the_same_for_a_run_in_parts_and_as_a_whole(
     assert np.allclose(moved + least, expected.moved + expected.least, rtol=1e-9)
 
 
-def test_samples_that_wait_for_the_verdict_are_kept_in_a_file(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_samples_kept_for_the_verdict_of_a_long_run_are_stored_in_a_file(monkeypatch: pytest.MonkeyPatch) -> None:
     """Batches that come twice are taken once, and each part is what was given."""
     monkeypatch.setattr(spool, "IN_MEMORY", 1000)
     pose = SampleChannel("pose/block", [*"xyzabcd"], "m", 1, 8)

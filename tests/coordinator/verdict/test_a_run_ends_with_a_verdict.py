@@ -89,7 +89,7 @@ def test_an_end_time_that_cuts_off_the_lift_is_red_in_check_and_run(tmp_path: Pa
     assert parse(LIFT).findings == (), "a last wait may be cut"
 
 
-def test_a_stage_that_ends_at_once_is_red_with_its_line(tmp_path: Path) -> None:
+def test_a_stage_with_moves_that_ends_at_once_is_red_with_its_line(tmp_path: Path) -> None:
     landed = "  - stage: set down\n    all hooks: lower 0.3 m/min until landed\n"
     text = LIFT.replace("actions:\n", "actions:\n" + landed)
     found = verdict(tmp_path, text)
@@ -106,7 +106,7 @@ def test_a_stage_that_ends_at_once_is_red_with_its_line(tmp_path: Path) -> None:
     ("half", "rope", "sling", "severity", "degrees"),
     [(6.0, 85.7, 5.0, "warning", 53.1), (7.5, 85.85, 6.2, "red", 62.5)],
 )
-def test_bridles_that_are_too_wide_are_reported(
+def test_slings_of_a_bridle_beyond_their_allowed_angle_are_reported(
     half: float, rope: float, sling: float, severity: str, degrees: float, tmp_path: Path
 ) -> None:
     """Beams of 4 m between lugs that are 12 m and 15 m apart; the hook begins just above them."""
@@ -179,7 +179,7 @@ def test_a_scene_without_a_lift_also_has_a_verdict(tmp_path: Path) -> None:
     assert "which have no shapes" in " ".join(found.not_looked_at)
 
 
-def test_with_strict_a_red_verdict_gives_an_exit_code_and_is_the_first_line(tmp_path: Path) -> None:
+def test_a_red_verdict_is_the_first_line_that_run_prints_and_gives_exit_code_1_with_strict(tmp_path: Path) -> None:
     def heavylift(*words: str) -> subprocess.CompletedProcess[str]:
         return subprocess.run(
             [sys.executable, "-c", "from heavylift.coordinator.cli import main; main()", *words],

@@ -33,7 +33,7 @@ def lifted(lift: Lift, speed: float, least: str = "20 m/min") -> Played:
 
 
 @pytest.mark.large(beyond=3)
-def test_a_soft_lift_has_the_speeds_of_its_winches(lift: Lift) -> None:
+def test_lift_off_and_landing_speeds_of_a_slow_lift_are_those_of_its_winches(lift: Lift) -> None:
     speed = Random(lift.text).uniform(0.3, 0.8)
     scene = lift.read()
     assert row(scene.checks, "landing speed").basis.endswith("as ordered")
@@ -45,7 +45,7 @@ def test_a_soft_lift_has_the_speeds_of_its_winches(lift: Lift) -> None:
 
 
 @pytest.mark.large(beyond=3)
-def test_a_drop_has_the_speed_of_a_free_fall(lift: Lift) -> None:
+def test_the_landing_speed_of_a_dropped_block_is_that_of_a_free_fall(lift: Lift) -> None:
     """sqrt(2 g h) from so high above the supports, and nothing had ordered it."""
     height = Random(f"{lift.text} drop").uniform(0.1, 0.3)
     text = lift.beginning("").replace("  - stage: up\n    all hooks: hoist 1 m/min by 1 m\n", "")
@@ -60,13 +60,13 @@ def test_a_drop_has_the_speed_of_a_free_fall(lift: Lift) -> None:
 
 
 @pytest.mark.large(beyond=3)
-def test_a_landing_beyond_the_limit_is_red_however_it_was_ordered(lift: Lift) -> None:
+def test_a_simulated_landing_speed_beyond_its_limit_is_red_whatever_speed_was_ordered(lift: Lift) -> None:
     checks = list(lifted(lift, 2.4, "2.1 m/min").verdict.checks)
     assert (row(checks, "landing speed").state, row(checks, "lift-off speed").state) == ("red", "red")
     assert "as simulated" in row(checks, "landing speed").sentence
 
 
-def test_a_block_that_a_turn_sets_down_is_red_after_a_run_too(lift: Lift) -> None:
+def test_a_block_that_comes_down_on_its_supports_in_a_turn_is_red_after_a_run(lift: Lift) -> None:
     turn = "  - stage: turn\n    block: turn 20 deg/min to 15 deg\n  - wait: 1 s\n"
     if not lift.text.count("crane: {type: goliath") + lift.text.count("crane: {type: twin"):
         pytest.skip("it cannot turn a block")
@@ -75,7 +75,7 @@ def test_a_block_that_a_turn_sets_down_is_red_after_a_run_too(lift: Lift) -> Non
 
 
 @pytest.mark.large(beyond=3)
-def test_a_lift_that_is_ordered_at_its_limit_is_decided(lift: Lift) -> None:
+def test_a_lift_off_ordered_exactly_at_the_speed_limit_is_green(lift: Lift) -> None:
     """A speed read off lengths is as exact as these, which is no error of the run."""
     speed = 0.5
     run = lifted(lift, speed, f"{speed!r} m/min")

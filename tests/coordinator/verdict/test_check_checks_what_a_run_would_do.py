@@ -27,7 +27,7 @@ def test_a_move_of_length_zero_is_reported_as_a_stage_that_ends_at_once(tmp_path
     assert [(f.quantity, f.subject) for f in result.verdict.findings] == [("stage", "sideways")]
 
 
-def test_an_action_list_that_never_ends_is_reported_in_the_words_of_planners() -> None:
+def test_an_action_list_that_never_ends_is_reported_with_the_condition_it_waits_for() -> None:
     up = "actions:\n  - stage: up\n    all hooks: hoist 10 m/min until tension of crane.H1 >= 5 MN\n"
     off = "actions:\n  - stage: unhook\n    all hooks: unhook\n" + up.partition("\n")[2]
     found = parse(LIFT[: LIFT.index("actions:")].replace("end: 60 s\n", "") + off).findings

@@ -78,7 +78,7 @@ def ways(history: History, draw: np.random.Generator) -> History:
     return History(np.arange(n) * 0.5, poses, tensions, {}, history.rigs[:1])
 
 
-def test_the_bounded_search_loses_no_clearance(tmp_path: Path) -> None:
+def test_the_branch_and_bound_search_finds_the_clearances_of_an_exhaustive_search(tmp_path: Path) -> None:
     """Random ways: each pair of shapes at each sample exactly, but for those whose balls are
     farther apart."""
     plan = load("lift").plan
@@ -141,7 +141,7 @@ def test_hoisting_a_hook_into_its_upper_limit_is_reported_as_two_blocking(tmp_pa
     )
 
 
-def test_connected_bodies_are_not_checked_and_neighbours_only_for_penetration() -> None:
+def test_connected_bodies_have_no_clearance_check_and_adjacent_parts_are_checked_only_for_penetration() -> None:
     known = Shapes(load("turnover").plan)
     shapes = {(s.thing, s.part): s for s in known.solids}
     ropes = known.strands

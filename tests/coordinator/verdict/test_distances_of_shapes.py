@@ -70,7 +70,9 @@ def pairs_of_all_kinds() -> list[tuple[str, Placed, Placed]]:
 
 
 @pytest.mark.parametrize(("a", "b"), [pytest.param(*x, id=name) for name, *x in pairs_of_all_kinds()])
-def test_distances_lie_between_a_separating_gap_and_the_distance_of_two_points(a: Placed, b: Placed) -> None:
+def test_distances_of_shapes_lie_between_a_separating_gap_and_the_distance_of_two_of_their_points(
+    a: Placed, b: Placed
+) -> None:
     """A gap along any direction is a bound from below, two points of the shapes are one from above."""
     near, size = exactly(a, b), 1.0 + max(float(np.abs(x).max()) for x in (a.half, b.half, a.centre, b.centre))
     assert np.linalg.norm(near.normal, axis=1) == pytest.approx(1.0)
@@ -182,7 +184,7 @@ def test_shapes_that_just_touch_have_no_penetration_depth() -> None:
                     assert found.distance[0] == pytest.approx(gap, abs=CLOSE)
 
 
-def test_the_lower_bound_along_a_straight_path_is_below_all_distances() -> None:
+def test_the_lower_bound_along_a_straight_path_is_below_the_distance_at_every_point_of_it() -> None:
     rng = np.random.default_rng(5)
     for _ in range(CASES):
         half, other = rng.uniform(0.1, 5.0, 3), rng.uniform(0.1, 5.0, 3)

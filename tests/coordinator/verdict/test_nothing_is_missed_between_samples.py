@@ -89,7 +89,7 @@ def test_the_smallest_distance_of_boxes_that_pass_each_other_is_found_with_its_t
     assert when == pytest.approx(2.25, abs=0.05)
 
 
-def test_a_reversal_of_motion_between_samples_is_not_missed() -> None:
+def test_the_smallest_distance_at_a_reversal_of_motion_between_samples_is_found() -> None:
     """A swing of period 1.3 s, sampled each 0.1 s: the bound is below the apex, and not far below."""
     t = np.arange(0.0, 4.0, 0.1)
     x = 2.0 - 1.0 * np.cos(2 * np.pi * (t - 0.55) / 1.3)
@@ -122,7 +122,7 @@ def test_the_smallest_distance_along_random_rotating_paths_agrees_with_a_fine_se
         assert least >= seen - strays - 0.05, "and below by no more than shapes may stray between samples"
 
 
-def test_searching_all_pairs_of_shapes_together_finds_the_minima_of_separate_searches() -> None:
+def test_a_common_search_of_all_pairs_of_shapes_finds_the_minima_of_separate_searches() -> None:
     """Boxes that turn and ropes that hang for a while, over more samples than the longest stretch holds."""
     rng = np.random.default_rng(8)
     for _ in range(3):
@@ -155,7 +155,7 @@ def test_searching_all_pairs_of_shapes_together_finds_the_minima_of_separate_sea
             assert (message >= least - CLOSE).all(), "of the others at most what was seen on the way"
 
 
-def test_a_vibration_faster_than_samples_is_bounded_by_its_speeds() -> None:
+def test_a_vibration_faster_than_the_sample_rate_is_bounded_by_the_joint_speeds() -> None:
     """At 9.7 Hz, seen twice in a second: hardly a way from sample to sample."""
     t, w, size = np.arange(0.0, 20.0, 0.5), 2 * np.pi * 9.7, 0.05
     still, phase = np.zeros(len(t)), w * t
@@ -171,7 +171,7 @@ def test_a_vibration_faster_than_samples_is_bounded_by_its_speeds() -> None:
     assert calm.max() < 3 * size, "the ways between samples alone"
 
 
-def test_slow_motion_deviates_from_chords_no_more_than_its_accelerations_allow() -> None:
+def test_slow_motion_between_samples_deviates_from_a_straight_line_by_at_most_the_bound_from_accelerations() -> None:
     """Of a constant acceleration, straight and turning: twice h^2 / 8 times it."""
     t, a = np.arange(0.0, 5.0, 0.5), 0.3
     pose = np.zeros((len(t), 7))
@@ -184,7 +184,7 @@ def test_slow_motion_deviates_from_chords_no_more_than_its_accelerations_allow()
         assert found == pytest.approx(np.full(len(t) - 1, a * 0.25 / 4))
 
 
-def test_computed_speeds_of_bodies_agree_with_their_positions(tmp_path: Path) -> None:
+def test_speeds_of_bodies_computed_from_joints_agree_with_differences_of_their_positions(tmp_path: Path) -> None:
     scene = load("lift", ["samples=50 Hz", "end=4 s"])
     run(scene, tmp_path / "run.mcap", in_process=True)
     past = history_of(Recording(tmp_path / "run.mcap")).part(0, 200)

@@ -145,7 +145,7 @@ def test_unhooking_a_hanging_load_is_red(crane: str) -> None:
 
 
 @pytest.mark.parametrize("crane", sorted(library()))
-def test_stopping_the_cranes_stops_all_their_axes(crane: str) -> None:
+def test_the_order_to_stop_the_cranes_stops_all_their_drives_and_hooks(crane: str) -> None:
     def stopped(target: str) -> set[str]:
         loaded = scene(crane, "", ("  - stage: down\n", f"  - stage: stop\n    {target}: stop\n  - stage: down\n"))
         return {x.actuator for x in next(a for a in loaded.plan.actions if a.stage == "stop").orders}  # type: ignore[union-attr]
@@ -157,7 +157,7 @@ def test_stopping_the_cranes_stops_all_their_axes(crane: str) -> None:
 
 
 @pytest.mark.parametrize("crane", sorted(library()))
-def test_a_mass_that_does_not_fit_the_volume_is_reported(crane: str) -> None:
+def test_a_block_whose_mass_does_not_fit_its_volume_is_reported(crane: str) -> None:
     draw, (long, wide) = Random(crane), size(crane)
     for density in (draw.uniform(0.01, 19.0), draw.uniform(21.0, 100.0)):
         mass = density * long * wide * 4.0 / 1e3

@@ -49,7 +49,7 @@ def test_a_clearance_below_its_limit_at_the_worst_corner_of_uncertain_inputs_is_
 
 
 @pytest.mark.large(beyond=3)
-def test_a_run_reduces_clearances_by_the_worst_case_of_uncertain_inputs(lift: Lift) -> None:
+def test_clearances_after_a_run_are_reduced_by_the_effect_of_uncertain_inputs(lift: Lift) -> None:
     text = lift.beginning(STILL)
     scene = with_worst_clearances(lift.read(wall(lift, 0.7, " +- 0.3 m"), text=text))
     rows = [x for x in play(scene.plan).verdict.checks if x.quantity == "clearance" and "wall" in x.subject]
@@ -57,7 +57,7 @@ def test_a_run_reduces_clearances_by_the_worst_case_of_uncertain_inputs(lift: Li
 
 
 @pytest.mark.large(beyond=2)
-def test_a_lift_beside_another_has_the_worst_clearance_that_it_has_alone(lift: Lift) -> None:
+def test_a_lift_has_the_same_worst_clearance_beside_another_lift_as_alone(lift: Lift) -> None:
     """One with a wall at an uncertain place and a limit of its own, beside one without both."""
     random = Random(lift.y)
     gap, half, limit = random.uniform(0.7, 1.2), random.uniform(0.02, 0.4), random.uniform(0.55, 0.9)
@@ -89,7 +89,7 @@ def test_an_obstacle_that_overlaps_the_block_at_the_start_is_reported_with_its_l
     assert text.splitlines()[line - 1].startswith("  wall: ")
 
 
-def test_stopping_all_cranes_equals_stopping_each(lift: Lift) -> None:
+def test_the_order_to_stop_all_cranes_stops_what_an_order_to_each_crane_stops(lift: Lift) -> None:
     one, all_ = (lift.read(text=lift.beginning(f"  - {{stage: halt, {x}: stop}}\n")).plan for x in ("crane", "cranes"))
     halted = [{order.actuator for order in plan.actions[-1].orders} for plan in (one, all_)]
     assert halted[0] == halted[1]
@@ -115,7 +115,7 @@ def moved(use: Use, share: float) -> Use | None:
 
 
 @pytest.mark.parametrize("share", [0.95, 1.2])
-def test_each_limit_alone_turns_red_when_it_is_exceeded(lift: Lift, share: float) -> None:
+def test_the_check_of_each_limit_is_red_exactly_when_the_limit_is_exceeded(lift: Lift, share: float) -> None:
     scene, seen = lift.read(), set()
     states = scene.statics.states
     ran = replace(signals_of(states), dynamic=True)

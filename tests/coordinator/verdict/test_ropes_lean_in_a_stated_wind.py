@@ -82,7 +82,7 @@ def test_an_off_lead_in_wind_beyond_its_limit_is_red(lift: Lift) -> None:
     assert len({x.subject for x in found}) == len(found)
 
 
-def test_of_two_off_leads_of_a_hook_the_one_nearer_to_its_limit_counts_in_wind() -> None:
+def test_the_off_lead_nearer_to_its_limit_along_or_across_the_boom_is_checked_in_wind() -> None:
     for tight in ("along", "across"):
         given = {"along": 5.0, "across": 5.0} | {tight: 0.1}
         limits = ", ".join(f"off-lead {key}: {value} deg" for key, value in given.items())
@@ -90,7 +90,7 @@ def test_of_two_off_leads_of_a_hook_the_one_nearer_to_its_limit_counts_in_wind()
         assert {(x.state, x.limit) for x in found} == {("red", radians(0.1))}
 
 
-def test_the_off_lead_in_wind_is_known_at_the_worst_of_uncertain_inputs(lift: Lift) -> None:
+def test_the_off_lead_in_wind_is_checked_at_the_worst_values_of_uncertain_inputs(lift: Lift) -> None:
     speed, area, _ = stated(lift, Random(f"{lift.text} uncertain"))
     mass, wind = lift.read().scene.all_blocks["block"].mass, f"factors={{wind: {speed!r} m/s, area: {area!r} m2}}"
     worst = rows(lift.read(wind, f"block.mass={0.8 * mass!r} kg"))
@@ -99,7 +99,7 @@ def test_the_off_lead_in_wind_is_known_at_the_worst_of_uncertain_inputs(lift: Li
     assert all("at the worst of block.mass" in x.basis for x in found)
 
 
-def test_a_run_does_not_change_the_off_lead_in_wind_nor_its_error() -> None:
+def test_the_off_lead_in_wind_and_its_error_are_the_same_at_rest_and_after_a_run() -> None:
     scene = load("lift", ("factors={wind: 10 m/s, area: 200 m2}", "assumed=accept"))
     uses = [x for x in scene.uses if x.limit.quantity == "off-lead in wind"]
     assert {x.state for x in checks_of(scene.plan, uses, [], {}, ()) if x.quantity == "off-lead in wind"} == {"green"}

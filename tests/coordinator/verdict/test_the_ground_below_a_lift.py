@@ -49,7 +49,7 @@ STANDS = HALF + STOOL
 UP = [STANDS, STANDS, STANDS + 0.1, STANDS + 0.4, STANDS + 1.0, STANDS + 2.0]
 
 
-def test_lifting_off_and_setting_down_give_no_ground_clearance_findings() -> None:
+def test_a_block_gives_no_ground_clearance_finding_while_it_is_lifted_off_or_set_down() -> None:
     there = UP + UP[::-1]
     assert told(went(there)) == []
     assert told(went(there, [0.0] * 6 + [9.0] * 6)) == [], "it is set down elsewhere"
@@ -57,7 +57,7 @@ def test_lifting_off_and_setting_down_give_no_ground_clearance_findings() -> Non
     assert told(swings) == [], "it swings as it leaves its supports, nobody carries it"
 
 
-def test_a_load_that_is_carried_low_is_red_with_its_place() -> None:
+def test_a_load_carried_too_close_to_the_ground_is_red_with_its_place() -> None:
     (red,) = findings(near(went([*UP, STANDS + 0.1, *UP[4:]], [0.0] * 3 + [3.0 * i for i in range(6)])))
     assert (red.subject, red.t, red.value) == ("block and ground", 6.0, pytest.approx(STOOL + 0.1, abs=0.05))
     assert "of the ground, 0.5 m are to be kept (block at u, v, w = " in red.sentence
@@ -66,14 +66,14 @@ def test_a_load_that_is_carried_low_is_red_with_its_place() -> None:
     assert told(went(low)) == [], "up and down in its place"
 
 
-def test_ground_clearance_counts_along_the_path_and_not_at_pick_up_and_set_down() -> None:
+def test_ground_clearance_is_checked_along_the_path_but_not_at_pick_up_and_set_down() -> None:
     """Not that of the last sample before it counts as being set down."""
     y = [0.0] * 6 + [3.0 * i for i in range(1, 5)] + [12.0] * 6
     (found,) = (c for c in near(went([*UP, *[STANDS + 2.0] * 4, *UP[::-1]], y)) if c.a == "block")
     assert (found.distance, found.limit) == (pytest.approx(STOOL + 2.0, abs=EXACT), 0.5)
 
 
-def test_low_ground_clearance_during_an_order_to_land_is_no_finding() -> None:
+def test_low_ground_clearance_gives_no_finding_during_an_order_to_land() -> None:
     down = [STANDS + 2.0 - 0.2 * i for i in range(10)]
     assert len(told(went(down))) == 1
     assert told(went(down), landing=[(4.0, 9.0)]) == []
@@ -86,7 +86,7 @@ def test_penetration_of_the_ground_is_red_for_every_body() -> None:
     assert told(went([STANDS - 0.05] * 3)) == [], "the supports yield"
 
 
-def test_ground_clearance_between_samples_is_bounded_by_turning_speeds() -> None:
+def test_the_bound_of_the_ground_clearance_between_samples_accounts_for_rotation() -> None:
     """A box of 16 m by 8 m that rolls is lowest with its diagonal upright, here between two samples."""
     upright, step, height = np.arctan2(8.0, HALF), np.radians(8.0), 10.0
     rolls = np.array([upright + (i - 4.5) * step for i in range(10)])

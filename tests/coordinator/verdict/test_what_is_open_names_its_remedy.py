@@ -21,14 +21,14 @@ def without_remedy(checks: list[Check]) -> list[str]:
 
 
 @pytest.mark.parametrize("name", sorted({*bundled()} - {"yard"}))
-def test_every_unchecked_or_assumed_item_of_a_bundled_scene_names_its_remedy(name: str) -> None:
+def test_every_unchecked_or_assumed_item_of_a_bundled_scene_says_how_to_resolve_it(name: str) -> None:
     checks = load(name).checks
     assert not without_remedy(checks)
     assert all(REMEDY.search(line) for line in open_checks(checks))
 
 
 @pytest.mark.parametrize("practice", [[], ["practice=0027/ND"]])
-def test_every_unchecked_or_assumed_item_of_a_lift_names_its_remedy_on_every_crane_type(
+def test_every_unchecked_or_assumed_item_of_a_lift_says_how_to_resolve_it_on_every_crane_type(
     lift: Lift, practice: list[str]
 ) -> None:
     checks = lift.read(*practice, text=unstated(lift.text)).checks
@@ -37,7 +37,7 @@ def test_every_unchecked_or_assumed_item_of_a_lift_names_its_remedy_on_every_cra
 
 
 @pytest.mark.parametrize("does", ["", "stops: [hoist]"])
-def test_an_interlock_that_only_reports_is_a_note_on_every_type(lift: Lift, does: str) -> None:
+def test_an_interlock_that_only_reports_gives_a_note_and_one_that_stops_a_machine_is_red(lift: Lift, does: str) -> None:
     """What a scene orders to be reported was foreseen; what stops a machine was not."""
     hook = next(hook.rope for machine in lift.read().plan.machines for hook in machine.hooks)
     high = f"interlocks={{high: {{when: height of {hook} >= 0 m, tells: it is up{f', {does}' if does else ''}}}}}"

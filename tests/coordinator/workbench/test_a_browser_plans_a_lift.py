@@ -12,7 +12,7 @@ from heavylift.nodes.scene.text import read
 from planner import Hands
 
 
-def test_the_page_follows_a_save_from_any_editor(page: Any, hands: Hands) -> None:
+def test_the_workbench_page_shows_a_scene_saved_by_any_editor(page: Any, hands: Hands) -> None:
     assert page.locator("#verdict").inner_text().startswith("GREEN")
     assert page.locator(".sheet svg").count() == 3
     wider = hands.text.replace("size: [20 m, 16 m, 8 m]", "size: [22 m, 16 m, 8 m]")
@@ -30,7 +30,7 @@ def test_the_page_follows_a_save_from_any_editor(page: Any, hands: Hands) -> Non
     assert page.locator("#outline .bad").first.inner_text().startswith("Block"), "the outline shows where the fault is"
 
 
-def test_the_slider_steps_through_the_stages(page: Any) -> None:
+def test_the_slider_of_the_workbench_steps_through_the_stages(page: Any) -> None:
     stages = page.locator("#stages span")
     assert stages.all_text_contents() == ["at the start", "take up slack", "lift off", "up", "sideways", "swing"]
     before = page.locator(".sheet").nth(1).inner_html()
@@ -45,7 +45,7 @@ def test_the_slider_steps_through_the_stages(page: Any) -> None:
     page.wait_for_selector(f"html[data-pinned='{subject}']")  # and to its place
 
 
-def test_text_editor_and_form_write_the_same_file_and_undo_reverts_both(page: Any, hands: Hands) -> None:
+def test_edits_by_text_and_by_form_change_the_same_file_and_can_be_undone(page: Any, hands: Hands) -> None:
     text = hands.text
     hands.choose("block")
     hands.fill("mass", "310 t")
@@ -64,7 +64,7 @@ def test_text_editor_and_form_write_the_same_file_and_undo_reverts_both(page: An
     assert hands.text == text
 
 
-def test_assumed_values_are_amber_until_the_user_accepts_them(page: Any, hands: Hands) -> None:
+def test_assumed_values_are_amber_in_the_workbench_until_the_user_accepts_them(page: Any, hands: Hands) -> None:
     hands.file.write_text(hands.text.replace("limits: {clearance: 0.5 m, ", "limits: {"))
     hands.written("limits: {off-lead")
     hands.choose("limits")
@@ -79,7 +79,7 @@ def test_assumed_values_are_amber_until_the_user_accepts_them(page: Any, hands: 
     hands.written("assumed: accept")
 
 
-def test_a_form_offers_types_and_hooks_and_keeps_units_and_the_picture_keeps_its_state(page: Any, hands: Hands) -> None:
+def test_a_form_offers_types_and_hooks_and_keeps_the_unit_of_an_edited_value(page: Any, hands: Hands) -> None:
     menu = page.locator("#outline").get_by_label("add to Cranes").locator("option")
     assert any(x.startswith("jib-60: luffing jib crane") for x in menu.all_inner_texts())
     offered = "x => [...x.list.options].map(y => y.value)"
@@ -95,7 +95,7 @@ def test_a_form_offers_types_and_hooks_and_keeps_units_and_the_picture_keeps_its
     assert page.locator("#state").inner_text().split(" · ")[1:] == state.split(" · ")[1:], "the end of the same stage"
 
 
-def test_a_change_by_another_editor_is_never_overwritten_unseen(page: Any, hands: Hands) -> None:
+def test_a_change_by_another_editor_is_shown_as_a_conflict_and_not_overwritten(page: Any, hands: Hands) -> None:
     text = hands.text
     page.route("**/save", lambda route: route.abort())
     page.locator(".cm-line", has_text="name: lift").click()
@@ -111,7 +111,7 @@ def test_a_change_by_another_editor_is_never_overwritten_unseen(page: Any, hands
     assert "name: lift-of-mine" in hands.text
 
 
-def test_the_scene_schema_completes_and_explains_keys_in_the_editor(page: Any) -> None:
+def test_the_text_editor_of_the_workbench_completes_and_explains_keys_by_the_schema(page: Any) -> None:
     page.locator(".cm-line", has_text="mass: 300 t").click(position={"x": 40, "y": 5})
     page.keyboard.press("End")
     page.keyboard.press("Enter")
@@ -122,7 +122,7 @@ def test_the_scene_schema_completes_and_explains_keys_in_the_editor(page: Any) -
     page.locator(".cm-tooltip .about", has_text="Supports under the block").wait_for()
 
 
-def test_a_second_block_is_added_by_menu_beside_the_first(page: Any, hands: Hands) -> None:
+def test_a_second_block_can_be_added_by_the_menu_of_the_workbench(page: Any, hands: Hands) -> None:
     hands.add("Block", "another block")
     keys = list(read(hands.text, "x").data)
     assert keys[keys.index("blocks") - 1] == "cranes", "among the keys where the schema has it"

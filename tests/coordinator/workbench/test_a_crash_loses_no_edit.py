@@ -20,7 +20,7 @@ workbench(sys.argv[1], lambda url: print(url, flush=True))
 
 
 @pytest.mark.parametrize("accepted", [1, 4, 9])
-def test_each_accepted_edit_survives_the_death_of_the_server(folder: Path, accepted: int) -> None:
+def test_each_accepted_edit_is_on_disk_when_the_server_is_killed(folder: Path, accepted: int) -> None:
     scene = folder / "my-lift.yaml"
     command = [sys.executable, "-c", SERVER, str(scene)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server, ThreadPoolExecutor() as threads:
@@ -42,7 +42,7 @@ def test_each_accepted_edit_survives_the_death_of_the_server(folder: Path, accep
     assert f"mass: {300 + accepted} t" in text
 
 
-def test_of_two_browsers_only_one_replaces_a_version(folder: Path, address: str) -> None:
+def test_only_one_of_two_simultaneous_edits_of_the_same_version_is_accepted(folder: Path, address: str) -> None:
     scene = folder / "my-lift.yaml"
     text = scene.read_text()
 

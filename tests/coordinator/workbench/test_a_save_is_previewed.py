@@ -68,7 +68,7 @@ def test_the_preview_shows_faults_with_their_lines_and_raises_none() -> None:
         assert lines[fault["line"] - 1].strip().startswith(("mass", "loader-2"))
 
 
-def test_if_orders_cannot_be_carried_out_the_preview_shows_the_start() -> None:
+def test_the_preview_of_a_scene_with_impossible_orders_shows_the_start_and_the_faults() -> None:
     found = steps("lift", ("traverse 20 m/min by 2 m", "traverse 20 m/min by 200 m"))
     assert [kind for kind, _ in found][:2] == ["picture", "faults"]
     (fault,) = found[1][1]["faults"]  # type: ignore[misc]
@@ -101,7 +101,7 @@ def last(opened: OpenScene, kind: str, version: str) -> dict[str, object]:
     raise AssertionError(f"no {kind} of {version}; {[(m.kind, m.data[:200]) for m in opened.since(0)]}")
 
 
-def test_any_editor_may_save_a_scene_and_all_pages_follow(folder: Path) -> None:
+def test_a_scene_saved_by_any_editor_is_checked_and_shown_on_all_pages(folder: Path) -> None:
     scene = folder / "my-lift.yaml"
     with OpenScene(folder, scene) as opened:
         text = scene.read_text()
@@ -119,7 +119,7 @@ def test_any_editor_may_save_a_scene_and_all_pages_follow(folder: Path) -> None:
         assert opened.drawings(number, len(picture.states)) is None
 
 
-def test_folders_created_while_the_workbench_runs_are_watched(folder: Path) -> None:
+def test_scenes_in_folders_created_while_the_workbench_runs_are_listed(folder: Path) -> None:
     with OpenScene(folder, folder / "my-lift.yaml") as opened:
         last(opened, "checks", version_of((folder / "my-lift.yaml").read_text()))
         deep = folder / "yard" / "north"

@@ -84,7 +84,7 @@ def test_an_empty_scene_becomes_a_lift_without_faults_by_the_menus_of_the_outlin
 
 
 @pytest.mark.large
-def test_two_cranes_lift_a_block_from_a_spreadsheet(page: Any, hands: Hands) -> None:
+def test_a_lift_by_two_cranes_can_be_planned_for_a_block_from_a_spreadsheet(page: Any, hands: Hands) -> None:
     hands.begin("two-cranes", "")
     for number, place in (("1", "40 m"), ("2", "76 m")):
         hands.add("Cranes", "goliath-900")

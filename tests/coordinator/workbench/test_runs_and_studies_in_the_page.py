@@ -15,7 +15,7 @@ def shorten(hands: Hands, last: str) -> None:
     hands.previewed()
 
 
-def test_a_live_run_is_paused_ordered_continued_and_stopped(page: Any, hands: Hands) -> None:
+def test_a_live_run_can_be_paused_commanded_continued_and_stopped_in_the_page(page: Any, hands: Hands) -> None:
     shorten(hands, "  - stage: long wait\n    wait: 100 h\n")
     said = page.get_by_label("What the run says").get_by_role("status")
     page.get_by_role("button", name="Run", exact=True).click()
@@ -48,7 +48,7 @@ def test_a_live_run_is_paused_ordered_continued_and_stopped(page: Any, hands: Ha
 
 
 @pytest.mark.large
-def test_a_changed_duplicate_is_compared_with_the_first_variant(page: Any, hands: Hands) -> None:
+def test_a_changed_copy_of_a_scene_is_compared_with_the_original(page: Any, hands: Hands) -> None:
     shorten(hands, "")
     hands.run()
     page.get_by_role("button", name="Duplicate").click()

@@ -60,7 +60,7 @@ def test_workbench_requests_from_other_sites_are_refused(
     assert (folder / "my-lift.yaml").read_text() == before
 
 
-def test_saving_requires_the_version_that_is_replaced(page: TestClient, folder: Path) -> None:
+def test_saving_a_scene_is_refused_unless_the_request_names_the_present_version(page: TestClient, folder: Path) -> None:
     path = folder / "my-lift.yaml"
     before = path.read_text()
     answer = page.post(f"/{WORD}/save", json={"text": "heavylift: 1\n", "version": version_of(before)})
@@ -71,7 +71,7 @@ def test_saving_requires_the_version_that_is_replaced(page: TestClient, folder: 
     assert path.read_text() == "heavylift: 1\n"
 
 
-def test_edits_of_a_form_are_all_made_or_none(page: TestClient, folder: Path) -> None:
+def test_several_edits_of_one_request_are_made_together_or_not_at_all(page: TestClient, folder: Path) -> None:
     path = folder / "my-lift.yaml"
     before = path.read_text()
     good = {"path": ["block", "mass"], "value": "310 t"}
@@ -141,7 +141,7 @@ def test_the_workbench_runs_one_simulation_at_a_time_and_can_stop_it(
 @pytest.mark.parametrize(
     "name", ["../secret.svg", "my-lift.yaml", "link.svg", "page.html", "nothing.pdf", "x/../../secret.svg"]
 )
-def test_only_documents_of_the_folder_are_handed_out(page: TestClient, folder: Path, name: str) -> None:
+def test_the_workbench_serves_only_documents_inside_its_folder(page: TestClient, folder: Path, name: str) -> None:
     (folder.parent / "secret.svg").write_text("<svg/>")
     (folder / "page.html").write_text("<script>alert(1)</script>")
     (folder / "link.svg").symlink_to(folder.parent / "secret.svg")
@@ -160,7 +160,7 @@ def test_the_workbench_refuses_an_invalid_name_for_a_new_scene(page: TestClient,
     for name in ("Lift A 300t", "ü", "", "../other", "9-lives"):
         answer = page.post(f"/{WORD}/new", json={"name": name, "like": "lift"})
         assert answer.status_code == 409
-        assert "choose one such as my-lift" in answer.json()["error"]
+        assert "choose a name such as my-lift" in answer.json()["error"]
     assert not [path for path in folder.iterdir() if path.stem in ("Lift A 300t", "9-lives")]
 
 

@@ -31,7 +31,7 @@ def mover(page: Any, hands: Hands) -> Hands:
     return hands
 
 
-def test_two_clicks_measure_a_distance(page: Any, hands: Hands) -> None:
+def test_two_clicks_in_the_picture_measure_a_distance(page: Any, hands: Hands) -> None:
     page.get_by_role("button", name="top", exact=True).click()
     page.get_by_role("button", name="measure", exact=True).click()
     for x in (9.9, -9.9):

@@ -51,7 +51,7 @@ def test_the_wind_limits_to_begin_stop_and_resume_a_lift_are_those_of_the_scene(
     assert lift.stages[-1][1] == pytest.approx(20.0)
 
 
-def test_lift_durations_from_statics_and_from_a_table_are_within_their_stated_error_of_a_simulation(folder):
+def test_lift_durations_from_statics_and_from_a_table_agree_with_simulation_within_their_stated_error(folder):
     ends = {}
     for way in WAYS:
         yard = load_yard(written(way))
@@ -83,7 +83,7 @@ def test_interpolating_a_lift_table_is_exact_for_multilinear_functions():
         assert interpolated(axes, grid, (x, y)) == pytest.approx([x * y + 3 * x - y, 7.0])
 
 
-def test_a_yard_run_with_simulated_lifts_has_one_digest_in_processes_verified_and_resumed(folder):
+def test_a_yard_run_with_simulated_lifts_has_the_same_digest_in_processes_verified_and_resumed(folder):
     sheet, made = run_yard(written("run"), output="a.mcap", in_process=True)
     assert sheet.state == "amber"
     assert run_yard("yard.yaml", processes=2)[1].digest == made.digest

@@ -191,7 +191,7 @@ class Trial:
         if self.case.workload in RINGS or rest.stat().st_size < least_bytes:
             return
         again = self.run([HEAVYLIFT, "resume", rest, "-o", self.folder / "new.mcap"])
-        if again.code and "its run is complete; `heavylift recover" in again.said:
+        if again.code and "the run in this file is complete; `heavylift recover" in again.said:
             again = self.run([HEAVYLIFT, "recover", rest, "-o", self.folder / "new.mcap"])
         if again.code:
             raise NotAsPromised(f"resume, recover: {again.said[-600:]}")

@@ -152,7 +152,7 @@ def test_a_load_dragged_by_a_rope_follows_a_tractrix():
     assert tension(path) == pytest.approx(0.3 * 1e3 * G, rel=EXACT)
 
 
-def test_a_load_that_friction_does_not_hold_has_no_equilibrium():
+def test_a_load_slides_along_its_guide_without_equilibrium_where_friction_cannot_hold_it():
     with pytest.raises(KernelError, match=r"body 'load' finds no rest: joint 'load-guide' still accelerates by 9\.81"):
         following(slider(q0=1.0))
 
@@ -226,7 +226,7 @@ def crossed():
     return System((body,), (Joint("free", "free", "world", "block"),), ropes=ropes, supports=(pad,), gravity=G)
 
 
-def test_the_native_tangent_stiffness_agrees_with_interpreted_floats_and_differences():
+def test_the_tangent_stiffness_in_machine_code_agrees_with_python_floats_and_finite_differences():
     native, floats = (Poses(s) for s in (Simulation(crossed()), Simulation(crossed(), native=False)))
     for poses in (native, floats):
         poses.simulation.start()
@@ -239,7 +239,7 @@ def test_the_native_tangent_stiffness_agrees_with_interpreted_floats_and_differe
         assert K[:, j] == pytest.approx((ends[0] - ends[1]) / (2.0 * h), rel=DIFFERENCES, abs=1e-5 * np.abs(K).max())
 
 
-def test_the_factorised_tangent_stiffness_solves_its_equations():
+def test_the_factorised_tangent_stiffness_solves_its_linear_equations():
     poses = Poses(Simulation(crossed()))
     poses.simulation.start()
     K, a = poses.stiffness(poses.q), np.arange(1.0, 7.0)

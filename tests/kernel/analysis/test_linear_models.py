@@ -98,7 +98,7 @@ def test_the_linear_model_of_a_double_pendulum_has_its_exact_frequencies():
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_linear_models_of_moving_systems_equal_differences_of_the_compiled_equations(seed):
+def test_linear_models_of_moving_systems_agree_with_finite_differences_of_the_equations(seed):
     """About any state: also coordinates that are quaternions, and bodies that turn while they are disturbed."""
     system = random_system(seed, 5, 2.0)
     q, v = random_state(build_graph(system), seed)
@@ -183,7 +183,7 @@ SCENES = {
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_small_inputs_move_the_scene_as_its_linear_model_predicts(scene):
+def test_small_inputs_move_a_scene_as_its_linear_model_predicts(scene):
     build, names, a = SCENES[scene]
     T, ns = 0.25, 250_000_000
 

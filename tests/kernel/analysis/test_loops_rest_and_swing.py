@@ -56,7 +56,7 @@ def test_a_parallel_linkage_has_one_mode_and_hangs_straight(links):
     assert result.oscillations[0].bodies[0][0] == "platform"
 
 
-def test_both_links_of_a_hanging_platform_carry_half_of_it_and_their_own_weight():
+def test_each_link_of_a_hanging_platform_carries_half_the_platform_and_its_own_weight():
     simulation = started(swing())
     equilibrium(simulation)
     carried = reactions(simulation)
@@ -68,7 +68,7 @@ def test_both_links_of_a_hanging_platform_carry_half_of_it_and_their_own_weight(
         assert carried[f"low{n}"].moment == pytest.approx([0.0, 0.0, 0.0], abs=1e-3)
 
 
-def test_in_motion_the_upper_joints_carry_weight_and_inertia():
+def test_upper_joints_of_a_swinging_platform_carry_its_weight_and_its_inertia_force():
     simulation = started(swing(), native=False)
     carried = reactions(simulation)
     sum_of_tops = carried["top0"].force + carried["top1"].force

@@ -32,20 +32,20 @@ def hanging(lugs, weight, cg=(0.0, 0.0, 0.0), k=1e8, L=400.0, errors=(), size=10
     return System((block,), (Joint("free", "free", "world", "block"),), ropes=ropes, gravity=G)
 
 
-def test_c08a_three_ropes_share_by_the_areas_of_the_lug_triangle():
+def test_three_ropes_share_a_load_by_the_areas_of_the_lug_triangle():
     x, want = FORMS["C08a"]["given"], FORMS["C08a"]["expected"]
     # lugs level with the centre of mass, ropes stiff: what the block leans moves nothing
     scene = hanging([(*p, 0.0) for p in x["lugs"]], x["W"], (*x["cg"], 0.0), k=1e12)
     assert list(equilibrium(started(scene)).tensions.values()) == pytest.approx(want["T"], rel=STATIC)
 
 
-def test_c08b_tensions_of_six_equal_ropes_vary_linearly_over_the_plan():
+def test_tensions_of_six_equal_ropes_vary_linearly_over_the_plan():
     x, want = FORMS["C08b"]["given"], FORMS["C08b"]["expected"]
     scene = hanging([(*p, 0.0) for p in x["lugs"]], x["W"], (*x["cg"], 0.0), k=1e12)
     assert list(equilibrium(started(scene)).tensions.values()) == pytest.approx(want["T"], rel=STATIC)
 
 
-def test_c08d_a_rope_that_is_too_short_loads_its_diagonal():
+def test_a_rope_that_is_too_short_overloads_its_diagonal_of_the_block():
     x, want = FORMS["C08d"]["given"], FORMS["C08d"]["expected"]
     lugs = [(-10.0, -9.0, 0.0), (10.0, -9.0, 0.0), (-10.0, 9.0, 0.0), (10.0, 9.0, 0.0)]
     weight, L = 8e6, 4e6  # long ropes: that each is as stiff as the closed form says, and plumb
@@ -63,7 +63,7 @@ def test_a_rope_that_would_push_goes_slack_and_the_others_share_its_load():
     assert sum(found.values()) == pytest.approx(1e6, rel=1e-3)
 
 
-def test_c10b_tensions_of_two_inclined_ropes_agree_with_the_closed_form():
+def test_tensions_of_two_inclined_ropes_agree_with_the_closed_form():
     x, want = FORMS["C10b"]["given"], FORMS["C10b"]["expected"]
     a, b, L = radians(x["alpha_deg"]), radians(x["beta_deg"]), 60.0
     m, stiff = x["W"] / G, 1e13
@@ -81,7 +81,7 @@ def test_c10b_tensions_of_two_inclined_ropes_agree_with_the_closed_form():
     assert found.tensions["A"] * sin(a) == pytest.approx(want["H"], rel=STATIC)
 
 
-def test_c10c_a_height_difference_of_hooks_shifts_the_load():
+def test_a_height_difference_of_two_hooks_shifts_the_load_between_them():
     x, want = FORMS["C10c"]["given"], FORMS["C10c"]["expected"]
     s, h, dz, L = x["s"], x["h"], x["dz"], 1e4
     m = x["W"] / G
@@ -101,7 +101,7 @@ def test_c10c_a_height_difference_of_hooks_shifts_the_load():
 
 
 @pytest.mark.parametrize("theta", [0.0, 30.0, 60.0])
-def test_c10a_shares_change_with_the_angle_of_the_block(theta):
+def test_load_shares_of_two_hooks_change_with_the_angle_of_the_block(theta):
     """Plumb ropes over the lugs of a block held at an angle; ropes stiff, so it stays there."""
     x, want = FORMS["C10a"]["given"], FORMS["C10a"]["expected"][f"half1_{theta:.0f}deg"]
     L, t = 2e3, radians(theta)
@@ -153,17 +153,17 @@ def test_a_brake_holds_an_inclined_pendulum():
     assert equilibrium(started(scene)).q[0] == pytest.approx(0.0, abs=1e-8)
 
 
-def test_a_body_that_nothing_holds_is_refused_by_name():
+def test_statics_of_an_unsupported_body_are_refused_with_its_name():
     with pytest.raises(KernelError, match=r"body 'load' finds no rest: joint 'load-guide' still accelerates by 9\.8"):
         equilibrium(started(slider()))
 
 
-def test_an_unhooked_rope_holds_nothing():
+def test_an_unhooked_rope_carries_no_load():
     with pytest.raises(KernelError, match="body 'load' finds no rest"):
         equilibrium(started(hung(50.0, hooked=False)))
 
 
-def test_c09_an_equaliser_beam_tilts_until_its_ropes_differ_as_the_formula_says():
+def test_an_equaliser_beam_tilts_until_its_rope_tensions_have_the_ratio_of_the_closed_form():
     x, want = FORMS["C09"]["given"], FORMS["C09"]["expected"]
     c, h, phi, L, W = x["c"], x["h"], radians(x["phi_deg"]), 1e4, 1e6
     bodies = (Body("beam", 1e-3, inertia=cube(1e-3)), Body("load", W / G))

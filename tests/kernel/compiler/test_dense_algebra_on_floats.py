@@ -53,7 +53,7 @@ def test_the_least_norm_solution_equals_that_of_the_pseudo_inverse(m, n, rank):
 
 
 @pytest.mark.parametrize(("m", "n", "rank"), SHAPES)
-def test_linear_combinations_of_rows_that_vanish_are_found(m, n, rank):
+def test_vanishing_linear_combinations_of_matrix_rows_are_found(m, n, rank):
     A = matrix(m, n, rank, 2)
     found = combinations(A.tolist(), ZERO)
     Z = np.array([[distance.get(i, 0.0) for i in range(m)] for distance in found]).reshape(-1, m)
@@ -70,7 +70,7 @@ def test_vanishing_row_combinations_do_not_mix_independent_blocks_of_a_matrix():
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 6, 15])
-def test_eigenvalues_and_linear_solutions_are_exact(n):
+def test_eigenvalues_and_solutions_of_linear_equations_agree_with_numpy(n):
     S = matrix(n, n, n)
     S = S + S.T
     assert eigenvalues(S.tolist()) == pytest.approx(np.linalg.eigvalsh(S), abs=CLOSE * np.abs(S).max() * n)
@@ -80,7 +80,7 @@ def test_eigenvalues_and_linear_solutions_are_exact(n):
     assert product(A.tolist(), want.tolist()) == pytest.approx(b, rel=1e-8)
 
 
-def test_zero_and_empty_matrices_are_handled():
+def test_zero_matrices_and_empty_matrices_are_accepted_by_dense_algebra():
     assert singular_values([[0.0, 0.0], [0.0, 0.0]]) == []
     assert null_space([], 2, ZERO) == [[1.0, 0.0], [0.0, 1.0]]
     assert eigenvalues([[0.0, 0.0], [0.0, 0.0]]) == [0.0, 0.0]

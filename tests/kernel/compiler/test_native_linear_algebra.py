@@ -19,7 +19,7 @@ def native(factors: FactorLayout, ny: int) -> tuple[Library, Primitive]:
 
 @pytest.mark.parametrize("planes", [1, 2])
 @pytest.mark.parametrize("n", [1, 7, 8, 9, 24, 55])
-def test_linear_systems_of_all_sizes_are_solved(n, planes):
+def test_machine_code_solves_linear_systems_of_every_size(n, planes):
     rng = np.random.default_rng(n)
     number = (1.0, 1j)[:planes]
     A, b = (sum(x * rng.standard_normal(shape) for x in number) for shape in ((n, n), n + BESIDE))
@@ -43,7 +43,7 @@ def test_linear_systems_of_all_sizes_are_solved(n, planes):
     assert out[0] == pytest.approx(again["re"], rel=ROUNDED, abs=ROUNDED * np.abs(want).max())
 
 
-def test_a_singular_matrix_gives_numbers_that_are_not_finite():
+def test_machine_code_solves_a_singular_matrix_with_results_that_are_not_finite():
     factors = FactorLayout(4, 1, 0)
     library, _ = native(factors, 4)
     for A in (np.zeros((4, 4)), np.full((4, 4), np.nan), np.full((4, 4), np.inf)):

@@ -54,7 +54,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_the_most_recently_used_cache_entries_stay(folder: Path, seed: int) -> None:
+def test_the_most_recently_used_cache_entries_are_kept(folder: Path, seed: int) -> None:
     rng = random.Random(seed)
     used = list(range(rng.randrange(1, 30)))
     rng.shuffle(used)
@@ -72,7 +72,9 @@ def test_the_most_recently_used_cache_entries_stay(folder: Path, seed: int) -> N
         assert held() <= LEFT * bound < held() + last.size
 
 
-def test_a_process_that_writes_much_checks_the_cache_bound(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_process_that_writes_many_cache_entries_keeps_the_cache_within_its_bound(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("HEAVYLIFT_CACHE_MB", "0.5")
     most = 0
     for number in range(200):
@@ -82,7 +84,7 @@ def test_a_process_that_writes_much_checks_the_cache_bound(folder: Path, monkeyp
     assert LEFT * 0.5e6 < most <= (1 + CHECK_EVERY) * 0.5e6 + 2 * BLOCK + 10_000
 
 
-def test_reading_a_cache_entry_counts_as_use(folder: Path) -> None:
+def test_reading_a_cache_entry_counts_as_its_latest_use(folder: Path) -> None:
     for number in range(10):
         write_cached(name(number), bytes(BLOCK))
         os.utime(folder / name(number), ns=(0, number * HOURS_ns))
@@ -91,7 +93,7 @@ def test_reading_a_cache_entry_counts_as_use(folder: Path) -> None:
     assert [x.name for x in kept()] == [name(9), name(0)]
 
 
-def test_foreign_files_in_the_cache_stay(folder: Path) -> None:
+def test_files_that_heavylift_did_not_write_stay_in_the_cache_folder(folder: Path) -> None:
     """Somebody may name a folder that holds more."""
     folder.mkdir()
     (folder / "thesis.tex").write_bytes(bytes(100_000))
@@ -142,7 +144,7 @@ def test_a_failed_cache_write_leaves_no_file(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("given", ["much", "-1", "nan", "inf", "512 MB"])
-def test_an_invalid_cache_bound_is_reported_in_a_sentence(
+def test_an_invalid_cache_size_limit_is_reported_in_one_sentence(
     folder: Path, monkeypatch: pytest.MonkeyPatch, given: str
 ) -> None:
     monkeypatch.setenv("HEAVYLIFT_CACHE_MB", given)
@@ -153,7 +155,7 @@ def test_an_invalid_cache_bound_is_reported_in_a_sentence(
             use()
 
 
-def test_doctor_reports_the_size_of_the_cache(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_command_doctor_reports_the_size_of_the_cache(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("HEAVYLIFT_CACHE_MB", "20")
     write_cached(name(1), bytes(1_500_000))
     assert _cache().message.endswith("; 1 files, 1.5 MB of at most 20 MB (HEAVYLIFT_CACHE_MB)")

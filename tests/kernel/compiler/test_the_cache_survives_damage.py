@@ -25,7 +25,7 @@ def falls(s: Simulation) -> None:
     assert s.state[0] == pytest.approx(-9.80665 / 2, rel=1e-12)
 
 
-def test_a_second_start_compiles_nothing_and_gives_bit_identical_results(folder):
+def test_a_second_start_of_a_scene_compiles_nothing_and_gives_bit_identical_results(folder):
     first, second = Simulation(slider()), Simulation(slider())
     assert cache_folder() == folder
     assert (first.native.code.cached, second.native.code.cached) == (False, True)
@@ -58,13 +58,13 @@ def test_a_damaged_cached_file_is_compiled_again(folder, damage):
     assert path.read_bytes() == code
 
 
-def test_an_unwritable_cache_folder_is_no_error(tmp_path, monkeypatch):
+def test_a_scene_runs_with_an_unwritable_cache_folder(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("in the way")
     monkeypatch.setenv("HEAVYLIFT_CACHE", str(tmp_path / "file"))
     falls(Simulation(slider()))
 
 
-def test_scenes_that_differ_in_masses_and_lengths_share_machine_code(folder):
+def test_scenes_that_differ_only_in_masses_and_lengths_share_machine_code(folder):
     """Other numbers are other parameters; 0, 1 and -1 are structure."""
     Simulation(slider(mass=2.0))
     assert Simulation(slider(mass=3.0)).native.code.cached

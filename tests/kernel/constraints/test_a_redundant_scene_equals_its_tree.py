@@ -44,7 +44,7 @@ def pinned(tree: System) -> System:
 
 
 @pytest.mark.large
-def test_thirty_six_redundant_rows_give_the_reactions_of_the_tree():
+def test_a_scene_with_36_redundant_constraints_has_the_rope_tensions_of_its_tree():
     whole = scene()
     tree = replace(
         whole, springs=tuple(x for x in whole.springs if not is_loader(x.joint.removesuffix("-joint"), "low"))
@@ -107,7 +107,7 @@ def block_acceleration(s: Simulation) -> np.ndarray:
 
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.large
-def test_redundant_joints_at_random_poses_give_the_reactions_of_the_tree(seed: int) -> None:
+def test_redundant_joints_at_random_poses_give_the_accelerations_and_tensions_of_the_tree(seed: int) -> None:
     tensions, accelerations = [], []
     for system in posed(seed):
         s = started(system, tolerance=1e-12, sample_ns=SECOND // 50)
@@ -122,7 +122,7 @@ def test_redundant_joints_at_random_poses_give_the_reactions_of_the_tree(seed: i
 
 
 @pytest.mark.large
-def test_doubling_constraint_rows_changes_nothing() -> None:
+def test_doubling_constraint_rows_does_not_change_the_motion() -> None:
     """On floats: machine code of 72 rows takes long to compile."""
     _, once = posed(3)
     again = [replace(j, name=f"{j.name}-again") for j in once.joints if j.kind == "spherical"]

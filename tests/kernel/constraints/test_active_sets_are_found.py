@@ -46,7 +46,7 @@ def test_the_active_set_found_by_pivoting_is_that_of_an_exhaustive_search():
 
 
 @pytest.mark.parametrize("n", [1, 5, 6, 9])
-def test_machine_code_makes_the_same_pivots_with_the_same_bits(n):
+def test_machine_code_and_python_floats_make_the_same_pivots_with_the_same_bits(n):
     """Filled up with rows that have no part in it."""
     rng = np.random.default_rng(7)
     for _ in range(20):
@@ -74,7 +74,7 @@ def test_of_four_equal_ropes_one_goes_slack_under_an_eccentric_load():
     assert G.T @ far.x == pytest.approx([1.0, 0.7, 0.7], abs=1e-8)
 
 
-def test_an_unsolvable_complementarity_problem_is_reported_as_such():
+def test_an_unsolvable_complementarity_problem_is_reported_as_unsolvable():
     assert not solve(np.array([[-1.0]]), np.array([-1.0]), np.zeros(1), np.full(1, np.inf)).found
 
 
@@ -100,7 +100,7 @@ def breach(c, x):
 
 @pytest.mark.parametrize("m", [1, 2, 3, 4, 8])
 @pytest.mark.parametrize("flat", [True, False])
-def test_every_contact_pushes_sticks_or_slides_as_coulomb_says(m, flat):
+def test_every_contact_pushes_sticks_or_slides_by_the_law_of_coulomb(m, flat):
     rng = np.random.default_rng(m)
     for friction in (0.0, 0.1, 0.3, 0.5) * 3:
         c = body_on_points(rng, m, flat, friction)
@@ -110,7 +110,7 @@ def test_every_contact_pushes_sticks_or_slides_as_coulomb_says(m, flat):
         assert (f.x[::3][~f.push] == 0.0).all()
 
 
-def test_pivoting_and_sweeping_agree_where_forces_are_unique():
+def test_the_pivoting_solver_agrees_with_gauss_seidel_sweeps_where_contact_forces_are_unique():
     rng = np.random.default_rng(11)
     for _ in range(20):
         c = body_on_points(rng, 1, False, 0.3)
@@ -136,7 +136,7 @@ def test_a_steeply_scraping_rod_has_no_consistent_contact_force():
     )
 
 
-def test_block_pivoting_needs_few_of_its_allowed_rounds():
+def test_block_pivoting_needs_few_of_its_allowed_iterations():
     rng = np.random.default_rng(5)
     B = rng.normal(size=(12, 12))
     A, b = B @ B.T, rng.normal(size=12)

@@ -149,7 +149,7 @@ def hinges(n):
     ids=["four-bar", "crossed", "parallelogram", "windows", "three-cranks", "bennett", "long-bennett", "sarrus", "rssr",
          "hexapod", "half-driven", "driven", "hinge", "two-hinges", "three-hinges"],
 )  # fmt: skip
-def test_published_linkages_have_their_degrees_of_freedom(system, dof, redundant):
+def test_published_linkages_have_their_known_degrees_of_freedom(system, dof, redundant):
     m = found(system)
     assert (m.dof, m.at_start, m.conditions - m.rank, m.open) == (dof, dof, redundant, ())
 
@@ -176,7 +176,7 @@ def test_a_folded_parallelogram_has_two_degrees_of_freedom_at_the_start_and_one_
     assert "the start pose is singular: 2 degrees of freedom at that instant, 1 in motion" in m.lines
 
 
-def test_three_folded_four_bar_windows_have_one_degree_of_freedom_and_four_at_the_singular_pose():
+def test_three_folded_four_bar_linkages_have_one_degree_of_freedom_and_four_at_the_singular_pose():
     m = found(windows(3, pi / 2))
     assert (m.at_start, m.dof) == (4, 1)
 
@@ -275,7 +275,7 @@ def test_remaining_degrees_of_freedom_are_reported_by_body():
     assert (m.flexible, m.massless, m.fixed, m.stations, m.modes) == (1, 1, 1, m.bodies - 5, m.dof - 3)
 
 
-def test_a_loop_that_cannot_close_is_reported():
+def test_a_linkage_that_cannot_close_is_reported():
     apart = replace(four_bar(), joints=(*four_bar().joints[:3], replace(four_bar().joints[3], p_CJ=(9.0, 0.0, 0.0))))
     m = found(apart)
     assert m.open == ("joint 'c'",)

@@ -62,7 +62,7 @@ def test_locking_a_moving_elbow_conserves_the_angular_momentum_about_the_shoulde
     assert imbalance(s) < ROUNDED
 
 
-def test_a_locked_tree_moves_as_with_a_fixed_joint_and_continues_without_a_jump_when_freed():
+def test_a_locked_tree_moves_as_with_a_fixed_joint_and_continues_smoothly_when_unlocked():
     system = double_pendulum((0.0, 0.0), gravity=G)
     s = at(system, SECOND)
     s.set_lock("bolt", True)
@@ -123,7 +123,7 @@ def test_a_motor_that_keeps_turning_supplies_the_impulse_of_a_lock():
 
 
 @pytest.mark.parametrize("kind", ["spherical", "free", "planar"])
-def test_joints_with_several_degrees_of_freedom_are_locked_completely(kind):
+def test_locking_a_joint_stops_all_of_its_degrees_of_freedom(kind):
     body = Body("a", M, (0.1, 0.2, 0.3), sphere(I))
     n = {"spherical": 3, "free": 6, "planar": 3}[kind]
     joint = Joint("j", kind, "world", "a", axis=Z, second=X, v0=(0.4,) * n)
@@ -187,7 +187,7 @@ def test_a_joint_in_a_loop_turned_by_a_motor_cannot_be_locked():
     )
 
 
-def test_each_set_of_locked_joints_is_compiled_once(monkeypatch):
+def test_each_combination_of_locked_joints_is_compiled_once(monkeypatch):
     compiled = []
     real = native.Library._compile
     monkeypatch.setattr(native.Library, "_compile", lambda *x: compiled.append(1) or real(*x))
@@ -212,7 +212,7 @@ def test_a_joint_locked_at_the_start_does_not_move_until_its_lock_is_released():
 
 
 @pytest.mark.parametrize("grants", [(), (0.13, 0.5000001, 1.1, 1.2, 1.9)])
-def test_locking_a_joint_gives_the_same_bits_for_any_grants_and_on_python_floats(grants):
+def test_locking_a_joint_gives_the_same_bits_for_any_time_grants_and_on_python_floats(grants):
     def run(grants, native):
         s = started(double_pendulum(gravity=G), tolerance=1e-5, native=native)
         for lock, until in ((True, 1.0), (False, 2.0)):
@@ -258,13 +258,13 @@ PLAIN = double_pendulum()
         ),
     ],
 )
-def test_impossible_locks_are_refused(system, sentence):
+def test_impossible_locks_of_joints_are_refused(system, sentence):
     with pytest.raises(KernelError) as e:
         Simulation(system)
     assert str(e.value) == sentence
 
 
-def test_an_unknown_lock_is_refused():
+def test_a_command_to_an_unknown_lock_is_refused():
     s = at(PLAIN, 0)
     with pytest.raises(KernelError) as e:
         s.set_lock("nut", True)

@@ -99,7 +99,7 @@ def shafts(kind, name, asked):
     ("constant-velocity", (0.1, 0.0), ("angle1 from 5.72958 degrees to 20 degrees",)),
     ("spherical", (0.0, 0.0, 0.0, 1.0), ("attitude from 0 degrees to 40 degrees",)),
 ])  # fmt: skip
-def test_a_start_value_of_a_closing_joint_that_cannot_be_kept_is_reported(kind, asked, told, name):
+def test_a_start_value_that_a_loop_closing_joint_cannot_keep_is_reported(kind, asked, told, name):
     (note,) = [n.sentence for n in started(shafts(kind, name, asked), native=False).notes if "start pose" in n.sentence]
     assert note.startswith(f"the start pose was changed so that the loops of joint '{name}' close: joint '{name}' ")
     assert all(f"joint '{name}' {x}" in note for x in told), note
@@ -139,7 +139,7 @@ def told_speeds(s):
 
 @pytest.mark.parametrize("kind", LOOPS)
 @pytest.mark.parametrize("seed", range(6))
-def test_consistent_start_speeds_give_no_note_and_others_are_reported_with_those_used(kind, seed):
+def test_corrected_start_speeds_of_a_loop_are_noted_and_consistent_ones_are_not(kind, seed):
     random = Random(f"{kind} {seed}")
     system, *_ = looped(seed, (kind,), n=5)
     drawn = [tuple(random.uniform(-1.0, 1.0) for _ in JOINTS[j.kind].velocities) for j in system.joints]
@@ -157,7 +157,7 @@ def test_consistent_start_speeds_give_no_note_and_others_are_reported_with_those
     assert told_speeds(started(fits, native=False)) == ({}, "")
 
 
-def test_a_start_speed_given_only_for_the_closing_joint_is_reported():
+def test_a_start_speed_given_only_for_the_loop_closing_joint_is_reported():
     """Nothing else is asked to move, so that it does not."""
     at_rest = shafts("universal", "x", ())
     joints = (*at_rest.joints[:2], replace(at_rest.joints[2], v0=(2.0, 0.0)))

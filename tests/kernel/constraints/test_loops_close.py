@@ -84,7 +84,7 @@ def doubled(kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.large(beyond=3)
-def test_doubling_a_joint_of_any_type_changes_nothing(kind):
+def test_doubling_a_loop_joint_of_any_type_does_not_change_the_motion(kind):
     """The closing joint's rows hold along the whole motion of the same joint in the tree, and do no work on it."""
     one, two = (started(x, tolerance=1e-10, h_max=0.05) for x in doubled(kind))
     assert [j.name for j in two.program.graph.loops] == ["twice"]
@@ -113,7 +113,7 @@ def held(kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.large(beyond=3)
-def test_a_loop_of_any_joint_closes_and_keeps_its_energy(kind):
+def test_a_loop_closed_by_any_joint_type_stays_closed_and_conserves_energy(kind):
     system = held(kind)
     s = started(system, tolerance=1e-9, sample_ns=100_000_000, h_max=0.05)
     (cut,) = s.program.graph.loops
@@ -154,7 +154,7 @@ def reference(name):
     return json.loads(path.read_text())[name]
 
 
-def test_two_four_bar_windows_follow_the_exact_motion_through_singular_poses():
+def test_a_chain_of_two_four_bar_linkages_follows_the_exact_motion_through_singular_poses():
     """IFToMM A02, N = 2: redundant rows, and all rods in one line some thirty times in 20 s."""
     s = started(windows(2), tolerance=1e-10)
     s.run(21 * SECOND)
@@ -164,7 +164,7 @@ def test_two_four_bar_windows_follow_the_exact_motion_through_singular_poses():
         assert R[:, 2] == pytest.approx([x, 0.0, z], rel=0.0, abs=FOLLOWS)
 
 
-def test_closed_loops_do_not_drift_in_a_thousand_seconds():
+def test_closed_loops_do_not_drift_apart_in_a_thousand_seconds():
     s = started(windows(1, omega=0.0, theta=2.5), sample_ns=SECOND)
     s.run(1001 * SECOND)
     _, left = column(s, "pose/bar0")
@@ -187,7 +187,7 @@ def test_equal_redundant_joints_share_their_load_equally():
     assert np.isfinite(moment).all()
 
 
-def test_native_code_and_python_floats_agree_on_closed_loops():
+def test_machine_code_and_python_floats_agree_on_closed_loops():
     system = held("revolute")
     native, floats = (started(system, native=x) for x in (True, False))
     for s in (native, floats):
@@ -195,7 +195,7 @@ def test_native_code_and_python_floats_agree_on_closed_loops():
     assert native.state == pytest.approx(floats.state, rel=0.0, abs=1e-12)
 
 
-def test_a_closed_start_pose_is_kept_and_an_open_one_is_closed():
+def test_a_closed_start_pose_is_kept_and_an_open_start_pose_is_closed():
     closed = started(windows(1))
     assert closed.state[: closed.program.nq].tolist() == [0.0, np.pi / 2, 0.0]
     system = windows(1)
@@ -213,13 +213,13 @@ LONG = tuple(replace(j, p_CJ=(0.0, 0.0, 4.0)) if j.name == "right0" else j for j
 REFUSED = [
     (
         replace(windows(1), joints=LONG),
-        "joint 'right0': its loop does not close; 10.. mm are left of 3000 mm in the initial pose: "
+        "joint 'right0': its loop does not close; a gap of 10.. mm is left of 3000 mm in the initial pose: "
         "change the dimensions or the initial coordinates",
     ),
     (
         System((Body("load", 1.0),), (GUIDE, replace(GUIDE, name="across", axis=X))),
         "joint 'across': the loops leave nothing free to move; "
-        "give a joint of them another freedom, or join the bodies by fixed joints",
+        "give one of their joints another degree of freedom, or connect the bodies by fixed joints",
     ),
     (
         System((Body("load", 1.0, inertia=cube(1.0)),), (GUIDE, Joint("f", "free", WORLD, "load"))),
@@ -235,8 +235,8 @@ REFUSED = [
             (GUIDE, replace(GUIDE, name="b")),
             springs=(JointSpring("s", "guide"), JointSpring("s2", "b")),
         ),
-        "joint 'b': it closes a loop, so that 's2' has no coordinate in it; "
-        "every other joint of the loop has laws, too: remove those of one of them",
+        "joint 'b': it closes a loop and therefore has no coordinate for 's2'; "
+        "since every other joint of the loop has laws, too, remove all laws of one of these joints",
     ),
 ]
 
@@ -248,7 +248,7 @@ def test_linkages_that_cannot_close_are_refused(system, sentence):
     assert fullmatch(sentence, str(e.value))
 
 
-def test_a_drive_that_a_linkage_cannot_follow_is_reported():
+def test_a_drive_motion_that_a_linkage_cannot_follow_is_reported():
     """A crank turned by force in a linkage in which it can only rock."""
     crank, rocker = rod("crank"), rod("rocker", 0.5)
     joints = (

@@ -113,7 +113,7 @@ def test_an_indeterminate_group_of_rigid_ropes_shares_its_load_by_least_norm():
     assert T[0] == pytest.approx(case["T"], rel=1e-6)
 
 
-def test_rigid_ropes_that_would_push_are_slack():
+def test_a_rigid_rope_that_would_have_to_push_goes_slack():
     """With the load outside the lugs' middle some ropes carry nothing; the others carry the weight and its moment."""
     case = reference("C08b")
     s = started(six(case["lugs"], (9.0, 0.0)))
@@ -126,7 +126,7 @@ def test_rigid_ropes_that_would_push_are_slack():
     assert [carried.sum(), carried @ x, carried @ y] == pytest.approx([W, 9.0 * W, 0.0], rel=1e-6, abs=1e-3 * W)
 
 
-def test_native_code_and_python_floats_agree_on_rigid_ropes():
+def test_machine_code_and_python_floats_agree_on_rigid_ropes():
     system = on_rope(point(z=-18.0, vx=2.0), 20.0)
     native, floats = (started(system, native=x) for x in (True, False))
     for s in (native, floats):

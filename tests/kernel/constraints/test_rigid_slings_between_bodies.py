@@ -56,7 +56,7 @@ def lifted(scene: System, **options):
 
 
 @pytest.mark.parametrize("method", LOOSE)
-def test_every_integration_method_finds_the_same_tensions_at_a_loose_tolerance(method):
+def test_every_integration_method_finds_the_same_sling_tensions_at_a_loose_tolerance(method):
     """Steps that are long against the ropes' motion, with positions of 75 m: nothing is lost and nothing chatters."""
     fine, loose = lifted(lift(), tolerance=1e-8), lifted(lift(), method=method, tolerance=LOOSE[method])
     want, found = (column(s, "rope/peak")[1].max(axis=0) for s in (fine, loose))

@@ -25,7 +25,7 @@ from small_scenes import SECOND, X, Z, hand_over, hung, slider, started
 
 
 @pytest.mark.parametrize(("system", "sentence"), DESCRIPTIONS, ids=[s[:60] for _, s in DESCRIPTIONS])
-def test_invalid_descriptions_are_refused(system, sentence):
+def test_invalid_descriptions_of_systems_are_refused(system, sentence):
     with pytest.raises(KernelError) as e:
         Program(system)
     assert str(e.value) == sentence
@@ -81,7 +81,7 @@ def test_invalid_descriptions_are_refused(system, sentence):
         (ONE, {"step": nan}, "step nan s: a fixed step must be at least 1e-09 s and finite"),
     ],
 )
-def test_simulations_that_cannot_start_are_refused(system, options, sentence):
+def test_a_simulation_that_cannot_start_is_refused(system, options, sentence):
     with pytest.raises(KernelError) as e:
         Simulation(system, cache=False, **options)
     assert str(e.value) == sentence
@@ -93,7 +93,7 @@ def simulation():
 
 
 @pytest.mark.parametrize(("command", "sentence"), COMMANDS, ids=[s[:60] for _, s in COMMANDS])
-def test_impossible_commands_are_refused(simulation, command, sentence):
+def test_impossible_commands_to_a_simulation_are_refused(simulation, command, sentence):
     before = simulation.P.tobytes()
     with pytest.raises(KernelError) as e:
         command(simulation)
@@ -130,7 +130,7 @@ def test_a_rope_can_be_hooked_at_points_given_as_arrays():
     assert s.switches.rope_numbers("sling")[4:7] == pytest.approx([1.0, 0.0, 0.0])
 
 
-def test_unknown_names_are_refused():
+def test_commands_to_unknown_ropes_thresholds_and_brakes_are_refused():
     switches = Switches(Program(ONE), Program(ONE).parameters.initial)
     for what, call in (
         ("rope", switches.rope_numbers),
@@ -150,7 +150,7 @@ def test_a_winch_that_winds_up_more_rope_than_there_is_ends_the_run():
     assert str(e.value) == "rope 'rope' at 7.117 s: it is completely wound up; stop its winch earlier"
 
 
-def test_infinite_motion_is_reported_with_its_body():
+def test_motion_that_becomes_infinite_is_reported_with_its_body():
     scene = System(
         (Body("a", 1.0), Body("b", 1e-300)),
         (Joint("j", "prismatic", "world", "a", axis=X), Joint("k", "prismatic", "a", "b", axis=Z)),
@@ -204,7 +204,7 @@ def test_discrete_states_that_switch_without_end_are_reported_by_name():
 
 @pytest.mark.parametrize("value", [nan, inf, -inf])
 @pytest.mark.parametrize("place", ["q0", "v0"])
-def test_infinite_start_states_are_refused(value, place):
+def test_start_positions_and_speeds_that_are_not_finite_are_refused(value, place):
     with pytest.raises(KernelError, match=f"joint 'a-guide': {place} is {value}; it must be a finite number"):
         Simulation(with_(joints=(replace(GUIDE, **{place: (value,)}),)))
 

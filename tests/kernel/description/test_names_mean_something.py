@@ -122,18 +122,18 @@ def _run(system: System) -> None:
     simulate(system, 1e-7, 500_000_000, frozenset(), "dopri5", None).start()
 
 
-def test_the_system_without_misspelt_names_runs() -> None:
+def test_the_system_for_the_tests_of_misspelt_names_runs_with_correct_names() -> None:
     _run(SYSTEM)
 
 
 @pytest.mark.parametrize(("system", "name"), CASES)
-def test_an_unknown_name_in_a_system_is_answered_with_similar_ones(system: System, name: str) -> None:
+def test_the_error_for_a_misspelt_name_in_a_system_suggests_the_similar_name(system: System, name: str) -> None:
     with pytest.raises(KernelError) as caught:
         _run(system)
     assert f"'{name}x'; did you mean '{name}'?" in str(caught.value)
 
 
-def test_a_name_unlike_any_other_is_answered_with_all_names() -> None:
+def test_the_error_for_a_name_unlike_any_other_lists_all_known_names() -> None:
     with pytest.raises(KernelError, match="lock 'k': there is no joint 'j'; the system has no joint at all"):
         _run(System(locks=(Lock("k", "j"),)))
     with pytest.raises(KernelError, match="lock 'k': there is no joint 'z'; known: rail, hinge, track"):

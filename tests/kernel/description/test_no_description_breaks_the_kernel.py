@@ -24,7 +24,7 @@ def test_a_corrupted_scene_is_refused_in_a_sentence_or_runs(seed):
 
 @pytest.mark.parametrize("seed", range(CASES))
 @pytest.mark.large(beyond=20)
-def test_a_scene_with_values_of_other_types_is_refused_in_a_sentence_or_runs(seed):
+def test_a_scene_with_values_of_wrong_types_is_refused_in_a_sentence_or_runs(seed):
     random = Random(seed)
     text = outcome(misfit(yard(), random))
     assert text

@@ -76,7 +76,7 @@ def test_a_random_description_of_a_system_runs_or_is_refused(seed):
     assert "\n" not in message
 
 
-def test_the_corruption_of_descriptions_reaches_every_field():
+def test_random_corruption_of_descriptions_reaches_every_field():
     """The mutations change numbers and lists."""
     rng = np.random.default_rng(1)
     made = [spoilt(equipped(3), rng) for _ in range(200)]

@@ -55,7 +55,7 @@ def evaluated(text: str, known: dict[str, float]) -> dict[str, float]:
     return values
 
 
-def test_the_printed_equations_of_the_arm_have_the_inertia_matrix_and_forces_of_the_kernel():
+def test_printed_equations_of_the_four_link_arm_have_the_inertia_matrix_and_forces_of_the_kernel():
     system = arm()
     known = {}
     for i, p in enumerate(PARENT):
@@ -76,7 +76,7 @@ def test_the_printed_equations_of_the_arm_have_the_inertia_matrix_and_forces_of_
     assert total == pytest.approx(F[0][5], rel=SAME)
 
 
-def test_the_printed_equation_of_a_rope_gives_the_tension_of_the_kernel():
+def test_the_printed_equation_of_a_rope_gives_its_tension_in_the_kernel():
     system = hung(LENGTH + 0.2, v0=0.3, damping=1e5)
     known = {"q(load-guide.travel)": -LENGTH - 0.2, "v(load-guide.speed)": 0.3, "m(load)": 4.5e5}
     known |= {"EA(rope)": EA, "c(rope)": 1e5, "hooked(rope)": 1.0, "taut(rope)": 1.0, "share1(rope)": 1.0}
@@ -116,7 +116,7 @@ def test_every_body_and_every_law_is_printed_under_its_own_name():
     assert re.search(r"\nsoft +a-rail +3 +0 +0\b", text)
 
 
-def test_a_description_that_was_compiled_before_keeps_its_printed_names():
+def test_compiling_a_description_does_not_change_its_printed_equations():
     """Programs of one description, and trees of one kind, are made once in a process."""
     system = two_of_a_kind()
     text = equations(system)
@@ -125,7 +125,7 @@ def test_a_description_that_was_compiled_before_keeps_its_printed_names():
     assert "  V(b).x = v(b-rail.speed)\n" in text
 
 
-def test_the_recursion_printed_for_a_two_link_arm_equals_the_published_figure_6():
+def test_the_recursion_printed_for_a_two_link_arm_equals_figure_6_of_the_paper():
     text = equations(arm())
     for line in (
         "    v2 = v1 + S2 q2'             (a)",

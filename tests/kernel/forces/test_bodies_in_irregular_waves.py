@@ -56,7 +56,7 @@ def pushed(waves: WaveSum) -> Load:
 
 
 @pytest.mark.parametrize("method", ["dopri5", "radau5"])
-def test_a_mass_in_irregular_waves_moves_as_scipy_says(method):
+def test_a_mass_in_irregular_waves_moves_as_scipy_integrates_it(method):
     """200 s of a load of 60 harmonics: SciPy on the exact sum agrees to the error of the cubic pieces."""
     waves = sea()
     s = started(heaving(pushed(waves)), tolerance=1e-9, method=method)
@@ -138,7 +138,7 @@ def test_free_decay_of_a_floating_body_with_radiation_memory_solves_its_integral
     assert energy == pytest.approx(float(start.kinetic + sum(start.stored)), rel=1e-8)
 
 
-def test_a_radiation_memory_function_has_the_damping_of_its_fourier_transform():
+def test_the_damping_of_a_radiation_memory_function_is_its_fourier_transform():
     """In steady oscillation the force has B = Re K(iw) in phase with the speed (Ogilvie 1964)."""
     w = 0.9
     lapse = quad(lambda t: memory(t) * np.cos(w * t), 0.0, 60.0, limit=500)[0]
@@ -166,6 +166,6 @@ def test_impossible_radiation_data_are_refused(change, words):
         (WaveSum((1.0,), (1.0,), (1.0,), 0.0, PIECE), "ramp"),
     ],
 )
-def test_impossible_waves_are_refused(waves, words):
+def test_impossible_wave_data_are_refused(waves, words):
     with pytest.raises(KernelError, match=words):
         started(heaving(pushed(waves)))

@@ -61,7 +61,7 @@ def _tip(t: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize("t", [0.0, 7.3, 20.0, 71.9])
-def test_the_tip_of_a_crane_on_a_vessel_moves_as_the_formula_says(t):
+def test_the_tip_of_a_crane_on_a_vessel_moves_by_the_given_vessel_motion(t):
     """Place, velocity and acceleration of a point of a vessel whose motion is given, within and after the ramp."""
     program = Program(given())
     P = program.parameters.initial.copy()
@@ -152,7 +152,7 @@ def test_added_mass_resists_acceleration_and_has_no_weight(formulation):
     assert np.array(x.dv, float) == pytest.approx(want, rel=1e-9, abs=1e-12)
 
 
-def test_a_floating_body_responds_as_its_frequency_domain_equations_predict():
+def test_a_floating_body_responds_to_waves_as_its_frequency_domain_equations_predict():
     """Amplitude and phase of all six motions: x = (K - w^2 (M + A) + i w B)^-1 F, with full A and B, by NumPy."""
     m = 1.2e7
     hull = Body("hull", m, (0.5, 0.0, 1.0), ((1.2e9, 0.0, 0.0), (0.0, 6e9, 0.0), (0.0, 0.0, 6.5e9)))
@@ -193,7 +193,7 @@ def test_printed_equations_contain_added_mass():
     assert "added mass of the water, on which g does not act: of hull" in message
 
 
-def test_only_prescribed_drives_follow_waves():
+def test_a_drive_that_is_not_prescribed_cannot_follow_a_wave():
     """Others are a sentence, as is a wave without a ramp."""
     distances = {"servo": 1.0, "prescribed": 0.0}
     for kind, ramp in distances.items():

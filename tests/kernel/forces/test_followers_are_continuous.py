@@ -72,7 +72,7 @@ def test_a_trolley_that_follows_a_turn_accelerates_by_the_second_derivative_of_i
     assert accelerations[1] == pytest.approx((speeds[2] - speeds[0]) / 2e-3, rel=1e-6)
 
 
-def test_commands_to_a_following_actuator_cause_no_jump():
+def test_commands_to_an_actuator_that_follows_a_master_cause_no_jump():
     """New coefficients, an own move on top, another law, release: the length never jumps and holds at the end."""
     s = started(replace(hung(60.1, winch=True, damping=1e6), masters=(Master("a"), Master("b", 0.5))), **FINE)
     s.references.set_profile("a", 0, 0.1, 0.05, None)

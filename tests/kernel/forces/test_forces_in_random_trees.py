@@ -59,7 +59,7 @@ def forces(random, names, joints):
 
 
 @pytest.mark.parametrize("seed", [3, 8])
-def test_random_trees_with_every_force_agree_with_independent_code(seed):
+def test_random_trees_with_every_force_law_agree_with_independent_code(seed):
     random = np.random.default_rng(seed)
     system = random_system(seed, 5, 1.0, kinds=KINDS)
     names = [b.name for b in system.bodies]

@@ -44,7 +44,7 @@ def test_a_user_law_makes_an_oscillator_of_van_der_pol():
     assert imbalance(s) < CLOSES
 
 
-def test_a_user_law_receives_the_time_of_the_run_and_its_signal():
+def test_a_user_law_receives_the_time_and_the_value_of_its_signal():
     """Across an interrupt, after which local time starts again."""
     law = own("shaker", signal=InputSignal(times=(0.0, 2.0), values=(0.0, 6.0)))
     s = started(cart(law), **FINE)
@@ -73,7 +73,7 @@ def test_a_user_law_on_a_free_body_gives_force_and_moment():
     assert imbalance(s) < CLOSES
 
 
-def test_a_user_law_between_two_points_acts_on_both():
+def test_a_user_law_between_two_points_acts_on_both_points():
     law = UserLaw("tether", f"{HERE}:tether", ends=(Point("world"), Point("load")))
     s = started(cart(law, q0=2.0), **FINE)
     assert end(s, 0.3)[0] == pytest.approx(1.0 + np.cos(sqrt(40.0 / 2.0) * 0.3), abs=AS_SCIPY)
@@ -89,7 +89,7 @@ def test_modes_of_a_user_law_switch_at_located_events():
     assert imbalance(s) < CLOSES
 
 
-def test_a_mode_of_a_user_law_begins_with_the_sign_of_its_guard():
+def test_the_first_mode_of_a_user_law_follows_the_sign_of_its_guard():
     s = started(cart(own("relay", guards=f"{HERE}:beyond_the_middle", modes=1), q0=-0.4))
     assert events(s) == []
     assert s.row().shown[0] == 2.0
@@ -198,7 +198,7 @@ def test_a_buffer_with_a_kinked_characteristic_conserves_energy():
         ((0.0, 0.0), (1.0, 2.0), "does not rise at 0.0"),
     ],
 )
-def test_invalid_characteristics_are_refused(x, effort, told):
+def test_invalid_force_characteristics_are_refused(x, effort, told):
     with pytest.raises(KernelError, match="characteristic 'c': ") as e:
         Simulation(cart(Characteristic("c", "load-guide", "speed", x, effort)))
     assert told in str(e.value)

@@ -116,7 +116,7 @@ def test_breakpoints_of_a_force_history_are_step_boundaries():
     assert s.row().v[0] == pytest.approx(v, rel=EXACT)
 
 
-def test_a_scene_at_rest_moves_when_a_force_that_begins_later_acts():
+def test_a_scene_at_rest_starts_to_move_at_the_time_when_a_force_begins():
     late = Load("late", Point("load"), (1.0, 0.0, 0.0), signal=InputSignal(times=(100.0, 100.0), values=(0.0, 1.0)))
     s = started(replace(slider(mass=1.0, axis=X), forces=(late,)))
     s.run(102 * SECOND)
@@ -124,7 +124,7 @@ def test_a_scene_at_rest_moves_when_a_force_that_begins_later_acts():
     assert s.row().q[0] == pytest.approx(2.0, rel=EXACT)
 
 
-def test_a_force_with_a_driven_signal_follows_commands_and_then_its_master_drive():
+def test_the_signal_of_a_force_follows_commands_and_later_its_master_drive():
     push = Load("push", Point("load"), (6.0, 0.0, 0.0), signal=InputSignal(0.0, driven=True))
     s = started(replace(slider(mass=2.0, axis=X), forces=(push,), masters=(Master("m"),)), tolerance=1e-9)
     s.references.set_profile("push", 0, 0.5, 1e3, 0.5)
@@ -210,7 +210,7 @@ def test_the_peak_tension_of_an_emergency_stop_while_lowering_agrees_with_the_cl
         (Load("f", Point("load"), X, signal=InputSignal(times=(2.0,), values=(1.0,), driven=True)), "one of them"),
     ],
 )
-def test_invalid_loads_are_refused(force, told):
+def test_invalid_loads_on_bodies_are_refused(force, told):
     with pytest.raises(KernelError) as e:
         Simulation(replace(slider(), forces=(force,)))
     assert told in str(e.value)

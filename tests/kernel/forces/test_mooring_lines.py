@@ -75,7 +75,7 @@ def test_end_forces_of_mooring_lines_agree_with_moorpy() -> None:
             assert ours == pytest.approx((-one[2], -one[3]), rel=PEER * 100, abs=PEER * w * L)
 
 
-def test_published_lines_of_moorpy_are_reproduced() -> None:
+def test_published_example_lines_of_moorpy_are_reproduced() -> None:
     """Its own tests: the line that lies in part, also with friction of the seabed, and the one that hangs freely."""
     L, w, EA = 500.0, 800.0, 7.51e12
     f = lying(400.0 / L, 200.0 / L, 0.5 * w * L / EA)

@@ -171,7 +171,7 @@ def test_a_torsion_spring_acts_about_its_axis_only():
     assert ours == pytest.approx(theirs, abs=GRADIENT * np.abs(theirs).max())
 
 
-def test_a_torsional_pendulum_keeps_its_period_nearly_half_a_turn_wide():
+def test_a_torsional_pendulum_keeps_its_period_at_amplitudes_up_to_half_a_turn():
     k, I = 12.0, 3.0
     disc = Body("disc", 1.0, inertia=((I, 0.0, 0.0), (0.0, I, 0.0), (0.0, 0.0, I)))
     joint = Joint("pin", "revolute", "world", "disc", axis=Z, q0=(ALMOST_HALF_A_TURN,))

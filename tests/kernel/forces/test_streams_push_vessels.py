@@ -57,7 +57,7 @@ def test_current_coefficients_between_tabulated_directions_are_interpolated_trig
         assert felt(float(b), 0.4, table) == pytest.approx(exact(float(b) - 0.4), abs=1e-12)
 
 
-def test_a_hull_that_a_current_carries_away_gains_speed_as_the_closed_form_says() -> None:
+def test_a_hull_drifting_with_a_current_gains_speed_as_the_closed_form_says() -> None:
     """m v' = k (U - v)^2: v = U - U / (1 + k U t / m); energy closes with the work of the current."""
     system = free(current(0.0))
     s = started(system, tolerance=1e-10, sample_ns=SECOND)
@@ -88,7 +88,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("sentence", BAD)
-def test_impossible_streams_are_refused_in_one_sentence(sentence: str) -> None:
+def test_impossible_wind_and_current_data_are_refused_in_one_sentence(sentence: str) -> None:
     with pytest.raises(KernelError, match=sentence):
         started(free(current(0.0, **BAD[sentence])))
 

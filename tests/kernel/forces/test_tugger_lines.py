@@ -71,7 +71,7 @@ def test_a_constant_horizontal_pull_shifts_a_pendulum_and_shortens_its_period() 
     assert q - rest == pytest.approx(SMALL * np.cos(w * t), abs=0.02 * SMALL)
 
 
-def test_the_spread_of_a_tugger_line_takes_the_same_amplitude_from_each_swing() -> None:
+def test_the_tension_spread_of_a_tugger_line_takes_the_same_amplitude_from_each_swing() -> None:
     """Dry friction of s T takes 2 s T / k from each half swing, k = W / L (below: of angles, by its swing at rest)."""
     pull, spread, begin = 2e4, 0.1, 0.1
     weight = np.hypot(MASS * G, pull)
@@ -88,7 +88,7 @@ def test_the_spread_of_a_tugger_line_takes_the_same_amplitude_from_each_swing() 
     assert peaks == pytest.approx(want, abs=0.01 * begin)
 
 
-def test_a_released_tugger_line_pulls_no_more_and_its_energy_is_accounted_for() -> None:
+def test_a_released_tugger_line_exerts_no_force_and_its_energy_is_accounted_for() -> None:
     s = started(pendulum(structs.replace(LINE, spread=0.2)), tolerance=TOLERANCE)
     hand_over(s, 2 * SECOND)
     s.unhook("tug")
@@ -113,6 +113,6 @@ def test_a_run_ends_where_a_tugger_line_comes_to_the_end_of_its_stroke() -> None
         ({"b": Point("world")}, "is on the body of a"),
     ],
 )
-def test_tugger_lines_that_cannot_be_are_refused(changes: dict[str, object], message: str) -> None:
+def test_impossible_tugger_lines_are_refused(changes: dict[str, object], message: str) -> None:
     with pytest.raises(KernelError, match=message):
         started(pendulum(structs.replace(LINE, **changes)))

@@ -73,7 +73,7 @@ def _balance(s: Simulation) -> float:
     return float(row.kinetic + row.potential + sum(row.stored)) + gained
 
 
-def test_two_bodies_respond_as_their_frequency_domain_equations_predict() -> None:
+def test_two_hulls_that_exchange_waves_respond_as_their_frequency_domain_equations_predict() -> None:
     """All twelve amplitudes by x = (K - w^2 (M + A) + i w K(i w))^-1 X; the energy account closes."""
     system, want = pair()
     s = started(system, tolerance=1e-8)

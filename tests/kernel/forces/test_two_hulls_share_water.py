@@ -55,7 +55,7 @@ def whole(bodies: tuple[Body, Body]) -> np.ndarray:
     return M
 
 
-def test_two_bodies_in_shared_water_exchange_momentum_as_scipy_computes():
+def test_two_bodies_coupled_by_added_mass_exchange_momentum_as_scipy_computes():
     """Twists after 3 s of two tumbling bodies, each with dh/dt + v x* h = 0, where h = M (v_a, v_b)."""
     s = started(pair(CROSS), tolerance=1e-11)
     energy = float(s.row().kinetic)
@@ -76,7 +76,7 @@ def test_two_bodies_in_shared_water_exchange_momentum_as_scipy_computes():
     assert float(s.row().kinetic) == pytest.approx(energy, rel=1e-9)
 
 
-def test_shared_water_without_cross_terms_changes_nothing():
+def test_zero_coupling_of_added_mass_leaves_the_motion_of_two_hulls_unchanged():
     apart, together = (started(pair(x), tolerance=1e-9) for x in (None, np.zeros((6, 6))))
     for s in (apart, together):
         hand_over(s, 3 * SECOND)
@@ -117,7 +117,7 @@ def loaded(cross: np.ndarray | None, ropes: tuple[RigidRope, ...], locked: bool)
 
 
 @pytest.mark.parametrize("locked", [False, True])
-def test_bodies_with_arms_on_rigid_ropes_accelerate_as_their_dense_equations(locked: bool) -> None:
+def test_coupled_hulls_with_arms_on_rigid_ropes_accelerate_as_numpy_solves_their_equations(locked: bool) -> None:
     """dv of [H J^T; J 0] at rest by NumPy: H is that of separate bodies with the cross terms added at the free joints;
     b hangs on a rigid rope, and another one connects the arms."""
     loose = Program(loaded(None, (), locked))
@@ -165,19 +165,19 @@ def carried() -> System:
     [
         (pair(CROSS), "articulated", "'b' shares water, but formulation 'articulated' keeps bodies apart"),
         (pair(20.0 * CROSS), "recursive", "its added mass with 'a' beside it would drive some motion"),
-        (carried(), "recursive", "body 'b': bodies that share water must be a pair of bodies on the ground"),
+        (carried(), "recursive", "body 'b': only two bodies that no other body carries can share water"),
     ],
 )
-def test_impossible_pairs_are_refused(system: System, formulation: str, words: str) -> None:
+def test_impossible_pairs_of_hulls_in_shared_water_are_refused(system: System, formulation: str, words: str) -> None:
     with pytest.raises(KernelError, match=words):
         Program(system, formulation)
 
 
-def test_bodies_that_share_water_are_one_island() -> None:
+def test_bodies_coupled_by_added_mass_form_one_island() -> None:
     assert [len(islands_of(pair(x))) for x in (None, CROSS)] == [2, 1]
 
 
-def test_normal_modes_of_two_bodies_are_those_of_their_dense_equations() -> None:
+def test_normal_modes_of_two_coupled_hulls_agree_with_their_dense_equations() -> None:
     """Frequencies of both on springs to the ground, by NumPy."""
     k = np.diag([50.0, 60.0, 70.0, 80.0, 90.0, 100.0])
     at = {"a": (-3.0, -0.9, 0.0), "b": (5.0, 1.5, 0.0)}

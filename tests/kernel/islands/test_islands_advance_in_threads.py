@@ -43,14 +43,14 @@ def failing(message: str, after_s: float, pause: Callable[[], None]) -> None:
 
 
 @pytest.mark.parametrize("threads", [1, *THREADS])
-def test_the_first_failure_in_the_order_of_islands_is_raised(threads: int) -> None:
+def test_the_error_of_the_first_failing_island_in_order_is_raised(threads: int) -> None:
     tasks = [partial(failing, name, 0.05 - 0.01 * i) for i, name in enumerate(LIFTS)]
     with pytest.raises(ValueError, match=r"^a$"):
         SideBySide(threads).carry_out(tasks, lambda: None)
 
 
 @pytest.mark.parametrize("threads", [1, *THREADS])
-def test_an_interruption_stops_all_islands_before_it_is_raised(threads: int) -> None:
+def test_an_interruption_stops_all_islands_before_its_error_is_raised(threads: int) -> None:
     going = []
 
     def endless(pause: Callable[[], None]) -> None:

@@ -17,7 +17,7 @@ from two_loads import SECOND, TIED, TOLERANCE, TWO, UP, G, assert_alike, bodies,
 # ---- what ties ----------------------------------------------------------------------------------------------
 
 
-def test_ropes_connect_islands_but_the_ground_does_not() -> None:
+def test_ropes_couple_bodies_into_one_island_and_the_ground_does_not() -> None:
     assert bodies(islands_of(TWO)) == [["load-a"], ["load-b"]]
     assert bodies(islands_of(TIED)) == [["load-a", "load-b"]]
     assert bodies(islands_of(TIED, {"tug"})) == [["load-a"], ["load-b"]]
@@ -31,7 +31,7 @@ def test_an_unhooked_rope_belongs_to_the_island_of_its_first_end() -> None:
     assert [h.name for h in a.thresholds] == ["height-a"]
 
 
-def test_a_measured_angle_joins_its_body_with_actuators_that_may_follow_it_in_one_island() -> None:
+def test_actuators_that_may_follow_a_measured_angle_join_the_island_of_the_measured_body() -> None:
     still = System((Body("swing", 1.0),), (Joint("pin", "revolute", "world", "swing", axis=(0.0, 1.0, 0.0)),))
     lean = (Measured("lean", "angle", "load-a"),)
     assert bodies(islands_of(replace(merge([TWO, still], G), measured=lean))) == [["load-a", "load-b"], ["swing"]]
@@ -74,7 +74,7 @@ def test_equal_islands_share_machine_code() -> None:
     assert a.native.structure == b.native.structure
 
 
-def test_ropes_that_will_be_hooked_join_islands_from_the_start() -> None:
+def test_ropes_that_are_hooked_later_join_their_islands_from_the_start() -> None:
     for ties, kind in (([], Islands), (["tug"], Simulation)):
         s = simulate(TIED, TOLERANCE, SECOND, frozenset(), "dopri5", None, ties)
         assert type(s) is kind
@@ -146,7 +146,7 @@ def answered(commands: list[tuple[int, str, float]], cuts: Random | None, period
 
 @pytest.mark.parametrize("seed", range(8))
 @pytest.mark.large(beyond=2)
-def test_splitting_calls_or_adding_observers_changes_no_result(seed: int) -> None:
+def test_splitting_the_calls_of_islands_or_adding_observers_changes_no_result(seed: int) -> None:
     random = Random(seed)
     commands = [
         (random.randrange(SECOND, 5 * SECOND), random.choice("ab"), random.uniform(-1.0, 0.5)) for _ in range(6)
@@ -182,7 +182,7 @@ def test_an_event_of_one_lift_adds_a_sample_row_to_that_lift_only() -> None:
         assert len(lift_rows.rows) >= len(own)
 
 
-def test_lifts_that_may_be_coupled_share_their_rows() -> None:
+def test_lifts_that_may_be_coupled_share_their_sample_rows() -> None:
     assert islands(lifts={"a": ["load-a"], "b": ["load-b"]}).lifts[0].name == "a"
     assert not islands(TIED, lifts={"a": ["load-a"], "b": ["load-b"]}).lifts
     three = merge([TIED, lift("c", 20.0)], G)

@@ -49,7 +49,7 @@ def cost(*parts: Simulation) -> float:
     return sum((p["accepted"] + p["rejected"]) * p.native.method.f_rate.operations for p in parts)
 
 
-def test_an_idle_crane_takes_almost_no_computation_and_does_not_change_the_lift() -> None:
+def test_an_idle_crane_takes_almost_no_computing_time_and_does_not_change_the_lift() -> None:
     two, whole = simulated(), simulated("together")
     assert isinstance(two, Islands)
     assert isinstance(whole, Simulation)

@@ -20,7 +20,7 @@ def one_by_one(balance, readings):
 
 @pytest.mark.parametrize("implicit", [False, True])
 @pytest.mark.parametrize("seed", range(40))
-def test_the_energy_balance_checked_in_blocks_of_samples_equals_that_of_single_samples(seed, implicit):
+def test_the_energy_balance_checked_on_blocks_of_samples_equals_that_of_single_samples(seed, implicit):
     rng = np.random.default_rng(seed)
     kinetic = rng.exponential(1e3, READINGS)
     parts = rng.normal(0.0, 1e3, (READINGS, PARTS))

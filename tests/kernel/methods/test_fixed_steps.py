@@ -41,14 +41,14 @@ def test_the_stability_limit_of_fixed_steps_is_that_of_theory(method, name):
     started(oscillator(0.0), method=method, step=advised)
 
 
-def test_implicit_methods_have_no_limit_of_stability():
+def test_implicit_methods_are_stable_at_any_fixed_step():
     s = started(oscillator(0.0), method="radau5", step=2.0)
     put_aside(s)
     hand_over(s, 100 * SECOND)
     assert abs(s.state[0]) < 1e-9  # L-stable: what a step cannot follow dies out
 
 
-def test_the_frequency_error_of_semi_implicit_euler_is_that_of_leapfrog():
+def test_the_frequency_error_of_semi_implicit_euler_is_that_of_the_leapfrog_formula():
     """Three samples h apart give the frequency of any sampled oscillation: x+ + x- = 2 cos(w h) x."""
     s = started(oscillator(), method="semi-implicit-euler", step=H, sample_ns=round(H * 1e9))
     hand_over(s, 10 * SECOND)
@@ -107,7 +107,7 @@ def test_the_reference_scene_runs_at_fixed_steps(method, step, error):
     assert whole["accepted"] == pytest.approx(2.0 / step, abs=2)
 
 
-def test_one_pendulum_period_with_fixed_steps_has_its_exact_length():
+def test_an_oscillator_at_fixed_steps_is_back_at_its_start_after_one_exact_period():
     s = started(oscillator(), method="rk4", step=2.0 * pi / W / 200.0)
     hand_over(s, round(2.0 * pi / W * SECOND))
     assert s.state[0] == pytest.approx(1.0, abs=1e-6)

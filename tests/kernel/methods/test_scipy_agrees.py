@@ -39,5 +39,5 @@ def test_the_impact_times_of_a_bouncing_load_agree_with_scipy(method):
     assert both[0] == pytest.approx(both[1], abs=INSTANT)
 
 
-def test_scenes_and_kernel_offer_the_same_methods():
+def test_scenes_and_the_kernel_offer_the_same_integration_methods():
     assert set(get_args(MethodName)) == METHODS.keys() - PEERS.keys()

@@ -52,7 +52,7 @@ def first_events(method: str, tolerance: float) -> list[int]:
 
 @pytest.mark.parametrize("method", IMPLICIT)
 @pytest.mark.large(beyond=2)
-def test_a_refused_step_to_an_event_is_repeated_in_shorter_steps(method, monkeypatch):
+def test_a_step_to_an_event_that_an_implicit_method_cannot_solve_is_repeated_in_shorter_steps(method, monkeypatch):
     """Whatever the method: of eight attempts three are refused, and no event is lost."""
     times, refusals = first_events(method, IMPLICIT[method]), count()
     message = counted(monkeypatch, lambda: next(refusals) % 8 < 3)
@@ -60,7 +60,7 @@ def test_a_refused_step_to_an_event_is_repeated_in_shorter_steps(method, monkeyp
     assert message.count(False) > 0
 
 
-def test_steps_that_are_never_solved_end_with_a_one_sentence_error(monkeypatch):
+def test_an_implicit_step_that_is_never_solved_ends_the_run_with_a_one_sentence_error(monkeypatch):
     counted(monkeypatch, lambda: True)
     with pytest.raises(KernelError, match="method 'radau5' finds no solution of its equations"):
         hand_over(started(falling(1), method="radau5"), 2 * SECOND)

@@ -42,7 +42,7 @@ def accelerations(system, formulation, native):
 @pytest.mark.parametrize("native", [False, True])
 @pytest.mark.parametrize(("legs", "odd"), [(2, 0.0), (3, 0.0), (5, 0.1)])
 @pytest.mark.large(beyond=2)
-def test_limbs_with_shared_code_move_as_in_the_whole_tree(legs, odd, native):
+def test_equal_limbs_of_a_tree_share_code_and_move_as_in_the_whole_tree(legs, odd, native):
     got, want = (accelerations(spider(legs, odd), f, native) for f in ("recursive", "articulated"))
     assert np.abs(got - want).max() < SAME * np.abs(want).max()
 
@@ -57,7 +57,7 @@ def functions(f):
     return [f, *(g for c in called for g in functions(c))]
 
 
-def test_further_equal_limbs_add_no_code():
+def test_further_equal_limbs_of_a_tree_add_no_code():
     assert "limb0.0.bend" not in code(2)
     three, five = code(3), code(5)
     assert len(three["limb0.0.bend"].nodes) == len(five["limb0.0.bend"].nodes)

@@ -44,7 +44,7 @@ def test_three_equal_hinges_carry_thirds_and_all_are_marked_as_indeterminate():
     assert total == pytest.approx(-OUT * WEIGHT, rel=SOLVED), "together they carry the moment of the weight"
 
 
-def test_indeterminate_reactions_are_the_least_norm_of_numpy():
+def test_indeterminate_reactions_are_the_least_norm_solution_of_numpy():
     """Equilibrium of the door as a linear system in its fifteen components, moments over the lever that is reported."""
     carried = asked(door())
     rows, want = np.zeros((5, 15)), np.array([0.0, 0.0, WEIGHT, 0.0, -OUT * WEIGHT])
@@ -65,7 +65,7 @@ def test_a_hinge_alone_or_with_a_ball_on_rollers_has_determinate_reactions():
 
 
 @pytest.mark.parametrize("elastic", [False, True])
-def test_a_body_welded_twice_is_indeterminate_but_welded_and_sprung_it_is_not(elastic):
+def test_a_body_with_two_welds_has_indeterminate_reactions_and_one_with_a_weld_and_a_spring_has_not(elastic):
     load = Body("load", MASS, inertia=cube(MASS))
     slide = Joint("slide", "prismatic", WORLD, "carriage", axis=X)
     weld = [Joint(f"weld{i}", "fixed", "carriage", "load", p, p_CJ=p) for i, p in enumerate((X, Y))]
@@ -80,7 +80,7 @@ def test_a_body_welded_twice_is_indeterminate_but_welded_and_sprung_it_is_not(el
     assert carried["slide"].force[2] == pytest.approx(WEIGHT + G, rel=EXACT)
 
 
-def test_a_planar_linkage_in_space_is_determinate_only_in_its_plane():
+def test_a_planar_linkage_in_space_has_determinate_reactions_only_in_its_plane():
     carried = asked(replace(four_bar(), gravity=G))
     assert set(map(frozenset, named(carried).values())) == {frozenset({"force y", "moment x", "moment z"})}
     free = asked(replace(_with_balls(four_bar()), gravity=G))
@@ -126,7 +126,7 @@ def test_three_ropes_in_a_plane_share_by_the_least_norm_and_three_in_a_triangle_
     assert not triangle.shared
 
 
-def test_only_ropes_that_share_an_indeterminate_load_are_named():
+def test_only_ropes_that_share_an_indeterminate_load_are_named_in_the_note():
     """Two ropes at one end of a beam, one at the other: the lone one carries its half for certain."""
     carried = asked(hung((-1.0, 0.0), (-1.0, 0.0), (1.0, 0.0)))
     assert carried.tensions == pytest.approx({"r0": WEIGHT / 4.0, "r1": WEIGHT / 4.0}, rel=SOLVED)
@@ -151,7 +151,7 @@ def test_rigid_feet_share_an_indeterminate_load_and_the_contacts_are_named():
     assert three.contacts == ()
 
 
-def test_the_table_of_reactions_marks_indeterminate_ones():
+def test_the_table_of_reactions_marks_indeterminate_reactions():
     simulation = started(door(), native=False)
     found = equilibrium(simulation)
     text = statics_text(found, reactions(simulation), 0.0)
@@ -171,7 +171,7 @@ def notes(system, **options):
     return [note.sentence for note in simulation.notes]
 
 
-def test_a_run_with_indeterminate_loads_notes_it_once():
+def test_a_run_notes_its_indeterminate_loads_once():
     (message,) = notes(door())
     assert message.startswith(
         "joint 'h0', joint 'h1', joint 'h2' at 0.000 s: how they share their load is not determined"
@@ -185,14 +185,14 @@ def test_a_run_with_indeterminate_loads_notes_it_once():
     [replace(four_bar(), gravity=G), door((0.0,)), hung((1.0, 0.0), (-0.5, 1.0), (-0.5, -1.0)), door(mass=MASS)],
     ids=["planar", "one-hinge", "tripod", "no-gravity"],
 )
-def test_no_note_is_given_without_indeterminate_loads(system):
+def test_a_run_with_determinate_loads_gives_no_note(system):
     """A planar linkage in its plane leaves its redundant rows without load."""
     if len(system.joints) == 3:
         system = replace(system, gravity=0.0)
     assert notes(system) == []
 
 
-def test_a_tilted_linkage_loads_its_redundant_rows():
+def test_indeterminate_reactions_of_a_tilted_four_bar_linkage_are_named():
     tilted = replace(four_bar(), gravity=G)
     c, s = np.cos(pi / 6.0), np.sin(pi / 6.0)
     R = ((1.0, 0.0, 0.0), (0.0, float(c), float(-s)), (0.0, float(s), float(c)))

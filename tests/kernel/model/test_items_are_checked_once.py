@@ -19,7 +19,7 @@ def with_body(**changed: object) -> System:
     return replace(GOOD, bodies=(replace(ROD, **changed),))
 
 
-def test_variants_of_a_description_are_checked_only_where_they_differ(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_variants_of_a_system_are_checked_only_where_they_differ(monkeypatch: pytest.MonkeyPatch) -> None:
     check_description(GOOD)
     seen: list[str] = []
     plain = checks._check_item
@@ -37,14 +37,16 @@ def test_variants_of_a_description_are_checked_only_where_they_differ(monkeypatc
         ({"inertia": ((0.2, 0.1, 0.0), (0.0, 0.2, 0.0), (0.0, 0.0, 0.1))}, "must be a symmetric matrix"),
     ],
 )
-def test_an_invalid_description_is_refused_every_time(wrong: dict[str, object], sentence: str) -> None:
+def test_an_invalid_description_of_a_system_is_refused_every_time_it_is_checked(
+    wrong: dict[str, object], sentence: str
+) -> None:
     for _ in range(2):
         check_description(GOOD)
         with pytest.raises(KernelError, match=sentence):
             check_description(with_body(**wrong))
 
 
-def test_lists_in_a_description_become_tuples() -> None:
+def test_lists_in_a_description_of_a_system_become_tuples() -> None:
     check_description(GOOD)
     for _ in range(2):
         (body,) = check_description(with_body(com=[0.0, 0.0, -0.5])).bodies

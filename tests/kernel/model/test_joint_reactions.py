@@ -50,7 +50,7 @@ def test_a_cantilever_of_fixed_joints_carries_weight_shear_and_moment():
     assert carried["wall"].moment == pytest.approx([0.3 * 50.0 * G, -(100.0 + 2.5 * 50.0) * G, 0.0], rel=EXACT)
 
 
-def test_reactions_are_given_in_the_axes_of_the_joint():
+def test_joint_reactions_are_given_in_the_axes_of_the_joint():
     turned = ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))  # the joint's y axis points up
     joint = Joint("weld", "prismatic", "world", "load", R_PJ=turned, axis=X)
     carried = reactions(started(System((Body("load", 10.0),), (joint,), gravity=G), native=False))

@@ -46,7 +46,7 @@ def arm(seed: int) -> tuple[System, str]:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_moments_about_joints_are_those_of_mujoco_at_rest(seed: int) -> None:
+def test_static_moments_about_joints_agree_with_mujoco(seed: int) -> None:
     """Torque of gravity; with a ramp the diagonal of the mass matrix, of an arm without ropes."""
     system, text = arm(seed)
     model = mujoco.MjModel.from_xml_string(text)
@@ -67,7 +67,7 @@ def test_moments_about_joints_are_those_of_mujoco_at_rest(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_a_base_bears_what_stands_on_it_and_the_ropes_that_pull_at_that(seed: int) -> None:
+def test_a_base_carries_the_weight_of_its_machine_and_the_pull_of_attached_ropes(seed: int) -> None:
     """Of a machine on a deck: not the deck, and of a rope to the ground its pull; four corners share as of a plate."""
     random = np.random.default_rng(seed)
     (deck, crane, load), at = random.uniform(1.0, 9.0, 3) * 1e3, random.uniform(-1.0, 1.0, 2)
@@ -95,7 +95,7 @@ def test_a_base_bears_what_stands_on_it_and_the_ropes_that_pull_at_that(seed: in
     assert found == pytest.approx([V / 4 * (1 + 2 * a * x / 6.0 + 2 * b * y / 5.0) for a, b in corners], rel=1e-9)
 
 
-def test_guards_over_loads_couple_only_what_is_carried() -> None:
+def test_guards_on_joint_loads_leave_separate_arms_in_separate_islands() -> None:
     """Two separate arms stay two islands, each with its own guard; a rope from one to the other couples them."""
     arms = []
     for name in "ab":
@@ -123,7 +123,7 @@ def test_guards_over_loads_couple_only_what_is_carried() -> None:
         (ScalarSignal("joint moment", of="j9"), "there is no joint 'j9'"),
     ],
 )
-def test_signals_of_loads_without_their_fields_are_reported(signal: ScalarSignal, message: str) -> None:
+def test_a_load_signal_without_its_joint_or_base_is_reported(signal: ScalarSignal, message: str) -> None:
     system, _ = arm(0)
     with pytest.raises(KernelError, match=message):
         started(replace(system, thresholds=(guard_of("it", signal),)))

@@ -50,7 +50,7 @@ def test_two_fast_balls_do_not_pass_through_each_other():
 
 @pytest.mark.parametrize("method", ["rk4", "semi-implicit-euler", "radau5"])
 @pytest.mark.parametrize(("speed", "blind"), [(0.5, False), (50.0, True)])
-def test_a_fixed_step_reports_the_speed_at_which_it_could_miss_a_wall(method, speed, blind):
+def test_a_fixed_step_reports_the_speed_at_which_a_body_could_pass_through_a_wall(method, speed, blind):
     """Half extents of 0.125 m in steps of 0.02 s: 6.25 m/s, and more while the wall is far."""
     size = (0.05, 2.0, 2.0)
     body, post = bar(size)

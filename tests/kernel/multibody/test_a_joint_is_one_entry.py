@@ -41,7 +41,7 @@ def _gimbal(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_a_new_joint_type_gimbal_has_the_accelerations_of_mujoco(seed: int) -> None:
+def test_a_newly_added_joint_type_has_the_accelerations_of_mujoco(seed: int) -> None:
     assert JOINTS["gimbal"].n_v == 3
     program = Program(System((SOLID,), (joint("gimbal"),), gravity=GRAVITY))
     model = mujoco_model(program.graph)

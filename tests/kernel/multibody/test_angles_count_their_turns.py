@@ -59,7 +59,7 @@ def test_an_angle_threshold_beyond_a_full_turn_fires_at_that_angle(kind, axis, g
     assert t == pytest.approx(radians(goal) / speed * 1e9, abs=ROUNDING + 1.0)
 
 
-def test_an_angle_threshold_exceeded_at_the_start_fires_at_once_but_one_turn_less_does_not():
+def test_an_angle_threshold_below_the_start_angle_fires_at_once_and_a_threshold_above_it_fires_later():
     parts = tuple(Threshold(name, "angle", of="wheel", axis=1) for name in ("behind", "ahead"))
     s = started(wheel(Y, q0=radians(400.0), v0=1.0, thresholds=parts))
     s.watch("behind", radians(390.0), True)

@@ -127,7 +127,7 @@ def test_random_trees_agree_with_mujoco(seed):
 # ---- closed forms --------------------------------------------------------------------------------------------
 
 
-def test_a_nut_falls_along_its_screw_as_its_inertia_allows():
+def test_a_nut_falls_along_its_screw_with_the_acceleration_of_the_closed_form():
     """q'' = -m g p / (m p^2 + I) about a vertical screw of pitch p."""
     p, m, I = 0.05, 120.0, 3.0
     nut = Body("nut", m, inertia=((5.0, 0.0, 0.0), (0.0, 5.0, 0.0), (0.0, 0.0, I)))
@@ -180,7 +180,7 @@ def test_every_joint_type_conserves_energy_in_machine_code(kind):
     assert bool(springs) == (e[-1, 4] > 1.0), "the damping made heat"
 
 
-def test_joint_axes_are_those_about_which_parts_move():
+def test_bodies_move_along_and_turn_about_the_axes_of_their_joints():
     """Planar: `second` is x; universal: the first turn carries the second axis; both shown by the child's pose."""
 
     def pose(kind, q0, **axes):

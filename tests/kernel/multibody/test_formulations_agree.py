@@ -40,14 +40,14 @@ def test_formulations_agree_on_random_trees_with_prescribed_joints(seed, n):
 
 
 @pytest.mark.parametrize("formulation", FORMULATIONS)
-def test_the_arm_of_slender_links_has_the_same_accelerations_in_every_formulation(formulation):
+def test_an_arm_of_slender_links_has_the_same_accelerations_in_every_formulation(formulation):
     """C19b: links without inertia about their own axes, which leave no inverse of M to the augmented formulation."""
     simulation = started(arm(), formulation=formulation)
     assert simulation.X[simulation.method.layout.at["f"]][4:8] == pytest.approx(WANT["qdd"], rel=AGREE)
 
 
 @pytest.mark.parametrize("formulation", OTHERS)
-def test_a_run_is_the_same_in_every_formulation(formulation):
+def test_a_run_gives_the_same_motion_with_every_formulation_of_the_equations(formulation):
     for system in (hung(59.9, v0=1.0), arm()):  # a rope that slackens, links that fall
         states = []
         for name in ("recursive", formulation):

@@ -52,7 +52,7 @@ def test_a_joint_written_from_child_to_parent_moves_like_one_from_parent_to_chil
     assert Rotation.from_matrix(R_.T @ R).magnitude() < SAME
 
 
-def test_a_joint_with_the_world_as_child_is_driven_like_any_other():
+def test_a_drive_moves_a_joint_whose_child_is_the_world():
     joint = Joint("rail", "prismatic", "load", WORLD, axis=(-1.0, 0.0, 0.0), q0=(1.0,))
     system = System((Body("load", 3.0),), (joint,), stops=(Stop("end", "rail", 0.0, 5.0, 1e4, 10.0),))
     s = started(replace(system, drives=(Drive("motor", "rail", "prescribed"),)))
@@ -67,6 +67,6 @@ def test_a_joint_that_cannot_be_reversed_without_changing_coordinates_is_refused
     with pytest.raises(KernelError) as e:
         started(System((load,), (Joint("ball", "spherical", "load", WORLD),)))
     assert str(e.value) == (
-        "joint 'ball': only this joint holds its parent 'load', and a joint carries its child; "
-        "swap its parent and child"
+        "joint 'ball': no other joint carries its parent 'load', so the child must carry the parent; "
+        "swap parent and child"
     )

@@ -23,13 +23,13 @@ def tree(parents, order):
     return System(tuple(bodies), tuple(reversed(joints)))
 
 
-def test_the_arm_has_the_path_matrix_of_the_paper():
+def test_the_four_link_arm_has_its_published_path_matrix():
     T = path_matrix(ARM)
     assert T.tolist() == C19A["expected"]["T"]
     assert np.linalg.inv(T).T.round().astype(int).tolist() == C19A["expected"]["T_inv_transpose"]
 
 
-def test_joints_to_subtract_in_the_path_matrix_are_the_first_ones_to_the_right():
+def test_each_row_of_the_path_matrix_subtracts_the_first_joints_to_its_right():
     """As a running sum the third joint of the arm would be subtracted twice from the first body."""
     T = path_matrix(ARM)
     assert [children_of(T, i) for i in range(4)] == [[1, 2], [], [3], []]
@@ -40,7 +40,7 @@ def test_joints_to_subtract_in_the_path_matrix_are_the_first_ones_to_the_right()
 
 @settings(max_examples=200, deadline=None, derandomize=True)
 @given(trees, st.randoms(use_true_random=False))
-def test_path_matrices_of_random_trees_listed_in_any_order_are_regular(parents, random):
+def test_path_matrices_of_random_trees_are_regular_for_any_order_of_the_bodies(parents, random):
     order = list(range(len(parents)))
     random.shuffle(order)
     graph = build_graph(tree(parents, order))
@@ -65,7 +65,7 @@ def test_path_matrices_of_random_trees_listed_in_any_order_are_regular(parents, 
 
 @settings(max_examples=50, deadline=None, derandomize=True)
 @given(trees)
-def test_bodies_listed_in_regular_order_keep_their_numbers(parents):
+def test_bodies_listed_in_regular_order_keep_their_numbers_in_the_path_matrix(parents):
     graph = build_graph(tree(parents, range(len(parents))))
     names = {link.body.name: i for i, link in enumerate(graph.links)}
     T = path_matrix(list(parents))
@@ -74,7 +74,7 @@ def test_bodies_listed_in_regular_order_keep_their_numbers(parents):
             assert graph.T[names[f"b{k}"], names[f"b{i}"]] == T[k, i]
 
 
-def test_equations_one_to_four_of_the_paper_are_printed_for_the_arm():
+def test_equations_1_to_4_of_the_paper_are_printed_for_the_four_link_arm():
     text = equations(tree(ARM, range(4)))
     assert text.startswith(
         "GRAPH\n   body  joint  kind      on\n"

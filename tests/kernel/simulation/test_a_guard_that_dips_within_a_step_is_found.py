@@ -41,7 +41,7 @@ def stages(start: float, speed: float, force: tuple[float, float], level: float,
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-6])
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.large(beyond=4)
-def test_a_swing_crest_just_above_a_threshold_is_not_missed(method: str, tolerance: float) -> None:
+def test_a_swing_crest_just_above_a_threshold_fires_the_threshold(method: str, tolerance: float) -> None:
     random = Random(f"{method} {tolerance}")
     for _ in range(3):
         roots = sorted(random.uniform(1.0, 11.0) for _ in range(3))
@@ -68,7 +68,7 @@ def swinging(start: float, level: float, how: dict[str, str | float]) -> Played:
 
 @pytest.mark.parametrize("how", HOW, ids=str)
 @pytest.mark.large(beyond=4)
-def test_a_threshold_passed_between_two_steps_begins_its_stage(how: dict[str, str | float]) -> None:
+def test_a_threshold_passed_twice_within_one_step_begins_its_stage(how: dict[str, str | float]) -> None:
     random = Random(str(how))
     seen = 0
     for _ in range(6):

@@ -67,7 +67,7 @@ def bits(s: Simulation) -> tuple[bytes, bytes, list[tuple[int, bytes]]]:
 
 @pytest.mark.parametrize("name", STORIES)
 @pytest.mark.large(beyond=3)
-def test_a_run_continued_from_a_snapshot_at_any_moment_is_the_same(name: str) -> None:
+def test_a_run_continued_from_a_snapshot_at_any_moment_equals_the_uninterrupted_run(name: str) -> None:
     whole = begun(name)
     play(whole, name, 0, END)
     moments = np.random.default_rng(3).integers(0, END, 4)

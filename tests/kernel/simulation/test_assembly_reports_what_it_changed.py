@@ -48,7 +48,7 @@ def gap(q):
 
 
 @pytest.mark.parametrize("crank", [0.2, 0.9, 2.0, 3.0, -0.7])
-def test_unspecified_start_coordinates_of_a_loop_follow_the_given_ones(crank):
+def test_unspecified_start_coordinates_of_a_loop_are_computed_from_the_given_ones(crank):
     """The coupler and the rocker find a place for any angle of the crank; nothing asked has changed."""
     q, v, message = begun(parallelogram((crank,), speeds=((4.0,), (), ())))
     assert q[0] == pytest.approx(crank, abs=KEPT)
@@ -57,7 +57,7 @@ def test_unspecified_start_coordinates_of_a_loop_follow_the_given_ones(crank):
     assert message == []
 
 
-def test_a_loop_is_assembled_from_a_given_middle_joint():
+def test_a_loop_is_assembled_from_the_given_coordinate_of_its_middle_joint():
     q, v, message = begun(parallelogram((), (-1.2,), (), speeds=((), (0.5,), ())))
     assert (q[1], v[1]) == pytest.approx((-1.2, 0.5), abs=1e-9)
     assert gap(q) < CLOSED
@@ -88,7 +88,7 @@ def test_a_small_correction_of_the_start_pose_is_reported_with_joint_and_both_va
     assert abs(q[1] + q[0]) < 1e-9, "still the branch in which the coupler stays level"
 
 
-def test_only_joints_that_had_to_move_are_reported_by_assembly():
+def test_assembly_reports_only_joints_that_had_to_move():
     """The rocker may follow: crank and coupler stay as asked where the rocker can reach."""
     bar = 1.0  # the coupler's tip on a circle of 1 m about the rocker's foot
     crank = 0.9
@@ -113,7 +113,7 @@ def test_a_start_pose_far_from_closing_is_refused(asked):
     assert "another branch or too far away to be meant" in message
 
 
-def test_assembly_never_changes_to_another_branch_silently():
+def test_assembly_refuses_or_reports_every_change_to_another_branch_of_a_linkage():
     """Random start values: closed near them and told, or refused; where the crank is, the branch is the asked one."""
     random = np.random.default_rng(5)
     kept, refusals = 0, []
@@ -142,7 +142,7 @@ def test_assembly_does_not_move_a_prescribed_crank():
 
 
 @pytest.mark.parametrize("asked", [0.9, 0.9 + 2.0 * np.pi, 0.5])
-def test_a_given_value_of_the_closing_joint_is_checked(asked):
+def test_the_given_start_value_of_a_loop_closing_joint_is_checked(asked):
     """Level coupler: the rocker stands at the crank's angle from it."""
     level = parallelogram((0.9,), (-0.9,), (0.9,))
     closing = replace(level.joints[3], q0=(asked,))
@@ -157,7 +157,7 @@ def test_a_given_value_of_the_closing_joint_is_checked(asked):
 def test_a_start_pose_that_cannot_close_is_refused():
     short = parallelogram()
     short = replace(short, joints=(*short.joints[:3], replace(short.joints[3], p_CJ=(9.0, 0.0, 0.0))))
-    with pytest.raises(KernelError, match=r"joint 'x': its loop does not close; .* are left"):
+    with pytest.raises(KernelError, match=r"joint 'x': its loop does not close; .* is left"):
         begun(short)
 
 
@@ -180,7 +180,7 @@ def test_contradictory_start_speeds_are_reported_with_their_loop():
     assert f"joint 'b' from -3 to {v[1]:.6g} rad/s" in message
 
 
-def test_corrections_of_a_slider_are_reported_in_metres():
+def test_start_corrections_of_a_slider_are_reported_in_metres():
     """Slider-crank: the crank of 1 m, the rod of 2 m, the slider on the x axis."""
     theta = 0.8
     rod_angle = -acos((1.0 - (sin(theta) / 2.0) ** 2) ** 0.5)
@@ -215,7 +215,7 @@ mechanism:
 """
 
 
-def test_only_coordinates_written_in_a_scene_count_as_given():
+def test_only_start_coordinates_written_in_a_scene_count_as_given():
     (mechanism,) = parse(SCENE).plan.machines
     s = Simulation(mechanism.system, native=False)
     s.start()
@@ -224,7 +224,7 @@ def test_only_coordinates_written_in_a_scene_count_as_given():
     assert not [n for n in s.notes if "changed" in n.sentence]
 
 
-def test_a_coordinate_written_as_zero_counts_as_given():
+def test_a_start_coordinate_written_as_zero_counts_as_given():
     rocker = "at: [2 m, 0, 0], axis: [0, -1, 0]"
     (mechanism,) = parse(SCENE.replace(f"{rocker}}}", f"{rocker}, start: 0 deg}}")).plan.machines
     assert [j.q0 for j in mechanism.system.joints] == [(pytest.approx(0.8726646),), (), (0.0,), ()]

@@ -89,7 +89,7 @@ def finished(s: Any) -> tuple[Any, ...]:
 @pytest.mark.parametrize("face", [Simulation, Islands])
 @pytest.mark.parametrize("seed", range(25))
 @pytest.mark.large(beyond=16)
-def test_kernel_calls_out_of_order_are_refused_or_act_as_in_order(face: type, seed: int) -> None:
+def test_kernel_calls_in_random_order_are_refused_or_have_their_effect_at_their_time(face: type, seed: int) -> None:
     random = np.random.default_rng(seed)
     s, kept = build(face), list[tuple[str, int, Callable[[Any], object], str]]()
     for _ in range(CALLS):
@@ -116,14 +116,14 @@ SETTLE = "the simulation was stopped there by an event or a command; call settle
 STOP = "the run has advanced since then; call interrupt(t_ns) or fire() before, and settle() after it"
 
 
-def test_an_interrupt_before_the_last_step_is_refused() -> None:
+def test_an_interrupt_before_the_present_time_is_refused() -> None:
     s = driven()
     s.run(3 * SECOND)
     with pytest.raises(KernelError, match=r"^time 1000000000 ns is before the present time, 2\d{9} ns$"):
         s.interrupt(SECOND)
 
 
-def test_an_interrupt_within_the_tentative_step_does_not_step_back() -> None:
+def test_an_interrupt_within_a_tentative_step_gives_the_state_of_that_instant() -> None:
     s, straight = driven(), driven()
     s.run(SECOND)
     assert s.next_ns > SECOND + 1
@@ -132,7 +132,7 @@ def test_an_interrupt_within_the_tentative_step_does_not_step_back() -> None:
     assert s.state.tobytes() == straight.state.tobytes()
 
 
-def test_a_load_does_not_fall_through_its_rope_after_an_event_stops_the_run() -> None:
+def test_a_run_past_an_unhandled_event_is_refused_and_no_load_falls_through_its_rope() -> None:
     s = driven(frozenset({"rope"}))
     with pytest.raises(KernelError) as e:
         s.interrupt(SECOND)
@@ -155,7 +155,7 @@ COMMANDS: dict[str, Callable[[Simulation], object]] = {
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_a_command_to_a_simulation_that_was_not_stopped_is_refused(name: str) -> None:
+def test_a_command_to_a_simulation_that_has_not_stopped_is_refused(name: str) -> None:
     s = driven()
     s.run(SECOND)
     before = s.P.tobytes()
@@ -173,14 +173,14 @@ def test_a_command_to_a_simulation_that_was_not_stopped_is_refused(name: str) ->
     s.run(2 * SECOND)
 
 
-def test_settle_without_a_preceding_stop_is_refused() -> None:
+def test_the_call_settle_without_a_preceding_stop_is_refused() -> None:
     s = driven()
     s.run(SECOND)
     with pytest.raises(KernelError, match=r"^settle at 0\.\d+ s: the run has advanced since then; call interrupt"):
         s.settle()
 
 
-def test_a_second_settle_changes_nothing() -> None:
+def test_a_second_call_of_settle_changes_nothing() -> None:
     s, once = driven(), driven()
     for x, times in ((s, 2), (once, 1)):
         hand_over(x, SECOND)
@@ -190,14 +190,14 @@ def test_a_second_settle_changes_nothing() -> None:
     assert s.state.tobytes() == once.state.tobytes()
 
 
-def test_starting_during_a_run_is_refused() -> None:
+def test_starting_a_simulation_again_during_its_run_is_refused() -> None:
     s = driven()
     s.run(SECOND)
     with pytest.raises(KernelError, match="the simulation has already advanced; create another one"):
         s.start()
 
 
-def test_a_profile_cannot_begin_in_the_past_or_before_a_running_move() -> None:
+def test_a_speed_profile_cannot_begin_in_the_past_or_before_a_running_move() -> None:
     s = driven()
     s.set_profile("travel", 0, 0.5, 1.0, None)
     s.settle()

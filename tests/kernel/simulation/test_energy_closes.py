@@ -38,7 +38,7 @@ def hoist(damping, **options):
     return s
 
 
-def test_the_energy_account_of_a_winch_includes_the_strain_that_it_winds_up():
+def test_the_energy_balance_of_a_winch_includes_the_strain_wound_up_on_the_drum():
     s = hoist(2.0e5)
     assert events(s) == []
     assert imbalance(s) < CLOSES
@@ -47,7 +47,7 @@ def test_the_energy_account_of_a_winch_includes_the_strain_that_it_winds_up():
     assert raised == pytest.approx(MASS * G * 4.0, rel=1e-2)
 
 
-def test_without_wound_up_strain_the_energy_balance_does_not_close(monkeypatch):
+def test_the_energy_balance_of_a_winch_fails_without_the_strain_wound_up(monkeypatch):
     whole = RopeLaw.answer
 
     def tension_only(law, f, p, ends, signal, joint, t):
@@ -58,7 +58,7 @@ def test_without_wound_up_strain_the_energy_balance_does_not_close(monkeypatch):
     assert imbalance(hoist(2.0e5, cache=False)) > 1e-4
 
 
-def test_a_damper_missing_in_the_energy_balance_is_detected(monkeypatch):
+def test_a_damper_omitted_from_the_energy_balance_is_detected(monkeypatch):
     whole = RopeLaw.answer
 
     def uncounted(*given):
@@ -79,7 +79,7 @@ def test_a_load_bouncing_on_its_rope_conserves_the_energy_balance(damping):
     assert imbalance(s) < CLOSES_BOUNCING
 
 
-def test_strain_that_returns_after_slack_is_in_the_energy_balance():
+def test_the_energy_balance_closes_when_a_rope_tightens_in_a_stretched_state():
     """A drum that pays out fast makes a stretched rope slack; when it stops, the rope is taut and stretched at once."""
     s = started(hung(60.0 * (1 + STRETCH), damping=3.0e7, winch=True), **FINE)
     s.references.set_profile("rope", 0, 0.5, 50.0, 0.02)
@@ -90,7 +90,7 @@ def test_strain_that_returns_after_slack_is_in_the_energy_balance():
     assert imbalance(s) < CLOSES
 
 
-def test_unhooking_turns_strain_energy_into_heat():
+def test_unhooking_a_rope_turns_its_strain_energy_into_heat():
     s = started(hung(60.0 * (1 + STRETCH)), **FINE)
     s.run(SECOND)
     hand_over(s, SECOND + SECOND // 2)
@@ -163,7 +163,7 @@ def test_the_energy_balance_closes_with_every_element_at_once():
     assert imbalance(s) < CLOSES
 
 
-def test_engaging_an_engaged_brake_changes_nothing():
+def test_engaging_an_already_engaged_brake_changes_nothing():
     """Its elastic deflection would else vanish without heat."""
     system = replace(slider(axis=Z, mass=1.0e3), brakes=(Brake("brake", "load-guide", 5.0e4, 1.0e6, 1.0e4, True),))
     s = started(system, **FINE)

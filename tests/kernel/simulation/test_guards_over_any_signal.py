@@ -60,7 +60,7 @@ def jib(load: float) -> System:
     return System(bodies, joints, ropes=(rope,), drives=(drive,), gravity=G)
 
 
-def test_radius_and_gap_of_a_passing_cart_are_exact_signals():
+def test_radius_and_gap_signals_of_a_passing_cart_have_their_exact_values():
     radius = ScalarSignal("radius", point=Point("cart"), origin=Point("world"))
     assert fired(cart(2.0, 3.0), radius, 5.0, rising=False) == pytest.approx(3.0, abs=ROUNDING * 1e-9)
     gap = ScalarSignal(
@@ -69,7 +69,7 @@ def test_radius_and_gap_of_a_passing_cart_are_exact_signals():
     assert fired(cart(2.0), gap, 0.5, rising=False) == pytest.approx(3.25, abs=ROUNDING * 1e-9)
 
 
-def test_the_gap_between_turned_boxes_never_exceeds_their_distance():
+def test_the_gap_signal_of_turned_boxes_never_exceeds_their_distance():
     """A stick of 4 x 2 m turns beside a wall at x = 4: their gap falls as its corner comes near."""
     spin = Joint("axle", "revolute", "world", "stick", axis=Z, q0=(pi / 2,), v0=(-0.5,))
     stick = System((Body("stick", 10.0, inertia=cube(10.0)),), (spin,), gravity=0.0)
@@ -81,7 +81,7 @@ def test_the_gap_between_turned_boxes_never_exceeds_their_distance():
 
 
 @pytest.mark.parametrize("shape", ["any", "booms"])
-def test_the_gap_signal_agrees_with_independent_code(shape):
+def test_the_gap_signal_agrees_with_distances_computed_by_independent_code(shape):
     """Least squares within bounds (SciPy) find the nearest points of two boxes as they stand at random."""
     rng = np.random.default_rng(1)
     for _ in range(60):
@@ -101,7 +101,7 @@ def test_the_gap_signal_agrees_with_independent_code(shape):
             assert gap < 1e-6
 
 
-def test_off_lead_and_swing_of_a_pendulum_are_exact_signals():
+def test_off_lead_and_swing_signals_of_a_pendulum_have_their_exact_values():
     """A pendulum that is let go at 0.1 rad in a plane at 30 degrees to x: its rope is as far off as its angle."""
     e = (cos(pi / 6), sin(pi / 6), 0.0)
     pivot = Joint("pivot", "revolute", "world", "bob", axis=(-e[1] * -1.0, -e[0], 0.0), q0=(0.1,))
@@ -123,7 +123,7 @@ def test_off_lead_and_swing_of_a_pendulum_are_exact_signals():
     assert reader(s.program, ScalarSignal("off-lead", ropes=("rod",)))(row) == pytest.approx(0.1, rel=1e-12)
 
 
-def test_the_hook_load_signal_is_tension_less_the_hook_block():
+def test_the_hook_load_signal_is_the_rope_tension_minus_the_weight_of_the_hook_block():
     scene = hung(60.0, L0=60.0)
     s = started(scene, **FINE)
     read = reader(s.program, ScalarSignal("load", ropes=("rope",), numbers=(1.0 / G, 25e3)))
@@ -150,7 +150,7 @@ def test_a_load_chart_uses_the_next_larger_radius_without_interpolation(load, re
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_a_utilisation_by_place_is_interpolated_as_by_numpy(seed):
+def test_a_utilisation_limit_that_varies_with_position_is_interpolated_as_by_numpy(seed):
     """Before the first place and beyond the last one that of the nearest counts."""
     rng = np.random.default_rng(seed)
     places, allowed = np.cumsum(rng.uniform(1.0, 9.0, seed + 1)), rng.uniform(1e4, 5e4, seed + 1)
@@ -162,7 +162,7 @@ def test_a_utilisation_by_place_is_interpolated_as_by_numpy(seed):
         assert use == pytest.approx((pulls.sum() / G - 300.0) / np.interp(y, places, allowed), rel=1e-12)
 
 
-def test_the_utilisation_of_several_ropes_is_the_largest_one():
+def test_the_utilisation_of_several_ropes_is_their_largest_utilisation():
     rated = np.array([3e5, 1e5, 2e5])
     signal = ScalarSignal("use", ropes=("a", "b", "c"), numbers=tuple(1.0 / rated))
     for pulls in np.random.default_rng(1).uniform(0.0, 3e5, (20, 3)):
@@ -182,7 +182,7 @@ def test_a_load_moving_along_its_chart_fires_where_the_capacity_falls_below_it()
     assert when == pytest.approx(6.0 + 0.5e-3, abs=1e-6)
 
 
-def test_a_condition_can_wait_for_a_gust():
+def test_a_condition_on_wind_speed_fires_during_a_gust():
     wind = Wind("gust", Point("cart"), 1.0, 1.0, (0.0, 1.0, 0.0), Driven(0.0, (0.0, 10.0), (5.0, 25.0)))
     scene = replace(cart(0.0), forces=(wind,))
     assert fired(scene, ScalarSignal("wind", of="gust", point=Point("cart")), 12.0) == pytest.approx(
@@ -227,7 +227,7 @@ def test_the_sampled_value_of_a_signal_is_the_value_at_which_its_threshold_fires
         ),
     ],
 )
-def test_invalid_guards_are_reported(signal, message):
+def test_invalid_threshold_signals_are_reported(signal, message):
     scene = jib(1e3) if "fall" in signal.ropes else cart(1.0)
     with pytest.raises(KernelError, match=message):
         started(replace(scene, thresholds=(guard_of("it", signal),)))

@@ -64,7 +64,7 @@ def test_a_tiny_oscillation_is_resolved_by_methods_of_scipy(method):
 
 
 @pytest.mark.parametrize("omega", [0.4, 100.0])
-def test_slow_and_fast_tiny_oscillations_are_resolved(omega):
+def test_tiny_oscillations_are_resolved_at_low_and_high_frequencies(omega):
     end = float(after(oscillator(1e-8, omega), 180.0 / omega).state[0]) / 1e-8
     assert end == pytest.approx(let_go(180.0 / omega, omega), abs=FOLLOWED)
 
@@ -95,13 +95,13 @@ def test_tiny_motions_are_the_same_on_python_floats_and_in_machine_code():
         assert float(native.state[0]) == pytest.approx(float(oracle.state[0]), abs=SAME * amplitude)
 
 
-def test_the_effort_for_ever_smaller_motions_is_bounded():
+def test_the_number_of_steps_stays_bounded_for_ever_smaller_motions():
     """Down to a nanometre a swing costs no more than one of a metre does."""
     swift = after(oscillator(1.0)).native.evaluations
     assert all(after(oscillator(a)).native.evaluations < swift for a in AMPLITUDES if a < 1.0)
 
 
-def test_motion_of_the_size_of_rounding_counts_as_rest():
+def test_motion_of_the_size_of_rounding_errors_counts_as_rest():
     for stiffer in (1.0, 100.0, 1e4):
         rest = LENGTH * (1.0 + MASS * G / (stiffer * EA))
         scene = hung(rest)

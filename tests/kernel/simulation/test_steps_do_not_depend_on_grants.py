@@ -66,7 +66,7 @@ def story(windows, subscribed=frozenset()):
     return s
 
 
-def test_many_small_grants_and_one_large_grant_give_bit_identical_results():
+def test_many_short_time_grants_and_one_long_grant_give_bit_identical_results():
     random = np.random.default_rng(5)
     whole = story(lambda t: [t])
     assert len(whole.log) > 10
@@ -108,7 +108,7 @@ def caught():
     return s, s.next_ns
 
 
-def test_an_event_is_predicted_before_it_happens_and_can_be_predicted_again():
+def test_an_event_is_predicted_before_it_happens_and_the_prediction_can_be_repeated():
     s, t_ns = caught()
     before = s.P.tobytes()
     assert s.event
@@ -140,7 +140,7 @@ def test_an_input_one_nanosecond_before_an_event_can_prevent_it():
     assert not s.events.fallen
 
 
-def test_an_input_at_the_time_of_an_event_acts_after_the_switch():
+def test_an_input_at_the_time_of_an_event_acts_after_the_state_switch_of_the_event():
     s, t_ns = caught()
     assert s.fire()[0].what == "taut"
     s.unhook("rope")
@@ -166,7 +166,7 @@ def test_a_guard_violated_by_an_input_fires_in_the_next_microstep():
     assert [t for t, _ in s.log] == [t_ns, t_ns]
 
 
-def test_an_input_one_nanosecond_after_the_event_finds_the_rope_taut():
+def test_an_input_one_nanosecond_after_a_rope_tightens_finds_the_rope_taut():
     s, t_ns = caught()
     s.fire()
     s.settle()
@@ -195,7 +195,7 @@ def test_a_scene_at_rest_takes_no_steps_but_continues_its_samples(period):
     assert times == sorted(times), "rows come in the order of time"
 
 
-def test_samples_finer_than_the_steps_are_complete():
+def test_samples_finer_than_the_integration_steps_are_complete():
     s = started(hung(60.2), sample_ns=200_000)
     s.run(2 * SECOND)
     hand_over(s, 2 * SECOND)
@@ -204,7 +204,7 @@ def test_samples_finer_than_the_steps_are_complete():
     assert times == sorted(times)
 
 
-def test_dense_samples_lie_on_the_trajectory():
+def test_densely_spaced_samples_lie_on_the_exact_trajectory():
     """A free fall is of second order: every sample is exact whatever the steps were."""
     s = started(slider(v0=3.0), sample_ns=1_000_000)
     s.run(3 * SECOND)

@@ -112,7 +112,7 @@ def test_a_threshold_already_exceeded_fires_once_at_the_same_nanosecond():
     assert fired(s) == [(SECOND, "low", "reached", -1.0)]
 
 
-def test_an_unwatched_threshold_is_silent_and_can_be_armed_again():
+def test_an_unwatched_threshold_does_not_fire_and_can_be_watched_again():
     s = falling(Threshold("low", "joint", of="load-guide"))
     s.switches.watch("low", -1.0, False)
     s.switches.unwatch("low")
@@ -125,7 +125,7 @@ def test_an_unwatched_threshold_is_silent_and_can_be_armed_again():
     assert [x[1:] for x in fired(s)] == [("low", "reached", -20.0)]
 
 
-def test_two_crossings_in_one_nanosecond_are_one_event_in_fixed_order():
+def test_two_threshold_crossings_in_one_nanosecond_fire_together_in_fixed_order():
     names = ("a", "b")
     s = started(
         replace(slider(), thresholds=tuple(Threshold(n, "joint", of="load-guide") for n in names)),

@@ -51,7 +51,7 @@ def off_lead(q: np.ndarray, A: tuple[float, float], B: tuple[float, float]) -> n
     return np.degrees(leads)
 
 
-def test_c10e_a_block_is_turned_by_one_winch_while_the_other_trolley_follows():
+def test_a_block_is_turned_over_by_one_winch_while_the_other_trolley_follows():
     x, want = FORMS["C10e"]["given"], FORMS["C10e"]["expected"]
     v, accel, s_lugs = x["v_diff"], 1e-3, x["B"][0] - x["A"][0]
     s = started(lifted(x["A"], x["B"], "servo"), sample_ns=SECOND)
@@ -74,7 +74,7 @@ def test_c10e_a_block_is_turned_by_one_winch_while_the_other_trolley_follows():
     assert np.abs(off_lead(q, x["A"], x["B"])).max() < PLUMB
 
 
-def test_c10f_gantries_out_of_step_pull_their_ropes_off_plumb():
+def test_two_gantries_out_of_step_pull_their_hoist_ropes_off_plumb():
     x, want = FORMS["C10f"]["given"], FORMS["C10f"]["expected"]
     assert x["L"] == ROPE
     A, B = (-10.0, 4.0), (10.0, 4.0)

@@ -146,7 +146,7 @@ def cut(seed: int) -> list[Tag]:
 @pytest.mark.parametrize("event_s", [LATER, AT_ONCE], ids=["10 ms later", "at once"])
 @pytest.mark.parametrize("second", [BREAK, SECOND // 2], ids=["command at the break", "command later"])
 @pytest.mark.large(beyond=4)
-def test_events_and_samples_do_not_depend_on_how_grants_are_split(law, heard, event_s, second):
+def test_events_and_samples_do_not_depend_on_how_time_grants_are_split(law, heard, event_s, second):
     whole = played(law, heard, [Tag(END)], event_s, second)
     for seed in range(6):
         assert played(law, heard, cut(seed), event_s, second) == whole
@@ -154,13 +154,13 @@ def test_events_and_samples_do_not_depend_on_how_grants_are_split(law, heard, ev
 
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("second", [BREAK, SECOND // 2], ids=["command at the break", "command later"])
-def test_an_event_in_the_nanosecond_of_a_profile_break_comes_in_its_first_microstep(law, second):
+def test_an_event_in_the_nanosecond_of_a_speed_profile_break_comes_in_the_first_microstep(law, second):
     text, _, _ = played(law, ("law",), [Tag(END)], AT_ONCE, second)
     assert text[0][:2] == (Tag(BREAK), "law")
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_event_tags_are_those_of_the_closed_forms(law):
+def test_times_and_microsteps_of_events_are_those_of_the_closed_forms(law):
     text, _, times = played(law, ("law",), [Tag(END)])
     tags = [(tag, name, what) for tag, name, what, _ in text]
     assert tags[0] == (Tag(EVENT), "law", WHAT[law])
@@ -173,7 +173,7 @@ def test_event_tags_are_those_of_the_closed_forms(law):
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_receiving_events_of_a_law_changes_no_other_event_and_no_sample(law):
+def test_receiving_the_events_of_a_law_changes_no_other_event_and_no_sample(law):
     unheard, rows, times = played(law, (), [Tag(END)])
     text, same, instants = played(law, ("law",), [Tag(END)])
     assert unheard == [event for event in text if event[1] != "law"]

@@ -48,7 +48,7 @@ class Pendulum(Observed):
         return x[0], -x[0], x[1]
 
 
-def test_each_guard_fires_once_a_period_at_its_theoretical_time() -> None:
+def test_each_guard_of_a_hybrid_model_fires_once_a_period_at_its_theoretical_time() -> None:
     text = [(tag, m) for tag, _, m in drive(Pendulum("p"), until=seconds(13)) if isinstance(m, Passed)]
     falls = [(0, pi / 2), (1, 3 * pi / 2), (2, 2 * pi), (0, 5 * pi / 2), (1, 7 * pi / 2), (2, 4 * pi)]
     assert [m.which for _, m in text] == [(which,) for which, _ in falls]
@@ -87,7 +87,7 @@ def test_frequent_inputs_that_change_nothing_do_not_move_a_state_event() -> None
     assert tag.t == pytest.approx(log(8) * SECOND, abs=3)
 
 
-def test_the_final_state_of_a_hybrid_atomic_is_its_result() -> None:
+def test_the_final_state_of_a_hybrid_model_is_its_result() -> None:
     simulator = Simulator(Cooling("c"))
     simulator.start()
     simulator.run(seconds(1.5))
@@ -216,7 +216,7 @@ class Shrinking(Relay):
 
 
 @pytest.mark.parametrize("rest", [0.0, 1e-10])
-def test_shrinking_cycles_of_events_must_come_to_rest(rest: float) -> None:
+def test_event_cycles_that_shrink_without_end_are_reported_unless_the_model_comes_to_rest(rest: float) -> None:
     model = Shrinking(1.0, 1.0, width=1e-4, start=1e-4)
     model.rest = rest
     if rest:

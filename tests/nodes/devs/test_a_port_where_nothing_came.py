@@ -56,7 +56,7 @@ def test_reading_an_unknown_port_of_a_bag_is_refused(ask: object) -> None:
         drive(Asking("m"), [(0, "a", Summand(1))])
 
 
-def test_reading_a_port_added_to_this_instance_only_is_accepted() -> None:
+def test_a_port_added_to_a_model_instance_can_be_read() -> None:
     class Wide(Adder):
         def __init__(self, name: str) -> None:
             super().__init__(name)

@@ -83,7 +83,7 @@ def stepped(file: Path, pushes: dict[int, float], steps: int) -> list[float]:
     return found
 
 
-def test_an_input_of_an_fmu_acts_from_the_first_step_that_begins_with_or_after_it(unit) -> None:
+def test_an_input_to_an_fmu_acts_from_the_first_step_that_begins_at_or_after_it(unit) -> None:
     inputs = [(ms(20), "u", Signals((("f", 3.0),))), (ms(33), "u", Signals((("f", -1.0),)))]
     text = drive(Fmu("spring", unit[0], ms(10), ["x", "steps"], {"m": 0.5}), inputs, until=ms(101))
     assert [tag for tag, _, _ in text] == [Tag(ms(10 * i)) for i in range(11)]
@@ -145,7 +145,7 @@ def test_the_digest_of_an_fmu_is_the_same_in_one_process_in_two_and_after_a_kill
     assert any("replayed from the start if it were lost: " in sentence for sentence in message) is not unit[1]
 
 
-def test_faults_of_an_fmu_are_reported_by_name(unit, tmp_path: Path) -> None:
+def test_faults_of_an_fmu_are_reported_with_its_name(unit, tmp_path: Path) -> None:
     other = tmp_path / "other.fmu"
     other.write_bytes(b"no archive")
     with pytest.raises(ModelError, match=rf"^p: '{other}' is code in a folder that you have not trusted"):

@@ -118,7 +118,7 @@ def test_random_edits_of_random_modules_are_all_loaded(seed: int, write: Callabl
                 seen[each] = edited
 
 
-def test_modules_that_the_session_has_imported_itself_are_not_reloaded(write: Callable[[str, str], Path]) -> None:
+def test_modules_imported_by_the_session_itself_are_not_reloaded(write: Callable[[str, str], Path]) -> None:
     write("mine.py", "from heavylift.nodes.devs import Message\nclass Mine(Message):\n    x: int = 1\n")
     import mine  # type: ignore[import-not-found]
 
@@ -144,7 +144,7 @@ def test_a_file_with_a_syntax_error_does_not_run_its_earlier_version(write: Call
 MESSAGE = "from heavylift.nodes.devs import Message\nclass Edited(Message):\n    x: int\n"
 
 
-def test_a_message_may_move_to_another_module(write: Callable[[str, str], Path]) -> None:
+def test_a_message_class_may_move_to_another_module(write: Callable[[str, str], Path]) -> None:
     write("a.py", MESSAGE)
     imported("a")
     write("h.py", MESSAGE)

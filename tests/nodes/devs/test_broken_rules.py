@@ -27,7 +27,7 @@ def sentence_of(**behaviour: Callable[..., Any]) -> str:
     return str(caught.value)
 
 
-def test_an_exception_of_a_model_keeps_its_own_text() -> None:
+def test_an_exception_raised_in_a_model_keeps_its_own_text() -> None:
     text = sentence_of(internal=lambda self: {"H1": 1}["rope"])
     assert text == "r.m at (1 s, 0): internal() raised KeyError: 'rope' (test_broken_rules.py:31)"
 

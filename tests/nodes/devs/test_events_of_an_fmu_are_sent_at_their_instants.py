@@ -58,7 +58,7 @@ def bounces() -> list[float]:
 
 
 @pytest.mark.parametrize("step", [0.8, 0.05])
-def test_outputs_are_sent_at_every_event_however_many_lie_in_one_step(ball, step):
+def test_an_fmu_sends_outputs_at_every_event_however_many_lie_in_one_step(ball, step):
     sent = drive(Fmu("ball", ball, seconds(step), OUTPUTS), [], until=seconds(UNTIL))
     ours = {tag.t: dict(message.values) for tag, _, message in sent}
     grid = {seconds(step) * n for n in range(ceil(UNTIL / step))}

@@ -141,7 +141,7 @@ OUTPUTS: list[tuple[str, Callable[[Any], object], str]] = [
 
 
 @pytest.mark.parametrize(("speak", "wrong"), [entry[1:] for entry in OUTPUTS], ids=[entry[0] for entry in OUTPUTS])
-def test_state_changes_in_output_are_reported(speak: Callable[[Any], object], wrong: str) -> None:
+def test_state_changes_in_the_output_function_are_reported(speak: Callable[[Any], object], wrong: str) -> None:
     line = f"{Path(__file__).name}:{speak.__code__.co_firstlineno}"
     assert sentence(output=speak) == f"r.m at (1 s, 0): {wrong}".replace("LINE", line)
 
@@ -155,7 +155,7 @@ def test_state_changes_in_output_are_reported(speak: Callable[[Any], object], wr
     ],
     ids=["add", "remove", "disconnect"],
 )
-def test_output_must_not_change_the_structure(change: Callable[[Any], object]) -> None:
+def test_the_output_function_must_not_change_the_model_structure(change: Callable[[Any], object]) -> None:
     home = yard(type("Broken", (M,), {"output": lambda m: change(m.parent)}))
     with pytest.raises(ModelError) as caught:
         run(coupled("site", [home]), 10)
@@ -167,7 +167,7 @@ def test_output_must_not_change_the_structure(change: Callable[[Any], object]) -
 @pytest.mark.parametrize(
     ("function", "where"), [("start", "0"), ("internal", "1"), ("external", "2"), ("confluent", "3")]
 )
-def test_only_output_may_send(function: str, where: str) -> None:
+def test_a_model_may_send_messages_only_in_its_output_function(function: str, where: str) -> None:
     text = sentence(**{function: lambda self, *_: self.out.send(Item(1))})
     assert text == f"r.m at ({where} s, 0): port out was used outside output(); only output() may send"
 
@@ -226,7 +226,7 @@ def test_a_cycle_without_delay_is_reported_with_its_members_only(members: int) -
     assert zero_time_loop(model) == ", ".join(m.path for m in ring) + " at (0 s, 10000)"
 
 
-def test_many_zero_delays_at_different_times_are_legal() -> None:
+def test_many_zero_delays_at_different_times_are_accepted() -> None:
     g, r = Generator("g", 10, count=200), Relay("r")
     simulator = Simulator(coupled("r", [g, r], (g.out, r.into)), microsteps=3)
     simulator.start()
@@ -234,7 +234,7 @@ def test_many_zero_delays_at_different_times_are_legal() -> None:
     assert simulator.next_time.t > 2000
 
 
-def test_a_model_that_runs_its_own_simulator_is_reported() -> None:
+def test_a_model_that_runs_a_simulator_inside_its_transition_is_reported() -> None:
     class Hasty(M):
         def internal(self) -> None:
             simulator.run()
@@ -268,7 +268,7 @@ def test_a_model_whose_init_forgets_its_base_class_is_reported() -> None:
         Coupled("r").add(Forgetful())
 
 
-def test_messages_in_the_past_and_steps_beyond_the_next_event_are_refused() -> None:
+def test_inputs_in_the_past_and_steps_beyond_the_next_event_are_refused() -> None:
     simulator = Simulator(m := M("m"))
     simulator.start()
     simulator.advance(Tag(seconds(1)))

@@ -63,7 +63,7 @@ def test_messages_are_encoded_canonically_and_decoded() -> None:
         (list[int] | None, "list[int] | None"),
     ],
 )
-def test_a_field_that_a_receiver_could_change_is_refused(field: Any, shown: str) -> None:
+def test_a_message_class_with_a_mutable_field_is_refused(field: Any, shown: str) -> None:
     with pytest.raises(ModelError) as caught:
         define("Mutable", (Message,), {"__annotations__": {"load": field}})
     assert str(caught.value) == (
@@ -77,7 +77,7 @@ def test_a_message_that_is_not_frozen_is_refused() -> None:
         define("Thawed", (Message,), {"__annotations__": {"n": int}}, frozen=False)
 
 
-def test_two_messages_of_one_name_are_refused() -> None:
+def test_two_message_classes_of_one_name_are_refused() -> None:
     with pytest.raises(ModelError, match=r"^message Item is defined in devs_stories and again in else"):
         define("Item", (Message,), {"__annotations__": {"n": int}, "__module__": "elsewhere"})
 
@@ -117,7 +117,7 @@ def test_a_mutable_default_in_a_message_class_is_refused_with_the_class() -> Non
         define("Heap", (Message,), {"__annotations__": {"parts": list[int]}, "parts": []})
 
 
-def test_receivers_share_a_message_but_nothing_mutable() -> None:
+def test_a_receiver_that_empties_its_bag_leaves_the_bags_of_other_receivers_unchanged() -> None:
     """One spoils its bag, the others and the trace keep theirs."""
 
     class Spoiler(Relay):
@@ -140,7 +140,7 @@ def test_a_receiver_cannot_change_a_message() -> None:
         Item(1).n = 2
 
 
-def test_receivers_own_their_bags_and_decoded_copies() -> None:
+def test_each_receiver_has_its_own_bag_and_its_own_decoded_message() -> None:
     a, b, seed = Relay("a"), Relay("b"), Relay("seed", first=1)
     simulator = Simulator(coupled("r", [seed, a, b], (seed.out, a.into), (seed.out, b.into)))
     simulator.start()

@@ -15,7 +15,7 @@ from heavylift.nodes.scene import load
 from heavylift.nodes.zoo import Generator, Job, Processor
 
 
-def test_the_west_crane_travels_10_m_in_30_s() -> None:
+def test_the_model_of_the_west_crane_reports_a_travel_of_10_m_done_after_30_s() -> None:
     west, gantry = build_one(load("turnover").plan, "west"), "west.gantry.drive"
     text = drive(west, [(seconds(1), "order", Order(gantry, 1, (0, 0), Motion(speed=0.5, accel=0.05, by=10.0)))])
     assert text[-2:] == [
@@ -24,7 +24,7 @@ def test_the_west_crane_travels_10_m_in_30_s() -> None:
     ]
 
 
-def test_drive_returns_the_outputs_of_a_model_for_a_list_of_inputs() -> None:
+def test_the_function_drive_returns_the_outputs_of_a_model_for_a_list_of_inputs() -> None:
     jobs = [(seconds(t), "into", Job(t)) for t in (1, 2, 4)]
     processor = Processor("p", seconds(2.5))
     assert drive(processor, jobs) == [
@@ -49,7 +49,7 @@ def test_a_coupled_model_is_driven_through_its_own_ports() -> None:
     assert drive(model, [(10, "i", Item(1))]) == [(Tag(13), "o", Item(1))]
 
 
-def test_an_output_that_changes_its_model_is_refused() -> None:
+def test_an_output_function_that_changes_its_model_is_refused_in_an_offline_test() -> None:
     class Impure(Generator):
         def output(self) -> None:
             self.number += 1
@@ -59,7 +59,7 @@ def test_an_output_that_changes_its_model_is_refused() -> None:
         drive(Impure("g", seconds(1)), until=seconds(3))
 
 
-def test_transitions_can_be_inspected() -> None:
+def test_the_transitions_of_an_offline_driven_model_can_be_inspected() -> None:
     log: list[Transition] = []
     drive(Processor("p", 10), [(5, "into", Job(1)), (15, "into", Job(2))], log=log.append)
     assert [(line.tag.t, line.kind) for line in log] == [(5, "external"), (15, "confluent"), (25, "internal")]

@@ -41,7 +41,7 @@ def test_an_atomic_with_period_2_makes_five_transitions_before_9() -> None:
     assert [t for t, _, _, _ in run(Generator("g", seconds(2), first=0), 9)] == [0, 2, 4, 6, 8]
 
 
-def test_output_is_called_before_internal_and_may_be_called_again() -> None:
+def test_the_output_function_is_called_before_an_internal_transition_and_may_be_called_again() -> None:
     g = Generator("g", seconds(10))
     simulator = Simulator(g)
     simulator.start()
@@ -53,7 +53,7 @@ def test_output_is_called_before_internal_and_may_be_called_again() -> None:
         assert g.n == tick + 1
 
 
-def test_an_input_before_the_first_tick_silences_a_generator() -> None:
+def test_an_input_before_its_first_output_silences_a_generator() -> None:
     g = Generator("g", seconds(10))
     simulator = Simulator(g)
     simulator.start()
@@ -62,7 +62,7 @@ def test_an_input_before_the_first_tick_silences_a_generator() -> None:
     assert (simulator.next_time, g.n, simulator.outputs()) == (FOREVER, 0, [])
 
 
-def test_a_relay_changes_state_at_0_and_1_only() -> None:
+def test_a_relay_changes_its_state_only_at_its_input_and_its_output() -> None:
     log: list[Transition] = []
     simulator = Simulator(Relay("r", seconds(1)), log.append)
     simulator.start()
@@ -85,7 +85,7 @@ def test_elapsed_time_counts_from_the_last_transition() -> None:
     assert relay.elapsed == [seconds(0.5), seconds(0.75)]
 
 
-def test_an_external_transition_without_a_new_schedule_keeps_the_old_one() -> None:
+def test_an_external_transition_without_a_new_schedule_keeps_the_old_schedule() -> None:
     class Busy(Generator):
         def external(self, e: int, x: Bag) -> None:
             pass
@@ -97,7 +97,7 @@ def test_an_external_transition_without_a_new_schedule_keeps_the_old_one() -> No
     assert simulator.next_time == Tag(seconds(10))
 
 
-def test_an_input_at_the_scheduled_tag_is_one_confluent_transition_with_zero_elapsed_time() -> None:
+def test_an_input_at_the_scheduled_time_is_one_confluent_transition_with_zero_elapsed_time() -> None:
     relay = Relay("r", seconds(1))
     log: list[Transition] = []
     simulator = Simulator(relay, log.append)
@@ -110,7 +110,7 @@ def test_an_input_at_the_scheduled_tag_is_one_confluent_transition_with_zero_ela
     assert (relay.held, simulator.next_time) == ([Item(seconds(1))], Tag(seconds(2)))
 
 
-def test_confluent_can_be_overridden_and_is_never_called_without_an_input() -> None:
+def test_a_confluent_transition_can_be_overridden_and_never_occurs_without_an_input() -> None:
     class Patient(Relay):
         def confluent(self, x: Bag) -> None:
             self.held = [Item(-1)]
@@ -163,7 +163,7 @@ def test_starting_again_begins_a_new_run_and_two_simulators_do_not_interact() ->
     assert log == first
 
 
-def test_superdense_time_is_ordered_by_time_then_microstep() -> None:
+def test_superdense_time_is_ordered_by_time_and_then_by_microstep() -> None:
     assert after(Tag(1, 1), 0) == succ(Tag(1, 1)) == Tag(1, 2)
     assert after(Tag(1, 3), 4) == Tag(5, 0)
     assert Tag(1, 9) < Tag(2, 0) < Tag(2, 1) < FOREVER == after(FOREVER, 5) == succ(FOREVER) == after(Tag(3), NEVER)

@@ -82,7 +82,7 @@ def ran(until: int, *models: Atomic) -> str:
 
 
 @pytest.mark.parametrize(("key", "spoil"), SPOILS, ids=[f"{key}-{i}" for i, (key, _) in enumerate(SPOILS)])
-def test_an_output_that_changes_state_is_reported_with_the_attribute(
+def test_an_output_function_that_changes_the_state_is_reported_with_the_attribute(
     key: str, spoil: Callable[[Any], object], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     message = f"r.b at (0.00000001 s, 0): output() must not change the state: it changed {key}; do that in a transition"
@@ -92,7 +92,7 @@ def test_an_output_that_changes_state_is_reported_with_the_attribute(
 
 
 @pytest.mark.parametrize("after", range(0, 4000, 333))
-def test_an_output_that_starts_to_change_state_later_is_found_soon(after: int) -> None:
+def test_an_output_function_that_starts_to_change_the_state_later_is_found_soon(after: int) -> None:
     message = ran(
         50_000, *(Light(f"c{i}") for i in range(5)), Light("late", lambda self: put("n", self.n + 1)(self), after)
     )
@@ -102,7 +102,7 @@ def test_an_output_that_starts_to_change_state_later_is_found_soon(after: int) -
     assert 0 <= seen - 10 * (after + 1) < 20 * rules.EVERY  # [ns]
 
 
-def test_output_without_changes_is_accepted() -> None:
+def test_an_output_function_without_state_changes_is_accepted() -> None:
     harmless: list[Callable[[Any], object]] = [
         lambda self: self.queue.sort(),
         put("n", 0),
@@ -114,7 +114,7 @@ def test_output_without_changes_is_accepted() -> None:
         assert ran(15, Clock("a", spoil)) == "came to 20"
 
 
-def test_large_states_are_checked_less_often() -> None:
+def test_large_states_are_checked_less_often_for_changes_by_the_output_function() -> None:
     candidates = 0
 
     class Heavy(Relay):
@@ -169,7 +169,9 @@ UNCHANGEABLE: list[tuple[str, Callable[[Any], object]]] = [
 
 
 @pytest.mark.parametrize(("key", "spoil"), UNCHANGEABLE)
-def test_immutable_attributes_that_are_replaced_are_named_too(key: str, spoil: Callable[[Any], object]) -> None:
+def test_an_output_function_that_replaces_an_immutable_attribute_is_reported_with_the_attribute(
+    key: str, spoil: Callable[[Any], object]
+) -> None:
     message = f"r.a at (0.00000001 s, 0): output() must not change the state: it changed {key}; do that in a transition"
     spoiled = type("Spoiled", (Bare,), {"output": spoil})
     assert ran(45, spoiled("a")) == message

@@ -108,7 +108,7 @@ def branches(levels: int) -> list[list[tuple[object, ...]]]:
     return [[(line.tag, line.path.rsplit(".", 1)[1], *line[2:]) for line in log] for log in logs]
 
 
-def test_the_dual_of_a_dual_pattern_is_the_pattern() -> None:
+def test_the_dual_of_the_dual_of_a_communication_pattern_is_the_pattern_itself() -> None:
     """The same branches three boxes deep: the same times, kinds and bags."""
     assert branches(3) == branches(1)
     assert len(branches(3)[0]) == 12

@@ -92,7 +92,7 @@ def test_plain_messages_arrive_unchanged(seeds: range) -> None:
 
 
 @pytest.mark.parametrize("careless", [int, str, float])
-def test_the_comparison_with_a_reference_detects_a_weaker_check_of_messages(
+def test_the_comparison_of_message_checks_detects_a_check_that_is_too_weak(
     careless: type, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(

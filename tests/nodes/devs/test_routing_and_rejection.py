@@ -37,7 +37,7 @@ def test_an_unconnected_port_has_no_receiver() -> None:
     assert run(coupled("r", [Generator("g", seconds(1), count=1), Sink("s")]), 5) == [(1.0, 0, "r.g", "internal")]
 
 
-def test_nothing_stays_in_a_bag_after_a_filter_drops_a_message() -> None:
+def test_the_bag_is_empty_after_a_filter_drops_its_message() -> None:
     class First(Relay):
         def output(self) -> None:
             if self.held[0].n == 0:
@@ -50,7 +50,7 @@ def test_nothing_stays_in_a_bag_after_a_filter_drops_a_message() -> None:
     assert sink.got == [(Tag(seconds(1), 1), [0])]
 
 
-def test_outputs_of_the_root_model_are_numbered_events() -> None:
+def test_outputs_of_the_root_model_are_recorded_as_numbered_events() -> None:
     a, b = Relay("a", first=1), Relay("b", first=2)
     model = coupled("west", [a, b])
     out = model.add_out("report", Item)
@@ -63,7 +63,7 @@ def test_outputs_of_the_root_model_are_numbered_events() -> None:
     assert [(e.type, e.value) for e in events] == [("Item", Item(1)), ("Item", Item(2))]
 
 
-def test_the_lookahead_of_a_root_is_the_smallest_of_its_sending_ports() -> None:
+def test_the_lookahead_of_a_root_model_is_the_smallest_of_its_sending_ports() -> None:
     class Slow(Relay):
         late = Out(Item, lookahead=ms(10))
 
@@ -84,7 +84,7 @@ def wrong(make: Callable[[], object], sentence: str) -> None:
         make()
 
 
-def test_invalid_names_are_refused() -> None:
+def test_invalid_model_names_are_refused() -> None:
     r = coupled("r", [Sink("a")])
     wrong(lambda: r.add(Sink("a")), "r: two children are named a; rename one of them")
     wrong(lambda: r.add(r), "r: r already has a parent and cannot be added here")

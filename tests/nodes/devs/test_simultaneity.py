@@ -137,7 +137,7 @@ def test_two_paths_to_one_port_deliver_twice() -> None:
     assert sink.got == [(Tag(0), [7, 7])]
 
 
-def test_every_multiple_of_0_3_s_coincides_with_one_of_0_1_s_exactly() -> None:
+def test_clocks_of_100_ms_and_300_ms_coincide_exactly_at_every_multiple_of_300_ms() -> None:
     a, b, sink = Generator("a", seconds(0.1)), Generator("b", seconds(0.3)), Sink("sink")
     run(coupled("r", [a, b, sink], (a.out, sink.into), (b.out, sink.into)), 30 + 1e-9)
     sizes = [len(bag) for _, bag in sink.got]
@@ -166,7 +166,7 @@ class Twice(Atomic):
         self.passivate()
 
 
-def test_a_bag_is_ordered_by_source_then_port_then_index() -> None:
+def test_messages_in_a_bag_are_ordered_by_source_then_port_then_index() -> None:
     sources, sink = [Twice("b", 20), Twice("a-b", 10), Twice("a", 0)], Sink("sink")
     couplings = [(port, sink.into) for s in sources for port in (s.late, s.early)]
     run(coupled("r", [sink, *sources], *couplings), 1)

@@ -111,7 +111,7 @@ def test_restored_methods_are_bound_to_their_objects() -> None:
     assert work() == 9
 
 
-def test_attributes_in_slots_are_kept_and_those_that_were_never_set_are_not() -> None:
+def test_attributes_in_slots_are_saved_and_unset_slots_stay_unset() -> None:
     x = Slotted()
     x.a = [1]
     again = thawed(frozen(x))
@@ -119,7 +119,7 @@ def test_attributes_in_slots_are_kept_and_those_that_were_never_set_are_not() ->
     assert not hasattr(again, "b")
 
 
-def test_the_order_of_attributes_and_sets_has_no_effect() -> None:
+def test_the_order_of_attributes_and_sets_does_not_change_the_saved_bytes() -> None:
     a, b = Job(1), Job(1)
     b.__dict__ = dict(reversed(a.__dict__.items()))
     assert frozen(a) == frozen(b)
@@ -135,7 +135,7 @@ def circle() -> Any:
 @pytest.mark.parametrize(
     ("value", "why"),
     [
-        (lambda x: x, "<lambda> cannot be saved: no module has it"),
+        (lambda x: x, "<lambda> cannot be saved: no module defines"),
         ((i for i in range(3)), "a generator cannot be saved"),
         (iter([1]), "a list_iterator cannot be saved"),
         (open, None),
@@ -153,15 +153,15 @@ def test_objects_that_cannot_be_saved_are_refused(value: Any, why: str | None) -
         frozen({"of": [value]})
 
 
-def test_a_class_within_a_function_is_refused() -> None:
+def test_an_object_of_a_class_defined_in_a_function_cannot_be_saved() -> None:
     class Here:
         pass
 
-    with pytest.raises(TypeError, match=r"Here cannot be saved: no module has it under this name"):
+    with pytest.raises(TypeError, match=r"Here cannot be saved: no module defines this name"):
         frozen(Here())
 
 
-def test_a_tuple_that_holds_itself_is_refused() -> None:
+def test_a_state_with_a_tuple_that_contains_itself_cannot_be_saved() -> None:
     with pytest.raises(TypeError, match="a tuple or message that contains itself"):
         thawed(frozen(circle()))
 
@@ -179,7 +179,9 @@ def test_a_tuple_that_holds_itself_is_refused() -> None:
     ],
     ids=lambda forged: forged[0] + " " + forged[1],
 )
-def test_restoring_foreign_bytes_calls_nothing(forged: list[Any], capfd: pytest.CaptureFixture[str]) -> None:
+def test_restoring_bytes_from_an_untrusted_source_calls_no_function(
+    forged: list[Any], capfd: pytest.CaptureFixture[str]
+) -> None:
     with pytest.raises((TypeError, LookupError, ValueError, AttributeError)):
         thawed(msgspec.msgpack.encode(forged))
     assert capfd.readouterr().out == ""
@@ -200,7 +202,7 @@ def test_restoring_foreign_bytes_calls_nothing(forged: list[Any], capfd: pytest.
         ["bytearray", 10**15],
     ],
 )
-def test_restoring_foreign_bytes_imports_nothing_from_python(folded):
+def test_restoring_bytes_from_an_untrusted_source_imports_no_python_module(folded):
     """What a model may call later is its own, or only computes."""
     import subprocess  # noqa: F401 - loaded, and yet not to be had
 

@@ -56,7 +56,7 @@ def test_an_added_model_starts_at_the_next_microstep() -> None:
     assert [m.name for m in simulator.atomics] == ["b", "g", "r0", "r1", "r2", "sink"]
 
 
-def test_a_removed_model_receives_only_messages_of_that_instant() -> None:
+def test_a_removed_model_receives_only_messages_of_the_instant_of_its_removal() -> None:
     g, sink = Generator("g", seconds(1)), Sink("sink")
     remover = Remover("x", "sink", seconds(3))
     simulator = started(coupled("yard", [g, sink, remover], (g.out, sink.into)))
@@ -71,7 +71,7 @@ def test_a_removed_model_sends_nothing() -> None:
     assert sink.got == [(Tag(seconds(1)), [0]), (Tag(seconds(2)), [1])]
 
 
-def test_couplings_can_be_added_and_removed() -> None:
+def test_couplings_can_be_added_and_removed_during_a_run() -> None:
     class Switch(Atomic):
         def start(self) -> None:
             self.hold_in(seconds(2))
@@ -111,7 +111,7 @@ def test_structure_changes_between_runs_act_before_the_next_tag() -> None:
     assert late.got == [(Tag(seconds(2)), [1]), (Tag(seconds(3)), [2])]
 
 
-def test_impossible_changes_are_reported_with_place_and_time() -> None:
+def test_impossible_structure_changes_are_reported_with_place_and_time() -> None:
     simulator = started(coupled("yard", [Remover("x", "nobody", seconds(2))]))
     with pytest.raises(ModelError) as error:
         simulator.run(seconds(5))

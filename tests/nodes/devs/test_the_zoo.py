@@ -44,7 +44,7 @@ def test_one_token_circulates_in_the_ring() -> None:
     assert [station.passed for station in simulator.atomics if isinstance(station, RingStation)] == [3, 2, 2, 2]
 
 
-def test_with_as_many_tokens_as_stations_every_step_of_the_ring_is_confluent() -> None:
+def test_a_ring_with_as_many_tokens_as_stations_makes_only_confluent_transitions() -> None:
     assert kinds(ring(stations=3, tokens=3, hold=seconds(1)), 5) == dict.fromkeys(
         ["ring.s0", "ring.s1", "ring.s2"], "cccc"
     )

@@ -63,7 +63,7 @@ def plan(name: str, **changes: str) -> Plan:
 
 @pytest.mark.parametrize("name", sorted(IN_PLANE))
 @pytest.mark.large(beyond=2)
-def test_a_lift_that_is_its_own_mirror_image_stays_in_the_plane(name: str) -> None:
+def test_a_mirror_symmetric_lift_stays_in_its_plane_of_symmetry(name: str) -> None:
     given = plan(name, wind=f"wind: {{speed: 6 m/s, direction: {WINDS[IN_PLANE[name][0]]}}}")
     assert exact(given)["motion"] == "by symmetry"
     assert not [word for word in left_out(given) if "motion" in word]
@@ -77,7 +77,7 @@ def test_a_lift_that_is_its_own_mirror_image_stays_in_the_plane(name: str) -> No
 @pytest.mark.parametrize("name", sorted(IN_PLANE))
 @pytest.mark.parametrize("broken", ["wind", "order", "length"])
 @pytest.mark.large(beyond=3)
-def test_a_lift_that_is_not_symmetric_is_not_called_exact_in_a_plane(name: str, broken: str) -> None:
+def test_a_planar_model_of_an_asymmetric_lift_is_not_called_exact(name: str, broken: str) -> None:
     motion = IN_PLANE[name][0]
     other = "across" if motion == "along" else "along"
     change = {
@@ -90,7 +90,7 @@ def test_a_lift_that_is_not_symmetric_is_not_called_exact_in_a_plane(name: str, 
     assert [word for word in left_out(given) if "motion" in word]
 
 
-def test_locking_a_joint_is_called_exact_if_a_drive_holds_the_joint_and_no_order_moves_the_joint() -> None:
+def test_locking_a_joint_is_called_exact_if_a_drive_holds_it_and_no_order_moves_it() -> None:
     given = plan("overhead-100", order=OUT["across"])
     for joint, drive, held in (("crane.runway", "crane.travelling", False), ("crane.girder", "crane.traversing", True)):
         locked = at_level(given, planar(Fidelity(locked=(joint,)), given.machines))
@@ -99,7 +99,7 @@ def test_locking_a_joint_is_called_exact_if_a_drive_holds_the_joint_and_no_order
         assert ("1 joint locked" in left_out(locked)) is not held
 
 
-def test_supports_of_another_face_are_left_out_unless_a_block_turns() -> None:
+def test_supports_for_the_other_face_of_the_block_are_left_out_unless_the_block_turns() -> None:
     given = plan("overhead-100")
     assert exact(given)["supports"] == "nothing is turned"
     assert not {"slings", "ropes"} & {*exact(given)}

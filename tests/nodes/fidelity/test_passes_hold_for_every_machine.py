@@ -86,7 +86,7 @@ def test_each_model_level_pass_is_pure_and_idempotent(name: str) -> None:
 
 @pytest.mark.parametrize("name", LIFTS)
 @pytest.mark.large(beyond=DAILY)
-def test_a_lumped_rope_is_as_stiff_and_as_damped_as_its_rope_at_every_length(name: str) -> None:
+def test_a_lumped_rope_has_stiffness_and_damping_of_the_continuous_rope_at_every_length(name: str) -> None:
     for machine, _ in given(plan_of(name), Fidelity()):
         for lumps in (1, 2, 8):
             fidelity = Fidelity(ropes="massive", lumps=lumps)
@@ -116,7 +116,7 @@ def level(plan: Plan, fidelity: Fidelity) -> Plan:
 
 @pytest.mark.parametrize("name", LIFTS)
 @pytest.mark.large(beyond=DAILY)
-def test_lumped_ropes_have_the_mass_and_centre_of_mass_of_the_rope(name: str) -> None:
+def test_lumped_ropes_have_mass_and_centre_of_mass_of_the_continuous_rope(name: str) -> None:
     for machine, _ in given(plan_of(name), Fidelity()):
         rows = {row.rope: row for row in machine.heavy if not row.why}
         lengths = {rope.name: rope.L0 for rope in machine.system.ropes}
@@ -178,7 +178,7 @@ def test_hook_ropes_start_at_rest_under_their_load_and_weight(name: str) -> None
 
 @pytest.mark.parametrize("name", ["hall", "crawler", "spreader"])
 @pytest.mark.large(beyond=2)
-def test_more_lumps_come_closer_to_the_exact_rope(name: str) -> None:
+def test_a_rope_model_with_more_lumps_is_closer_to_the_continuous_rope(name: str) -> None:
     """Peaks of hook ropes; ropes that weigh a hundredth of their load leave as little."""
     runs = []
     for n in (1, 2, 4):
@@ -211,7 +211,7 @@ def test_a_new_crane_type_with_an_elastic_boom_is_one_file(tmp_path: Path) -> No
     assert np.abs(pulls - pulls[0]).max() < STILL * pulls[0]
 
 
-def test_a_rope_over_sheaves_has_no_mass_at_any_level_and_reports_why() -> None:
+def test_a_rope_over_sheaves_is_modelled_without_mass_and_the_reason_is_reported() -> None:
     scene = """\
 heavylift: 1
 name: ropes
@@ -285,7 +285,7 @@ def test_an_optional_part_that_a_crane_type_cannot_have_is_reported(elastic: str
         load("jib", [f"machines.jib.elastic={{{elastic}}}"])
 
 
-def test_a_scene_with_the_former_keys_of_a_girder_section_is_read(tmp_path: Path) -> None:
+def test_a_scene_with_the_former_keys_of_a_girder_section_is_still_read(tmp_path: Path) -> None:
     """A type that writes `girders:` has the same parts as one that writes `elastic:`."""
     text, scene = library()["goliath-900"].read_text(encoding="utf-8"), bundled()["lift"].read_text(encoding="utf-8")
     found = []
@@ -299,7 +299,7 @@ def test_a_scene_with_the_former_keys_of_a_girder_section_is_read(tmp_path: Path
 
 @pytest.mark.parametrize("name", ["crawler", "jib", "floating"])
 @pytest.mark.large(beyond=2)
-def test_a_hook_on_a_lumped_rope_keeps_its_height(name: str) -> None:
+def test_level_luffing_keeps_the_hook_height_for_massless_and_lumped_ropes(name: str) -> None:
     """All pieces follow the boom as their rope does."""
     order = "{crane}: luff 0.3 deg/s by 2 deg\n    {crane} main: hold height\n"
     crane = next(x.name for x in load(name).plan.machines if x.hooks)

@@ -31,7 +31,7 @@ def overloaded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_an_overload_turns_the_summary_of_a_run_red(
+def test_an_overload_makes_the_summary_of_a_run_red(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("FORCE_COLOR", "1")
@@ -62,7 +62,7 @@ def test_overloads_are_checked_at_the_exact_peak_and_not_at_a_sample(overloaded:
     assert float(cells["rope factor"][3]) == pytest.approx(1351e3 / pull, rel=1e-3)
 
 
-def test_the_report_lists_each_overload_in_words(overloaded: Path, tmp_path: Path) -> None:
+def test_the_report_of_a_run_describes_each_overload_in_words(overloaded: Path, tmp_path: Path) -> None:
     text = report(overloaded, tmp_path / "lift.html").read_text()
     peak = Recording(overloaded).fact("peaks")["loader-3.sling-1"]["tension"]
     for message in (
@@ -85,7 +85,7 @@ def test_the_report_lists_each_overload_in_words(overloaded: Path, tmp_path: Pat
     assert (tmp_path / "by-command.html").read_text() == text
 
 
-def test_standing_exactly_at_an_end_position_is_not_beyond_it(tmp_path: Path) -> None:
+def test_a_trolley_exactly_at_its_end_position_passes_its_check(tmp_path: Path) -> None:
     """A trolley that runs on to the end of its girder, against which its servo presses."""
     run_on = 'actions=[{lower trolleys: "traverse 20 m/min until tension of crane.H1 >= 5 MN"}]'
     scene = bare("lift", [run_on, "cranes.crane.girder=[60 m, 81.2 m]", "rig.slack=0.4 m", "end=30 s"])

@@ -18,7 +18,7 @@ def add(monkeypatch: pytest.MonkeyPatch, folder: Path, *row: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["lift", "spreader"])
-def test_a_scene_beyond_the_static_limit_of_a_newly_added_standard_is_refused(
+def test_a_scene_beyond_the_limit_of_a_newly_added_standard_is_refused_with_its_name(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     add(monkeypatch, tmp_path, "sling", "sling tension")

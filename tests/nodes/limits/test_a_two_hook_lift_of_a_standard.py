@@ -36,12 +36,12 @@ def shares(near: tuple[float, float], far: tuple[float, float], tilt: float) -> 
     return rest["hook-1"] / WEIGHT, rest["hook-2"] / WEIGHT
 
 
-def test_the_tilt_of_two_hooks_is_an_angle_and_not_a_difference_of_heights() -> None:
+def test_a_height_difference_of_1_m_between_two_hooks_is_less_than_the_tilt_of_the_standard() -> None:
     assert degrees(asin(1.0 / L)) == pytest.approx(2.29, abs=0.005)
     assert asin(1.0 / L) < TILT
 
 
-def test_each_hook_carries_the_share_given_by_the_standard() -> None:
+def test_each_hook_of_the_two_hook_example_carries_its_published_share() -> None:
     first = ((B + Z) * sin(TILT) + (D + X) * cos(TILT)) / (L * cos(TILT) + (B - A) * sin(TILT))
     found, other = shares((-(C - X), A + Z), (D + X, B + Z), TILT)
     assert found == pytest.approx(first, rel=STATIC)
@@ -54,7 +54,7 @@ def test_each_hook_carries_the_share_given_by_the_standard() -> None:
     assert (f"{first:.3f}", f"{second:.3f}", f"{level:.3f}") == ("0.582", "0.543", "0.520")
 
 
-def test_load_factors_are_those_of_the_standard() -> None:
+def test_load_factors_of_the_two_hook_example_are_those_of_the_standard() -> None:
     assert [(daf("onshore", mass) or (0.0, ""))[0] for mass in (50e3, 100e3, 300e3, 900e3, 1500e3, 5e6)] == [
         1.10, 1.10, 1.05, 1.05, 1.03, 1.03,
     ]  # fmt: skip
@@ -70,6 +70,6 @@ def test_load_factors_are_those_of_the_standard() -> None:
     }
 
 
-def test_en_13001_requires_larger_factors_for_faster_lift_off() -> None:
+def test_the_hoisting_factor_of_en_13001_grows_with_lift_off_speed_and_hoisting_class() -> None:
     assert hoisting_factor(0.0, "HC1") == 1.05
     assert hoisting_factor(0.5, "HC4") == pytest.approx(1.20 + 0.68 * 0.5)

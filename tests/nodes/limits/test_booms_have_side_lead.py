@@ -50,7 +50,7 @@ def scene(kind: str, more: str = "") -> LoadedScene:
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_both_leads_of_random_ropes_are_projections_on_the_plane_of_the_boom(seed: int) -> None:
+def test_lead_angles_along_and_across_a_boom_are_projections_of_its_rope(seed: int) -> None:
     random = np.random.default_rng(seed)
     axis, tip = random.normal(0.0, 10.0, 3), random.normal(0.0, 10.0, 3)
     rope = np.array([*random.normal(0.0, 2.0, 2), -random.uniform(1.0, 30.0)])
@@ -65,7 +65,7 @@ def test_both_leads_of_random_ropes_are_projections_on_the_plane_of_the_boom(see
 
 
 @pytest.mark.parametrize("kind", TYPES)
-def test_a_level_pull_is_off_lead_or_side_lead_as_the_boom_slews(kind: str) -> None:
+def test_a_level_pull_turns_from_off_lead_to_side_lead_as_the_boom_slews(kind: str) -> None:
     """tan(lead) is the part of the pull in its plane over what hangs on the rope."""
     plan = scene(kind, ", off-lead along: 4 deg, off-lead across: 2 deg").plan
     states = [x for x in follow(plan).states if x.stage in ("up", "slew", "hanging")]
@@ -85,14 +85,14 @@ def test_a_level_pull_is_off_lead_or_side_lead_as_the_boom_slews(kind: str) -> N
     assert degrees(uses["off-lead across"].value) == pytest.approx(np.degrees(np.arctan(PULL / hangs)).max(), rel=0.01)
 
 
-def test_the_row_across_a_boom_is_named_side_lead_and_rows_as_before_stay() -> None:
+def test_the_off_lead_limit_across_a_boom_is_noted_as_side_lead() -> None:
     by = {x.quantity: x for x in scene("jib-60", ", off-lead across: 1 deg").plan.limits}
     assert by["off-lead across"].note == "side lead: across the plane of the boom"
     assert by["off-lead"].value == pytest.approx(np.radians(20.0))
     assert {x.quantity for x in scene("jib-60").plan.limits if "off-lead" in x.quantity} == {"off-lead"}
 
 
-def test_a_side_lead_beyond_its_limit_is_red() -> None:
+def test_a_side_lead_beyond_its_limit_gives_a_red_check() -> None:
     loaded = scene("jib-60", ", off-lead across: 1 deg")
     uses = {x.limit.quantity: x for x in uses_on_path(loaded.plan, list(follow(loaded.plan).states))}
     assert uses["off-lead across"].beyond

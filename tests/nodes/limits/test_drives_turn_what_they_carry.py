@@ -79,7 +79,7 @@ def test_the_luffing_drive_holds_the_moment_of_boom_and_load_about_the_boom_foot
 
 
 @pytest.mark.parametrize("crane", TURNING)
-def test_the_drives_of_each_type_move_the_loads_of_its_chart(crane: str) -> None:
+def test_the_drives_of_each_crane_type_can_move_the_loads_of_its_chart(crane: str) -> None:
     plan = lifted(crane, 15.0, 3.0).plan
     chart = next(hook.chart for m in plan.machines for hook in m.hooks)
     block = next(hook.block_mass for m in plan.machines for hook in m.hooks)
@@ -101,7 +101,7 @@ def test_the_slewing_drive_accelerates_everything_that_turns_with_it() -> None:
     assert found["its drive moves"] - found["its brake holds"] == pytest.approx(radians(0.2) * inertia, rel=1e-2)
 
 
-def test_a_drive_that_is_too_weak_is_red_and_one_without_data_is_reported_by_name(tmp_path: Path) -> None:
+def test_a_too_weak_drive_gives_a_red_check_and_a_drive_without_data_is_reported_by_name(tmp_path: Path) -> None:
     text = library()["jib-60"].read_text(encoding="utf-8").replace("name: jib-60", "name: own")
     for force, state in (("force: 4 MN m, brake: 20 MN m", "red"), ("brake: 20 MN m", NOT_CHECKED)):
         assert "force: 17 MN m, brake: 20 MN m" in text

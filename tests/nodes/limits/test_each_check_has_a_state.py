@@ -50,7 +50,7 @@ def state(use: Use, errors: dict[str, float]) -> str:
 
 
 @pytest.mark.parametrize("seed", range(200))
-def test_a_check_is_decided_if_the_error_does_not_reach_the_limit(seed: int) -> None:
+def test_a_check_is_undecided_only_if_the_limit_lies_within_the_error_of_the_value(seed: int) -> None:
     """The oracle evaluates both ends of the bar, which is that of the use along the tangent."""
     rng = random.Random(seed)
     use, error = drawn(rng), rng.choice([0.0, 1e-3, 0.05, 0.5])
@@ -70,14 +70,16 @@ def test_a_value_of_unknown_error_is_never_green(seed: int) -> None:
 
 @pytest.mark.parametrize("elements", [(), ("a",)], ids=["of nothing", "of a part"])
 @pytest.mark.parametrize("quantity", get_args(Quantity))
-def test_a_quantity_without_a_limit_is_not_checked(quantity: Quantity, elements: tuple[str, ...]) -> None:
+def test_a_check_of_a_quantity_without_a_limit_is_reported_as_not_checked(
+    quantity: Quantity, elements: tuple[str, ...]
+) -> None:
     """Only where there is no wind, or no footing, is there nothing to check."""
     use = Use(RatedLimit(subject="one", quantity=quantity, unit="N", elements=elements), None, None)
     expected = "none" if quantity in ABSENT and not elements else NOT_CHECKED
     assert state(use, {}) == expected
 
 
-def test_the_error_of_a_load_is_that_of_its_rope_tensions_by_default() -> None:
+def test_the_error_of_a_load_is_by_default_that_of_its_rope_tensions() -> None:
     limit = RatedLimit(
         subject="load", quantity="hook load", unit="kg", value=10.0, elements=("a", "b"), source="the scene"
     )
@@ -89,7 +91,7 @@ def test_the_error_of_a_load_is_that_of_its_rope_tensions_by_default() -> None:
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_the_line_names_a_finding_or_else_the_highest_utilisation(seed: int) -> None:
+def test_the_summary_line_names_a_finding_or_else_the_highest_utilisation(seed: int) -> None:
     rng = random.Random(seed)
     uses = [rng.uniform(1.0, 2.0) for _ in range(5)]
     found = [Check(quantity=f"load {i}", subject="x", state="red", sentence=f"{x}", use=x) for i, x in enumerate(uses)]
@@ -99,7 +101,7 @@ def test_the_line_names_a_finding_or_else_the_highest_utilisation(seed: int) -> 
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_contact_that_nothing_allows_is_named_before_narrow_clearances(seed: int) -> None:
+def test_forbidden_contact_is_reported_before_narrow_clearances(seed: int) -> None:
     """The deepest contact first, however early and however many things only came near."""
     rng = random.Random(seed)
     gaps = [rng.uniform(0.05, 0.4) for _ in range(rng.randint(0, 4))]
@@ -114,7 +116,7 @@ def test_contact_that_nothing_allows_is_named_before_narrow_clearances(seed: int
     assert str(row[-1]) == f"{min(values)}"
 
 
-def test_a_check_that_rests_on_an_assumption_is_amber_until_the_scene_accepts_the_assumption() -> None:
+def test_a_check_based_on_an_assumption_is_amber_until_the_scene_accepts_the_assumption() -> None:
     plain, accepted = bare("lift"), bare("lift", ["assumed=accept"])
     assert {c.quantity for c in plain.checks if c.why == "assumed"} >= {"off-lead along", "sling tension"}
     assert not [c for c in accepted.checks if c.why == "assumed"]
@@ -122,7 +124,7 @@ def test_a_check_that_rests_on_an_assumption_is_amber_until_the_scene_accepts_th
 
 
 @pytest.mark.parametrize("crane", sorted(library()))
-def test_every_check_of_every_crane_type_has_a_state_and_states_what_would_turn_the_check_green(
+def test_every_check_of_every_crane_type_states_what_would_turn_it_green(
     crane: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -139,7 +141,7 @@ def test_every_check_of_every_crane_type_has_a_state_and_states_what_would_turn_
     assert sum(int(one.split()[0]) for one in counts) == sum(c.state != "none" for c in checks)
 
 
-def test_a_limit_whose_samples_were_not_recorded_is_not_checked_and_one_that_never_applied_did_not_occur() -> None:
+def test_a_limit_is_not_checked_if_the_run_did_not_record_its_signals() -> None:
     machines, t = PLAN.machines, np.array([0.0, 1.0])
     still = np.zeros((2, 3)), np.tile(np.eye(3), (2, 1, 1))
     poses = {body.name: still for machine in machines for body in machine.system.bodies}
@@ -150,7 +152,7 @@ def test_a_limit_whose_samples_were_not_recorded_is_not_checked_and_one_that_nev
         assert {(c.state, c.why) for c in found} == {expected}
 
 
-def test_a_check_with_an_unknown_limit_names_the_key_to_write() -> None:
+def test_a_check_with_an_unknown_limit_names_the_scene_key_to_write() -> None:
     (check,) = [c for c in bare("lift").checks if c.subject == "block" and c.quantity == "support load"]
     message = "support load of block: give 'capacity' of its supports"
     assert (check.state, check.why, check.sentence) == ("amber", NOT_CHECKED, message)
@@ -160,12 +162,12 @@ def test_a_check_with_an_unknown_limit_names_the_key_to_write() -> None:
     ("state", "failing"),
     [("red", "red undecided amber"), ("undecided", "undecided amber"), ("amber", "amber"), ("green", "")],
 )
-def test_a_verdict_at_least_as_bad_as_the_state_of_fail_on_gives_exit_code_1(state: str, failing: str) -> None:
+def test_a_verdict_as_bad_as_the_option_fail_on_gives_exit_code_1(state: str, failing: str) -> None:
     assert [word for word in ("red", "undecided", "amber") if ends(state, False, word)] == failing.split()
     assert ends(state, True, "") == (state in ("red", "undecided")), "--strict"
 
 
-def test_a_value_beyond_its_limit_by_more_than_the_tolerance_is_red() -> None:
+def test_a_value_beyond_its_limit_by_more_than_the_tolerance_gives_a_red_check() -> None:
     limit = RatedLimit(subject="crane", quantity="rails", unit="m", between=(0.0, 10.0), source="the scene")
     use = Use(limit, 10.04, 1.0, use=limit.use(10.04), tolerance=0.05)
     known = {"use of crane rails": 1e-6}

@@ -48,7 +48,7 @@ def scenes() -> dict[str, LoadedScene]:
     return {name: load(name, given) for name, given in SCENES.items()} | more
 
 
-def test_each_quantity_turns_red_along_the_path_and_in_a_run(scenes: dict[str, LoadedScene]) -> None:
+def test_each_limited_quantity_turns_red_on_the_equilibrium_path_and_in_a_run(scenes: dict[str, LoadedScene]) -> None:
     on_path, in_run = set(), set()
     for scene in scenes.values():
         signals = replace(signals_of(scene.statics.states), dynamic=True)
@@ -79,7 +79,7 @@ def test_a_narrow_clearance_turns_the_verdict_red() -> None:
         assert verdict_of_run(plan, History(np.arange(3.0), poses, {}, {}, []), text).red == red
 
 
-def test_wind_is_checked_against_the_limit_up_to_the_end_of_a_run(tmp_path) -> None:
+def test_wind_is_checked_against_its_limit_up_to_the_end_of_a_run(tmp_path) -> None:
     """It blows with 7.5 m/s at 11 s and with 15 m/s from 12 s on."""
     message = "red: wind would be 15.00 m/s; 10.00 m/s is allowed (the scene)"
     assert message in str(check(load("gust", [WIND])))
@@ -106,7 +106,7 @@ def test_a_rope_over_sheaves_is_checked_by_its_most_loaded_part(tmp_path) -> Non
     assert "tension of ropes over sheaves between samples" in verdict.not_looked_at
 
 
-def test_a_limit_that_no_check_uses_is_a_fault_of_the_scene() -> None:
+def test_a_limit_without_anything_to_check_is_reported_as_a_fault_of_the_scene() -> None:
     for key, value in (("clearance", "1 m"), ("off-lead along", "2 deg"), ("bridle", "50 deg")):
         with pytest.raises(SceneError, match=f"limits.{key}: this limit checks nothing: the scene has no hooks"):
             load("gust", [f"limits={{{key}: {value}}}"])

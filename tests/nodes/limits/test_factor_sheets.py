@@ -99,7 +99,7 @@ def test_a_missing_factor_of_a_factor_sheet_is_an_amber_check_without_a_value(
     assert not [c for c in scene.checks if c.quantity == "factor sheet"]
 
 
-def test_dynamic_factors_depend_on_place_and_mass() -> None:
+def test_dynamic_factors_depend_on_the_place_and_mass_of_a_lift() -> None:
     """0027/ND, table 5-1."""
     assert daf("onshore", 50e3) == (1.10, "0027/ND rev 11.2, table 5-1, onshore")
     found = [
@@ -113,7 +113,7 @@ def test_dynamic_factors_depend_on_place_and_mass() -> None:
     assert "dynamic" in [c.subject for c in message]
 
 
-def test_the_tilt_of_two_hooks_is_that_of_the_standard() -> None:
+def test_load_shares_of_two_tilted_hooks_are_those_of_the_standard() -> None:
     """0027/ND, B.1.2, with the centre of mass where its envelope is worst for each hook."""
     length, c, d, a, b, x, z, tilt = 25.0, 12.0, 13.0, 10.0, 14.0, 0.9, 0.8, radians(3.0)
     for mine, com, level, expected in ((0, -x, (d + x) / length, 0.58214), (1, x, (c + x) / length, 0.54320)):
@@ -135,7 +135,7 @@ def test_the_tilt_of_two_hooks_is_that_of_the_standard() -> None:
         assert found * level == pytest.approx(expected, abs=5e-5)
 
 
-def test_a_run_uses_the_larger_of_predicted_and_simulated_load() -> None:
+def test_a_run_checks_the_larger_of_predicted_and_simulated_design_load() -> None:
     for dynamic, required in ((1.0, False), (1.5, True)):
         sets = [f"factors={{weight: 1.1, cog: [0 m, 0 m, 0 m], dynamic: {dynamic}, wind: 0 m/s}}", "end=60 s"]
         run = play(bare("lift", sets).plan)
@@ -153,7 +153,7 @@ def test_a_run_uses_the_larger_of_predicted_and_simulated_load() -> None:
         assert sorted(map(str, printed)) == sorted(x.limit.subject for x in designs([*run.uses]))
 
 
-def test_a_design_load_beyond_its_limit_is_red_and_shows_the_product() -> None:
+def test_a_design_load_beyond_its_limit_gives_a_red_check_with_the_product_of_factors() -> None:
     scene = load("crawler", ["practice=0027/ND", "block.lug capacity=25 t", "factors={weight: 1.1}"])
     message = [f.sentence for f in scene.findings if f.quantity == "lug design load"]
     assert len(message) == 4

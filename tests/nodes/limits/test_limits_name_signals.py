@@ -45,7 +45,7 @@ NUMBERS |= {kind: (*NUMBERS.get(kind, ()), *2 * BODY.get(kind, (90.0,)), *SHARES
 
 
 @pytest.mark.parametrize("quantity", get_args(Quantity))
-def test_a_formula_gives_the_same_on_whole_columns_and_at_each_instant(quantity: Quantity) -> None:
+def test_the_formula_of_a_signal_gives_equal_values_on_columns_and_at_single_instants(quantity: Quantity) -> None:
     random, n = np.random.default_rng(1), 200
     lined, side = quantity in LINED, quantity in SIDES
     x = ScalarSignal(quantity, of="one", point=Point("a"), origin=Point("b"), ropes=("r", "s", "t"))
@@ -58,7 +58,7 @@ def test_a_formula_gives_the_same_on_whole_columns_and_at_each_instant(quantity:
     assert columns.tolist() == each
 
 
-def test_each_limit_checks_signals_of_the_table_or_a_reduction_over_them() -> None:
+def test_each_limit_checks_signals_of_one_table_or_their_reductions() -> None:
     assert set(KINDS.values()) <= set(ROWS)
     assert {*KINDS, *REDUCTIONS, *BASES, "signal", "interlock"} == {*get_args(Limited)} - {*OF_SHAPES, *WITHOUT}
     beyond = {quantity for quantity, reduction in REDUCTIONS.items() if reduction in ("ordered speed", "splash zone")}
@@ -75,7 +75,7 @@ def test_a_limit_and_a_condition_on_the_same_load_use_one_signal(name: str) -> N
 
 
 @pytest.mark.parametrize("name", sorted({*bundled()} - {"yard"}))  # of several lifts, each with a path of its own
-def test_the_signals_of_a_limit_can_be_thresholds_and_evaluated_along_the_path(name: str) -> None:
+def test_signals_of_limits_can_be_thresholds_and_are_evaluated_along_the_equilibrium_path(name: str) -> None:
     scene = load(name)
     plan, signals = scene.plan, signals_of(scene.statics.states)
     system = assembled([machine.system for machine in plan.machines], plan.gravity)
@@ -94,7 +94,7 @@ def test_the_signals_of_a_limit_can_be_thresholds_and_evaluated_along_the_path(n
 
 
 @pytest.mark.parametrize("crane", sorted(library()))
-def test_signals_of_limits_are_equal_as_guards_as_samples_and_in_statics(
+def test_a_signal_has_equal_values_as_guard_in_samples_and_in_statics(
     crane: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Over every type: a guard on the value that is read off the first sample has its zero there, and what the columns

@@ -56,7 +56,7 @@ def test_four_outriggers_carry_a_quarter_of_the_weight_plus_the_moments() -> Non
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_if_one_outrigger_would_lift_off_the_other_three_carry_all(seed: int) -> None:
+def test_if_one_outrigger_would_lift_off_the_other_three_carry_the_crane(seed: int) -> None:
     """Three supports follow from forces and moments alone, here by a linear system; none of them is pulled."""
     random = np.random.default_rng(seed)
     V, u, v = 1e6 * random.uniform(0.5, 2.0), random.uniform(-1, 1), random.uniform(-1, 1)
@@ -73,7 +73,7 @@ def test_if_one_outrigger_would_lift_off_the_other_three_carry_all(seed: int) ->
         assert found[name] == pytest.approx(message[name], rel=EXACT, abs=EXACT * V)
 
 
-def test_a_resultant_force_outside_the_base_means_tipping() -> None:
+def test_a_resultant_force_outside_the_base_is_reported_as_tipping() -> None:
     assert tipping(3.6, 0.0, lifts=False) == pytest.approx(1.0, rel=EXACT)
     assert tipping(1.8, -1.6, lifts=False) == pytest.approx(0.5, rel=EXACT)
     assert tipping(1.8, -1.6, lifts=True) == pytest.approx(1.0, rel=EXACT)  # a corner is free
@@ -81,7 +81,7 @@ def test_a_resultant_force_outside_the_base_means_tipping() -> None:
 
 
 @pytest.mark.parametrize("e", [0.0, 0.4, 7.2 / 6, 2.0, 3.0])
-def test_tracks_press_as_a_trapezoid_and_beyond_the_middle_third_as_a_triangle(e: float) -> None:
+def test_ground_pressure_below_a_track_is_a_trapezoid_and_beyond_the_middle_third_a_triangle(e: float) -> None:
     """p = V/(b L) (1 + 6e/L) for e <= L/6, else 2V / (3 b (L/2 - e)); the load of a track by the lever."""
     V, y, (length, apart), breadth = 2.4e6, 0.9, BASE, 1.2
     for sign in TRACKS.values():
@@ -106,7 +106,7 @@ def lift(crane: str, folder: str, setting: str = "") -> tuple[Plan, Mechanism, S
 
 
 @pytest.mark.parametrize("crane", sorted(library()))
-def test_every_crane_type_presses_with_its_own_weights_and_its_load(
+def test_ground_pressure_of_every_crane_type_includes_its_own_weights_and_its_load(
     crane: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """V = g sum(m) and the place sum(m x) / sum(m), with the weight of block, rigging and hook blocks below the hooks:
@@ -134,7 +134,7 @@ def test_every_crane_type_presses_with_its_own_weights_and_its_load(
     assert [ex, ey] == pytest.approx([x, y], abs=1e-6 * size)
 
 
-def test_while_a_crane_slews_ground_pressure_is_checked_at_the_most_loaded_corner() -> None:
+def test_ground_pressure_of_a_slewing_crane_is_checked_at_the_most_loaded_corner() -> None:
     """A crawler's worst track: over 100 degrees of slewing the load passes the side, where its lever is longest."""
     scene = load("crawler")
     (machine,) = (m for m in scene.plan.machines if m.name == "crawler")

@@ -56,7 +56,7 @@ def test_every_limit_has_a_source_or_is_marked_as_unknown(name: str) -> None:
     assert plan.decode(plan.encode(built)) == built
 
 
-def test_limits_written_in_the_scene_are_its_own_and_others_are_assumptions() -> None:
+def test_each_limit_states_the_scene_or_the_crane_type_or_an_assumption_as_its_source() -> None:
     given = ["limits={clearance: 1.5 m, off-lead along: 2 deg}", "cranes.crane.hook capacity=500 t"]
     rows = {(limit.subject, limit.quantity): limit for limit in bare("lift", given).plan.limits}
     message = {
@@ -86,7 +86,7 @@ def test_every_damping_constant_is_a_key_with_a_source_or_an_assumption() -> Non
     assert all("assumed" in message for message in found.values()), found
 
 
-def test_limits_are_written_with_the_words_of_planners() -> None:
+def test_limits_of_a_scene_have_documented_keys_and_reject_wrong_units_and_ranges() -> None:
     keys = json_schema()["$defs"]["LiftLimits"]["properties"]
     assert [*keys] == [
         "off-lead", "off-lead along", "off-lead across", "clearance", "bridle warning", "bridle", "heave",
@@ -125,7 +125,7 @@ def test_the_capacity_of_a_hook_is_read_from_the_chart_at_its_trolley_position()
         bare("lift", ["cranes.crane.capacity chart=[[60 m, 100 t], [10 m, 400 t]]"])
 
 
-def test_a_sling_has_a_static_and_a_peak_limit() -> None:
+def test_a_sling_has_a_static_limit_and_a_peak_limit() -> None:
     """Its load against what it may carry, its peak against breaking force over partial factors."""
     built = bare("lift", ["rig.sling={breaking: 6 MN, factor: 5, partial factor: 3}"]).plan
     cases = {1.19e6: [], 1.26e6: ["sling tension"], 1.99e6: ["sling tension"], 2.1e6: ["sling tension", "sling peak"]}
@@ -139,7 +139,7 @@ def test_a_sling_has_a_static_and_a_peak_limit() -> None:
     ]
 
 
-def test_the_first_exceeded_limit_is_reported_and_the_others_are_listed() -> None:
+def test_one_finding_shows_the_first_exceeded_sling_and_names_the_other_exceeded_slings() -> None:
     built = bare("lift").plan
     peaks = {f"loader-{i}.sling-1": (1.3e6, 5.0) for i in (1, 2, 3)}
     (message,) = likewise(judged(peaks, built))
@@ -165,7 +165,7 @@ def test_a_load_cell_beyond_its_limit_between_samples_is_red() -> None:
     )
 
 
-def test_an_overload_along_the_equilibrium_path_is_red_with_stage_and_line_of_its_order() -> None:
+def test_an_overload_along_the_equilibrium_path_gives_a_red_check_with_stage_and_line_of_its_order() -> None:
     scene = bare("lift", ["rig.loaders.loader-3.capacity=140 t"])
     (red,) = findings_of(scene.plan, uses_on_path(scene.plan, scene.states), dynamic=False)
     assert (red.word, red.subject, red.stage) == ("red", "loader-3", "up")
@@ -175,7 +175,7 @@ def test_an_overload_along_the_equilibrium_path_is_red_with_stage_and_line_of_it
     assert findings_of(bare("lift").plan, uses_on_path(bare("lift").plan, bare("lift").states), dynamic=False) == []
 
 
-def test_a_position_may_exceed_its_end_by_a_small_tolerance() -> None:
+def test_a_position_may_exceed_its_end_position_by_a_small_tolerance() -> None:
     built = bare("lift").plan
     for beyond, red in ((0.0, False), (0.04, False), (0.06, True)):
         at = np.array([[400.0 + beyond, 0.0, 0.0]])
@@ -186,7 +186,7 @@ def test_a_position_may_exceed_its_end_by_a_small_tolerance() -> None:
         )
 
 
-def test_a_scene_can_limit_the_ropes_of_a_mechanism() -> None:
+def test_a_scene_can_limit_the_rope_tensions_of_a_mechanism() -> None:
     given = "limits={ropes: {fall-1: {tension: 400 kN}, fall-2: {breaking: 2 MN, factor: 4, source: certificate 7}}}"
     built = load("trolley", [given]).plan
     assert [(x.subject, x.value, x.factor, x.source) for x in built.limits] == [
@@ -217,13 +217,13 @@ def test_checks_are_exported_as_json(capsys: pytest.CaptureFixture[str]) -> None
     assert message["verdict"].keys() <= {*RecordedVerdict.__struct_fields__}, "in the words of a run"
 
 
-def test_a_utilisation_is_never_rounded_to_its_limit() -> None:
+def test_a_utilisation_near_its_limit_is_not_rounded_to_100_percent() -> None:
     uses = (0.123, 0.9949, 0.9951, 0.9999, 1.0, 1.0001, 1.004, 1.006)
     message = ["12 %", "99 %", "99.51 %", "99.99 %", "100 %", "100.01 %", "100.40 %", "101 %"]
     assert [percent(use) for use in uses] == message
 
 
-def test_no_reported_state_depends_on_rounding() -> None:
+def test_the_subject_reported_for_a_check_does_not_depend_on_rounding() -> None:
     """Of subjects that are loaded alike the first is reported, and a force below a newton is none."""
     limits = [RatedLimit(subject=name, quantity="side force", unit="N", value=1e5) for name in ("east", "west")]
 

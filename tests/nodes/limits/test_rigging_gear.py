@@ -39,7 +39,7 @@ SHACKLES = "SH-35: {kind: shackle, WLL: 35 t, mass: 18 kg, standard: EN 13889}\n
 
 
 @pytest.mark.parametrize("d", TABLE)
-def test_the_formula_for_sling_assemblies_gives_the_table_of_the_standard(d: int) -> None:
+def test_the_formula_for_sling_assemblies_reproduces_the_table_of_the_standard(d: int) -> None:
     """Fmin = 0.356 d2 1770 N/mm2."""
     known = Terms(0.356 * d * d * 1770.0, termination="ferrule")
     one, *legs = TABLE[d]
@@ -58,7 +58,7 @@ def test_a_sling_assembly_is_rated_by_the_cosine_of_its_loaded_legs() -> None:
             assert factor == pytest.approx(carry * {45.0: 0.7071, 60.0: 0.5}[angle], rel=0.015)
 
 
-def test_beyond_its_table_the_standard_gives_no_rating() -> None:
+def test_sling_ratings_beyond_the_table_of_the_standard_are_marked_as_assumed() -> None:
     heavy = at_rest(Terms(6.43e6), G)
     assert heavy.factor == 5.0
     assert heavy.source == "assumed: the table of EN 13414-1 ends at 60 mm and 42 t a leg"
@@ -87,14 +87,14 @@ def test_safety_factors_of_heavy_slings_are_the_products_of_dnv_guideline_0027()
     assert in_a_run(Terms(1e6, diameter=0.1, pin=0.2)).factor == pytest.approx(4.72, abs=0.02)
 
 
-def test_shackles_beyond_the_range_of_their_standard_are_reported() -> None:
+def test_shackle_ratings_beyond_the_range_of_their_standard_are_marked_as_assumed() -> None:
     assert not shackle(25e3, "EN 13889")
     assert not shackle(85e3, "RR-C-271")
     assert "ends at 25 t, assumed" in shackle(35e3, "EN 13889")
     assert "hooks, links" in shackle(10e3, "EN 1677-1")
 
 
-def test_a_bridle_is_rated_as_an_assembly_or_leg_by_leg() -> None:
+def test_a_bridle_can_be_rated_as_an_assembly_or_leg_by_leg() -> None:
     """60 t on four legs of 1600 kN at 27 degrees: 60 t of 61.7 t; or 165 kN x 1.25 of 288 kN."""
     rows = {c.quantity: c for c in load("crawler", [UNSAID]).checks if c.quantity in ("assembly load", "sling tension")}
     most = 1600e3 * 0.9 * 2.1 / 5 / G
@@ -131,7 +131,7 @@ def scene(folder: Path, named: str) -> str:
     return str(folder / "geared.yaml")
 
 
-def test_gear_is_read_from_its_files_and_listed(tmp_path: Path) -> None:
+def test_rigging_gear_is_read_from_its_files_and_listed(tmp_path: Path) -> None:
     found = load(scene(tmp_path, "gear: [slings.csv, shackles.yaml]\n"))
     sling = found.scene.rigging["legs"].sling  # type: ignore[union-attr]
     assert (sling.breaking, sling.EA, sling.termination) == (1600e3, 60e6, "ferrule")
@@ -152,7 +152,7 @@ def test_gear_is_read_from_its_files_and_listed(tmp_path: Path) -> None:
     assert [replace(x, where="") for x in again.plan.limits] == [replace(x, where="") for x in found.plan.limits]
 
 
-def test_the_mass_of_gear_is_part_of_the_design_load_of_its_hook(tmp_path: Path) -> None:
+def test_the_mass_of_rigging_gear_is_part_of_the_design_load_of_its_hook(tmp_path: Path) -> None:
     found = load(scene(tmp_path, "gear: [slings.csv, shackles.yaml]\npractice: 0027/ND\n"))
     hook = next(x for x in found.plan.limits if x.quantity == "hook design load")
     assert hook.rest is not None
@@ -160,7 +160,7 @@ def test_the_mass_of_gear_is_part_of_the_design_load_of_its_hook(tmp_path: Path)
     assert hook.factors[0].value == pytest.approx(1 + (4 * 95 + 8 * 18) / hook.rest.value)
 
 
-def test_gear_may_be_given_in_a_workbook_or_in_the_scene(tmp_path: Path) -> None:
+def test_rigging_gear_may_be_given_in_a_workbook_or_in_the_scene(tmp_path: Path) -> None:
     openpyxl = pytest.importorskip("openpyxl")
     book = openpyxl.Workbook()
     for line in (SLINGS + ROW).splitlines():
@@ -197,7 +197,7 @@ def test_missing_rigging_gear_is_reported_with_file_and_line(
     assert told in str(error.value)
 
 
-def test_sharing_of_four_legs_is_not_assumed_without_a_note() -> None:
+def test_a_four_leg_bridle_without_a_stated_load_sharing_gives_an_amber_check() -> None:
     """Where no assembly is rated, a row asks how."""
     heavy = "rigging.legs.sling={EA: 60 MN, breaking: 4000 kN}"
     (asked,) = (c for c in bare("crawler", [heavy]).checks if c.quantity == "sharing")
@@ -207,7 +207,7 @@ def test_sharing_of_four_legs_is_not_assumed_without_a_note() -> None:
 
 
 @pytest.mark.parametrize("crane", sorted(library()))
-def test_bridle_legs_are_rated_as_an_assembly_or_their_sharing_factor_is_asked_for_on_each_crane_type(
+def test_bridles_of_every_crane_type_are_rated_as_an_assembly_or_their_load_sharing_is_asked_for(
     crane: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)

@@ -51,7 +51,7 @@ def use(built: Plan, signals: SignalColumns, quantity: str, subject: str = HOOK)
     return next(x for x in uses_of(built, [signals]) if (x.limit.quantity, x.limit.subject) == (quantity, subject))
 
 
-def test_off_lead_is_measured_in_each_direction() -> None:
+def test_off_lead_angles_are_measured_in_each_direction() -> None:
     built, draw = plan(), random.Random(3)
     for _ in range(50):
         x, y = draw.uniform(-5, 5), draw.uniform(-5, 5)
@@ -60,7 +60,7 @@ def test_off_lead_is_measured_in_each_direction() -> None:
         assert use(built, signals, "off-lead across").value == pytest.approx(atan(abs(y) / LENGTH), rel=EXACT)
 
 
-def test_off_lead_up_to_three_degrees_is_allowed_and_more_is_red() -> None:
+def test_off_lead_up_to_three_degrees_is_allowed_and_a_larger_angle_gives_a_red_check() -> None:
     built = plan()
     assert judged(built, hung(built, LENGTH * tan(radians(2.99)), 0.0)) == []
     (red,) = judged(built, hung(built, 0.0, LENGTH * tan(radians(3.4))))
@@ -68,7 +68,7 @@ def test_off_lead_up_to_three_degrees_is_allowed_and_more_is_red() -> None:
     assert red.sentence == "off-lead across of crane.H3 was 3.40 deg; 3.00 deg is allowed (assumed)"
 
 
-def test_an_empty_hook_may_swing_without_off_lead_findings() -> None:
+def test_an_empty_hook_may_swing_without_findings_about_off_lead() -> None:
     built = plan()
     assert judged(built, hung(built, 6.0, 6.0, tension=45e3 * built.gravity, sling=0.0)) == []
 
@@ -91,7 +91,7 @@ def test_an_unknown_off_lead_limit_is_reported_and_not_checked() -> None:
         assert f"off-lead {distance} of crane.H1: the machine's limit is unknown" in message
 
 
-def test_side_pull_is_checked_against_drive_and_brake() -> None:
+def test_the_side_pull_of_ropes_is_checked_against_drive_and_brake() -> None:
     built = plan("cranes.crane.trolley drive=60 kN", "cranes.crane.trolley brake=90 kN", "limits={off-lead: 10 deg}")
     angle = radians(3.0)
     signals = hung(built, 0.0, LENGTH * tan(angle))
@@ -125,7 +125,7 @@ def spread(built: Plan, angle: float, tension: float = 5e5) -> SignalColumns:
     return SignalColumns(t=np.array([1.0]), tensions=tensions, poses=poses, hooked=[(0.0, {sling.name: tie.lug})])
 
 
-def test_bridles_beyond_45_degrees_are_noted_and_beyond_60_red() -> None:
+def test_bridle_angles_beyond_45_degrees_are_noted_and_beyond_60_degrees_red() -> None:
     built = plan()
     for angle, severities in ((27.5, []), (44.9, []), (46.0, ["warning"]), (59.9, ["warning"]), (61.0, ["red"])):
         found = judged(built, replace(spread(built, radians(angle)), dynamic=True))
@@ -138,7 +138,7 @@ def test_bridles_beyond_45_degrees_are_noted_and_beyond_60_red() -> None:
     assert judged(wide, spread(wide, radians(61.0))) == []
 
 
-def test_the_off_lead_check_names_the_worst_value_with_time_and_stage() -> None:
+def test_the_off_lead_check_reports_its_maximum_with_time_and_stage() -> None:
     built = plan()
     uses = uses_of(built, [hung(built, 1.0, 0.0)])
     row = next(
@@ -158,7 +158,7 @@ def test_the_off_lead_check_names_the_worst_value_with_time_and_stage() -> None:
     )
 
 
-def test_off_lead_is_checked_in_each_state_of_the_equilibrium_path() -> None:
+def test_the_off_lead_is_checked_in_each_state_of_the_equilibrium_path() -> None:
     """A bridle that opens as its hook comes down, under a rope that leads off: the worst is reported."""
     built = plan()
     tie, _ = slings(built)["loader-3.sling-1"]
@@ -184,7 +184,7 @@ def test_off_lead_is_checked_in_each_state_of_the_equilibrium_path() -> None:
     assert {f.where for f in found} == {built.actions[2].where}
 
 
-def test_an_off_lead_without_a_known_limit_is_shown_too() -> None:
+def test_a_side_force_without_a_known_limit_is_shown_in_the_table_of_checks() -> None:
     built = unstated_pushes(plan())
     uses = uses_of(built, [hung(built, 0.0, LENGTH * tan(radians(2.0)))])
     table = {(row[1], row[2], row[7]): row for row in table_of(checks_of(built, uses, [], {}, []), every=True).rows}

@@ -33,7 +33,7 @@ def parts(n: int, efficiency: float) -> list[float]:
     return [n * tension / sum(found) for tension in found]
 
 
-def test_c14_the_lead_part_tension_of_twenty_falls_agrees_with_the_closed_form() -> None:
+def test_the_lead_part_tension_of_twenty_falls_agrees_with_the_closed_form() -> None:
     given, expected = FORMS["C14"]["given"], FORMS["C14"]["expected"]
     lead = lead_factor(given["n"], 1, given["eta"])
     assert lead * given["W"] / given["n"] == pytest.approx(expected["T_lead"], rel=1e-6)
@@ -64,7 +64,7 @@ def test_lead_part_tensions_agree_with_the_wire_rope_users_manual() -> None:
     assert factor * sheave * sheave * 6000 == pytest.approx(2202, abs=6), "[lb], of a load of 6000 lb"
 
 
-def test_the_verdict_depends_on_the_drum_ends_and_states_the_assumptions() -> None:
+def test_the_verdict_on_a_rope_depends_on_its_drum_ends_and_states_the_assumptions() -> None:
     two = str(check(bare("lift", [*HEAVY, *crane(sheave_efficiency="98.5 %")])))
     assert "20 falls, 2 drum ends, sheave efficiency 0.985: lead part 1.069 of the mean" in two
     with pytest.raises(SceneError) as refusal:
@@ -74,7 +74,7 @@ def test_the_verdict_depends_on_the_drum_ends_and_states_the_assumptions() -> No
     assert "20 falls, 1 drum end, sheave efficiency 0.985: lead part 1.150 of the mean)" in message
 
 
-def test_a_missing_mechanism_group_asks_for_the_rope_factor_by_name() -> None:
+def test_the_required_rope_factor_follows_from_the_mechanism_group_and_its_standard() -> None:
     scene = bare("lift", crane(mechanism_group="M4"))
     rows = [limit for limit in scene.plan.limits if limit.quantity == "rope factor"]
     assert {(limit.value, limit.source) for limit in rows} == {
@@ -84,13 +84,13 @@ def test_a_missing_mechanism_group_asks_for_the_rope_factor_by_name() -> None:
         bare("lift", crane(rope_factor="20", drum_ends="1", sheave_efficiency="98.8 %"))
 
 
-def test_an_odd_number_of_falls_on_two_drum_ends_is_refused() -> None:
+def test_a_hoist_rope_with_an_odd_number_of_falls_on_two_drum_ends_is_refused() -> None:
     with pytest.raises(SceneError, match="15 falls cannot be shared by 2 drum ends: give an even number"):
         bare("lift", crane(falls="15", drum_ends="2"))
     assert cranes(bare("lift", crane(falls="15", drum_ends="1")).plan)[0].hooks[0].drum_ends == 1
 
 
-def test_the_drum_end_bears_the_weight_of_its_rope(tmp_path: Path) -> None:
+def test_the_tension_at_the_drum_end_includes_the_weight_of_the_rope(tmp_path: Path) -> None:
     """A run with massive ropes knows the tension of each end; without, the upper one is reckoned from the lower."""
     settings = ["end=14 s", *crane(sheave_efficiency="100 %", drum_pull="1 MN")]
     scene = bare("lift", [*settings, "fidelity={ropes: massive, lumps: 4}"])
@@ -112,7 +112,7 @@ def test_a_lift_that_exceeds_the_drum_pull_is_refused() -> None:
 
 
 @pytest.mark.parametrize("ropes", ["ropes: rigid", "rope mass: lumped", "ropes: massive, lumps: 2"])
-def test_checks_do_not_depend_on_how_a_rope_is_modelled(ropes: str, tmp_path: Path) -> None:
+def test_checks_of_a_rope_do_not_depend_on_how_the_rope_is_modelled(ropes: str, tmp_path: Path) -> None:
     """A tension is that at the hook, whatever the rope weighs in the model: its weight is reckoned once."""
     rows = []
     for model in ("ropes: elastic", ropes):
@@ -126,7 +126,7 @@ def test_checks_do_not_depend_on_how_a_rope_is_modelled(ropes: str, tmp_path: Pa
 
 
 @pytest.mark.parametrize("name", ["jib", "crawler", "hall", "spreader", "floating", "lift"])
-def test_the_rope_of_every_crane_has_a_weight_and_a_rating(name: str) -> None:
+def test_the_hoist_rope_of_every_crane_type_has_a_weight_and_a_rating(name: str) -> None:
     """What its drum end pulls is the lead part of what hangs there, and the own weight of a fall."""
     scene = load(name)
     pulls = {use.limit.subject: use.value for use in scene.uses if use.limit.quantity == "drum pull"}

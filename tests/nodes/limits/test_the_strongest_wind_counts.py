@@ -21,7 +21,7 @@ def speed(s: InputSignal, t: float) -> float:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_the_strongest_wind_of_random_histories_with_jumps_is_found(seed: int) -> None:
+def test_the_strongest_wind_speed_of_random_wind_histories_with_jumps_is_found(seed: int) -> None:
     random = np.random.default_rng(seed)
     winds = [InputSignal(-4.0)]
     for _ in range(2):

@@ -40,13 +40,13 @@ def lift(*fidelity: str, still: bool = False):
 
 @pytest.mark.parametrize("rung", RUNGS)
 @pytest.mark.large(beyond=1)
-def test_nothing_moves_before_an_order(rung):
+def test_no_machine_moves_before_its_first_order(rung):
     s = paused(lift(rung, still=True), at=3.0)
     speeds = s.state[s.program.graph.nq :][: s.program.graph.nv]
     assert np.abs(speeds).max() < (SETTLES if "elastic" in rung else QUIET)
 
 
-def test_parts_omitted_by_a_model_level_are_absent():
+def test_parts_omitted_at_a_model_level_are_absent_from_its_system():
     count = {r: len(system(lift(r).plan).joints) for r in ("{}", "{locked: [hinges]}", "{ropes: massive}")}
     assert count["{ropes: massive}"] == count["{}"] + 3 * 4 * 3  # ropes, lumps, joints of each
     hinges = [j.kind for j in system(lift("{locked: [hinges]}").plan).joints if "hinge" in j.name]
@@ -69,7 +69,7 @@ def test_a_girder_without_load_swings_at_its_frequency():
     assert modes(s).oscillations[0].frequency == pytest.approx(want, rel=ONE_MODE)
 
 
-def test_a_heavy_rope_carries_its_own_weight():
+def test_a_heavy_rope_carries_its_own_weight_and_its_load():
     """At the hook, the tension is the weight of what hangs on it; at the trolley, that of the whole rope more."""
     scene = lift("{ropes: massive, lumps: 5}", still=True)
     row = paused(scene, at=3.0).row()
@@ -88,7 +88,7 @@ def test_a_symmetric_lift_stays_in_its_plane():
     assert plane.tension == pytest.approx(space.tension, rel=SAME_PLANE)
 
 
-def test_an_order_to_a_locked_joint_ends_with_a_sentence():
+def test_an_order_to_a_locked_joint_ends_the_run_with_a_one_sentence_error():
     """As an operator gives it."""
     given = lift("{}")
     locked = msgspec.structs.replace(given.plan.fidelity, locked=("crane.upper-slide", "crane.lower-slide"))

@@ -38,7 +38,7 @@ def test_a_mechanism_releases_its_brake_before_the_motor_turns() -> None:
     assert builder.said("commander.actions", Finished) == [(6.0, Finished())]
 
 
-def test_a_load_of_a_mechanism_is_lifted_off_its_two_supports() -> None:
+def test_the_load_of_a_mechanism_is_lifted_off_its_two_supports() -> None:
     up = a.Action(orders=(move("rope", -0.1, until=a.LiftedCondition(model="rig")),))
     script = [(7.0, StateEvent("left", "open", 0.0)), (8.0, StateEvent("right", "open", 0.0))]
     builder = Yard(plan(up), *script).run()
@@ -46,7 +46,7 @@ def test_a_load_of_a_mechanism_is_lifted_off_its_two_supports() -> None:
     assert builder.said("commander.actions", Finished) == [(9.0, Finished())]
 
 
-def test_touching_one_of_several_supports_is_not_landing() -> None:
+def test_a_block_that_touches_one_of_its_supports_is_not_yet_landed() -> None:
     down = a.Action(when=a.LandedCondition(model="rig"), orders=(move("rope", 0.1, by=1.0),))
     wait = a.Action(when=a.LiftedCondition(model="rig"), orders=())
     script = [(7.0 + i, StateEvent(name, "open", 0.0)) for i, name in enumerate(("left", "right"))]
@@ -56,12 +56,12 @@ def test_touching_one_of_several_supports_is_not_landing() -> None:
     assert [t for t, _ in builder.inputs(SetProfile)] == [18.0]
 
 
-def test_a_motor_stops_at_the_end_of_its_range() -> None:
+def test_the_motor_of_a_mechanism_stops_at_the_end_of_its_range() -> None:
     builder = Yard(plan(a.Action(orders=(move("motor", 0.1),)))).run()
     assert builder.said("rig.hinge-joint.motor", Limit) == [(11.0, Limit("motor", "travel limit", 1.5))]
 
 
-def test_a_winch_of_a_mechanism_stops_when_the_rope_tension_reaches_its_threshold() -> None:
+def test_the_winch_of_a_mechanism_stops_when_its_rope_tension_reaches_the_threshold() -> None:
     guard = Threshold("tension-1", "tension", ropes=("rope",))
     tight = a.CrossingCondition(model="rig", threshold=guard, value=5e3, rising=True)
     pull = a.Action(orders=(move("rope", -0.1, until=tight),))

@@ -19,7 +19,7 @@ def below(kind: type) -> list[type]:
     return [each for child in kind.__subclasses__() for each in (child, *below(child))]
 
 
-def test_only_the_message_order_carries_commands_of_the_plan() -> None:
+def test_commands_of_a_plan_are_carried_by_messages_of_type_order_only() -> None:
     commands = {*get_args(ActorCommand)}
     carrying = {kind for kind in below(Message) if commands & {*get_args(hint_of(kind, "what"))}}
     assert carrying == {messages.Order}
@@ -42,7 +42,7 @@ def test_each_kernel_input_message_names_one_simulation_method_that_takes_its_fi
 
 
 @pytest.mark.parametrize("name", ["turnover", "spreader", "dock", "in-turn"])
-def test_each_kind_of_port_between_commander_machines_and_kernel_has_one_message_type(name: str) -> None:
+def test_each_kind_of_port_between_commander_and_machines_and_kernel_has_one_message_type(name: str) -> None:
     plan = load(name).plan
     models, machines = build(plan), {machine.name for machine in plan.machines}
     for source, out, target, into in couplings(plan):

@@ -38,6 +38,6 @@ def rows(scene: str, fidelity: str) -> str:
 
 @pytest.mark.parametrize("scene", SCENES)
 @pytest.mark.large(beyond=1)
-def test_each_model_level_of_a_scene_has_its_stored_table_of_checks(scene: str) -> None:
+def test_each_model_level_of_a_scene_reproduces_its_stored_sample_rows(scene: str) -> None:
     stored = json.loads(STORED.read_text(encoding="utf-8"))[scene]
     assert {fidelity: rows(scene, fidelity) for fidelity in LEVELS} == stored

@@ -70,7 +70,7 @@ def test_travelling_with_a_block_on_its_supports_is_refused() -> None:
     )
 
 
-def test_the_crane_without_a_supported_block_may_travel() -> None:
+def test_a_crane_whose_block_has_left_its_supports_may_travel() -> None:
     go = Action(when=taut(SLINGS[0]), orders=(line(travel("east", 120.0)),))
     assert Yard(turnover(go), *events("taut", 9.0, SLINGS[0])).run()
 
@@ -93,11 +93,11 @@ def test_the_crane_without_a_supported_block_may_travel() -> None:
         (BrakeOrder(model="loader-1", brake="lock", engaged=True), "loader-1 has no brake lock"),
     ],
 )
-def test_orders_without_an_object_are_refused(order: Order, sentence: str) -> None:
+def test_orders_to_unknown_hooks_drives_slings_lugs_and_brakes_are_refused(order: Order, sentence: str) -> None:
     assert fails(turnover(at(line(order)), hooked="A")) == f"(0 s, 0): {LINE}: {sentence}"
 
 
-def test_slings_of_an_empty_set_are_refused() -> None:
+def test_a_wait_for_slings_that_are_not_hooked_is_refused() -> None:
     when = SlingsCondition(
         names=("loader-3.sling-1", "loader-3.sling-2"), state="taut", text="B slings taut", where=LINE
     )
@@ -106,7 +106,7 @@ def test_slings_of_an_empty_set_are_refused() -> None:
     )
 
 
-def test_a_timeout_ends_the_wait_with_a_sentence() -> None:
+def test_a_wait_beyond_its_timeout_ends_the_run_with_a_one_sentence_error() -> None:
     first = Action(orders=(hoist("west.H1", -9.5),))
     second = Action(when=taut(*SLINGS[:2]), where=LINE, timeout=60.0, orders=())
     assert fails(turnover(first, second), *events("taut", 30.0, SLINGS[0])) == (

@@ -136,7 +136,7 @@ def test_linear_models_of_imported_systems_agree_with_mujoco_differences(tmp_pat
     assert ours.B[3:] == pytest.approx(B[3:] / h, abs=1e-4)
 
 
-def test_joint_limits_of_imported_models_are_as_stiff_as_in_mujoco(tmp_path):
+def test_joint_limits_of_imported_mujoco_models_are_as_stiff_as_in_mujoco(tmp_path):
     file = tmp_path / "limit.xml"
     file.write_text(
         f"""<mujoco>{G}{OFF}<worldbody><body><joint name="j" axis="0 1 0" range="-30 40" ref="10" limited="true"/>

@@ -56,7 +56,7 @@ def about(x: float) -> Any:
 
 
 @pytest.mark.parametrize("name", C24)
-def test_a_move_ends_to_the_nanosecond(name: str) -> None:
+def test_a_move_ends_at_its_theoretical_nanosecond(name: str) -> None:
     durations = next(c for c in FORMS if c["id"] == "C24")["expected"]
     distance, speed, accel = C24[name]
     expected = durations[name]
@@ -75,11 +75,11 @@ def test_a_move_to_a_goal_starts_from_where_the_last_move_ended() -> None:
     ]
 
 
-def test_a_distance_of_zero_is_done_at_once() -> None:
+def test_a_move_over_a_distance_of_zero_is_done_at_once() -> None:
     assert drive().put(3.0, "order", run(1.0, to=10.0)).said() == [(3.0, "report", Done("x", 1, 10.0))]
 
 
-def test_a_halted_move_ramps_down_and_is_reported_as_done_at_its_stop() -> None:
+def test_a_halted_move_ramps_down_and_is_reported_done_at_its_stop_position() -> None:
     context = drive().put(0.0, "order", run(-0.5)).put(30.0, "order", end(1))
     assert context.said() == [
         (0.0, "input", SetProfile("x", 0, -0.5, 0.05)),
@@ -131,7 +131,7 @@ def test_a_distance_beyond_the_end_position_is_shortened_and_reported_and_moving
     ]
 
 
-def test_a_released_follower_holds_its_position() -> None:
+def test_an_actuator_released_from_its_master_drive_holds_its_position() -> None:
     context = drive().put(0.0, "order", follow(-14.6)).put(620.0, "order", end(3, 3.141592653589793))
     out = context.put(630.0, "order", run(1.0, 1.0, to=40.2)).said()
     assert out[0] == (0.0, "input", SetFollow("x", "turn", (0.0, -14.6, 0.0)))
@@ -139,7 +139,7 @@ def test_a_released_follower_holds_its_position() -> None:
     assert out[2] == (630.0, "input", SetProfile("x", seconds(630.0), 1.0, 1.0, about(1.0)))
 
 
-def test_a_release_and_a_new_move_may_arrive_in_one_bag() -> None:
+def test_a_release_from_a_master_drive_and_a_new_move_may_arrive_in_one_bag() -> None:
     context = drive().put(0.0, "order", follow(1.0))
     out = context.put(9.0, "order", end(3), run(1.0, 1.0, by=4.0)).said()
     assert [type(m) for _, _, m in out] == [SetFollow, SetFollow, SetProfile, Done]
@@ -156,7 +156,7 @@ def winch() -> Bench:
     return Bench(WinchActor("H1", "x", start=60.0, lower=10.0, upper=90.0, switch=(eye, 80.0)))
 
 
-def test_an_empty_drum_stops_the_winch() -> None:
+def test_a_winch_stops_when_its_drum_is_empty() -> None:
     out = winch().put(0.0, "order", run(1.0, 1.0)).said()
     assert out[1:] == [
         (0.0, "input", SetProfile("x", 0, 1.0, 1.0, 30.0)),
@@ -182,6 +182,6 @@ def test_the_upper_limit_switch_stops_hoisting_and_allows_lowering() -> None:
     ]
 
 
-def test_a_winch_reports_that_its_rope_is_slack() -> None:
+def test_a_winch_reports_that_its_rope_went_slack() -> None:
     out = winch().put(4.0, "state", StateEvent("x", "slack", 0.0)).said()
     assert out[1:] == [(4.0, "report", RopeState("x", "slack", 0.0))]

@@ -49,7 +49,7 @@ def test_turnover_has_ten_coupled_models_with_nineteen_bodies_and_54_degrees_of_
     assert (len(mechanics.supports), len(mechanics.drives), len(mechanics.masters)) == (8, 6, 1)
 
 
-def test_each_joint_and_body_model_has_its_atomic_and_its_actors() -> None:
+def test_each_model_of_a_joint_or_body_has_its_atomic_model_and_its_actors() -> None:
     models = [m for model in build(turnover(TURN)).values() for m in below(model)]
     for kind, atomic, count in ((JointCoupled, JointAtomic, 19), (BodyCoupled, BodyAtomic, 19)):
         found = [m for m in models if isinstance(m, kind)]
@@ -77,7 +77,7 @@ def test_the_commander_is_connected_to_every_machine_and_the_kernel_receives_all
         assert target == "kernel" or into in models[target].ports
 
 
-def test_a_state_event_is_sent_to_the_model_that_it_concerns() -> None:
+def test_a_state_event_of_the_kernel_is_sent_to_the_model_that_it_concerns() -> None:
     heard = subscriptions(turnover())
     assert heard["loader-3.sling-2"] == ("loader-3",)
     assert heard["block.lower-1"] == ("block",)
@@ -127,7 +127,7 @@ def test_the_lifting_beam_declares_its_hinge_with_stops_damper_and_lock() -> Non
     assert [lower.inertia[i][i] for i in range(3)] == pytest.approx([10e3 * x / 12.0 for x in (2.0, 17.0, 17.0)])
 
 
-def test_rated_values_count_the_hook_blocks() -> None:
+def test_rated_values_of_load_cells_include_the_hook_blocks() -> None:
     cells = {m.element: m.rated for m in below(build_one(turnover(), "west")) if isinstance(m, LoadCell)}
     tons = {name: round(rated / 9.80665e3, 9) for name, rated in cells.items()}
     assert tons == {
@@ -139,7 +139,7 @@ def test_rated_values_count_the_hook_blocks() -> None:
     }
 
 
-def test_a_heavier_block_is_declared_heavier() -> None:
+def test_a_heavier_block_in_the_plan_is_heavier_in_the_kernel_system() -> None:
     plan = turnover()
     *others, block = plan.machines
     (body,) = block.system.bodies
@@ -148,7 +148,7 @@ def test_a_heavier_block_is_declared_heavier() -> None:
     assert [b.mass for b in system(heavier).bodies if b not in system(plan).bodies] == [910e3]
 
 
-def test_changing_a_joint_body_or_actor_changes_the_declared_mechanics() -> None:
+def test_changing_a_joint_a_body_or_an_actor_changes_the_declared_system() -> None:
     model = build_one(turnover(), "west")
     before = model.declare()
     parts = {m.path: m for m in below(model)}
@@ -172,14 +172,14 @@ def test_changing_a_joint_body_or_actor_changes_the_declared_mechanics() -> None
     )
 
 
-def test_thresholds_of_conditions_are_sent_to_the_model_that_watches_them() -> None:
+def test_thresholds_of_conditions_are_sent_to_the_model_that_observes_them() -> None:
     guard = Threshold("block.angle-1", "angle", of="block")
     plan = turnover(Action(when=CrossingCondition(model="block", threshold=guard, value=1.5, rising=True), orders=()))
     assert guard in build_one(plan, "block").declare().thresholds
     assert subscriptions(plan)["block.angle-1"] == ("block",)
 
 
-def test_a_mechanism_declares_exactly_the_parts_in_the_scene() -> None:
+def test_a_mechanism_declares_exactly_the_parts_in_the_scene_to_the_kernel() -> None:
     link = Joint("q1", "revolute", "world", "link1", axis=(0.0, 1.0, 0.0), q0=(0.3,), v0=(0.0,))
     written = System(
         bodies=(Body("link1", 10.0), Body("mass", 5.0)),
@@ -209,7 +209,7 @@ def test_a_mechanism_declares_exactly_the_parts_in_the_scene() -> None:
     ]
 
 
-def test_the_tree_shows_atomics_actors_and_ports() -> None:
+def test_the_printed_tree_of_models_shows_atomic_models_actors_and_ports() -> None:
     lines = tree(turnover(TURN)).splitlines()
     assert lines[0] == "turnover: 10 coupled models"
     at = lines.index("├─ loader-6  coupled: machine  [order state -> input report]")

@@ -51,7 +51,7 @@ def model_of(file: str) -> mujoco.MjModel:
 
 @pytest.mark.large(beyond=20)
 @pytest.mark.parametrize("file", files())
-def test_an_imported_public_model_has_mujocos_accelerations_without_its_listed_features(file):
+def test_a_public_mujoco_model_keeps_its_accelerations_except_for_features_listed_as_not_imported(file):
     model = model_of(file)
     system, _, missing = from_mujoco(model)
     data, r = mujoco.MjData(model), np.random.default_rng(model.nv)
@@ -63,7 +63,7 @@ def test_an_imported_public_model_has_mujocos_accelerations_without_its_listed_f
 
 
 @pytest.mark.parametrize("file", [file for file in files() if "myo_sim" in file or "cup" in file or "coupled" in file])
-def test_ropes_are_as_long_as_the_tendons_of_public_models_in_all_poses(file):
+def test_ropes_imported_from_public_mujoco_models_have_the_lengths_of_the_tendons_in_all_poses(file):
     """Each tendon gets a spring, so that it becomes a rope if it has an equal."""
     model = model_of(file)
     if not model.ntendon:

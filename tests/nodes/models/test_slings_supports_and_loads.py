@@ -50,7 +50,7 @@ def test_a_sling_is_hooked_at_its_new_lug_and_the_hinge_is_freed() -> None:
     ]
 
 
-def test_the_hinge_locks_when_the_last_sling_is_off() -> None:
+def test_the_hinge_of_a_lifting_beam_locks_when_its_last_sling_is_off() -> None:
     context = (
         loader()
         .put(1.0, "order", Order(ONE, 1, (0, 0), Release(sling=ONE)))
@@ -68,7 +68,7 @@ def test_the_hinge_locks_when_the_last_sling_is_off() -> None:
     ]
 
 
-def test_an_order_locks_the_hinge_once() -> None:
+def test_a_repeated_order_to_lock_a_hinge_acts_once_and_is_answered_each_time() -> None:
     context = (
         loader()
         .put(1.0, "order", Order(LOCK, 4, (0, 0), BrakeOrder(model="loader-3", brake=LOCK, engaged=True)))
@@ -82,7 +82,7 @@ def test_an_order_locks_the_hinge_once() -> None:
     ]
 
 
-def test_taut_and_slack_ropes_are_reported_at_once() -> None:
+def test_taut_and_slack_slings_are_reported_at_once() -> None:
     context = loader().put(1.5, "state", StateEvent(ONE, "taut", 0.0), StateEvent(TWO, "taut", 0.0))
     assert context.said()[1:] == [
         (1.5, "report", RopeState(ONE, "taut", 0.0)),
@@ -105,7 +105,7 @@ def test_an_overload_is_reported_when_it_begins_and_when_it_ends() -> None:
     ]
 
 
-def test_lift_off_is_when_the_last_support_opens_and_landing_when_the_last_one_of_a_face_closes() -> None:
+def test_lift_off_is_reported_when_the_last_support_opens_and_landing_when_the_last_one_closes() -> None:
     context = Bench(build_one(turnover(), "block"))
     for i in (1, 2, 3, 4):
         context.put(100.0 + i, "state", StateEvent(f"block.lower-{i}", "open", 0.0))

@@ -85,14 +85,14 @@ def test_an_action_begins_when_the_moves_of_the_previous_one_are_done() -> None:
     assert builder.waiting_for() == ""
 
 
-def test_editing_only_the_action_list_changes_the_run() -> None:
+def test_editing_the_action_list_changes_the_run() -> None:
     first, second = Action(orders=(hoist("west.H1", -9.5),)), Action(orders=(hoist("west.H2", -9.5),))
     assert runs(Yard(turnover(first, second)).run()) == [(0.0, "west.H1"), (20.0, "west.H2")]
     assert runs(Yard(turnover(second, first)).run()) == [(0.0, "west.H2"), (20.0, "west.H1")]
     assert runs(Yard(turnover(second)).run()) == [(0.0, "west.H2")]
 
 
-def test_each_hook_creeps_until_its_own_slings_are_taut() -> None:
+def test_each_hook_creeps_upward_until_its_own_slings_are_taut() -> None:
     pairs = {f"{c}.{h}": SLINGS[2 * i : 2 * i + 2] for i, (c, h) in enumerate((c, h) for c in CRANES for h in HOOKS)}
     creep = Action(orders=tuple(hoist(h, speed=-0.005, until=taut(*s)) for h, s in pairs.items()))
     load = Action(when=taut(), orders=(hoist("west.H1", -1.0),))
@@ -118,7 +118,7 @@ def test_the_next_action_may_begin_while_the_last_move_ramps_down() -> None:
     assert [t for t, _ in builder.said(COMMANDER, Finished)] == [pytest.approx(70.0, abs=0.02)]
 
 
-def test_an_action_whose_condition_already_holds_begins_at_once() -> None:
+def test_an_action_begins_at_once_if_its_condition_already_holds() -> None:
     slack = taut(state="slack")
     skipped = Action(orders=(hoist("west.H1", speed=0.5, until=slack),))
     at_once = Action(when=And(all=(slack, LandedCondition())), orders=(hoist("west.H2", -9.5),))
@@ -162,7 +162,7 @@ def test_thresholds_are_watched_only_while_an_action_waits_for_them() -> None:
     assert runs(builder)[1] == (33.0, "west.H2")
 
 
-def test_a_turn_sends_its_laws_once_and_releases_the_actuators_at_the_end() -> None:
+def test_a_turn_sends_its_motion_laws_once_and_releases_the_actuators_at_its_end() -> None:
     turn = Action(orders=(Turn(rate=0.01, accel=0.001, to=pi / 2),))
     slack = Action(orders=(hoist("west.H3", 0.5), hoist("east.H3", 0.5)))
     builder = Yard(turnover(turn, slack)).run()
@@ -195,6 +195,6 @@ def test_after_slings_change_their_lugs_the_turn_law_uses_the_new_lugs() -> None
     assert law["east.lower-slide.drive"] == (12.0, -5.6)
 
 
-def test_with_a_stated_end_the_action_list_does_not_end_the_run() -> None:
+def test_a_run_with_a_stated_end_time_continues_after_its_action_list() -> None:
     builder = Yard(turnover(Action(orders=(hoist("west.H1", -9.5),)), end=100.0)).run()
     assert builder.said(COMMANDER, Finished) == []

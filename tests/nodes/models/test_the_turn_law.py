@@ -27,7 +27,9 @@ def half(lug: str) -> dict[str, str]:
 
 
 @pytest.mark.parametrize(("lug", "table"), [("B", FIRST), ("B'", SECOND)])
-def test_the_turn_law_gives_rope_lengths_and_positions_of_both_halves(lug: str, table: list[tuple[float, ...]]) -> None:
+def test_the_turn_law_gives_the_tabulated_rope_lengths_and_trolley_positions(
+    lug: str, table: list[tuple[float, ...]]
+) -> None:
     found, first = laws(turnover(), half(lug)), table[0]
     for row in table:
         a, b = radians(first[0]), radians(row[0])
@@ -37,7 +39,7 @@ def test_the_turn_law_gives_rope_lengths_and_positions_of_both_halves(lug: str, 
                 assert first[i] + way(found[name], a, b) == pytest.approx(row[i], abs=0.06)
 
 
-def test_in_a_turn_every_trolley_and_winch_follows_and_no_crane_travels() -> None:
+def test_in_a_turn_every_trolley_and_winch_follows_the_angle_and_no_crane_travels() -> None:
     names = ["upper-slide.drive", "H1", "H2", "lower-slide.drive", "H3"]
     assert list(laws(turnover(), half("B"))) == [f"{crane}.{name}" for crane in ("west", "east") for name in names]
 
@@ -48,18 +50,20 @@ def test_in_a_turn_a_winch_without_slings_stands_still() -> None:
     assert "west.H2" in found
 
 
-def test_a_turn_of_a_block_whose_slings_pull_at_one_line_is_refused_since_it_would_turn_nothing() -> None:
-    with pytest.raises(ModelError, match=r"^the block cannot turn: all its hooks pull at one line, .* another trolley"):
+def test_a_turn_is_refused_if_all_slings_of_the_block_pull_along_one_line() -> None:
+    with pytest.raises(
+        ModelError, match=r"^the block cannot turn: all hooks pull along a single line, .* another trolley"
+    ):
         laws(turnover(), first_lugs(turnover(hooked="A").machines))
 
 
-def test_one_trolley_cannot_follow_two_different_places_in_a_turn() -> None:
+def test_a_turn_is_refused_if_one_trolley_has_to_be_at_two_places() -> None:
     lugs = half("B") | {"loader-2.sling-1": "B+16", "loader-2.sling-2": "B+20"}
     with pytest.raises(ModelError, match=r"^the hooks on west.upper carry lugs at different"):
         laws(turnover(), lugs)
 
 
-def test_in_a_turn_an_eccentric_centre_of_gravity_stays_in_place() -> None:
+def test_an_eccentric_centre_of_gravity_stays_in_place_during_a_turn() -> None:
     plan = turnover()
     *others, block = plan.machines
     (cargo,) = block.cargo

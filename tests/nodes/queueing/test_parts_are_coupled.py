@@ -67,13 +67,13 @@ def test_a_failed_unit_resumes_its_job_when_it_is_repaired() -> None:
     assert left(server, entities(0))[:1] == [(16.0, 0)]  # down from 4 to 7 s and from 11 to 14 s
 
 
-def test_an_entity_that_meets_a_full_queue_is_lost() -> None:
+def test_an_entity_that_arrives_at_a_full_queue_is_lost() -> None:
     server = Server("server", Fixed(10.0), capacity=1)
     assert left(server, entities(0, 0, 0), "lost") == [(2.0, 2)]
     assert left(server, entities(0, 0, 0)) == [(10.0, 0), (20.0, 1)]
 
 
-def test_a_queue_before_a_pulling_server_acts_like_the_queue_of_a_server() -> None:
+def test_a_queue_with_a_pulling_server_acts_like_the_queue_of_a_server() -> None:
     def build(pulling: bool) -> Coupled:
         net = Coupled("net")
         source, sink = net.add(Source("source", Exponential(1.1))), net.add(Sink("sink"))
@@ -98,19 +98,19 @@ def test_a_queue_before_a_pulling_server_acts_like_the_queue_of_a_server() -> No
     assert pulled["net.queue"].wait == pytest.approx(pushed["net.server"].wait, rel=1e-12)  # type: ignore[attr-defined]
 
 
-def test_a_queue_holds_entities_without_demand_and_loses_those_beyond_its_capacity() -> None:
+def test_a_queue_holds_entities_without_demand_and_loses_entities_beyond_its_capacity() -> None:
     queue = Queue("queue", "priority", capacity=2)
     inputs = [*entities(1, 0, 0), (seconds(9), "demand", Demand(2))]
     assert left(queue, inputs, "lost") == [(2.0, 2)]  # type: ignore[arg-type]
     assert left(queue, inputs, "out") == [(9.0, 1), (9.0, 0)]  # type: ignore[arg-type]
 
 
-def test_a_join_waits_for_all_parts_of_the_same_number() -> None:
+def test_a_join_of_a_queueing_network_waits_for_all_parts_with_the_same_number() -> None:
     inputs = [(seconds(t), "into", Entity(n)) for t, n in ((1, 7), (2, 8), (3, 7), (4, 7), (5, 8), (6, 8))]
     assert left(Join("join", 3), inputs, "out") == [(4.0, 7), (6.0, 8)]
 
 
-def test_a_branch_chooses_its_ports_by_weight() -> None:
+def test_a_branch_of_a_queueing_network_chooses_its_ports_by_weight() -> None:
     branch = Branch("branch", (1.0, 0.0, 3.0))
     said = drive(branch, [(n, "into", Entity(n)) for n in range(DRAWS)])
     ports = [port for _, port, _ in said]
@@ -138,7 +138,7 @@ def test_random_draws_have_the_distributions_of_scipy(
     assert draws.mean() == pytest.approx(distribution.mean, abs=4 * draws.std() / np.sqrt(DRAWS))
 
 
-def test_an_empirical_table_is_drawn_by_its_weights() -> None:
+def test_values_of_an_empirical_table_are_drawn_by_their_weights() -> None:
     table, random = Empirical((1.0, 2.0, 5.0), (1.0, 0.0, 1.0)), Random(1)
     draws = [table.draw(random) for _ in range(DRAWS)]
     assert ({*draws}, table.mean) == ({1.0, 5.0}, 3.0)
@@ -171,10 +171,13 @@ def test_a_restored_snapshot_of_a_network_repeats_the_run() -> None:
     [
         (lambda: Fixed(-1.0), "Fixed: time is -1.0; give a finite number of seconds >= 0"),
         (lambda: Exponential(float("nan")), "Exponential: mean is nan; give a finite number of seconds >= 0"),
-        (lambda: Triangular(3.0, 2.0, 5.0), "Triangular: 3, 2, 5 s do not rise; sort them"),
+        (lambda: Triangular(3.0, 2.0, 5.0), "Triangular: 3, 2, 5 s are not in ascending order; sort them"),
         (lambda: LogNormal(0.0, 1.0), "LogNormal: mean is 0; it must be positive"),
         (lambda: Erlang(0, 1.0), "Erlang: 0 phases; give a whole number of at least 1"),
-        (lambda: Empirical((1.0,), (0.0,)), "Empirical: 1 times and 1 weights; give as many, and one above zero"),
+        (
+            lambda: Empirical((1.0,), (0.0,)),
+            "Empirical: 1 times and 1 weights; give one weight for each time, at least one above zero",
+        ),
         (lambda: Server("crew", Fixed(1.0), 0), "crew: 0 units; give a whole number of at least 1"),
         (
             lambda: Server("crew", Fixed(1.0), preemptive=True),

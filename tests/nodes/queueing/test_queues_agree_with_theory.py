@@ -122,7 +122,7 @@ def test_waiting_times_with_priorities_agree_with_cobham() -> None:
     )
 
 
-def test_with_preemption_waiting_times_of_the_first_priority_do_not_depend_on_the_second() -> None:
+def test_preemption_makes_waiting_times_of_the_first_priority_independent_of_the_second() -> None:
     first, both = 1 - 0.3, 1 - 0.7
     check(
         by_priority(preemptive=True),
@@ -181,7 +181,7 @@ def test_the_availability_of_units_is_their_share_of_time_between_failures() -> 
     check(build, {"net.server.available": 3 * 50 / 60})
 
 
-def test_a_jackson_network_has_the_product_of_its_queue_distributions() -> None:
+def test_the_joint_distribution_of_a_jackson_network_is_the_product_of_its_queue_distributions() -> None:
     rate, again = 0.4, 0.25
     first = rate / (1 - again)
 
@@ -200,7 +200,7 @@ def test_a_jackson_network_has_the_product_of_its_queue_distributions() -> None:
     check(build, {"net.sink.mean": 2 * first / (1 - first) / rate})
 
 
-def test_a_resource_held_for_a_time_acts_like_a_server() -> None:
+def test_a_resource_occupied_for_a_time_acts_like_a_server() -> None:
     def build(seed: int) -> Coupled:
         net = Coupled("net")
         source = net.add(Source("source", Exponential(0.5), seed=seed))

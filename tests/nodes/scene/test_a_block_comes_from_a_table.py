@@ -63,7 +63,7 @@ def test_keys_of_the_scene_override_the_table_row(scene: Path) -> None:
     assert meant(load(scene)) == meant(bare("lift", [*WRITTEN, "block.mass=250 t"]))
 
 
-def test_a_table_row_named_by_a_setting_overrides_the_scene(scene: Path) -> None:
+def test_a_table_row_named_in_a_setting_overrides_the_table_row_of_the_scene(scene: Path) -> None:
     heavier: LoadedScene = load(scene, ["block.from=blocks.csv#B18"])
     assert heavier.scene.block is not None
     assert heavier.scene.block.mass == 480e3
@@ -123,7 +123,8 @@ def test_faults_in_a_table_are_reported_with_file_row_and_column(
     [
         (
             "../blocks.csv#B17",
-            "'blocks.csv' is outside of the scene's folder, and a scene may use only files in it; copy it there",
+            "'blocks.csv' is outside of the scene's folder, but a scene may use only files in its own folder; "
+            "copy the file there",
         ),
         ("nothing.csv#B17", "there is no table 'nothing.csv' beside the scene"),
         (
@@ -135,7 +136,7 @@ def test_faults_in_a_table_are_reported_with_file_row_and_column(
         ("17", "write the table and the row, such as 'from: blocks.csv#B17'"),
     ],
 )
-def test_a_file_that_is_no_table_is_reported(scene: Path, named: str, sentence: str) -> None:
+def test_a_file_that_is_no_block_table_is_reported(scene: Path, named: str, sentence: str) -> None:
     assert sentence in refused(scene, f"block.from={named}")
 
 
@@ -145,7 +146,7 @@ def test_a_lug_without_a_position_is_reported_with_its_table(scene: Path) -> Non
     (scene.parent / "lugs.csv").write_text(LUGS.replace("y [m]", "v"))
     assert "block.lugs from: lugs.csv has no column y [m]" in refused(scene)
     (scene.parent / "lugs.csv").write_text(LUGS.replace("y [m]", "capacity [t]"))
-    assert "lugs.csv: a lug has a place x, y, z and no 'capacity'" in refused(scene)
+    assert "lugs.csv: a lug has only the quantities x, y and z, not 'capacity'" in refused(scene)
 
 
 @pytest.mark.parametrize("column", range(2, 9))

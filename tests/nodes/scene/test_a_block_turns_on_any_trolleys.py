@@ -91,7 +91,7 @@ def several(text: str) -> str:
     )
 
 
-def test_any_block_of_several_can_be_turned() -> None:
+def test_any_of_several_blocks_can_be_turned() -> None:
     one, two = (play(parse(text, "tilting.yaml").plan) for text in (SCENE, several(SCENE)))
     a, b = one.past.part(0, len(one.t)), two.past.part(0, len(two.t))
     assert np.abs(a.poses["block"] - b.poses["tank"]).max() < 1e-4, "to the tolerance, in another order of names"
@@ -107,7 +107,7 @@ def test_a_turned_block_can_be_set_down_on_its_other_face() -> None:
     assert [*sets[1].cargo[0].faces.values()] == ["lower"] * 4 + ["upper"] * 4
 
 
-def test_a_second_block_of_the_action_list_does_not_turn() -> None:
+def test_an_action_list_that_turns_a_second_block_is_refused() -> None:
     message = "'tank' is turned before, and one list can turn only one block: leave 'other' as it is"
     with pytest.raises(SceneError, match=message):
         parse(several(SCENE).replace("  tank:\n", f"{OTHER}  tank:\n", 1) + "  - other: turn 20 deg/min to 15 deg\n")
@@ -135,6 +135,6 @@ def test_a_block_on_trolleys_turns_about_its_centre_of_mass() -> None:
     assert np.abs(after[:3] - before[:3]).max() < 0.1, "of 2 m that the lugs move"
 
 
-def test_hooks_without_a_trolley_cannot_follow_a_turn() -> None:
+def test_a_turn_with_hooks_that_have_no_trolley_is_refused() -> None:
     with pytest.raises(SceneError, match=r"'block' cannot turn[^$]*it can: level"):
         load("jib", ["actions=[{jib main: 'hoist 1 m/min until lifted'}, {block: turn 20 deg/min to 15 deg}]"])

@@ -152,7 +152,7 @@ def _naming(kind: str, *folders: str) -> set[str]:
 
 
 @pytest.mark.parametrize("kind", [kind.__name__ for kind in get_args(Force)])
-def test_each_kind_of_force_has_a_description_a_law_and_a_row_of_the_table(kind: str) -> None:
+def test_each_kind_of_force_has_a_description_a_law_and_a_row_of_the_force_table(kind: str) -> None:
     found = _naming(kind, "kernel/description", "kernel/forces") - LISTED.get(kind, set())
     assert len(found) == 3, found
     assert {"forces.py", "table.py"} < found

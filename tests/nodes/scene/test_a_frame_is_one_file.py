@@ -142,6 +142,6 @@ def test_faults_of_a_lifting_frame_type_are_reported_in_one_sentence(
     assert told in str(caught.value)
 
 
-def test_a_lifting_frame_without_a_type_is_of_the_bundled_type() -> None:
+def test_a_lifting_frame_without_a_stated_type_has_the_bundled_type() -> None:
     named = parse(LIFT.replace("{hook: crane", "{type: block-loader, hook: crane"), "lift.yaml")
     assert [x.system for x in named.plan.machines] == [x.system for x in parse(LIFT, "lift.yaml").plan.machines]

@@ -85,7 +85,7 @@ def test_a_lift_started_by_the_list_of_another_moves_as_alone_with_a_time_shift(
     assert b.values[-1, 0] == pytest.approx(a.values[-1, 0], abs=1e-9) == pytest.approx(4.0, abs=1e-6)
 
 
-def test_with_a_stated_end_a_finished_lift_is_reported_once(folder: Path) -> None:
+def test_a_stated_end_time_does_not_delay_the_report_that_a_lift_is_done(folder: Path) -> None:
     played = play(load(of(folder), ["end=20 s"]).plan)
     stages = {e.value.name: e.t * 1e-9 for e in played.events if e.type == Stage.__name__}
     assert stages["third"] == stages["b: out"] + 6.0
@@ -107,7 +107,7 @@ def test_a_run_reports_what_its_action_lists_wait_for(folder: Path) -> None:
         ("b: begin", "a: begin", "a begins by itself: write `start: ordered` there"),
         ("b: begin", "b-pusher: drive 1 m/s by 1 m", "this list begins lifts (`b: begin`)"),
         ("b: begin", "b-pusher: begin", "'b-pusher' cannot begin"),
-        ("b: begin", "b: begin now", "'begin' stands alone, without 'now'"),
+        ("b: begin", "b: begin now", "nothing can follow 'begin': remove 'now'"),
         ("b: begin", "wait: 1 s", "nothing begins b: write an action `b: begin` in this scene"),
         ("c: begin", "b: begin", "b is begun twice"),
         ("b done", "d done", "there is no lift 'd' that could be done"),
@@ -116,7 +116,9 @@ def test_a_run_reports_what_its_action_lists_wait_for(folder: Path) -> None:
         ("  a: {", "  all: {", "a lift cannot be called 'all'"),
     ],
 )
-def test_lifts_that_cannot_begin_are_reported_with_their_line(folder: Path, old: str, new: str, sentence: str) -> None:
+def test_impossible_conditions_to_begin_a_lift_are_reported_with_their_line(
+    folder: Path, old: str, new: str, sentence: str
+) -> None:
     with pytest.raises(SceneError) as message:
         load(of(folder, old=old, new=new))
     assert sentence in str(message.value)

@@ -126,7 +126,7 @@ BOMBS = {
 
 
 @pytest.mark.parametrize("case", BOMBS)
-def test_an_endless_expansion_of_a_scene_is_reported_briefly(case: str) -> None:
+def test_a_scene_with_endless_yaml_expansion_is_refused_with_a_short_message(case: str) -> None:
     text, message = BOMBS[case]
     answer = refused(text)
     assert message in answer

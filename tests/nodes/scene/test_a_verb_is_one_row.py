@@ -37,18 +37,18 @@ def swivel(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(actions, "MOTIONS", (*MOTIONS, "swivel"))
 
 
-def test_every_verb_is_in_the_documented_grammar() -> None:
+def test_every_verb_of_orders_is_in_the_documented_grammar() -> None:
     assert [name for name in VERBS if not re.search(rf'"{name}"', phrases.__doc__ or "")] == []
 
 
-def test_a_plan_with_an_unknown_verb_is_refused() -> None:
+def test_a_recorded_plan_with_an_unknown_verb_is_refused() -> None:
     order = {"type": "move", "verb": "fly", "model": "m", "actuator": "a", "speed": 1.0, "accel": 1.0}
     with pytest.raises(msgspec.ValidationError, match="no drive or winch can fly"):
         msgspec.convert(order, actions.Move)
 
 
 @pytest.mark.usefixtures("swivel")
-def test_a_new_verb_is_parsed_resolved_run_and_waited_for(tmp_path: Path) -> None:
+def test_a_newly_added_verb_of_orders_is_parsed_resolved_executed_and_waited_for(tmp_path: Path) -> None:
     scene = parse(SCENE)
     moves = [action.orders[0] for action in scene.plan.actions]
     assert [move.verb for move in moves if isinstance(move, actions.Move)] == ["swivel", "swivel"]
@@ -92,5 +92,5 @@ def test_the_value_of_an_order_has_the_unit_of_the_joint_that_it_moves(scene: st
         parse(f"{orders}  - {written}\n")
 
 
-def test_a_zero_value_needs_no_unit() -> None:
+def test_the_position_zero_in_a_condition_needs_no_unit() -> None:
     assert parse(f"{SCENE.partition('  - turntable')[0]}  - turntable: drive 2 deg/s until position of pivot >= 0\n")

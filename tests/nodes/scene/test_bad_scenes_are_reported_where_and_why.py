@@ -111,11 +111,11 @@ def test_a_recording_given_as_a_scene_is_reported_as_such(tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("text", ["", "- a", "just words", "heavylift: [1", "a: &x [*x]", "? [a]\n: 1", "{}"])
-def test_any_text_as_a_scene_ends_in_sentences(text: str) -> None:
+def test_any_random_text_given_as_a_scene_is_refused_in_sentences(text: str) -> None:
     assert HEAD.fullmatch(refused(text).splitlines()[0])
 
 
-def test_names_reserved_for_the_run_are_refused_in_a_scene() -> None:
+def test_names_reserved_for_the_run_are_refused_as_node_names() -> None:
     assert {COMMANDER, KERNEL, OBSERVER, "event", "coordinator"} <= set(RESERVED)
     for word in ("event", OBSERVER):
         with pytest.raises(ProtocolError):

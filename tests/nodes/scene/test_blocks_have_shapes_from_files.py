@@ -64,7 +64,7 @@ def test_moments_of_inertia_of_a_box_and_a_tetrahedron_mesh_are_those_of_textboo
     assert found.moments[3:] == pytest.approx([8.0 / 80.0 * x for x in (24.0, 12.0, 8.0)], rel=1e-13)
 
 
-def test_finer_ball_meshes_approach_two_fifths_of_m_r_squared() -> None:
+def test_the_moment_of_inertia_of_finer_ball_meshes_approaches_two_fifths_of_m_r_squared() -> None:
     """Errors of volume and moment fall by four with each division of the triangles, as those of inscribed planes do."""
     errors = []
     for n in (2, 3, 4):
@@ -90,7 +90,7 @@ def test_mass_properties_of_an_irregular_hull_agree_with_another_library(tmp_pat
     assert cargo(small).size == pytest.approx(block.size, rel=1e-5)
 
 
-def test_in_gltf_files_y_is_up(tmp_path: Path) -> None:
+def test_gltf_files_are_read_with_y_as_the_vertical_axis(tmp_path: Path) -> None:
     """A box 6 m long, 3 m high in the file's y: it is 3 m high in the scene's z."""
     box = trimesh.creation.box((6.0, 3.0, 2.0))
     block = cargo(scene(tmp_path, box, "box.glb").plan)
@@ -121,7 +121,7 @@ def test_a_mesh_is_drawn_as_twelve_boxes_that_contain_its_surface(tmp_path: Path
         (
             "hull.stl",
             "{mass: 60 t, size: [9 m, 4 m, 4 m]}",
-            "'hull.stl' is 9 x 4 x 3 m large, and the block 9",
+            "'hull.stl' measures 9 x 4 x 3 m, but the block 9",
         ),
         ("noise.stl", "mass: 60 t", "'noise.stl'"),
         ("../hull.stl", "mass: 60 t", "is outside of the scene's folder"),
@@ -151,7 +151,7 @@ def test_a_missing_mesh_library_is_reported_with_its_extra(tmp_path: Path, monke
         load(tmp_path / "shaped.yaml")
 
 
-def test_one_of_several_blocks_can_have_a_mesh(tmp_path: Path) -> None:
+def test_a_mesh_can_give_the_shape_of_one_of_several_blocks(tmp_path: Path) -> None:
     """Its slices are drawn, and the box around them is what gaps are measured from."""
     mesh = hull()
     mesh.export(tmp_path / "hull.stl")

@@ -61,7 +61,7 @@ def test_a_run_can_end_with_the_block_on_the_quay(tmp_path: Path) -> None:
     assert block[-1, 2] == pytest.approx(3.0, abs=2e-3)
 
 
-def test_the_clearance_above_the_floor_is_that_of_the_lowest_corner() -> None:
+def test_the_floor_clearance_of_a_tilted_block_is_that_of_its_lowest_corner() -> None:
     """However the block is turned: the gap to the floor is that of the corner that comes to it first."""
     it = parse(FLOOR, passing=True, followed=False).plan.actions[3].orders[0].until.threshold
     for R in Rotation.random(5, random_state=1).as_matrix():
@@ -101,7 +101,7 @@ def test_impossible_landings_are_reported(words: str, told: str) -> None:
     assert "scene.yaml:12:" in str(error.value)
 
 
-def test_contacts_without_pressure_do_not_change_the_equilibrium(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_contacts_that_carry_no_load_do_not_change_the_equilibrium(monkeypatch: pytest.MonkeyPatch) -> None:
     plan = at_rest(parse(TEXT, passing=True, followed=False).plan)
     few = StaticRun(plan)
     monkeypatch.setattr(static_run, "apart", lambda *contact: False)

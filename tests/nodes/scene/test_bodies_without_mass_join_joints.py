@@ -70,7 +70,7 @@ def in_mujoco(joints: list[tuple[str, tuple[float, ...], float, float, float]]) 
 
 
 @pytest.mark.parametrize("name", JOINTS)
-def test_two_joints_with_a_massless_body_between_move_as_in_mujoco(name: str) -> None:
+def test_two_joints_connected_by_a_massless_body_move_as_in_mujoco(name: str) -> None:
     first, last, laws, joints = JOINTS[name]
     pose = simulate(parse(SCENE.format(first=first, last=last, laws=laws)))["pose/part"].values[-1]
     want = in_mujoco(joints)

@@ -42,7 +42,7 @@ SIZES = {  # bodies, degrees of freedom, ropes, slings, models, actions
 }
 
 
-def test_all_bundled_scenes_are_listed() -> None:
+def test_every_bundled_scene_is_listed() -> None:
     assert sorted(bundled()) == sorted(SIZES)
 
 
@@ -93,7 +93,7 @@ def test_the_equilibrium_path_of_turnover_covers_all_stages() -> None:
     assert message.known
 
 
-def test_the_report_of_turnover_shows_its_utilisations() -> None:
+def test_the_static_report_of_turnover_shows_its_utilisations() -> None:
     page = str(check(load("turnover")))
     assert page.startswith("turnover: 19 bodies, 54 degrees of freedom, 6 ropes, 12 slings, 10 models, 23 actions")
     for line in (
@@ -104,7 +104,7 @@ def test_the_report_of_turnover_shows_its_utilisations() -> None:
         assert line in page
 
 
-def test_the_report_of_turnover_shows_the_stages_that_change_its_loads() -> None:
+def test_the_static_report_of_turnover_shows_the_stages_that_change_its_loads() -> None:
     lines = str(check(load("turnover"))).splitlines()
     assert lines[4:17] == [
         "  static sling load [t]         east.H1  east.H2  east.H3  west.H1  west.H2  west.H3",
@@ -132,7 +132,7 @@ def test_an_eccentric_centre_of_mass_shifts_the_loads_of_turnover() -> None:
     assert tonnes == pytest.approx([93, 97, 241, 106, 110, 253], abs=1.0)
 
 
-def test_the_arm_starts_as_in_the_paper() -> None:
+def test_the_four_link_arm_starts_in_the_published_state() -> None:
     system = load("arm").plan.machines[0].system
     at = poses(system)
     tip = at["link-4"][0] + at["link-4"][1] @ (1.0, 0.0, 0.0)

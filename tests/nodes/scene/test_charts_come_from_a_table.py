@@ -42,11 +42,11 @@ def test_boom_counterweight_and_base_select_the_load_chart(tmp_path: Path) -> No
     assert chart("20 m", "25 t", "7.3 m") == [(4.0, 50e3), (8.0, 25e3)]
     assert chart("20 m", "25 t", "6.9 m") == [(4.0, 22e3), (6.0, 12e3)]
     assert chart("22 m", "20 t", "7 m") == [(4.0, 38e3), (8.0, 19e3)]
-    with pytest.raises(SceneError, match="no chart for a boom so long"):
+    with pytest.raises(SceneError, match="no chart for this boom length"):
         chart("20 m", "25 t", "4 m")
 
 
-def test_the_crane_configuration_is_reported(tmp_path: Path) -> None:
+def test_the_configuration_of_a_machine_lists_boom_counterweight_outriggers_falls_and_base(tmp_path: Path) -> None:
     (machine,) = plan_of(tmp_path, "20 m", "20 t", "7 m").machines
     message = {"boom": "20 m", "counterweight": "20 t", "outriggers": "7 m", "falls": "10"}
     assert machine.configuration == {**message, "base": "outriggers 7.32 m long, 7.32 m apart"}

@@ -108,7 +108,7 @@ def test_a_sling_can_be_hooked_to_one_block_only() -> None:
         parse(TWO.replace("lugs: [a.P, a.Q]", "lugs: [a.P, b.Q]").replace("lugs: [b.P, b.Q]", "lugs: [b.P, a.Q]"))
 
 
-def test_with_a_single_block_in_the_list_its_name_may_be_omitted() -> None:
+def test_orders_may_omit_the_name_of_the_block_in_a_scene_with_one_block() -> None:
     one = "\n".join(line for line in TWO.splitlines() if not line.startswith(("  b:", "    two:", "  - two:")))
     assert carried(one.replace("until a lifted", "until lifted")) == pytest.approx({"west.H1": 150.0}, rel=1e-6)
 
@@ -128,7 +128,7 @@ DOWN = """\
 
 
 @pytest.mark.parametrize("order", ["all hooks: unhook", "all hooks: unhook\n    legs: unhook"])
-def test_unhooking_a_hook_takes_off_its_slings_with_or_without_a_frame(order: str) -> None:
+def test_unhooking_removes_the_slings_of_a_hook_with_or_without_a_lifting_frame(order: str) -> None:
     text = MIXED.replace("  - west: travel 10 m/min by 2 m\n", DOWN)
     for given, left in ((order, set()), ("west H2: unhook", {"one.sling-1", "one.sling-2"})):
         assert {*scene(f"{text}  - {given}\n").statics.states[-1].hooked} == left

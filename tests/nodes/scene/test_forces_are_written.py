@@ -127,7 +127,7 @@ def test_faults_of_forces_are_reported_with_their_line(written, old, new, told):
     assert abs(line - expected) <= 2
 
 
-def test_a_user_law_that_branches_is_refused_when_the_scene_is_read(written, tmp_path):
+def test_a_user_law_with_a_python_branch_on_its_inputs_is_refused_when_the_scene_is_read(written, tmp_path):
     path = written()
     (tmp_path / "mine.py").write_text("def push(x):\n    if x.q > 0:\n        return 1.0\n    return 0.0\n")
     with pytest.raises(SceneError, match=r"law 'own': .*mine.py:push' at mine.py:2: traced code cannot branch"):

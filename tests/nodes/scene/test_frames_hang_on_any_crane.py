@@ -135,7 +135,7 @@ def test_a_frame_can_hang_on_a_crane_on_a_vessel(seed: int, motion: str) -> None
     assert {("loader load", "one"), ("sling tension", "one.sling-1"), ("bridle angle", "one.sling-2")} <= rows
 
 
-def test_a_machine_standing_on_another_one_can_hold_rigging() -> None:
+def test_a_machine_that_stands_on_another_machine_can_hold_rigging() -> None:
     text = bundled()["floating"].read_text() + (
         "machines: {other: {bodies: {other.deck: {mass: 1 t, box: [1 m, 1 m, 1 m]}}, "
         "joints: {other.foot: {type: fixed, child: other.deck}}}}\n"

@@ -52,7 +52,7 @@ def test_the_plan_of_two_lifts_has_unique_names(two: LoadedScene) -> None:
     assert ("b-loader-3", "report", "commander", "report_b") in wires
 
 
-def test_each_of_several_cranes_is_modelled_as_written(two: LoadedScene) -> None:
+def test_each_of_several_cranes_is_modelled_as_the_scene_describes(two: LoadedScene) -> None:
     a, b = two.plan.lists
     bending = msgspec.structs.replace(b, fidelity=plan.Fidelity(girder="elastic"))
     models = build(msgspec.structs.replace(two.plan, lists=(a, bending)))
@@ -76,7 +76,7 @@ def test_the_first_of_two_cranes_moves_exactly_as_alone(runs: dict[str, Recordin
         assert [found[t] for t in times] == [own[t] for t in times]
 
 
-def test_the_second_of_two_cranes_stands_at_its_place(runs: dict[str, Recording]) -> None:
+def test_the_second_of_two_cranes_stands_at_its_stated_place(runs: dict[str, Recording]) -> None:
     other = runs["two"]
     for part in ("block", "crane.upper", "loader-2.lower"):
         first, there = (other[f"pose/{x}-{part}"].values[0, :3] for x in "ab")
@@ -92,7 +92,7 @@ def test_the_digest_of_two_lifts_is_equal_in_any_placement(
     assert found.digest == runs["two"].result["digest"]
 
 
-def test_limits_are_relative_to_the_origin_of_a_lift(two: LoadedScene) -> None:
+def test_position_limits_are_relative_to_the_origin_of_a_lift(two: LoadedScene) -> None:
     """The lower trolley goes to y = 83 m of its girder, the crane stands at x = 40 m of its rails."""
     most = {(use.limit.subject, use.limit.quantity): use.value for use in two.uses}
     for lift in "ab":
@@ -118,7 +118,7 @@ actions:
 """
 
 
-def test_conditions_and_interlocks_may_use_parts_of_all_lifts() -> None:
+def test_conditions_and_interlocks_of_several_lifts_may_refer_to_parts_of_all_lifts() -> None:
     plan = parse(BETWEEN).plan
     stops = [(x.machine, [stop.actuator for stop in x.stops]) for x in plan.interlocks]
     assert stops == [(f"{lift}-crane", [f"{lift}-crane.gantry.drive"]) for lift in "ab"]

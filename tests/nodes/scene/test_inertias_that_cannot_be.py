@@ -87,7 +87,7 @@ def test_an_impossible_inertia_is_reported_in_one_sentence_with_cause_and_remedy
     assert faults(inertia) == [f"scene.yaml:{told}"]
 
 
-def test_an_unconnected_body_is_reported_once():
+def test_an_impossible_inertia_of_a_free_body_is_reported_once():
     free = "type: free"
     (message,) = faults("[0, 0, 1 kg m2]", joint=free)
     assert FLAT in message
@@ -112,11 +112,11 @@ def test_an_invalid_mass_is_reported_at_the_line_of_the_mass(mass):
         "[0.5 kg m2, 0.5 kg m2, 1 kg m2]",
     ],
 )
-def test_rounded_digits_of_an_inertia_are_accepted(inertia):
+def test_an_inertia_with_rounded_digits_is_accepted(inertia):
     assert faults(inertia) == []
 
 
-def test_the_inertia_proposed_in_the_message_is_accepted():
+def test_the_inertia_proposed_by_the_error_message_is_accepted():
     """For random moments beyond the sum: the sentence ends with some that are possible."""
     import numpy as np
 

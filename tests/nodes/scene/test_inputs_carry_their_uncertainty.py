@@ -38,18 +38,18 @@ REFUSED = [
     ("block.mass=300 t +-", "'+-' is not a valid uncertainty"),
     ("block.mass=300 t +- 10", "'+- 10': the unit is missing; use %, t, kg"),
     ("block.mass=300 t sd 3 kN", "'sd 3 kN': 'kN' is not a unit of this quantity; use %, t, kg"),
-    ("block.mass=300 t +- 120 %", "reaches down to -60 t, and a mass must be greater than zero here"),
+    ("block.mass=300 t +- 120 %", "the range reaches down to -60 t, but a mass must be greater than zero here"),
     ("block.mass=300 t sd 60 %", "reaches down to -60 t"),
     ("block.mass=306..294 t", "'306..294 t': the first number must be less than the second one"),
     ("block.mass=300 kg..0.5 t", "'300 kg..0.5 t': write both ends in one unit"),
     ("block.mass=nan t +- 3 %", "'nan t +- 3 %' is not a valid mass"),
-    ("block.com=[0 m +- 3 %, 0 m, 0 m]", "'+- 3 %' of a value of 0 is 0: write it in a unit"),
-    ("cranes.crane.sheave efficiency=99 % +- 2 %", "reaches from 0.97 to 1.01, out of 50 % to 100 %"),
-    ("cranes.crane.falls=20 +- 1", "is no quantity that could be uncertain"),
+    ("block.com=[0 m +- 3 %, 0 m, 0 m]", "'+- 3 %' of a value of 0 is 0: write the uncertainty with a unit"),
+    ("cranes.crane.sheave efficiency=99 % +- 2 %", "the range from 0.97 to 1.01 is not within 50 % to 100 %"),
+    ("cranes.crane.falls=20 +- 1", "this value cannot be uncertain"),
     ("name=lift +- 3 %", "a name has letters"),
-    ("samples=2 Hz +- 1 %", "a frequency is a setting of the run, no input"),
-    ("end=60 s +- 1 s", "a time is a setting of the run, no input"),
-    ("tolerance=1e-6 +- 3 %", "is no quantity that could be uncertain"),
+    ("samples=2 Hz +- 1 %", "a frequency is a setting of the run, not an input"),
+    ("end=60 s +- 1 s", "a time is a setting of the run, not an input"),
+    ("tolerance=1e-6 +- 3 %", "this value cannot be uncertain"),
 ]
 
 
@@ -87,7 +87,7 @@ def test_a_run_uses_the_nominal_values_of_uncertain_inputs(tmp_path: Path) -> No
     assert first == second
 
 
-def test_stating_uncertainties_changes_only_the_limits_in_the_plan() -> None:
+def test_stating_uncertainties_of_inputs_changes_only_the_limits_in_the_plan() -> None:
     plain = load("lift", ["block.mass=300 t", "rig.sling.EA=445 MN"])
     for text in ("300 t +- 3 %", "290..310 t", "300 t sd 5000 kg"):
         stated = load("lift", [f"block.mass={text}", "rig.sling.EA=445 MN ± 10 %"])
@@ -95,7 +95,7 @@ def test_stating_uncertainties_changes_only_the_limits_in_the_plan() -> None:
         assert replace(stated.plan, limits=limits) == plain.plan
 
 
-def test_uncertainties_in_free_text_are_not_read() -> None:
+def test_uncertainties_written_in_free_text_are_not_read() -> None:
     stage = "actions.0.stage=20..30 t on the hooks"
     source = "limits={ropes: {crane.H1: {tension: 4 MN, source: 3 +- 1 tests}}}"
     scene = load("lift", [stage, source])
@@ -120,7 +120,7 @@ def test_an_uncertainty_on_the_command_line_replaces_that_of_the_file() -> None:
         (["block.mass"], "write its uncertainty after it"),
         (["block.mass +- 3 kN"], "input block.mass: '+- 3 kN': 'kN' is not a unit of this quantity"),
         (["block.weight +- 3 %"], "input block.weight: there is no 'weight'"),
-        (["block.mass +- 3 %", "block.mass +- 2 %"], "input block.mass: is named twice"),
+        (["block.mass +- 3 %", "block.mass +- 2 %"], "input block.mass: it is given twice"),
         (["block.com.x +- 3 %"], "'+- 3 %' of a value of 0 is 0"),
         (["samples +- 3 %"], "a frequency is a setting of the run"),
     ],

@@ -66,7 +66,7 @@ def test_an_interlock_on_the_load_of_another_lift_uses_its_load_chart(tmp_path: 
     assert (guard.quantity, guard.ropes, guard.point.body) == ("moment", ("b-jib.main",), "b-jib.main")
 
 
-def test_interlocks_do_not_block_machines_that_move_apart() -> None:
+def test_interlocks_do_not_stop_machines_that_move_apart() -> None:
     """Two cranes of a hall on one runway, and a trolley that traverses to a post beside it: each is barred the way to
     the other alone."""
     text = bundled()["hall"].read_text(encoding="utf-8").split("actions:")[0]

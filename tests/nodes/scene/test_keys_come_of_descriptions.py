@@ -45,7 +45,7 @@ def _si(unit: Unit) -> str:
 
 
 @pytest.mark.parametrize("model", [*forces.MODELS, *LAWS], ids=lambda model: model.__name__)
-def test_a_number_in_a_scene_sets_the_field_that_belongs_to_its_key(model: Any) -> None:
+def test_each_key_of_a_force_element_sets_the_kernel_field_with_its_value_in_si_units(model: Any) -> None:
     random = Random(model.__name__)
     units = {name: unit for name, unit in _numbers(model.struct).items() if WORDS.get(name, name) in model.model_fields}
     values = {name: round(random.uniform(0.1, 9.0), 3) for name in units}

@@ -74,7 +74,9 @@ def test_an_event_of_one_lift_adds_a_sample_row_to_that_lift_only(runs: dict[str
     assert play(parse(TEXT).plan).digest == other.result["digest"]
 
 
-def test_one_of_several_lifts_equals_the_scene_that_it_extends(runs: dict[str, Recording]) -> None:
+def test_each_of_several_lifts_starts_with_the_rope_tensions_of_the_scene_it_extends(
+    runs: dict[str, Recording],
+) -> None:
     scene, first = load("hall"), parse(TEXT).statics.states[0]
     for rope, tension in scene.statics.states[0].tensions.items():
         assert first.tensions[f"a-{rope}"] == first.tensions[f"b-{rope}"] == pytest.approx(tension, rel=1e-9)
@@ -100,7 +102,7 @@ def test_the_plan_of_several_lifts_has_unique_names_and_is_cached_whole() -> Non
     assert "a-hall.main (of 2)" in message
 
 
-def test_user_models_move_the_drives_of_each_lift_as_in_a_scene_of_that_lift_alone(tmp_path: Path) -> None:
+def test_user_models_move_the_drives_of_one_of_several_lifts_as_in_a_scene_of_that_lift_alone(tmp_path: Path) -> None:
     """It hears and leads what is called by the prefix, to the bit where the rails are moved across."""
     text = TEXT.replace("hall", "damper").replace("3 m, 40 m", "0 m, 64 m").replace("7 s", "1 s")
     run(load("damper", ["end=4s", "samples=5Hz"]), tmp_path / "one.mcap", in_process=True)
@@ -114,7 +116,7 @@ def test_user_models_move_the_drives_of_each_lift_as_in_a_scene_of_that_lift_alo
         assert last_at(both[f"joint/position/{lift}-plain-rail.travel"])[3.8] == pytest.approx(driven[3.8 - late])
 
 
-def test_an_operator_orders_one_lift_and_ends_all(tmp_path: Path) -> None:
+def test_an_operator_command_moves_one_of_several_lifts_and_the_stop_command_ends_all(tmp_path: Path) -> None:
     """The lift that is ordered answers; two at once are not ordered; what was said is said again in a replay."""
     scene = parse(TEXT)
     words = ("b-hall traversing: traverse 10 m/min by 0.5 m", "cranes: travel 10 m/min by 1 m", "")
@@ -149,7 +151,9 @@ def test_an_operator_orders_one_lift_and_ends_all(tmp_path: Path) -> None:
         ("samples: 5 Hz", "models: {}", "models: a scene of several lifts has nothing else"),
     ],
 )
-def test_lifts_that_cannot_be_combined_are_reported_with_their_line(old: str, new: str, sentence: str) -> None:
+def test_lifts_that_cannot_be_combined_in_a_scene_are_reported_with_their_line(
+    old: str, new: str, sentence: str
+) -> None:
     assert old in TEXT
     with pytest.raises(SceneError) as message:
         parse(TEXT.replace(old, new), passing=True)

@@ -46,7 +46,7 @@ def test_scenes_can_extend_a_chain_of_files_with_settings_on_top(tmp_path: Path)
     assert [getattr(order, "by", None) for order in scene.plan.actions[2].orders] == [-0.5] * 3
 
 
-def test_errors_in_an_extended_scene_name_the_right_file(tmp_path: Path) -> None:
+def test_errors_in_an_extended_scene_are_reported_with_the_right_file(tmp_path: Path) -> None:
     base, case = tmp_path / "base.yaml", tmp_path / "case.yaml"
     base.write_text("heavylift: 1\nname: base\nend: 3 s\nsamples: 5\n")
     case.write_text("heavylift: 1\nextends: base.yaml\nname: case\nsed: 4\nend: 4\n")
@@ -74,7 +74,7 @@ def test_a_scene_that_extends_itself_is_refused(tmp_path: Path) -> None:
         ("yard/none.yaml", "there is no scene file 'yard/none.yaml'"),
     ],
 )
-def test_a_missing_base_scene_is_reported(name: str, told: str) -> None:
+def test_a_missing_file_of_a_base_scene_is_reported(name: str, told: str) -> None:
     with pytest.raises(SceneError) as refusal:
         load(name)
     assert str(refusal.value) == told

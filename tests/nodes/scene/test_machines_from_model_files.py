@@ -102,7 +102,7 @@ def test_the_scene_may_move_and_extend_a_machine_that_is_read_from_a_urdf_file(t
     assert result["pose/arm.upper"]["x"] == pytest.approx(4.0)
 
 
-def test_actuators_with_feedback_become_drives_and_others_forces(tmp_path):
+def test_actuators_with_feedback_in_a_model_file_become_drives_and_others_become_forces(tmp_path):
     model = """<mujoco><option gravity="0 0 -9.80665"/><worldbody><body name="b"><joint name="j" axis="0 1 0"/>
     <inertial pos="0 0 -1" mass="2" diaginertia="1 1 1"/><body name="c" pos="0 0 -2"><joint name="k" type="slide"/>
     <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body></body></worldbody>
@@ -118,7 +118,7 @@ def test_actuators_with_feedback_become_drives_and_others_forces(tmp_path):
     assert any("actuators without feedback are forces of factor 0" in x for x in text)
 
 
-def test_numbers_that_only_rounding_has_left_are_zero(tmp_path):
+def test_rounding_residues_in_model_files_are_read_as_zero(tmp_path):
     model = """<mujoco><worldbody><body name="b" pos="0 1e-33 0"><joint name="j"/><inertial pos="0 0 3e-31" mass="1"
     diaginertia="1e-5 2e-5 2e-5" quat="1 1e-27 0 0"/></body></worldbody></mujoco>"""
     (body,) = (x for x in machine(written(tmp_path, model)).system.bodies if x.name == "arm.b")
@@ -126,7 +126,7 @@ def test_numbers_that_only_rounding_has_left_are_zero(tmp_path):
     assert body.inertia[1][2] == 0.0
 
 
-def test_features_that_are_not_converted_are_warnings_of_the_check(tmp_path):
+def test_features_of_a_model_file_that_are_not_converted_are_listed_as_warnings_by_check(tmp_path):
     model = """<mujoco><option gravity="0 0 -1.62"/><worldbody><body name="b">
     <joint name="j" armature="0.1" axis="0 1 0"/><geom size="0.1" mass="1"/></body></worldbody></mujoco>"""
     warned = [x for x in load(written(tmp_path, model)).findings if x.quantity == "model file"]
@@ -138,7 +138,7 @@ def test_features_that_are_not_converted_are_warnings_of_the_check(tmp_path):
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_the_boxes_of_a_body_enclose_its_geoms_closely(seed, tmp_path):
+def test_collision_boxes_of_an_imported_body_enclose_its_geoms_closely(seed, tmp_path):
     """Surface points of all shapes, by rays of MuJoCo from outside."""
     r = np.random.default_rng(seed)
     corners = r.normal(size=(30, 3))
@@ -168,7 +168,7 @@ def test_the_boxes_of_a_body_enclose_its_geoms_closely(seed, tmp_path):
     assert np.max(bounds[1], axis=0) == pytest.approx(high, abs=CORNERS)
 
 
-def test_a_recorded_scene_needs_its_model_file_no_longer(tmp_path):
+def test_a_recorded_scene_runs_without_its_model_file(tmp_path):
     loaded = load(written(tmp_path, URDF, name="arm.urdf"))
     (tmp_path / "arm.urdf").unlink()
     again = restored(loaded.plan, loaded.text, loaded.merged, "scene.yaml")
@@ -206,7 +206,7 @@ def test_invalid_model_files_are_reported_with_file_and_line(model, scene, sente
     assert sentence.format(file=tmp_path / "in" / "model.xml") in str(error.value)
 
 
-def test_a_fault_of_a_part_names_the_line_of_the_model_file(tmp_path):
+def test_a_fault_in_a_part_of_an_imported_machine_names_the_line_of_the_model_file(tmp_path):
     model = '<mujoco>\n<worldbody>\n<body name="b">\n <joint name="j"/><geom size="1"/></body></worldbody></mujoco>'
     scene = written(tmp_path, model, MACHINE + "    joints: {{arm.j: {{friction: {{travel: {{dry: 1 N}}}}}}}}\n")
     with pytest.raises(SceneError, match="has no coordinate 'travel'"):

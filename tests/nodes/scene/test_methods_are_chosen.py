@@ -28,7 +28,7 @@ def test_by_default_steps_are_as_long_as_the_accuracy_allows():
     assert (plan.method, plan.step) == ("dopri5", None)
 
 
-def test_the_chosen_integration_method_is_in_plan_and_recording(tmp_path: Path):
+def test_the_chosen_integration_method_is_stated_in_plan_and_recording(tmp_path: Path):
     scene = parse(SCENE.format("method: rk4\nstep: 5 ms"))
     assert (scene.plan.method, scene.plan.step) == ("rk4", 0.005)
     assert decode(encode(scene.plan)) == scene.plan
@@ -82,7 +82,9 @@ def test_integration_methods_that_cannot_run_are_refused_before_the_start(keys: 
         ("girder", ["method=rk4", "step=1 s"], "too long for method 'rk4', since 'girder' on 'girder' swings at"),
     ],
 )
-def test_check_and_run_refuse_a_step_with_the_same_sentence(scene, keys, sentence, tmp_path, monkeypatch, capsys):
+def test_check_and_run_refuse_an_unstable_step_with_the_same_sentence(
+    scene, keys, sentence, tmp_path, monkeypatch, capsys
+):
     text = []
     for command in (["check", scene], ["run", scene, "--in-process", "-o", str(tmp_path / "out.mcap")]):
         monkeypatch.setattr("sys.argv", ["heavylift", *command, *(x for key in keys for x in ("--set", key))])
@@ -94,7 +96,7 @@ def test_check_and_run_refuse_a_step_with_the_same_sentence(scene, keys, sentenc
     assert sentence in text[0]
 
 
-def test_a_fixed_step_that_is_short_enough_is_accepted(monkeypatch, capsys):
+def test_a_fixed_step_within_the_stability_limit_is_accepted(monkeypatch, capsys):
     monkeypatch.setattr("sys.argv", ["heavylift", "check", "arm", "--set", "method=rk4", "--set", "step=5 ms"])
     main()
     assert capsys.readouterr().out.startswith("arm: 4 bodies")

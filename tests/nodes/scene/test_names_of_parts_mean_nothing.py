@@ -60,7 +60,7 @@ def findings(run: Played) -> list[tuple[str, str, float | None]]:
 
 
 @pytest.mark.large
-def test_renaming_parts_of_types_changes_no_result(tmp_path: Path) -> None:
+def test_renaming_parts_of_machine_types_changes_no_result(tmp_path: Path) -> None:
     old, new = load(SCENE).plan, load(plain(bundled()[SCENE].read_text(), tmp_path)).plan
     one, other = play(old), play(new)
     assert one.times.tolist() == other.times.tolist()
@@ -72,7 +72,7 @@ def test_renaming_parts_of_types_changes_no_result(tmp_path: Path) -> None:
     ]
 
 
-def test_former_words_of_scenes_are_in_one_table_of_the_product() -> None:
+def test_former_keys_of_scenes_occur_in_one_table_of_the_product_only() -> None:
     """No plan, model, builder or check knows a goliath or a block loader; importlib has loaders of its own."""
     root = Path(__file__).parents[3]
     files = [file for room in ("kernel", "nodes", "recordings", "coordinator") for file in (root / room).rglob("*.py")]

@@ -42,7 +42,7 @@ actions:
 
 
 @pytest.mark.parametrize("given", ["touch: 0.1 m/s", "impact: 1.4"])
-def test_limits_of_each_of_several_blocks_have_the_same_source(given: str) -> None:
+def test_lift_off_and_landing_limits_of_each_of_several_blocks_have_the_same_source(given: str) -> None:
     rows = parse(TEXT, "two", [f"limits={{{given}}}"], followed=False).plan.limits
     for quantity in ("lift-off speed", "landing speed", "impact"):
         own = (quantity == "impact") == given.startswith("impact")
@@ -55,7 +55,7 @@ def scene() -> LoadedScene:
     return parse(TEXT)
 
 
-def test_a_sling_hooked_to_another_block_has_a_rope_and_a_limit_of_its_own(scene: LoadedScene) -> None:
+def test_a_sling_hooked_to_another_block_has_a_rope_and_a_limit_of_its_own_for_that_block(scene: LoadedScene) -> None:
     orders = [order for action in scene.plan.actions for order in action.orders]
     assert [o.sling for o in orders if isinstance(o, UnhookSling)] == [f"legs.sling-{i}" for i in range(1, 5)]
     hooked = [f"legs.sling-{i}.second-{lug}" for i, lug in enumerate("ABCD", 1)]
@@ -73,7 +73,7 @@ def both(scene: LoadedScene, tmp_path_factory: pytest.TempPathFactory) -> Record
     return Recording(path)
 
 
-def test_each_block_hangs_on_the_hook_in_its_turn(scene: LoadedScene, both: Recording) -> None:
+def test_each_of_several_blocks_hangs_on_the_hook_in_its_stage(scene: LoadedScene, both: Recording) -> None:
     """40 t, then 60 t below a hook block of 2.5 t, at rest as in the run; the first stays where it was set down."""
     lifted = [s for s in scene.statics.states if s.action in (2, 13)]
     carried = {s.action: s.tensions["hall.main"] for s in lifted}
@@ -84,7 +84,7 @@ def test_each_block_hangs_on_the_hook_in_its_turn(scene: LoadedScene, both: Reco
     assert scene.findings == ()
 
 
-def test_a_block_has_no_influence_before_it_is_hooked(both: Recording, tmp_path: Path) -> None:
+def test_a_block_has_no_influence_on_the_lift_before_it_is_hooked(both: Recording, tmp_path: Path) -> None:
     """The slings know both from the start; the lift of the first is that of a scene without the second, within the
     accuracy of 0.1 % of either (they share an island, whose steps look at both)."""
     lines = [x for x in TEXT.split("  - legs: hook")[0].splitlines() if not x.startswith("  second:")]
@@ -100,7 +100,7 @@ def test_a_block_has_no_influence_before_it_is_hooked(both: Recording, tmp_path:
         assert mine.values[:n] == pytest.approx(theirs.values[:n, shared], abs=2e-3 * scale), name
 
 
-def test_ambiguous_or_unknown_slings_are_answered_with_a_question() -> None:
+def test_ambiguous_or_unknown_slings_are_reported_with_a_question_to_the_user() -> None:
     for old, new, sentence in (
         ("first.A, first.B", "A, first.B", "rigging.legs.to[0]: several blocks have a lug 'A'"),
         ("until first lifted", "until lifted", "which block? write 'first lifted' or 'second lifted'"),
@@ -116,5 +116,5 @@ def test_ambiguous_or_unknown_slings_are_answered_with_a_question() -> None:
         assert sentence in str(message.value)
 
 
-def test_the_report_counts_every_sling_once(scene: LoadedScene) -> None:
+def test_the_report_of_several_blocks_counts_every_sling_once(scene: LoadedScene) -> None:
     assert check(scene).slings == 4

@@ -38,7 +38,7 @@ TEXTS = {name: bundled()[name].read_text() for name in ("lift", "turnover", *SCE
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_every_number_in_a_default_list_can_be_set(name: str) -> None:
+def test_every_single_number_in_a_default_list_can_be_set(name: str) -> None:
     found = list(unwritten(read(TEXTS[name], name)))
     assert found, "there are such lists"
     for path, values in random.Random(1).sample(found, min(6, len(found))):
@@ -58,7 +58,7 @@ def test_every_number_in_a_default_list_can_be_set(name: str) -> None:
             assert scenes[0] == scenes[1], place
 
 
-def test_settings_and_limits_accept_the_same_three_spellings_of_a_path() -> None:
+def test_settings_and_varied_inputs_accept_the_same_three_spellings_of_a_path() -> None:
     text = TEXTS["lift"]
     plans = [
         parse(text, "lift.yaml", [f"{path}=0.1 m"]).plan for path in ("block.com[0]", "block.com.x", "block.com.0")

@@ -64,7 +64,7 @@ def sliding() -> list[tuple[str, str, str]]:
 
 @pytest.mark.parametrize(("name", "drive", "verb"), sliding())
 @pytest.mark.large(beyond=4)
-def test_a_move_beyond_an_end_position_is_refused_on_every_crane(name: str, drive: str, verb: str) -> None:
+def test_a_move_beyond_an_end_position_is_refused_on_every_crane_type(name: str, drive: str, verb: str) -> None:
     with pytest.raises(SceneError, match=r"past the end of its|would be"):
         scene(name, drive, f"{verb} 1 m/min by {FAR:g} m")
 
@@ -72,7 +72,7 @@ def test_a_move_beyond_an_end_position_is_refused_on_every_crane(name: str, driv
 @pytest.mark.parametrize("order", ["hoist", "lower"])
 @pytest.mark.parametrize("name", sorted(library()))
 @pytest.mark.large(beyond=3)
-def test_a_hook_move_beyond_its_rope_length_is_refused_on_every_crane(name: str, order: str) -> None:
+def test_a_hook_move_beyond_its_rope_length_is_refused_on_every_crane_type(name: str, order: str) -> None:
     hook = next(iter(bare(name).scene.machines["crane"].hooks))
     with pytest.raises(SceneError, match=r"would be|its drum holds|its upper limit is"):
         scene(name, hook.replace(".", " ", 1), f"{order} 1 m/min by {FAR:g} m")
@@ -80,7 +80,7 @@ def test_a_hook_move_beyond_its_rope_length_is_refused_on_every_crane(name: str,
 
 @pytest.mark.parametrize("name", sorted(library()))
 @pytest.mark.large(beyond=3)
-def test_a_sling_through_the_block_is_refused_on_every_crane(name: str) -> None:
+def test_a_sling_through_the_block_is_refused_on_every_crane_type(name: str) -> None:
     hook = next(iter(bare(name).scene.machines["crane"].hooks)).replace(".", " ", 1)
     scene(name, hook, "hoist 1 m/min by 0.1 m")
     with pytest.raises(SceneError, match=r"rigging\.leg: leg\.sling-1 would go through 2 m of the block"):

@@ -35,7 +35,7 @@ def test_a_travel_order_is_refused_if_the_model_level_allows_only_motion_across_
     ]
 
 
-def test_an_order_to_an_explicitly_locked_joint_names_the_list_of_locks():
+def test_an_order_to_a_locked_joint_is_refused_with_the_key_that_lists_locked_joints():
     assert refused("lift", "fidelity.locked=[trolleys]") == [
         (
             "lift.yaml:55",
@@ -44,11 +44,11 @@ def test_an_order_to_an_explicitly_locked_joint_names_the_list_of_locks():
     ]
 
 
-def test_a_turn_needs_the_trolleys_that_carry_its_load():
+def test_a_turn_is_refused_if_the_model_level_locks_a_trolley_that_carries_the_load():
     (_, message), *_ = refused("turnover", "fidelity.locked=[west.upper-slide]")
     assert message == f"actions[5].block: west.upper-slide cannot move: it is held by {WITHOUT} 'trolleys'{UNLESS}"
 
 
-def test_joints_without_orders_may_be_locked():
+def test_the_model_level_may_lock_joints_that_receive_no_orders():
     assert load("lift", ["fidelity.motion=across"]).plan.fidelity.locked[-1] == "crane.gantry"
     assert load("lift", ["fidelity.locked=[trolleys]", "actions=[{wait: 10 s}]"]).plan

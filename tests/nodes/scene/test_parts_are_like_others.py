@@ -17,7 +17,7 @@ def rigged(*loaders: str) -> str:
     return LIFT.replace(LOADERS, "\n".join(["  loaders:", *(f"    {x}" for x in loaders)]))
 
 
-def test_lifting_beams_that_are_like_another_differ_only_in_hook_and_lugs() -> None:
+def test_lifting_beams_copied_by_the_key_like_differ_only_in_hook_and_lugs() -> None:
     like = rigged(
         "loader-1: {hook: crane H1, sling: 10 m, lugs: [P1, P2], upper mass: 12 t}",
         "loader-2: {like: loader-1, hook: crane H2, lugs: [Q1, Q2]}",
@@ -38,7 +38,7 @@ def test_lifting_beams_that_are_like_another_differ_only_in_hook_and_lugs() -> N
         )
 
 
-def test_a_sling_copied_by_like_takes_all_keys_that_it_does_not_state() -> None:
+def test_a_sling_copied_by_the_key_like_takes_all_keys_that_it_does_not_state_itself() -> None:
     jib = bundled()["jib"].read_text(encoding="utf-8")
     two = "legs: {on: jib main, to: [N1, N2], length: 8 m, sling: {EA: 60 MN, breaking: 900 kN}}"
     start = jib.index("  legs:")
@@ -69,7 +69,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("entry", BAD)
-def test_an_unknown_name_under_the_key_like_is_reported(entry: str) -> None:
+def test_an_unknown_name_given_for_the_key_like_is_reported(entry: str) -> None:
     third = "loader-3: {like: loader-2, hook: crane H3, lugs: [R1, R2]}"
     with pytest.raises(SceneError) as error:
         parse(rigged("loader-1: {hook: crane H1, sling: 10 m, lugs: [P1, P2]}", entry, third), passing=True)

@@ -49,7 +49,7 @@ WRONG = {
     "hoist 3 m/min until taut": (20, "'taut' needs to know of what"),
     "turn 0.15 deg/s by 90 deg": (16, "after the rate 'to' must follow, not 'by'"),
     "hook C1": (5, "after 'hook' '[' must follow, not 'C1'"),
-    "unhook all": (0, "'unhook' stands alone, without 'all'"),
+    "unhook all": (0, "nothing can follow 'unhook': remove 'all'"),
     "wait -3 s": (5, "-3 s is out of range: choose 0.001 ms to 100 days"),
     "wait nan s": (5, "nan is out of range: choose 0.001 ms to 100 days"),
     "wait 101 days": (5, "101 days is out of range: choose 0.001 ms to 100 days"),
@@ -58,16 +58,16 @@ WRONG = {
 
 
 @pytest.mark.parametrize("text", ORDERS)
-def test_order_phrases_are_parsed(text: str) -> None:
+def test_order_phrases_are_parsed_into_their_values(text: str) -> None:
     assert read_order(text) == ORDERS[text]
 
 
 @pytest.mark.parametrize("text", CONDITIONS)
-def test_condition_phrases_are_parsed(text: str) -> None:
+def test_condition_phrases_are_parsed_into_their_values(text: str) -> None:
     assert read_condition(text) == (CONDITIONS[text],)
 
 
-def test_conditions_can_be_joined_by_and() -> None:
+def test_conditions_can_be_joined_by_the_word_and() -> None:
     text = "landed and all slings slack"
     assert read_condition(text) == (
         GroundTest("landed", 0, text="landed"),
@@ -76,13 +76,13 @@ def test_conditions_can_be_joined_by_and() -> None:
 
 
 @pytest.mark.parametrize("text", WRONG)
-def test_an_invalid_phrase_is_refused(text: str) -> None:
+def test_an_invalid_phrase_of_an_order_or_condition_is_refused(text: str) -> None:
     with pytest.raises(PhraseError) as refusal:
         read_order(text)
     assert (refusal.value.column, str(refusal.value)) == WRONG[text]
 
 
-def test_an_endless_phrase_is_refused() -> None:
+def test_an_order_phrase_of_more_than_10_000_characters_is_refused() -> None:
     for text in ("lower " + "9" * 1_500_000, "lower 1 m" + " " * 1_500_000, "when " + "x" * 1_500_000):
         for read in (read_order, read_condition):
             with pytest.raises(PhraseError, match=f"a phrase has at most 10000 characters, this one has {len(text)}"):

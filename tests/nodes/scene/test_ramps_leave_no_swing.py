@@ -101,7 +101,7 @@ def test_a_move_too_short_for_a_swing_free_ramp_is_made_slower() -> None:
     assert "0.006142 m/s2, 18.05 s (a swing of 18.05 s), to start and to stop" in message  # 2 m / (18.05 s)^2
 
 
-def test_a_crane_or_a_single_order_may_use_swing_free_ramps() -> None:
+def test_swing_free_ramps_can_be_set_for_a_crane_or_for_a_single_order() -> None:
     scene = load("lift", ["cranes.crane.ramp=one swing"])
     up, sideways = scene.plan.actions[2].orders[0], scene.plan.actions[3].orders[0]
     assert isinstance(up, Move)
@@ -155,12 +155,12 @@ def test_swing_free_ramps_of_a_load_without_swing_period_are_reported() -> None:
     with pytest.raises(SceneError, match="no length is known for this ramp, write an acceleration: still waiting for"):
         parse(late)
     turn = "actions[5].block=turn 0.15 deg/s ramp one swing to 90 deg"
-    with pytest.raises(SceneError, match="the hooks follow a turn on arcs"):
+    with pytest.raises(SceneError, match="in a turn the hooks move on arcs"):
         load("turnover", [turn])
 
 
 def test_a_swing_free_ramp_can_neither_be_varied_nor_ordered_by_an_operator() -> None:
-    with pytest.raises(SceneError, match=r"input cranes.crane.ramp: is not a quantity"):
+    with pytest.raises(SceneError, match=r"input cranes.crane.ramp: this is not a quantity"):
         inputs(load("lift", ["cranes.crane.ramp=one swing"]), ["cranes.crane.ramp"])
     with pytest.raises(
         SceneError, match="ramps without swing are possible only in the action list: give an acceleration"
@@ -170,7 +170,7 @@ def test_a_swing_free_ramp_can_neither_be_varied_nor_ordered_by_an_operator() ->
 
 @pytest.mark.parametrize("pulses", [1, 2])
 @pytest.mark.parametrize("accel", [0.02, 0.07, 0.4])
-def test_the_residual_swing_is_that_of_a_linear_oscillator(pulses: int, accel: float) -> None:
+def test_the_residual_swing_of_a_speed_profile_is_that_of_a_linear_oscillator(pulses: int, accel: float) -> None:
     speed, chosen, period = 0.5, 12.0, 11.0
     rows = ramp(pulses, speed, accel, chosen)
     slopes = [(w - v) / (t - s) for (s, v), (t, w) in pairwise(rows)]
@@ -183,7 +183,7 @@ def test_the_residual_swing_is_that_of_a_linear_oscillator(pulses: int, accel: f
 
 @pytest.mark.parametrize("distance", [-1e-6, 0.3, 4.0, 120.0, -33.3])
 @pytest.mark.parametrize("pulses", [1, 2])
-def test_speed_profiles_end_exactly_at_their_goal(pulses: int, distance: float) -> None:
+def test_swing_free_speed_profiles_end_exactly_at_their_goal(pulses: int, distance: float) -> None:
     rows = profile(pulses, distance, 0.5, 0.1, (15.0, 13.0), 7)
     assert way(rows) == pytest.approx(distance, rel=1e-15)
     assert rows[0] == (7, 0.0)

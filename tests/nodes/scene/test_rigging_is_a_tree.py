@@ -21,7 +21,7 @@ def spreader() -> LoadedScene:
     return load("spreader", ["rigging.rear.friction=0"])
 
 
-def test_a_tree_of_rigging_hangs_at_rest_from_the_start() -> None:
+def test_a_tree_of_rigging_hangs_in_equilibrium_from_the_start() -> None:
     """The links carry the spreader alone, the hook ropes their blocks besides; nothing else is taut."""
     first = spreader().statics.states[0]
     carried = {name: tension for name, tension in first.tensions.items() if tension > 0.0}
@@ -104,7 +104,7 @@ def test_a_bridle_of_four_legs_hangs_by_its_master_link() -> None:
         ("breaking: 4 MN, diameter: 76 mm, termination: resin}}", "breaking: 2.9 MN}}", "104 %; 580 kN is allowed"),
     ],
 )
-def test_a_load_beyond_its_rating_is_refused(old: str, new: str, sentence: str) -> None:
+def test_a_load_beyond_the_rating_of_its_rigging_is_refused(old: str, new: str, sentence: str) -> None:
     with pytest.raises(SceneError) as message:
         parse(changed(old, new), passing=True)
     assert sentence in str(message.value)

@@ -21,7 +21,7 @@ def test_expressions_in_a_scene_give_the_result_of_the_same_numbers():
     )
 
 
-def test_settings_change_parameters_of_expressions():
+def test_settings_change_the_parameters_of_expressions_in_a_scene():
     assert parse(LIFT, "a.yaml", ["parameters.half=100 t"]).scene.block.mass == 200e3
     assert parse(LIFT, "a.yaml", ["block.mass==half + 1 t"]).scene.block.mass == 151e3
 
@@ -35,7 +35,7 @@ def test_settings_change_parameters_of_expressions():
         ("=half*(1 + 2", "block.mass: a bracket is not closed here"),
     ],
 )
-def test_mistakes_in_expressions_name_file_line_and_key(wrong: str, sentence: str):
+def test_mistakes_in_expressions_are_reported_with_file_line_and_key(wrong: str, sentence: str):
     with pytest.raises(SceneError) as error:
         parse(LIFT.replace("=2*half", wrong), "half.yaml")
     assert str(error.value).startswith("half.yaml:5:")

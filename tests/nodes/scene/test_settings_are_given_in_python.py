@@ -22,12 +22,12 @@ SAME: list[tuple[tuple[Any, ...], dict[str, Any]]] = [
 
 
 @pytest.mark.parametrize(("given", "named"), SAME)
-def test_all_ways_to_give_settings_in_python_agree(given: tuple[Any, ...], named: dict[str, Any]) -> None:
+def test_all_ways_to_give_settings_in_python_give_the_same_plan(given: tuple[Any, ...], named: dict[str, Any]) -> None:
     assert load("lift", *given, **named).plan == load("lift", ["block.mass=280 t"]).plan
     assert load("lift").plan != load("lift", *given, **named).plan
 
 
-def test_numbers_booleans_and_lists_can_be_set() -> None:
+def test_settings_may_be_numbers_booleans_and_lists() -> None:
     wanted = load("lift", ["microsteps=500", "block.at=[41 m, 75 m, 6 m]", "accuracy=0.02"]).plan
     for number in (500, np.int64(500)):
         given = {"microsteps": number, "block": {"at": ["41 m", "75 m", "6 m"]}, "accuracy": np.float64(0.02)}
@@ -35,16 +35,18 @@ def test_numbers_booleans_and_lists_can_be_set() -> None:
 
 
 @pytest.mark.parametrize("wrong", [5, None, ["block.mass=280 t", 5], [("block.mass", "280 t")]])
-def test_invalid_settings_are_refused(wrong: Any) -> None:
-    with pytest.raises(SceneError, match=r"are no settings; write 'block.mass=280 t', a list of such, or a dict"):
+def test_invalid_settings_given_in_python_are_refused(wrong: Any) -> None:
+    with pytest.raises(
+        SceneError, match=r"are not settings; write 'block.mass=280 t', a list of such texts, or a dict"
+    ):
         load("lift", wrong)
 
 
-def test_errors_in_settings_name_the_setting() -> None:
+def test_errors_in_settings_are_reported_with_the_name_of_the_setting() -> None:
     for wrong in ({"block.mas": "280 t"}, "block.mas=280 t"):
         with pytest.raises(SceneError, match=r"(?s)block.mas: .*did you mean 'mass'"):
             load("lift", wrong)  # type: ignore[arg-type]
     with pytest.raises(SceneError, match="missing unit"):
         load("lift", block={"mass": 280})
-    with pytest.raises(SceneError, match=r"end: <object .* is no value of a setting"):
+    with pytest.raises(SceneError, match=r"end: <object .* is not a valid value of a setting"):
         load("lift", end=object())

@@ -72,28 +72,28 @@ def read():
     ("scene", "words", "told"),
     [("jib", *item) for item in JIB.items()] + [("wind-tandem", *item) for item in GOLIATHS.items()],
 )
-def test_a_condition_is_a_threshold_of_a_signal(read, scene, words, told):
+def test_each_condition_is_a_threshold_of_a_signal(read, scene, words, told):
     term = read(scene, words)
     assert (term.model, term.threshold.quantity) == told
 
 
-def test_every_quantity_in_the_table_can_be_used_in_conditions():
+def test_every_quantity_in_the_table_of_signals_can_be_used_in_conditions():
     text = [words for words in (*JIB, *GOLIATHS)]
     assert not [quantity for quantity in QUANTITIES if not any(words.startswith(quantity) for words in text)]
 
 
 @pytest.mark.parametrize(("words", "sentence"), NONE.items())
-def test_an_unknown_signal_is_reported(read, words, sentence):
+def test_a_condition_on_an_unknown_signal_is_reported(read, words, sentence):
     (message,) = read("wind-tandem", words)
     assert message.startswith(sentence)
 
 
-def test_missing_wind_is_reported(read):
+def test_a_condition_on_wind_in_a_scene_without_wind_is_reported(read):
     assert read("jib", "wind >= 12 m/s") == ["no wind blows in this scene: add 'wind': "]
 
 
 @pytest.mark.parametrize(("words", "sentence"), MISSPELT.items())
-def test_a_misspelt_signal_is_reported(words, sentence):
+def test_a_condition_with_a_misspelt_signal_is_reported(words, sentence):
     with pytest.raises(PhraseError, match=sentence):
         read_condition(words)
 
@@ -127,7 +127,7 @@ def test_limits_use_the_same_signals_as_conditions():
     assert len(message) == 4, "the hooks are level"
 
 
-def test_a_load_in_per_cent_is_the_utilisation_of_its_check():
+def test_a_condition_on_a_load_in_per_cent_uses_the_utilisation_of_the_check():
     """What `check` tells of a load in per cent is what a condition compares."""
     subjects = ("east H2", "east upper", "east", "loader-1", "loader-1.sling-1")
     sets = {"all slings": "", "loader-1 slings": "loader-1."}
@@ -150,7 +150,7 @@ def test_a_load_in_per_cent_is_the_utilisation_of_its_check():
 CHART = "[[60 m, 400 t], [82 m, 300 t], [140 m, 120 t]]"
 
 
-def test_a_load_in_per_cent_of_a_chart_uses_the_capacity_at_the_trolley_position():
+def test_a_condition_on_a_load_in_per_cent_of_a_chart_uses_the_capacity_at_the_trolley_position():
     """The load is the same in every place of the trolley; what it may be there, the chart interpolates."""
     scene = parse(
         f"extends: lift\nname: charted\ncranes: {{crane: {{capacity chart: {CHART}}}}}\n"
@@ -178,7 +178,7 @@ def test_a_load_in_per_cent_of_a_chart_uses_the_capacity_at_the_trolley_position
         ("tension of all slings in %", "use"),
     ],
 )
-def test_a_user_model_can_receive_loads_in_per_cent(words, quantity):
+def test_a_user_model_can_receive_a_load_in_per_cent_of_its_limit(words, quantity):
     """What a condition with the same words and a value in % compares."""
     chart = f"cranes: {{crane: {{capacity chart: {CHART}}}}}\n" if "H3" in words else ""
     text = (
@@ -192,7 +192,7 @@ def test_a_user_model_can_receive_loads_in_per_cent(words, quantity):
     assert (heard.ropes, heard.numbers, heard.point) == (guard.ropes, guard.numbers, guard.point)
 
 
-def test_an_interlock_uses_the_utilisation_of_each_hook():
+def test_an_interlock_on_a_load_in_per_cent_uses_the_utilisation_of_each_hook():
     """Of its own rated load, 420 t, less its hook block of 25 t."""
     interlock = "interlocks: {share: {when: load of any hook >= 95 %, stops: [hoist], on: west}}"
     (found,) = parse(
@@ -204,7 +204,7 @@ def test_an_interlock_uses_the_utilisation_of_each_hook():
 
 
 @pytest.mark.parametrize(("value", "quantity"), [("95 %", "load"), ("1 MN", "tension")])
-def test_an_interlock_can_watch_each_sling(value, quantity):
+def test_an_interlock_can_monitor_each_of_several_slings(value, quantity):
     """Shares refer to the limit of each sling at rest, forces to all slings."""
     interlock = f"interlocks: {{snatch: {{when: tension of any sling >= {value}, stops: [hoist], on: west}}}}"
     plan = parse(f"extends: wind-tandem\nname: share\n{interlock}\n", "scene.yaml", passing=True, followed=False).plan

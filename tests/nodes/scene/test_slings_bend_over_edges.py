@@ -173,7 +173,7 @@ PIER = """\
 
 
 @pytest.mark.parametrize("joint", ["type: prismatic, axis: [0, 1, 0]", "type: spherical"])
-def test_edges_on_bodies_that_stay_parallel_may_bend_the_same_rope(joint: str) -> None:
+def test_edges_on_two_bodies_that_stay_parallel_may_bend_the_same_rope(joint: str) -> None:
     """One that slides bears as the ground would; a body that turns anyhow is refused where it is written."""
     text = ROPE.split("  quay:")[0] + PIER + "actions:\n  - fall: unhook\n"
     text = text.replace("over edges: [quay]", "over edges: [quay, pier]")

@@ -46,7 +46,7 @@ def refused(*actions: str, mechanism: str = "") -> str:
     return str(refusal.value).splitlines()[0]
 
 
-def test_remaining_slings_take_over_with_the_peak_of_the_energy_balance(tmp_path: Path) -> None:
+def test_after_a_sling_breaks_the_other_slings_have_the_peak_tension_of_the_energy_balance(tmp_path: Path) -> None:
     """Undamped, the load swings about its new rest as far as it was above it: peak = 2 m g / 2 - m g / 3."""
     run(parse(THREE), tmp_path / "three.mcap", in_process=True)
     peaks = peaks_of(tmp_path / "three.mcap")
@@ -55,7 +55,7 @@ def test_remaining_slings_take_over_with_the_peak_of_the_energy_balance(tmp_path
     assert peaks["b"] == pytest.approx(MASS * G / 3, rel=1e-6)
 
 
-def test_after_a_sling_parts_the_lift_hangs_on_the_remaining_ones() -> None:
+def test_after_a_sling_breaks_the_lift_hangs_in_equilibrium_on_the_remaining_slings() -> None:
     scene = lift(
         TAUT, "all hooks: hoist 3 m/min by 1.5 m", "loader-3.sling-1: release", mechanism="block: {mass: 450 t}\n"
     )
@@ -112,7 +112,7 @@ TAG = "mechanism: {ropes: {tag: {start: {body: world}, end: {body: block}, EA: 1
         (("crane H1: release",), "'crane H1' cannot release"),
     ],
 )
-def test_ropes_that_cannot_part_or_be_hooked_are_refused(actions: tuple[str, ...], told: str) -> None:
+def test_an_order_to_break_or_hook_an_unsuitable_rope_is_refused(actions: tuple[str, ...], told: str) -> None:
     at = f"scene.yaml:{4 + len(actions)}:"
     sentence = refused(*actions, mechanism=TAG)
     assert sentence.startswith(at)

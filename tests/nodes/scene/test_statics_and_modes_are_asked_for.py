@@ -60,14 +60,14 @@ def test_statics_of_an_upright_body_are_reported_as_unstable(capsys, monkeypatch
     assert text.startswith("at rest after 0 steps\nunstable: a small push grows e-fold in 0.452 s\n")  # sqrt(L/g)
 
 
-def test_statics_can_start_from_a_pose_at_a_time_of_the_run(capsys, monkeypatch):
+def test_statics_can_start_from_the_pose_of_a_run_at_a_given_time(capsys, monkeypatch):
     before = len(json.loads(said(capsys, monkeypatch, "modes", "lift", "--json"))["modes"])
     during = json.loads(said(capsys, monkeypatch, "modes", "lift", "--at", "40", "--json"))["modes"]
     assert before == 27
     assert during[0]["bodies"]["block"] > 0.5  # now it is the block that swings
 
 
-def test_a_paused_run_has_the_state_of_the_full_run():
+def test_a_run_paused_at_a_time_has_the_state_of_the_full_run():
     simulation = paused(load("lift", []), at=40.0)
     assert simulation.epoch == 40_000_000_000
     moving = simulation.state.copy()
@@ -105,7 +105,7 @@ mechanism:
 """
 
 
-def test_a_scene_that_falls_has_no_statics(tmp_path, capsys, monkeypatch):
+def test_a_scene_that_falls_freely_has_no_static_equilibrium(tmp_path, capsys, monkeypatch):
     (tmp_path / "falls.yaml").write_text(FALLS)
     monkeypatch.setattr(sys, "argv", ["heavylift", "modes", str(tmp_path / "falls.yaml")])
     with pytest.raises(SystemExit, match="1"):

@@ -49,7 +49,7 @@ def test_a_block_set_down_lands_where_the_equilibrium_path_says():
     assert sum(last.supports.values()) == pytest.approx(300e3 * 9.80665, rel=1e-6)
 
 
-def test_an_end_that_cuts_off_the_action_list_is_red():
+def test_a_stated_end_time_before_the_end_of_the_action_list_gives_a_red_finding():
     (cut,) = [f for f in load("lift", ["end=20 s"]).findings if f.quantity == "cut"]
     assert cut.state == "red"
     assert cut.sentence.startswith(
@@ -59,7 +59,7 @@ def test_an_end_that_cuts_off_the_action_list_is_red():
     assert not [f for f in load("lift").findings if f.quantity == "cut"], "its last wait goes on until the end"
 
 
-def test_a_stage_whose_condition_already_holds_is_red():
+def test_a_stage_that_waits_for_a_condition_that_already_holds_is_red():
     scene = lift("  - stage: again\n    all hooks: hoist 0.3 m/min until lifted\n")
     (message,) = [f for f in scene.findings if f.quantity == "stage"]
     assert (message.word, message.subject) == ("red", "again")
@@ -67,7 +67,7 @@ def test_a_stage_whose_condition_already_holds_is_red():
     assert "red: the stage 'again' ends at once" in str(check(scene))
 
 
-def test_a_lift_without_further_equilibrium_is_reported_as_unchecked_from_there():
+def test_a_lift_that_loses_its_equilibrium_is_reported_as_unchecked_from_that_stage():
     scene = lift("  - stage: higher\n    all hooks: hoist 3 m/min by 1 m\n  - stage: let go\n    crane H1: unhook\n")
     (message,) = [f for f in scene.checks if f.quantity == "unfollowed"]
     assert message.word == "not checked"
@@ -76,7 +76,7 @@ def test_a_lift_without_further_equilibrium_is_reported_as_unchecked_from_there(
     assert "the lift is not checked at rest from here on" in str(check(scene))
 
 
-def test_a_mechanism_without_equilibrium_reports_why():
+def test_a_mechanism_without_equilibrium_is_reported_with_the_reason():
     message = str(check(load("ramp")))
     assert "No rest is known: body 'crate' finds no rest: joint 'float' still accelerates by 2.36" in message
 

@@ -110,7 +110,9 @@ def test_a_yaml_mistake_in_any_bundled_scene_is_reported_at_its_line(
         ("a: b\nn: x\x80y\n", (2, 5), "delete the control character U+0080 here"),
     ],
 )  # fmt: skip
-def test_a_yaml_mistake_is_reported_in_plain_words(text: str, place: tuple[int, int], sentence: str) -> None:
+def test_a_yaml_mistake_is_reported_in_plain_words_with_its_remedy(
+    text: str, place: tuple[int, int], sentence: str
+) -> None:
     (fault, *_) = read(text, "x.yaml").faults
     assert fault.mark is not None
     assert (fault.sentence, (fault.mark.line, fault.mark.column)) == (sentence, place)

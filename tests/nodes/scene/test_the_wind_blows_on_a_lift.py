@@ -51,7 +51,7 @@ def test_a_turbulent_wind_has_its_mean_standard_deviation_and_spectrum() -> None
         assert np.mean(power[1:][band] / expected[band]) == pytest.approx(1.0, abs=SCATTER)
 
 
-def test_the_seed_of_the_scene_draws_the_gusts() -> None:
+def test_the_seed_of_a_scene_determines_its_gusts() -> None:
     def history(seed: int) -> tuple[float, ...]:
         settings = [ALONG, "wind.turbulence=15 %", f"seed={seed}"]
         force = load("lift", settings).plan.machines[-1].system.forces[0]
@@ -66,7 +66,7 @@ def test_the_seed_of_the_scene_draws_the_gusts() -> None:
     ("setting", "sentence"),
     [
         ("wind.on={boom: {sides: [1 m2, 2 m2, 3 m2]}}", "wind.on.boom: there is no body 'boom'"),
-        ("wind.direction=[0, 0, 0]", "wind: the direction of the wind has no length"),
+        ("wind.direction=[0, 0, 0]", "wind: the direction of the wind is a zero vector"),
         ("wind.turbulence=60 %", "wind.turbulence: 0.5 or less is needed here, not 60 %"),
         ("wind={speed: 9 m/s, direction: [1, 0, 0], gusts: [[0 s, 9 m/s]], turbulence: 0.1}", "either 'gusts' or"),
     ],
@@ -76,7 +76,7 @@ def test_an_invalid_wind_is_reported(setting: str, sentence: str) -> None:
         load("lift", [ALONG, setting])
 
 
-def test_the_mechanism_name_wind_is_refused_if_the_scene_has_wind() -> None:
+def test_a_mechanism_named_wind_is_refused_if_the_scene_has_wind() -> None:
     with pytest.raises(SceneError, match=r"mechanism\.name: 'wind' is reserved for the wind"):
         load("gust", ["mechanism.name=wind", ALONG, "wind.on={load: {sides: [1 m2, 1 m2, 1 m2]}}"])
 

@@ -23,7 +23,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Recording:
     return Recording(path)
 
 
-def test_the_second_jib_begins_when_the_first_has_slewed_60_degrees(recording: Recording) -> None:
+def test_the_second_jib_starts_when_the_first_jib_has_slewed_60_degrees(recording: Recording) -> None:
     """A ramp takes v / a and v^2 / 2a; the rest goes at v."""
     stages = {name: t for t, name in recording.stages()}
     took = SPEED / RAMP + (AWAY - SPEED**2 / (2.0 * RAMP)) / SPEED
@@ -31,7 +31,7 @@ def test_the_second_jib_begins_when_the_first_has_slewed_60_degrees(recording: R
     assert stages["a: let go"] > stages["the first stands"]
 
 
-def test_an_interlock_at_a_share_of_the_chart_trips_where_the_chart_has_its_next_row(recording: Recording) -> None:
+def test_a_load_chart_interlock_trips_at_the_radius_where_the_capacity_falls(recording: Recording) -> None:
     """20 t and a hook block of 2 t are 61 % of 36 t within 22 m, and 76 % of 29 t beyond."""
     first = next(e for e in recording.events() if e.type == "Tripped" and e.value["actor"] == "a-jib.heavy")
     hook = recording["pose/a-jib.main"]
@@ -41,7 +41,7 @@ def test_an_interlock_at_a_share_of_the_chart_trips_where_the_chart_has_its_next
     assert not [e for e in recording.events() if e.type == "Tripped" and ".apart" in e.value["actor"]]
 
 
-def test_both_modules_stand_on_their_plinths_symmetrically(recording: Recording) -> None:
+def test_both_modules_are_set_down_symmetrically_on_their_plinths(recording: Recording) -> None:
     a, b = (recording[f"pose/{lift}-block"].values[-1] for lift in "ab")
     assert (a[2], b[2]) == pytest.approx((1.0 + 1.5,) * 2, abs=STANDS_m)
     assert a[1] + b[1] == pytest.approx(64.0, abs=STANDS_m)

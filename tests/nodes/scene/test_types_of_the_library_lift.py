@@ -120,7 +120,7 @@ def test_a_mobile_gantry_lifts_a_load_and_drives_off() -> None:
         assert last.tensions[f"lift.{hook}"] == pytest.approx((120e3 + 3e3) * scene.plan.gravity, rel=1e-3)
 
 
-def test_a_goliath_like_that_of_belfast_lifts() -> None:
+def test_a_goliath_crane_with_the_size_of_the_belfast_cranes_lifts_its_load() -> None:
     scene = load("lift", ["cranes.crane.type=goliath-840", "cranes.crane.upper trolley=69 m"])
     (crane,) = cranes(scene.plan)
     whole = next(cell for cell in crane.cells if cell.body == "crane.main")
@@ -142,7 +142,7 @@ def with_boom(boom: float) -> HookKeys:
 
 
 @pytest.mark.parametrize("boom", LOADS)
-def test_rated_loads_of_a_crawler_are_those_of_the_maker_rounded_down(boom: int) -> None:
+def test_rated_loads_of_a_crawler_crane_are_those_of_its_maker_rounded_down(boom: int) -> None:
     chart = rough_terrain(boom).chart
     assert chart is not None
     assert [radius / FOOT for radius, _ in chart] == pytest.approx(list(LOADS[boom]), rel=1e-12)
@@ -151,7 +151,7 @@ def test_rated_loads_of_a_crawler_are_those_of_the_maker_rounded_down(boom: int)
 
 
 @pytest.mark.parametrize("boom", ANGLES)
-def test_boom_angles_of_the_load_chart_give_its_radii(boom: int) -> None:
+def test_boom_angles_of_the_load_chart_give_the_radii_of_the_load_chart(boom: int) -> None:
     foot = machine_type("rough-terrain-59").data["joints"]["luffing"]["at"][0]  # type: ignore[index, call-overload]
     behind = -float(str(foot).removesuffix(" m"))
     for radius, angle in ANGLES[boom].items():
@@ -165,7 +165,7 @@ def test_between_two_boom_lengths_the_load_chart_of_the_longer_boom_applies(boom
 
 
 def test_loads_beyond_all_load_charts_are_refused() -> None:
-    with pytest.raises(SceneError, match="no chart for a boom so long"):
+    with pytest.raises(SceneError, match="no chart for this boom length"):
         lift("rough-terrain-59", 5, ", boom: 24 m")
     with pytest.raises(SceneError, match=r"would be 19\.5 t, 108 %; 18\.1 t is allowed"):
         lift("rough-terrain-59", 19)

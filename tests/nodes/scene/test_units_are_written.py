@@ -106,7 +106,9 @@ def test_units_are_converted_to_si(dimension: units.Dimension, text: object, si:
 
 
 @pytest.mark.parametrize(("dimension", "text", "told"), REFUSES)
-def test_texts_that_are_no_quantities_are_reported(dimension: units.Dimension, text: object, told: str) -> None:
+def test_texts_that_are_no_quantities_are_refused_with_the_expected_form(
+    dimension: units.Dimension, text: object, told: str
+) -> None:
     with pytest.raises(ValueError) as refusal:  # noqa: PT011
         dimension.read(text)
     assert str(refusal.value) == told
@@ -152,7 +154,7 @@ WORDS = [
 
 
 @pytest.mark.parametrize(("dimension", "word"), [(d, word) for d, words in WORDS for word in words])
-def test_the_proposed_spelling_of_a_spelled_out_unit_is_accepted(dimension: units.Dimension, word: str) -> None:
+def test_the_proposed_spelling_of_a_written_out_unit_is_accepted(dimension: units.Dimension, word: str) -> None:
     with pytest.raises(ValueError, match="write '7 ") as refusal:
         dimension.read(f"7 {word}")
     proposed = str(refusal.value).rpartition("write '")[2].removesuffix("'")

@@ -89,7 +89,7 @@ def test_wave_loads_on_a_free_vessel_can_come_from_a_table(tmp_path: Path) -> No
 
 
 BAD = {
-    ("12 s", TABLE): "barge.csv knows waves of a period of 8 s to 10 s, and that of the scene has 12 s",
+    ("12 s", TABLE): "barge.csv covers waves with a period of 8 s to 10 s, but the wave of the scene has 12 s",
     ("8 s", TABLE.replace("loaded", "empty")): "barge.csv has no row 'loaded'",
     ("8 s", HEAD): "barge.csv has no row 'loaded'",
     ("8 s", TABLE.replace("0.25", "0.2x")): "barge.csv:2:14: error: vessels.barge.responses.surge: '0.2 m/m x'",
@@ -99,7 +99,10 @@ BAD = {
         "8 s",
         TABLE.replace("roll", "role"),
     ): "barge.csv: unknown column 'role' in the responses of a vessel: did you mean 'roll'?",
-    ("8 s", TABLE.replace("loaded,150,10", "loaded,150,8")): "barge.csv has several rows of one wave, such as line 3",
+    (
+        "8 s",
+        TABLE.replace("loaded,150,10", "loaded,150,8"),
+    ): "barge.csv has several rows for the same wave, such as line 3",
 }
 
 

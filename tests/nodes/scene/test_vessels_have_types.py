@@ -44,7 +44,7 @@ def test_every_bundled_type_of_a_vessel_floats_level_with_the_mass_that_it_state
         assert of["source"]
 
 
-def test_a_vessel_type_with_given_motions_supplies_size_and_draught_only() -> None:
+def test_a_vessel_type_in_a_scene_with_given_motions_supplies_size_and_draught_only() -> None:
     given = ", motion: given, responses: {heave: [0.5 m/m, 0 deg]}"
     vessel = parse(SCENE % ("barge-75", 4000, given)).scene.vessels["barge"]
     assert (vessel.draught, vessel.floating) == (2.5, None)

@@ -213,7 +213,7 @@ def test_turning_a_vessel_and_its_wave_together_does_not_change_the_response() -
     assert found[1] == pytest.approx(found[0], abs=1e-7)
 
 
-def test_vessels_of_all_instances_share_one_sea(tmp_path: Path) -> None:
+def test_vessels_of_all_lifts_in_a_scene_share_one_sea(tmp_path: Path) -> None:
     """The wave meets a vessel of an instance where it is put, with the phase of one that stands there alone."""
     (tmp_path / "sea.yaml").write_text(GIVEN + "actions: [{wait: 1 s}]\n")
     (tmp_path / "yard.yaml").write_text("heavylift: 1\nname: yard\nlifts: {a: {extends: sea.yaml, at: [5 m, 90 m]}}\n")

@@ -62,7 +62,7 @@ def test_the_digest_of_a_lift_at_sea_is_equal_in_one_process_and_in_several(dige
         assert run(lift(), tmp_path / f"{name}.mcap", in_process=in_process).digest == digest
 
 
-def test_an_interrupted_run_at_sea_is_resumed(digest: str, tmp_path: Path) -> None:
+def test_an_interrupted_run_at_sea_continues_from_its_recording(digest: str, tmp_path: Path) -> None:
     """It repeats the part that was recorded, with the states of the water, and continues."""
     whole = tmp_path / "whole.mcap"
     run(lift(), whole, in_process=True)
@@ -86,7 +86,7 @@ def over_seeds() -> SeedsVerdict:
         return replicated(lift(), 10, executor=pool)
 
 
-def test_a_verdict_over_seeds_checks_the_quantile_of_the_peaks_and_not_the_largest_peak(
+def test_a_verdict_over_seeds_checks_the_quantile_of_the_peaks_instead_of_the_largest_peak(
     over_seeds: SeedsVerdict,
 ) -> None:
     """The values are those of single runs; a bound beyond the limit leaves the check undecided."""
@@ -101,7 +101,7 @@ def test_a_verdict_over_seeds_checks_the_quantile_of_the_peaks_and_not_the_large
 
 @pytest.mark.parametrize("kind", ["most", "least", "between", "chart"])
 @pytest.mark.parametrize("seed", range(10))
-def test_each_kind_of_limit_is_checked_against_the_confidence_bound_of_the_quantile(seed: int, kind: str) -> None:
+def test_each_kind_of_limit_is_checked_against_the_confidence_bound_of_its_quantile(seed: int, kind: str) -> None:
     """A limit beyond the bound is green, one between quantile and bound undecided, one far on the other side red."""
     random = Random(seed)
     values = [random.gauss(100.0, 5.0) for _ in range(30)]
@@ -119,7 +119,7 @@ def test_each_kind_of_limit_is_checked_against_the_confidence_bound_of_the_quant
 
 
 @pytest.mark.parametrize("kind", ["most", "least", "between", "chart"])
-def test_the_error_of_a_run_and_the_bound_of_a_quantile_are_added_in_the_unit_of_each_kind_of_limit(kind: str) -> None:
+def test_the_error_of_a_run_and_the_confidence_bound_of_a_quantile_are_added_for_each_kind_of_limit(kind: str) -> None:
     """A load of 100 t of 280 t, measured to 0.3 % of what is allowed: root of the sum of squares, in kilograms."""
     values = [1e5 + 10.0 * i for i in range(30)]
     found = extreme([-x for x in values] if kind == "least" else values, 0.9)
@@ -190,7 +190,7 @@ def test_the_heave_of_a_deck_below_a_hook_on_the_quay_is_checked() -> None:
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_relative_heave_does_not_depend_on_where_a_run_is_cut_into_parts(heaving: Plan, seed: int) -> None:
+def test_the_relative_heave_does_not_depend_on_where_a_run_is_split(heaving: Plan, seed: int) -> None:
     """Random heave and a winch that moves now and then; the reference looks at each rest of the winch as a whole."""
     draw, n = np.random.default_rng(seed), 300
     (limit,) = (x for x in heaving.limits if x.quantity == "relative heave")

@@ -21,7 +21,9 @@ def ran(tmp_path_factory: pytest.TempPathFactory) -> tuple[RunResult, Recording]
     return run(load("moored"), path, in_process=True), Recording(path)
 
 
-def test_the_lift_ends_with_all_checks_passed_but_that_of_the_sea(ran: tuple[RunResult, Recording]) -> None:
+def test_all_checks_of_the_moored_lift_are_green_except_those_of_sea_state_and_slow_drift(
+    ran: tuple[RunResult, Recording],
+) -> None:
     """One seed is no verdict on a sea, and its data have no drift; all else is green, with a row for each line."""
     checks = [x for x in ran[0].verdict.checks if x.state != "none"]
     assert {(x.quantity, x.state) for x in checks if x.state != "green"} == {(x, "amber") for x in UNKNOWN}
@@ -30,20 +32,20 @@ def test_the_lift_ends_with_all_checks_passed_but_that_of_the_sea(ran: tuple[Run
     assert all(0.1 < x.use < 0.2 for x in lines)
 
 
-def test_the_barge_moves_and_its_lines_hold_it(ran: tuple[RunResult, Recording]) -> None:
+def test_the_moored_barge_moves_in_waves_and_its_lines_hold_it(ran: tuple[RunResult, Recording]) -> None:
     pose = ran[1].signal("pose/barge")
     late = pose.t > 30.0
     assert 1e-3 < np.ptp(pose["z"][late]) < 0.5
     assert max(np.abs(pose[axis]).max() for axis in "xy") < 1.0
 
 
-def test_the_energy_of_waves_water_and_lines_balances(ran: tuple[RunResult, Recording]) -> None:
+def test_the_energy_balance_of_waves_water_and_mooring_lines_closes(ran: tuple[RunResult, Recording]) -> None:
     """What waves and winches bring in is in motion, heights, strain and water, or went away as waves."""
     assert 0.0 < ran[0].energy_error < BALANCE
 
 
 @pytest.mark.parametrize("tolerance", ["1e-5", "1e-8"])
-def test_the_balance_closes_with_the_tolerance(tolerance: str, tmp_path: Path) -> None:
+def test_the_energy_balance_in_waves_improves_with_the_tolerance(tolerance: str, tmp_path: Path) -> None:
     """In waves of two metres, of which the barge takes and loses hundreds of kilojoules."""
     given = ["waves.seas.wind.Hs=2 m", "waves.seas.wind.Tp=8 s", "end=60 s", "method=dopri5", "fidelity={}"]
     scene = load("moored", [*given, f"tolerance={tolerance}"])

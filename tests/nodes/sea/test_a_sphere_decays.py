@@ -70,7 +70,7 @@ def decay(t: float) -> float:
     return 1.0 + 2.0 / np.pi * quad(part, 1e-9, 40.0, limit=2000)[0]
 
 
-def test_the_heave_decay_of_a_sphere_is_that_of_its_frequency_domain(water: StateSpace) -> None:
+def test_the_heave_decay_of_a_sphere_agrees_with_its_frequency_domain_solution(water: StateSpace) -> None:
     s = sphere(water, 1.0)
     for t in np.arange(0.5, 20.1, 0.5):
         s.interrupt(round(t * 1e9))
@@ -85,7 +85,7 @@ def test_a_sphere_released_five_times_as_high_moves_five_times_as_far(water: Sta
     assert float(five.row().q[0]) == pytest.approx(5.0 * float(one.row().q[0]), rel=ROUNDING)
 
 
-def test_the_natural_period_of_a_sphere_is_that_of_its_added_mass(water: StateSpace) -> None:
+def test_the_natural_period_of_a_sphere_follows_from_its_added_mass(water: StateSpace) -> None:
     """The mode of the linear model and that of `modes` are one; without damping w^2 (M + A(w)) = C, which it raises by
     zeta^2."""
     s = sphere(water, 0.0)

@@ -48,7 +48,7 @@ def flooded() -> LoadedScene:
     return scene()
 
 
-def test_the_hook_bears_the_weight_less_that_of_the_displaced_water(flooded: LoadedScene) -> None:
+def test_the_hook_of_a_submerged_block_carries_its_weight_less_the_displaced_water(flooded: LoadedScene) -> None:
     hook = next(x for machine in flooded.plan.machines for x in machine.hooks)
     seen = [x for x in follow(flooded.plan).states if x.stage in ("up", "again") and not x.grounded]
     depths = [LEVEL - float(x.poses["block"][0][2]) + 0.5 * HIGH for x in seen]
@@ -71,7 +71,9 @@ def test_static_splash_zone_checks_agree_with_maxima_of_the_load_curves(flooded:
     assert found["splash load"].limit.value == found["hook load"].limit.value
 
 
-def test_a_run_through_the_splash_zone_gives_at_least_the_slack_and_load_of_statics(flooded: LoadedScene) -> None:
+def test_a_run_through_the_splash_zone_has_at_least_the_slack_and_load_of_the_static_check(
+    flooded: LoadedScene,
+) -> None:
     run = play(flooded.plan)
     found, still = (
         by_quantity(run.judge.fine[1]),
@@ -81,7 +83,7 @@ def test_a_run_through_the_splash_zone_gives_at_least_the_slack_and_load_of_stat
         assert found[quantity].value >= (1.0 - SWINGS) * still[quantity].value
 
 
-def test_slings_that_become_slack_are_red() -> None:
+def test_slings_that_become_slack_in_the_splash_zone_give_a_red_check() -> None:
     """The limit is 0.9 of the weight in water: a little less passes, a little more does not."""
     for share, beyond in ((0.88, False), (0.92, True)):
         force = share * float(static(np.array(1.0))) / 1e3
@@ -91,7 +93,7 @@ def test_slings_that_become_slack_are_red() -> None:
         assert found.value == pytest.approx(share, rel=SWINGS)
 
 
-def test_below_their_last_points_both_curves_hold_their_last_values() -> None:
+def test_splash_zone_curves_keep_their_last_value_below_their_last_point() -> None:
     """The curves end at 1 m, the block goes down to 2.5 m: it is checked there with what they have at 1 m."""
     push, force = 100.0, 240.0
     loaded = scene(((0.0, 0.0), (0.5, 0.0), (1.0, force)), buoyancy=f"[[0 m, 0 kN], [1 m, {push} kN]]")
@@ -132,11 +134,11 @@ def test_a_buoy_on_a_piecewise_linear_buoyancy_curve_moves_as_in_scipy(method: s
 @pytest.mark.parametrize(
     ("curve", "words"),
     [
-        ("[[0 m, 0 kN], [2 m, 5 kN], [1 m, 6 kN]]", "depths of 'buoyancy' must rise"),
-        ("[[1 m, 0 kN], [2 m, 5 kN]]", "'buoyancy' begins at the depth 0 m with 0 kN"),
+        ("[[0 m, 0 kN], [2 m, 5 kN], [1 m, 6 kN]]", "depths of 'buoyancy' must be in ascending order"),
+        ("[[1 m, 0 kN], [2 m, 5 kN]]", "'buoyancy' must begin at the depth 0 m with 0 kN"),
         ("[[0 m, 0 kN], [2 m, -5 kN]]", "buoyancy"),
     ],
 )
-def test_impossible_curves_are_refused_in_one_sentence(curve: str, words: str) -> None:
+def test_impossible_splash_zone_curves_are_refused_in_one_sentence(curve: str, words: str) -> None:
     with pytest.raises(SceneError, match=words):
         scene(buoyancy=curve)

@@ -53,7 +53,7 @@ def at_rest(text: str) -> tuple[np.ndarray, float]:
 
 
 @pytest.mark.parametrize("bow", [0.0, 40.0])
-def test_the_offset_of_a_moored_barge_in_a_current_is_drag_over_mooring_stiffness(bow: float) -> None:
+def test_the_offset_of_a_moored_barge_in_a_current_is_drag_force_over_mooring_stiffness(bow: float) -> None:
     """Along the bow: k x = 1/2 rho A C U^2, however the barge lies; a current astern has the other coefficient."""
     for to, C in ((bow, 0.4), (bow + 180.0, 0.45)):
         current = f"current: {{speed: 1.2 m/s, heading: {to} deg}}"
@@ -64,7 +64,7 @@ def test_the_offset_of_a_moored_barge_in_a_current_is_drag_over_mooring_stiffnes
         assert yaw == pytest.approx(np.radians(bow), abs=1e-9)
 
 
-def test_a_wind_abeam_moves_a_moored_barge_aside_and_turns_it() -> None:
+def test_a_beam_wind_pushes_a_moored_barge_sideways_and_turns_it() -> None:
     """The wind of the scene, with its density; the turned barge feels the coefficients of its own direction."""
     wind = "wind: {speed: 15 m/s, direction: [0, 1, 0]}"
     place, yaw = at_rest(SCENE % (wind, "0 deg", "barge-110", STREAM % "wind"))
@@ -105,7 +105,7 @@ def scene(folder: Path, waves: str, bow: float = 0.0, hull: str = "hull.json") -
     return load(folder / "sea.yaml")
 
 
-def test_the_mean_offset_of_a_moored_barge_in_a_regular_wave_is_its_drift_over_the_stiffness(drifting: Path) -> None:
+def test_the_mean_offset_of_a_moored_barge_in_a_regular_wave_is_drift_force_over_stiffness(drifting: Path) -> None:
     """a^2 D / k, by the mean over 16 waves when the start has decayed; D halfway between two frequencies."""
     w = 1.0
     period = 2.0 * np.pi / w
@@ -121,7 +121,9 @@ def test_the_mean_offset_of_a_moored_barge_in_a_regular_wave_is_its_drift_over_t
 
 @pytest.mark.parametrize("side", [1, -1])
 @pytest.mark.parametrize("bow", [0.0, 25.0])
-def test_drift_in_an_irregular_sea_is_newmans_sum_over_pairs_of_waves(drifting: Path, side: int, bow: float) -> None:
+def test_drift_force_in_an_irregular_sea_is_the_sum_of_newman_over_pairs_of_waves(
+    drifting: Path, side: int, bow: float
+) -> None:
     """The signal in surge, sway and yaw at some instants against the double sum, from either side of the hull."""
     loaded = scene(drifting, f"seas: {{s: {{Hs: 2 m, Tp: 7 s, components: 30, heading: {bow + side * 60} deg}}}}", bow)
     forces = loaded.plan.machines[0].system.forces
@@ -158,7 +160,7 @@ def unchecked(loaded: LoadedScene) -> list[str]:
     return [x.sentence for x in loaded.checks if x.quantity == "inputs" and x.state == "amber"]
 
 
-def test_wind_current_and_trim_that_no_check_includes_are_amber(drifting: Path) -> None:
+def test_effects_of_wind_current_and_trim_that_no_check_includes_give_amber_checks(drifting: Path) -> None:
     wind = "wind: {speed: 5 m/s, direction: [1, 0, 0], on: {%s}}"
     hull = msgspec.json.decode((drifting / "hull.json").read_bytes()) | {"buoyancy": None}
     (drifting / "hull.json").write_bytes(msgspec.json.encode(hull))
@@ -204,7 +206,7 @@ BAD = {
     "give one row for each direction, from 0 deg to 180 deg in equal steps": (STREAM % "current").replace(
         "90 deg", "80 deg"
     ),
-    "coefficients of sway and yaw are zero at 0 deg": (STREAM % "current").replace("0.4, 0, 0", "0.4, 0.1, 0"),
+    "coefficients of sway and yaw must be zero at 0 deg": (STREAM % "current").replace("0.4, 0, 0", "0.4, 0.1, 0"),
 }
 
 

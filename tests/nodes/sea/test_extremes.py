@@ -32,7 +32,7 @@ def test_the_confidence_bound_of_a_quantile_exceeds_the_true_quantile_in_95_perc
     assert np.mean([x.value >= want for x in found]) == pytest.approx(0.5, abs=4.0 * 0.5 / np.sqrt(STUDIES))
 
 
-def test_the_largest_of_rayleigh_peaks_has_the_quantile_of_its_closed_form() -> None:
+def test_the_largest_of_rayleigh_distributed_peaks_has_the_quantile_of_its_closed_form() -> None:
     """Peaks of a Gaussian motion: the bound is on the safe side in 95 % of all studies, or in more."""
     peaks = rayleigh.rvs(scale=3.0, size=(STUDIES, 30, PEAKS), random_state=2)
     found = [extreme(x, P90) for x in peaks.max(axis=2)]
@@ -53,13 +53,13 @@ def test_the_quantile_bound_holds_for_values_that_no_gumbel_distribution_fits() 
     assert np.mean([x.how == "order of the values" for x in found]) > 0.9
 
 
-def test_the_largest_of_29_values_bounds_a_p90_and_that_of_28_does_not() -> None:
+def test_the_largest_of_29_values_bounds_a_90_percent_quantile_and_that_of_28_does_not() -> None:
     rare = [-np.inf] * 20
     assert extreme([*rare, *range(9)], P90)[:2] == (6.0, 2.0)
     assert extreme([*rare, *range(8)], P90).how == "too few seeds: 29 are needed"
 
 
-def test_values_that_do_not_depend_on_the_sea_have_no_spread() -> None:
+def test_peaks_that_do_not_depend_on_the_sea_have_no_spread_over_seeds() -> None:
     assert extreme([1e6 + 1e-5 * i for i in range(10)], P90)[1:] == (0.0, "equal for all seeds")
 
 

@@ -91,7 +91,9 @@ def written(folder: Path, of: Coefficients, depth: str = "0.", bodies: int = 1, 
     return folder / "Nemoh.cal"
 
 
-def test_nemoh_files_give_the_coefficients_of_wamit_and_capytaine(tmp_path: Path, hull: Coefficients) -> None:
+def test_nemoh_files_give_the_hull_coefficients_of_wamit_and_capytaine_files(
+    tmp_path: Path, hull: Coefficients
+) -> None:
     other = nemoh(written(tmp_path, hull))
     for name in ("w", "A", "B", "A_inf", "headings", "X", "K", "volume", "height", "density", "gravity", "depth"):
         one, two = np.asarray(getattr(hull, name)), np.asarray(getattr(other, name))
@@ -100,7 +102,7 @@ def test_nemoh_files_give_the_coefficients_of_wamit_and_capytaine(tmp_path: Path
         assert (np.isinf(one) == np.isinf(two)).all(), name
 
 
-def test_moments_of_nemoh_about_another_point_are_turned_into_those_about_the_centre_of_a_sphere(
+def test_nemoh_moments_about_another_point_are_transferred_to_the_centre_of_a_sphere(
     tmp_path: Path, hull: Coefficients
 ) -> None:
     """Pressure on a sphere passes through its centre, here the origin: all moments vanish against force times POINT."""
@@ -110,7 +112,7 @@ def test_moments_of_nemoh_about_another_point_are_turned_into_those_about_the_ce
     assert np.abs(of.A[:, 4, 4]).max() < SPHERE * POINT**2 * of.A[:, 0, 0].max()
 
 
-def test_the_hash_of_all_files_of_nemoh_and_the_depth_are_recorded(tmp_path: Path, hull: Coefficients) -> None:
+def test_the_file_hash_and_the_water_depth_of_nemoh_data_are_recorded(tmp_path: Path, hull: Coefficients) -> None:
     found = hull_of(written(tmp_path, around(hull), "12."))
     assert found.depth == 12.0
     assert found.buoyancy == (0.0, 0.0, -0.37)
@@ -125,9 +127,9 @@ BAD = {
     "bodies": "one body is needed that turns about one point",
     "irf": "IRF.tec: .*impulse responses",
     "Results/ExcitationForce.tec": "its zones are missing or differ in size",
-    "Mesh/KH.dat": "it is no matrix of six motions",
+    "Mesh/KH.dat": "it is not a matrix for six motions",
     "Mesh/Hydrostatics.dat": "it has no 'ZG' and 'Displacement'",
-    "Nemoh.cal": "it is no Nemoh.cal of a body with six degrees of freedom",
+    "Nemoh.cal": "it is not a Nemoh.cal of a body with six degrees of freedom",
 }
 
 
@@ -141,7 +143,7 @@ def test_incomplete_files_of_nemoh_are_refused_in_one_sentence(tmp_path: Path, h
 
 
 EDITS = {
-    "phases are those at XEFF, YEFF": ("Nemoh.cal", "0. 0. ! XEFF", "0. 3. ! XEFF"),
+    "its phases refer to XEFF, YEFF": ("Nemoh.cal", "0. 0. ! XEFF", "0. 3. ! XEFF"),
     "output is not by frequencies in rad/s": (
         "Nemoh.cal",
         "6 ! Number of res",
@@ -162,7 +164,7 @@ def test_nemoh_files_with_other_conventions_are_refused(tmp_path: Path, hull: Co
 
 
 @pytest.mark.parametrize("wrong", ["cut", "two depths", "no loads", "one heading"])
-def test_netcdf_files_with_other_arrays_are_refused_in_one_sentence(tmp_path: Path, wrong: str) -> None:
+def test_netcdf_files_with_missing_or_wrong_arrays_are_refused_in_one_sentence(tmp_path: Path, wrong: str) -> None:
     import h5py
 
     path = tmp_path / "bad.nc"
@@ -180,7 +182,7 @@ def test_netcdf_files_with_other_arrays_are_refused_in_one_sentence(tmp_path: Pa
             for name, x in changed.items():
                 del tree[name]
                 tree[name] = x
-    sentences = {"cut": "not a netCDF file", "two depths": "one body on water of one depth",
+    sentences = {"cut": "not a netCDF file", "two depths": "a single body at rest in water of a single depth",
                  "no loads": "it needs two or more frequencies", "one heading": "at least two of each"}  # fmt: skip
     with pytest.raises(SceneError, match=rf"bad.nc: .*{sentences[wrong]}"):
         hull_of(path)
@@ -208,7 +210,7 @@ def hdf5(path: Path, order: list[int], point: float = 0.0, modes: tuple[str, ...
     return path
 
 
-def test_netcdf_4_files_with_motions_in_any_order_give_the_same_coefficients(
+def test_netcdf_4_files_with_motions_in_any_order_give_the_same_hull_coefficients(
     tmp_path: Path, hull: Coefficients
 ) -> None:
     other = capytaine(hdf5(tmp_path / "four.nc", [2, 4, 3, 0, 1, 5]))
@@ -217,7 +219,7 @@ def test_netcdf_4_files_with_motions_in_any_order_give_the_same_coefficients(
         assert np.abs(one - two).max() <= 30.0 * WRITTEN * max(float(np.abs(one).max()), 1.0), name
 
 
-def test_frequencies_without_a_solution_are_left_out(tmp_path: Path, hull: Coefficients) -> None:
+def test_wave_frequencies_without_a_solution_in_a_netcdf_file_are_left_out(tmp_path: Path, hull: Coefficients) -> None:
     """Capytaine writes NaN for long waves on shallow water."""
     import h5py
 
@@ -230,7 +232,7 @@ def test_frequencies_without_a_solution_are_left_out(tmp_path: Path, hull: Coeff
     assert np.abs(other.X - hull.X[:, 1:]).max() <= 30.0 * WRITTEN * np.abs(hull.X).max()
 
 
-def test_netcdf_with_turns_about_another_axis_or_of_two_bodies_is_refused(tmp_path: Path) -> None:
+def test_netcdf_data_of_two_bodies_or_of_rotations_about_another_axis_are_refused(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match=r"its rotations are about .* compute them about a point of the z axis"):
         capytaine(hdf5(tmp_path / "off.nc", [*range(6)], 2.0))
     named = tuple(f"ship__{mode}" for mode in MODES)

@@ -71,7 +71,7 @@ def test_a_hull_is_read_from_files_of_wamit_whose_hash_is_recorded(found: Hydrod
     assert (name, len(digest)) == ("barge.1", 64)
 
 
-def test_heave_loads_of_long_waves_tend_to_the_waterplane_stiffness_and_surge_loads_lead_the_crest(
+def test_heave_loads_in_long_waves_tend_to_the_waterplane_stiffness_and_surge_loads_lead_the_crest(
     found: Hydrodynamics,
 ) -> None:
     """X3 tends to rho g Aw, in phase with the elevation; a following wave pushes ahead before its crest: X1 is +i."""
@@ -100,7 +100,9 @@ def test_incomplete_files_of_wamit_are_refused_in_one_sentence(tmp_path: Path, f
 @pytest.mark.parametrize(("file", "sentence"), [
     ("barge.3", "it needs all six modes at each heading"), ("barge.1", "it needs the same pairs of modes"),
 ])  # fmt: skip
-def test_a_row_that_is_missing_is_no_zero_load(tmp_path: Path, file: str, sentence: str) -> None:
+def test_a_missing_load_row_in_a_wamit_file_is_refused_and_not_read_as_zero(
+    tmp_path: Path, file: str, sentence: str
+) -> None:
     path = written(tmp_path, bundled())
     rows = (tmp_path / file).read_text().splitlines()
     (tmp_path / file).write_text("\n".join(rows[:50] + rows[51:]))
@@ -118,7 +120,7 @@ HEADINGS |= {(200.0,): "gaps of at most 45 deg", (*np.arange(-180.0, 200.0, 60.0
 
 
 @pytest.mark.parametrize("degrees", HEADINGS)
-def test_headings_that_do_not_cover_the_hull_are_refused(tmp_path: Path, degrees: tuple[float, ...]) -> None:
+def test_wave_headings_that_do_not_cover_a_hull_are_refused(tmp_path: Path, degrees: tuple[float, ...]) -> None:
     of = bundled()
     n, loads = len(degrees), of.loads
     headings = tuple(np.radians(degrees).tolist())
@@ -130,13 +132,13 @@ def test_headings_that_do_not_cover_the_hull_are_refused(tmp_path: Path, degrees
             read_hydrodynamics(msgspec.json.encode(replace(of, loads=cut)), "barge.json")
 
 
-def test_one_side_of_a_hull_that_is_not_symmetric_and_depths_below_zero_are_refused() -> None:
+def test_data_for_one_side_of_an_asymmetric_hull_and_negative_depths_are_refused() -> None:
     for wrong, sentence in (({"symmetric": False}, "must cover"), ({"depth": -5.0}, "depth .* must be positive")):
         with pytest.raises(SceneError, match=sentence):
             read_hydrodynamics(msgspec.json.encode(replace(bundled(), **wrong)), "barge.json")
 
 
-def test_drift_of_one_side_is_mirrored_beside_loads_of_both_sides() -> None:
+def test_drift_forces_of_one_side_are_mirrored_for_wave_loads_of_both_sides() -> None:
     """The sign of sway and yaw is another on the other side, whatever the headings of the wave loads are."""
     of = bundled()
     turns = tuple(x for x in of.loads.headings)

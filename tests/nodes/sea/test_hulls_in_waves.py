@@ -96,7 +96,7 @@ def test_motions_of_a_hull_in_a_regular_wave_agree_with_the_frequency_domain(per
         assert amplitudes[kind] == pytest.approx(want[kind], abs=5e-3 * want[kind].max())
 
 
-def test_a_hull_is_linearised_with_the_memory_of_its_radiation():
+def test_a_linear_model_of_a_hull_includes_its_radiation_memory():
     """Its transfer function from a load is that of the frequency domain, and its modes let it move without any load."""
     small = parse(scene("height: 1 cm, period: 8 s", "180 deg"))
     model = heavylift.linearise(small, ["barge.heave wave"], ["pose/barge/z"])
@@ -125,7 +125,7 @@ BAD = {
 
 
 @pytest.mark.parametrize(("waves", "name"), BAD)
-def test_impossible_hydrodynamics_are_refused_in_one_sentence(waves, name):
+def test_impossible_hydrodynamic_data_are_refused_in_one_sentence(waves, name):
     with pytest.raises(SceneError) as error:
         parse(scene(waves, hull=name))
     assert BAD[waves, name] in str(error.value)
@@ -147,14 +147,14 @@ def test_waves_beyond_the_frequencies_of_a_hull_are_refused_with_their_share(wav
         assert parse(scene("seas: {s: {Hs: 1 m, Tp: 5 s, components: 10}}", seed=seed)).plan.machines, "for any seed"
 
 
-def test_water_of_another_density_than_that_of_the_data_and_unstable_vessels_are_refused() -> None:
+def test_water_of_a_density_unlike_that_of_the_hull_data_is_refused_and_so_are_unstable_vessels() -> None:
     with pytest.raises(SceneError, match="data has 1025 kg/m3, not 1000"):
         parse(scene("height: 1 m, period: 8 s, density: 1000 kg/m3"))
     with pytest.raises(SceneError, match=r"not stable in roll: GM is -2.67 m"):
         parse(scene("height: 1 m, period: 8 s").replace("com: [0 m, 0 m, 2 m]", "com: [0 m, 0 m, 22 m]"))
 
 
-def test_given_motions_of_a_vessel_cannot_be_used_in_an_irregular_sea():
+def test_prescribed_motions_of_a_vessel_are_refused_in_an_irregular_sea():
     text = scene("seas: {wind: {Hs: 1 m, Tp: 8 s}}")
     given = (
         text[: text.index("    motion: forces")] + "    responses: {heave: [0.5 m/m, 0 deg]}\nactions: [{wait: 1 s}]\n"
@@ -163,7 +163,7 @@ def test_given_motions_of_a_vessel_cannot_be_used_in_an_irregular_sea():
         parse(given)
 
 
-def test_the_largest_heave_grows_with_the_sea_and_repeats_with_its_seed():
+def test_the_largest_heave_of_a_hull_grows_with_the_sea_and_repeats_with_its_seed():
     """Twice the height of the sea gives twice the motion, to what is not linear; the same seed the same bits."""
 
     def largest(Hs: float) -> list[float]:
@@ -207,7 +207,7 @@ def test_a_hull_is_read_from_a_file_of_capytaine(tmp_path):
     assert max(found.radiation.error.added_mass, found.radiation.error.damping) < 0.03
 
 
-def test_a_file_that_is_no_netcdf_is_refused_in_one_sentence(tmp_path):
+def test_a_hull_file_that_is_not_netcdf_is_refused_in_one_sentence(tmp_path):
     (tmp_path / "barge.nc").write_text("no")
     with pytest.raises(SceneError, match=r"barge.nc: it is not a netCDF file"):
         hull_of(tmp_path / "barge.nc")

@@ -40,7 +40,7 @@ def hemisphere(radius: float, n: int = 48) -> np.ndarray:
 
 @pytest.mark.parametrize("lid", [False, True])
 @pytest.mark.parametrize("inside_out", [False, True])
-def test_hydrostatics_of_a_box_away_from_the_origin_are_its_closed_form(lid: bool, inside_out: bool) -> None:
+def test_hydrostatics_of_a_box_away_from_the_origin_agree_with_the_closed_form(lid: bool, inside_out: bool) -> None:
     L, B, T, x, y = 110.0, 32.0, 4.0, 3.0, -2.0
     panels = box(L, B, T, x, y, lid)
     of = hydrostatics_of(panels[:, ::-1] if inside_out else panels)
@@ -87,7 +87,7 @@ def test_hydrostatics_of_a_hemisphere_tend_to_its_closed_form() -> None:
     assert ratio == pytest.approx(16.0, rel=0.02), "the error goes with the square of the panels"
 
 
-def test_a_flat_mesh_is_refused() -> None:
+def test_a_flat_mesh_is_refused_as_a_hull() -> None:
     with pytest.raises(SceneError, match="encloses no volume below z = 0"):
         hydrostatics_of(np.array([[[0.0, 0.0, -1.0], [1.0, 0.0, -1.0], [1.0, 0.0, -2.0]]]))
 
@@ -125,7 +125,7 @@ def test_a_vessel_whose_mass_is_not_above_its_centre_of_buoyancy_is_refused() ->
     assert parse(SCENE % (1, 0.2, "barge-110")).plan.machines
 
 
-def test_moments_of_the_waterplane_couple_heave_to_roll_and_pitch(tmp_path) -> None:
+def test_waterplane_moments_couple_heave_with_roll_and_pitch(tmp_path) -> None:
     text = (vessels_folder() / "barge-110.json").read_text()
     (tmp_path / "hull.json").write_text(text.replace('"buoyancy"', '"moments": [7040.0, -3520.0, 500.0], "buoyancy"'))
     (tmp_path / "keel.yaml").write_text(SCENE % (0, 0, "hull.json"))

@@ -49,7 +49,7 @@ def states(moored: LoadedScene) -> list[StaticState]:
     return list(follow(moored.plan).states)
 
 
-def test_equal_mooring_lines_carry_equal_loads_at_rest_and_one_that_is_cast_off_carries_none(
+def test_equal_mooring_lines_carry_equal_loads_at_rest_and_a_line_that_is_cast_off_carries_none(
     states: list[StaticState],
 ) -> None:
     names = [f"{f}-{p}" for f in ("fore", "aft") for p in ("port", "starboard")]

@@ -69,7 +69,7 @@ def motion(seed: int, end: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize(("seeds", "end"), [(6, 300.0), pytest.param(30, 700.0, marks=pytest.mark.large)])
-def test_moments_and_extremes_of_motions_over_seeds_are_those_of_the_frequency_domain(seeds: int, end: float) -> None:
+def test_statistics_of_motions_over_seeds_agree_with_the_frequency_domain(seeds: int, end: float) -> None:
     """Mean variances of motions and their rates lie within the confidence of as many seeds; the most probable maximum
     by Gumbel's distribution is that of Rayleigh's peaks."""
     found, largest = [], []

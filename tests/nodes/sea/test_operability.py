@@ -31,7 +31,7 @@ LINEAR = 0.02  # what the barge does not do in proportion to the sea, and the la
 TABLE = "Hs \\ Tp, 6, 8, 10\n1, 10, 20, 5\n2, 20, 30,\n3, 10, 5, 0\n"
 
 
-def test_the_highest_allowed_sea_brings_the_confidence_bound_of_the_quantile_to_its_limit() -> None:
+def test_in_the_highest_allowed_sea_the_confidence_bound_of_the_quantile_equals_the_limit() -> None:
     """The heave of the barge is proportional to the sea, and so is the bound of its P90."""
     with ThreadPoolExecutor(1) as pool:
         runs = SeaRuns(parse(SCENE), range(1, 11), 60.0, pool)
@@ -42,7 +42,7 @@ def test_the_highest_allowed_sea_brings_the_confidence_bound_of_the_quantile_to_
     assert found.runs[found.green][name] < 1.0 < found.runs[found.red][name]
 
 
-def test_the_longest_allowed_period_is_where_a_scan_of_periods_meets_the_limit() -> None:
+def test_the_longest_allowed_wave_period_is_where_a_scan_over_periods_meets_the_limit() -> None:
     """A longer sea heaves the barge more; at the period that is found, half a metre is the highest sea, too."""
     with ThreadPoolExecutor(1) as pool:
         runs = SeaRuns(parse(SCENE), range(1, 11), 60.0, pool)
@@ -94,7 +94,7 @@ def test_a_table_that_is_no_scatter_table_is_refused_in_one_sentence(text: str, 
         ScatterTable.read(tmp_path / "scatter.csv")
 
 
-def test_the_sea_to_vary_is_the_named_one_or_the_only_one_of_the_scene() -> None:
+def test_operability_varies_the_named_sea_or_the_only_sea_of_the_scene() -> None:
     assert sea_of(parse(SCENE), "") == sea_of(parse(SCENE), "waves.seas.wind") == "wind"
     with pytest.raises(SceneError, match=r"with --of: waves.seas.wind"):
         sea_of(parse(SCENE), "waves.seas.swell")

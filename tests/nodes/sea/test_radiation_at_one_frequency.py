@@ -50,7 +50,7 @@ def heave(of: Plan, times: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("w", [0.3, 0.8, 1.5, 3.0])
-def test_added_mass_and_damping_are_the_parts_of_the_transfer_function(w: float) -> None:
+def test_added_mass_and_damping_at_a_frequency_are_the_parts_of_the_radiation_transfer_function(w: float) -> None:
     (f,) = [f for f in system(plan(SEA)).forces if isinstance(f, Radiation)]
     F, G = np.array(f.F), np.array(f.G)
     K = G.T @ np.linalg.solve(1j * w * np.eye(len(F)) - F, G.astype(complex))
@@ -61,14 +61,14 @@ def test_added_mass_and_damping_are_the_parts_of_the_transfer_function(w: float)
 
 
 @pytest.mark.parametrize("period", [6, 8, 11])
-def test_one_frequency_is_exact_in_a_regular_wave_once_its_start_has_died_away(period: int) -> None:
+def test_radiation_at_one_frequency_is_exact_in_a_regular_wave_after_the_start_has_decayed(period: int) -> None:
     full = plan(REGULAR % period)
     times = 900.0 + period * np.arange(16) / 16.0
     both = [np.abs(np.exp(-2j * np.pi / period * times) @ heave(x, times)) for x in (full, at_level(full, FLAT))]
     assert both[1] == pytest.approx(both[0], rel=CLOSE)
 
 
-def test_in_a_sea_the_level_leaves_out_the_memory_and_has_a_measured_error() -> None:
+def test_a_model_level_without_radiation_memory_has_a_measured_error_in_an_irregular_sea() -> None:
     full = plan(SEA)
     flat = at_level(full, FLAT)
     assert not [f for f in system(flat).forces if isinstance(f, Radiation)]
@@ -79,7 +79,7 @@ def test_in_a_sea_the_level_leaves_out_the_memory_and_has_a_measured_error() -> 
     assert 1e-3 < np.std(z[1] - z[0]) / np.std(z[0]) < 0.3
 
 
-def test_the_level_is_compared_on_the_ladder_of_plans_with_vessels_in_waves_alone() -> None:
+def test_the_model_level_without_radiation_memory_is_compared_only_for_vessels_in_waves() -> None:
     sea = Ladder(plan(SEA))
     assert [x.water for x in sea.compared] == ["one frequency", "memory"]
     assert ModelLevel(at_level(plan(SEA), FLAT)).level == "as it is written, water at one frequency"

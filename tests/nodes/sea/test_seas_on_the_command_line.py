@@ -36,7 +36,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_a_run_for_many_seeds_prints_and_writes_its_quantiles(here: Path) -> None:
+def test_a_run_over_many_seeds_prints_and_writes_its_quantiles(here: Path) -> None:
     """Its table has the checks on the quantile, which strict exit codes follow; the report is the same sheet."""
     done = CliRunner().invoke(app, ["run", *COMMON, "--report", "seeds.json", "--fail-on", "amber"])
     sheet = json.loads(done.stdout)
@@ -52,7 +52,7 @@ def test_a_run_for_many_seeds_prints_and_writes_its_quantiles(here: Path) -> Non
     assert done.exit_code == (0 if sheet["state"] == "green" else 1)
 
 
-def test_options_of_a_single_run_are_refused_for_many_seeds(here: Path) -> None:
+def test_options_for_a_single_run_are_refused_in_a_run_over_many_seeds(here: Path) -> None:
     done = CliRunner().invoke(app, ["run", *COMMON, "-o", "one.mcap"])
     assert done.exit_code == 2
     assert "-o is for a single run" in done.stderr
@@ -76,7 +76,7 @@ def test_a_lift_that_passes_in_no_sea_of_the_table_gives_exit_code_1(here: Path)
 
 
 @pytest.mark.parametrize("option", ["--depth 15", "--volume 3", "--height 2", "--length 7"])
-def test_options_that_a_kind_of_hull_data_does_not_take_are_refused(here: Path, option: str) -> None:
+def test_options_that_do_not_suit_the_kind_of_hull_data_are_refused(here: Path, option: str) -> None:
     done = CliRunner().invoke(app, ["hull", "x.nc", *option.split()])
     assert done.exit_code
     assert f"take no {option.split()[0]}" in str(done.exception)

@@ -47,7 +47,7 @@ def test_wave_components_have_the_moments_of_their_spectrum(seed, spreading):
         assert not away.any()
 
 
-def test_a_seed_determines_one_sea():
+def test_a_seed_determines_one_realisation_of_a_sea():
     def sea(seed):
         return components(lambda w: pierson_moskowitz(w, HS, TP), HS, (0.4, 1.5), 50, 0.0, 4.0, seed)
 
@@ -73,7 +73,7 @@ def test_a_sea_of_random_frequencies_does_not_repeat_itself_within_three_hours(s
 
 
 @pytest.mark.parametrize(("Hs", "Tp"), [(2.0, 6.0), (4.0, 8.0), (2.0, 14.0), (4.0, 18.0)])
-def test_torsethaugens_spectrum_has_the_energy_of_its_two_peaks(Hs, Tp):
+def test_the_torsethaugen_spectrum_has_the_energy_of_its_two_peaks(Hs, Tp):
     """Below 6.6 Hs^(1/3) the wind sea has the period Tp; each peak has its energy, and its maximum at its period."""
     peaks = torsethaugen(Hs, Tp)
     assert (peaks[0].Tp, peaks[0].Tp < peaks[1].Tp) == (Tp, Tp <= 6.6 * Hs ** (1 / 3))
@@ -86,7 +86,7 @@ def test_torsethaugens_spectrum_has_the_energy_of_its_two_peaks(Hs, Tp):
     assert sum(energy) == pytest.approx(Hs * Hs / 16)
 
 
-def test_a_fully_developed_sea_has_one_peak():
+def test_a_fully_developed_sea_has_one_spectral_peak():
     """At the period of a fully developed sea, no energy is left for the second peak."""
     first, second = torsethaugen(3.0, 6.6 * 3.0 ** (1 / 3))
     assert (first.Hs, second.Hs) == (pytest.approx(3.0), pytest.approx(0.0, abs=1e-6))
@@ -109,6 +109,6 @@ ONE, ZERO, FALLING = [["0.1 Hz", 1]], [["0.1 Hz", 0], ["0.2 Hz", 0]], [["0.2 Hz"
 @pytest.mark.parametrize(
     "keys", [{}, {"Tp": "8 s", "table": FALLING[::-1]}, {"table": ONE}, {"table": FALLING}, {"table": ZERO}]
 )
-def test_a_sea_without_a_shape_or_with_two_is_refused(keys):
+def test_a_sea_with_no_spectrum_or_two_spectra_is_refused(keys):
     with pytest.raises(ValidationError):
         Sea.model_validate({"Hs": "2 m"} | keys)

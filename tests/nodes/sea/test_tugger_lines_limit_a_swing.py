@@ -68,12 +68,12 @@ def test_the_tension_of_a_tugger_line_is_checked_against_its_capacity(capacity: 
         assert row.use == (pytest.approx(PULL / 7e3) if capacity == "7 kN" else None)
 
 
-def test_a_tension_set_above_the_capacity_is_refused() -> None:
+def test_a_tugger_line_tension_set_above_its_capacity_is_refused() -> None:
     with pytest.raises(SceneError, match=r"rope tension of port would be 4 kN, 103 %; 3.9 kN is allowed"):
         plan(capacity="3.9 kN")
 
 
-def test_in_a_run_the_tension_stays_within_the_spread_and_the_line_is_drawn_from_winch_to_block() -> None:
+def test_the_tugger_line_tension_stays_within_its_spread_and_the_line_is_drawn_to_the_block() -> None:
     loaded = plan()
     run = play(loaded)
     tension = run.past.part(0, len(run.t)).tensions["port"]
@@ -86,6 +86,6 @@ def test_in_a_run_the_tension_stays_within_the_spread_and_the_line_is_drawn_from
     assert (drawn.a, drawn.b_body, drawn.b) == ((20.0, 30.0, 2.0), "block", (0.0, 2.0, 0.0))
 
 
-def test_tugger_lines_with_a_spread_take_the_swing_that_slewing_left() -> None:
+def test_tugger_lines_with_friction_damp_the_residual_swing_after_slewing() -> None:
     """Lines of constant tension alone bring the swing to no rest."""
     assert swing(plan()) < 0.2 * swing(plan(spread=0.0))

@@ -99,7 +99,7 @@ def test_a_barge_that_drifts_against_its_fenders_rebounds_as_a_damped_half_wave(
 
 
 @pytest.mark.parametrize("facing", ["[0, 2, 0]", "[0.6, 0.8, 0]", "[0, 0.8, 0.6]"])
-def test_a_fender_pushes_along_its_own_direction(facing: str) -> None:
+def test_the_force_of_a_fender_acts_along_its_stated_direction(facing: str) -> None:
     loaded = scene("-4.05 m", more=", sway: 1 kN/m", facing=facing, damping="0 N s/m")
     s = Simulation(system(loaded.plan), 1e-9)
     s.start()
@@ -124,12 +124,12 @@ def test_impossible_fenders_are_refused_in_one_sentence(change: dict[str, str], 
         scene(**change)
 
 
-def test_a_fender_without_a_capacity_is_reported_as_not_checked() -> None:
+def test_a_fender_without_a_stated_capacity_is_reported_as_not_checked() -> None:
     rows = [x for x in scene(other="friction: 0.2").plan.limits if x.subject in ("fore", "aft")]
     assert [(x.value, x.note) for x in rows] == [(None, "give its 'capacity'")] * 2
 
 
-def test_a_capacity_of_fenders_without_gravity_is_no_mass() -> None:
+def test_fenders_in_a_scene_without_gravity_have_no_limit_in_kilograms() -> None:
     """The limit of a support is in kilograms, of which none are known there."""
     text = SCENE % ("20 s", "0 m", "", *2 * ("[0, 1, 0]", "2 MN s/m", "capacity: 400 kN"), "-600 kN")
     head, _, tail = text.partition("    motion: forces\n")

@@ -50,7 +50,7 @@ def test_wave_numbers_tend_to_those_of_deep_and_of_shallow_water() -> None:
     assert wave_number(1e-3, G, 10.0) == pytest.approx(1e-3 / np.sqrt(10.0 * G), rel=1e-6)
 
 
-def test_wave_loads_on_a_hull_repeat_after_a_wavelength_and_are_opposite_after_half_a_wavelength() -> None:
+def test_wave_loads_on_a_hull_repeat_after_one_wavelength_and_change_sign_after_half_a_wavelength() -> None:
     w, to, depth = 2.0 * np.pi / 9.0, 0.6, 15.0
     length = 2.0 * np.pi / brentq(lambda k: w * w - G * k * np.tanh(k * depth), 1e-6, 1.0, xtol=1e-15, rtol=1e-14)
     sea = [Component(w, 1.3, to, 0.2)]
@@ -65,7 +65,7 @@ def test_wave_loads_on_a_hull_repeat_after_a_wavelength_and_are_opposite_after_h
     assert np.abs(loads(0.5) + loads(0.0)).max() < 1e-9 * size
 
 
-def test_the_phase_lag_of_given_vessel_motions_is_wave_number_times_distance_at_any_depth() -> None:
+def test_the_phase_lag_of_prescribed_vessel_motions_is_wave_number_times_distance_at_any_depth() -> None:
     """Its phase lags by the wave number times the distance along the waves."""
     w = 2.0 * np.pi / 8.0
     for depth in (6.0, 25.0):
@@ -77,7 +77,7 @@ def test_the_phase_lag_of_given_vessel_motions_is_wave_number_times_distance_at_
         assert heave.phase == pytest.approx(-k * distance, rel=1e-9)
 
 
-def test_hydrodynamic_data_of_deep_water_are_refused_at_15_m_and_accepted_at_60_m_depth() -> None:
+def test_hydrodynamic_data_of_deep_water_are_refused_at_15_m_depth_and_accepted_at_60_m() -> None:
     """Waves of 8 s are 100 m long."""
     with pytest.raises(
         SceneError, match=r"(?s)its data are for deep water; on water 15 m deep .* 0.8\d+ times as long.*hull --depth"
@@ -86,6 +86,6 @@ def test_hydrodynamic_data_of_deep_water_are_refused_at_15_m_and_accepted_at_60_
     assert parse(SCENE % (60, 0.0, FILE)).plan.machines
 
 
-def test_the_depth_of_a_hull_file_is_read() -> None:
+def test_the_water_depth_stated_in_a_hull_file_is_read() -> None:
     text = msgspec.json.encode(msgspec.structs.replace(bundled(), depth=15.0))
     assert read_hydrodynamics(text, "barge.json").depth == 15.0

@@ -28,13 +28,13 @@ def drawn(months, scale=6.0, shape=2.0, persistence=0.8, seed=5):
 
 
 @pytest.mark.parametrize(("scale", "shape"), [(6.0, 2.0), (9.0, 1.6)])
-def test_drawn_wind_has_the_weibull_distribution_of_its_month(scale, shape):
+def test_random_wind_has_the_weibull_distribution_of_its_month(scale, shape):
     found = sorted(drawn(240, scale, shape))
     for p in (0.1, 0.5, 0.9, 0.99):
         assert found[int(p * len(found))] == pytest.approx(scale * (-log(1 - p)) ** (1 / shape), rel=0.03)
 
 
-def test_drawn_wind_has_the_stated_correlation_from_hour_to_hour():
+def test_random_wind_has_the_stated_correlation_from_hour_to_hour():
     """The share of hours after a strong one that are strong is that of two normal variables with this correlation."""
     found = drawn(480, persistence=0.8)
     limit = 6.0 * (-log(0.5)) ** 0.5  # the median: P(both above) = 1/4 + asin(rho) / (2 pi)
@@ -42,7 +42,7 @@ def test_drawn_wind_has_the_stated_correlation_from_hour_to_hour():
     assert both == pytest.approx(0.25 + 0.9273 / (2 * 3.14159265), abs=0.006)
 
 
-def test_weather_reports_each_crossing_of_a_limit_and_how_long_each_calm_lasts():
+def test_the_weather_model_reports_each_crossing_of_a_wind_limit_and_the_length_of_each_calm():
     draw, limits = random.Random(3), (3.0, 5.0, 8.0)
     speeds = tuple(draw.uniform(0, 10) for _ in range(24 * 20))
     model = Weather("weather", HourlySeries(START, speeds), limits, 0)
@@ -113,7 +113,7 @@ def test_wind_makes_a_lift_wait_stop_and_continue(tmp_path):
 
 
 @pytest.mark.parametrize(("forecast", "start"), [("0 h", 0), ("2 h", 0), ("3 h", 5), ("9 h", 5)])
-def test_a_lift_begins_if_the_forecast_wind_stays_within_its_limit(tmp_path, forecast, start):
+def test_a_lift_begins_if_the_wind_forecast_stays_within_its_limit(tmp_path, forecast, start):
     speeds = [5, 5, 9, 5, 9, 5, 5, 5, 5, 5] + [5] * 38
     assert ran(load(written(tmp_path, speeds, forecast), lifter=three_hours))[0][0] == start
 
@@ -145,12 +145,12 @@ def test_strong_wind_does_not_stop_rigging_but_delays_the_lift_of_the_rigged_blo
     assert (work.stopped, work.stops) == (3 * 3600.0, 0)
 
 
-def test_a_lift_whose_wind_limit_is_never_met_is_reported_by_name(tmp_path):
-    with pytest.raises(HeavyliftError, match="A erect waits for ever for weather"):
+def test_a_lift_for_which_the_wind_is_always_too_strong_is_reported_by_name(tmp_path):
+    with pytest.raises(HeavyliftError, match="A erect waits forever for weather"):
         ran(load(written(tmp_path, [9] * 48), lifter=three_hours))
 
 
-def test_without_weather_a_lift_begins_when_its_crane_is_free(tmp_path):
+def test_a_lift_without_weather_limits_begins_when_its_crane_is_free(tmp_path):
     text = YARD.replace("weather: {{wind: {{series: wind.csv}}, forecast: {forecast}}}\n", "")
     assert ran(load(written(tmp_path, [20] * 48, text=text), lifter=three_hours))[1] == [4, 8]
 
@@ -192,13 +192,13 @@ def test_invalid_lifts_and_weather_are_reported_with_their_place(tmp_path, file,
         load(path, lifter=three_hours)
 
 
-def test_settings_that_do_not_fit_a_scene_are_reported_at_the_row_of_the_block(tmp_path):
+def test_yard_settings_that_do_not_fit_a_scene_are_reported_at_the_row_of_the_block(tmp_path):
     path = written(tmp_path, [5] * 48, text=YARD.replace("block.mass: =mass", "block.weight: =mass"))
     with pytest.raises(SceneError, match=r"blocks.csv:2:1: error: .*block 'A': .*weight"):
         load(path)
 
 
-def test_a_block_that_cannot_be_lifted_is_listed_as_a_finding(tmp_path):
+def test_a_block_that_cannot_be_lifted_is_listed_as_a_finding_of_the_yard(tmp_path):
     from heavylift.nodes.yard import examined
 
     yard = load(written(tmp_path, [5] * 48, blocks=BLOCKS.replace("200", "1200")))
@@ -211,7 +211,7 @@ def test_a_block_that_cannot_be_lifted_is_listed_as_a_finding(tmp_path):
     assert re.match(r"blocks\.csv:3:\d+: \S", str(why.value)), "its file, row and column, and why"
 
 
-def test_lifts_that_the_lift_table_does_not_cover_are_computed_by_statics():
+def test_lifts_beyond_the_lift_table_are_computed_by_statics():
     """The bundled yard: its table reaches all blocks but those that two goliaths carry."""
     found = load("vlcc", lifter=three_hours).activities
     ways = [(one.order.way, Path(one.order.scene).name) for one in found if one.order]

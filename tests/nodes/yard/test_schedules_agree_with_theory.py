@@ -106,7 +106,7 @@ def load_rows(folder, table, text="resources: {}\nsteps: {work: {}}"):
 
 
 @pytest.mark.parametrize(("columns", "rows"), [(3, 1), (5, 2), (7, 4)])
-def test_with_short_joining_times_a_hull_waits_for_its_crane_alone(tmp_path, columns, rows):
+def test_erection_takes_the_lift_times_plus_two_joints_if_joining_is_shorter_than_lifting(tmp_path, columns, rows):
     """Blocks upward and from the middle outward; joining no longer than lifting (the second special case of Tokola,
     Niemi and Remes 2013, Journal of Ship Production and Design 29): the crane waits for the first joint only, so that
     all lifts, the first joint and the last one remain, by hand."""

@@ -23,7 +23,7 @@ def scheduled(yard):
 
 @pytest.mark.parametrize("form", [".csv", ".xml"])
 @pytest.mark.parametrize("seed", range(3))
-def test_an_exported_schedule_is_read_again_as_the_plan(tmp_path, form, seed):
+def test_an_exported_schedule_is_read_again_as_the_same_plan(tmp_path, form, seed):
     yard = random_yard(tmp_path, seed)
     spans = scheduled(yard)
     path = exported(yard, spans, tmp_path / f"plan{form}")
@@ -32,7 +32,7 @@ def test_an_exported_schedule_is_read_again_as_the_plan(tmp_path, form, seed):
     assert [span[:2] for span in scheduled(again)] == [span[:2] for span in spans], "what is critical is not exported"
 
 
-def test_activities_begin_at_their_times_in_the_plan_even_if_they_could_begin_earlier(tmp_path):
+def test_activities_of_an_imported_plan_begin_at_their_planned_times(tmp_path):
     yard = random_yard(tmp_path, 1)
     later = [(a + 7200.0, b + 7200.0, c) for a, b, c in scheduled(yard)]
     exported(yard, later, tmp_path / "plan.csv")
@@ -53,7 +53,7 @@ def test_exported_schedule_xml_contains_the_links_and_resources_of_the_network(t
     assert sum(1 for _ in root.iter(f"{{{SPACE}}}Assignment")) == sum(len(one.needs) for one in yard.activities)
 
 
-def test_the_exported_calendar_has_an_event_for_each_activity(tmp_path):
+def test_an_exported_calendar_has_an_event_for_each_activity(tmp_path):
     icalendar = pytest.importorskip("icalendar")
     yard = random_yard(tmp_path, 0)
     spans = scheduled(yard)

@@ -73,7 +73,7 @@ steps:
         assert one.works.add(start, one.expected) == end
 
 
-def test_working_time_of_combined_calendars_converts_to_instants_and_back():
+def test_times_in_combined_working_calendars_convert_to_instants_and_back():
     from datetime import date
 
     keys = [working(date(2027, 1, 4), (0, 1, 2, 3, 4), (shift,), ()).key for shift in ((480, 960), (900, 1740))]

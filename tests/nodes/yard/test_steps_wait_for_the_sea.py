@@ -88,7 +88,7 @@ def test_a_step_waits_for_ever_only_if_its_shortest_window_is_too_long(tmp_path)
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_steps_in_shifts_begin_in_the_first_window_of_a_search_over_all_hours(tmp_path, seed):
+def test_steps_in_working_shifts_begin_in_the_first_weather_window_found_by_a_search_over_all_hours(tmp_path, seed):
     draw = random.Random(seed)
     heights = [1.5] * draw.randint(1, 24)
     while len(heights) < 24 * 120:
@@ -118,12 +118,12 @@ def test_steps_in_shifts_begin_in_the_first_window_of_a_search_over_all_hours(tm
     assert starts(of)[0] == want
 
 
-def test_a_sea_that_never_changes_is_calm_for_more_than_a_year(tmp_path):
+def test_a_sea_that_never_changes_is_calm_for_longer_than_a_year(tmp_path):
     of = yard(tmp_path, [0.5] * 24, blocks="block,after\nA,\nB,A + 400 days\n")
     assert starts(of)[0] == [0, 12 + 400 * 24]
 
 
-def test_limits_of_waves_do_not_delay_a_yard_without_weather(tmp_path):
+def test_wave_limits_do_not_delay_a_yard_without_weather_data(tmp_path):
     of = yard(tmp_path, [2.0] * 24, text=YARD.replace("weather: {sea: {series: sea.csv}%s}", "weather: none #%s"))
     assert starts(of)[0] == [0]
 
@@ -147,7 +147,7 @@ def test_steps_in_random_seas_begin_in_the_windows_of_an_hourly_count(tmp_path, 
     assert found == want
 
 
-def test_wind_and_waves_of_a_replication_are_drawn_from_the_same_year_of_their_series():
+def test_wind_and_waves_of_a_replication_come_from_the_same_year_of_data():
     years, found = tuple(float(n // 8760) for n in range(3 * 8760)), []
     for seed in range(1, 12):
         first = []
@@ -161,7 +161,7 @@ def test_wind_and_waves_of_a_replication_are_drawn_from_the_same_year_of_their_s
 
 
 @pytest.mark.parametrize(("last", "common"), [(2003, [2, 3]), (2002, [2])])
-def test_series_of_different_lengths_draw_from_the_years_that_both_have(tmp_path, last, common):
+def test_weather_series_of_different_lengths_draw_from_their_common_years(tmp_path, last, common):
     """Wind of 2001 to 2003, sea from 2002 on, each hour with the last digit of its year."""
     for name, first, end in (("wind [m/s]", 2001, 2003), ("Hs [m]", 2002, last)):
         begin = datetime(first, 1, 1)
@@ -173,14 +173,14 @@ def test_series_of_different_lengths_draw_from_the_years_that_both_have(tmp_path
     assert [[x.series[n] for n in x.begins] for x in (of.wind, of.sea)] == [common] * 2
 
 
-def test_series_without_a_common_year_are_refused(tmp_path):
+def test_weather_series_without_a_common_year_are_refused(tmp_path):
     rows = [f"{datetime(2001, 1, 1) + timedelta(hours=n):%Y-%m-%d %H:%M},1" for n in range(8760)]
     (tmp_path / "wind.csv").write_text("\n".join(["time,wind [m/s]", *rows]) + "\n")
     with pytest.raises(SceneError, match="wind and sea have no year in common"):
         yard(tmp_path, [0.5] * 8760, text=YARD.replace("{sea:", "{wind: {series: wind.csv}, sea:"))
 
 
-def test_one_table_with_wind_and_sea_columns_is_read_for_wind_and_for_waves(tmp_path):
+def test_one_weather_table_with_wind_and_sea_columns_is_read_for_both(tmp_path):
     text = YARD.replace("sea: {", "wind: {series: sea.csv}, sea: {")
     of = yard(tmp_path, [f"{n},0.5" for n in range(24)], column="wind [m/s],Hs [m]", text=text).weather
     assert (of.wind.series, of.sea.series) == (tuple(map(float, range(24))), (0.5,) * 24)
@@ -204,11 +204,11 @@ def test_one_table_with_wind_and_sea_columns_is_read_for_wind_and_for_waves(tmp_
         ({"text": YARD.replace("Hs: 1 m", "Hz: 1 m")}, "this key is not known here"),
     ],
 )
-def test_invalid_seas_are_reported_in_one_sentence(tmp_path, change, words):
+def test_invalid_sea_data_of_a_yard_are_reported_in_one_sentence(tmp_path, change, words):
     with pytest.raises(SceneError, match=words):
         yard(tmp_path, **{"heights": HEIGHTS, **change})
 
 
 def test_a_step_for_which_no_weather_window_is_long_enough_is_reported_by_name(tmp_path):
-    with pytest.raises(HeavyliftError, match="A lift waits for ever for weather: in ten years"):
+    with pytest.raises(HeavyliftError, match="A lift waits forever for weather: in ten years"):
         starts(yard(tmp_path, [0.5] * 11 + [2.0] * 13))

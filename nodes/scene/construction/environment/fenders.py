@@ -15,7 +15,7 @@ THICKEST = 2.0  # [m] to which a fender without a capacity yields: large pneumat
 
 
 def fenders_machine(builder: SceneBuilder, around: System) -> plan.Mechanism:
-    """Return all fenders as one machine; errors are added to those of the scene."""
+    """Return all fenders of a scene as one machine; add errors to those of the scene."""
     scene, source = builder.scene, builder.source
     vessels = list(scene.vessels)
     for name, given in scene.fenders.items():

@@ -22,7 +22,8 @@ UNKNOWN = "give 'stands' to its type: tracks, outriggers or wheels"
 def footing_of(
     source: SourceText, base: Path, given: Stands | None, bodies: Collection[str], prefix: str
 ) -> Footing | None:
-    """Return the base of a machine, whose bodies have this prefix in their names; None if it has no base."""
+    """Return the base on which a machine stands; None if the machine has no base. `prefix`: prefix of the names of the
+    machine's bodies."""
     if given is None:
         return None
     body = f"{prefix}{given.on}"

@@ -43,8 +43,8 @@ def hydrodynamics_of(builder: SceneBuilder, name: str, file: str) -> Hydrodynami
 
 
 def check_draught(builder: SceneBuilder, name: str, hull: Hydrodynamics, mass: float, centre: Sequence[float]) -> None:
-    """Add an error unless a vessel with everything on it (mass [kg], `centre` of it on the vessel [m]) floats as deep
-    and as even as its file assumes."""
+    """Add an error unless a vessel with everything on it floats at the draught and without the list or trim that its
+    file assumes. `mass` [kg] and `centre` [m]: of everything together, relative to the vessel."""
     displaced = hull.density * hull.volume
     if abs(mass - displaced) > AFLOAT * displaced:
         message = (
@@ -69,7 +69,8 @@ def check_draught(builder: SceneBuilder, name: str, hull: Hydrodynamics, mass: f
 def check_depth(
     builder: SceneBuilder, name: str, hull: Hydrodynamics, sea: list[Component], depth: float | None
 ) -> None:
-    """Add an error if waves on water of this depth [m] are shorter or longer than on the water of a hull's file."""
+    """Add an error if the waves have other lengths in water of this depth [m] than in water of the depth for which the
+    file of a hull was computed."""
     if depth == hull.depth:
         return
     theirs, own = (
@@ -85,8 +86,8 @@ def check_depth(
 
 
 def check_energy(builder: SceneBuilder, name: str, hull: Hydrodynamics, sea: list[Component]) -> None:
-    """Add an error if a hull has no data for too much of the energy of waves: beyond its highest frequency its loads
-    are zero."""
+    """Add an error if too much of the wave energy is at frequencies outside the range of a hull's data, where the wave
+    loads are zero."""
     least, most = hull.loads.frequencies[0], hull.loads.frequencies[-1]
     energy = sum(x.amplitude * x.amplitude for x in sea)
     share = sum(x.amplitude * x.amplitude for x in sea if not least <= x.frequency <= most) / energy
@@ -103,8 +104,8 @@ def check_energy(builder: SceneBuilder, name: str, hull: Hydrodynamics, sea: lis
 
 
 def restoring(hull: Hydrodynamics, gravity: float, weight: float, height: float) -> list[list[float]]:
-    """Return the hydrostatic stiffness (3, 3) in heave [N/m], roll and pitch [N m] of a floating weight [N] whose
-    centre is `height` [m] above the waterline."""
+    """Return the hydrostatic stiffness (3, 3) in heave [N/m], roll and pitch [N m] of a floating weight [N] with its
+    centre of mass `height` [m] above the waterline."""
     across, along = (weight * (metacentre - height) for metacentre in hull.metacentres)
     water = hull.density * gravity
     x, y, xy = (water * moment for moment in hull.moments)
@@ -112,7 +113,7 @@ def restoring(hull: Hydrodynamics, gravity: float, weight: float, height: float)
 
 
 def radiation(name: str, hull: Hydrodynamics, vessel: Vessel) -> Radiation:
-    """Return the radiation force at the vessel's origin."""
+    """Return the radiation force of a hull at the origin of its vessel."""
     return Radiation(f"{name}.radiation", Point(name), hull.radiation.F, hull.radiation.G, vessel.attitude)
 
 

@@ -25,7 +25,7 @@ TOUCH = 1e-9  # [m]
 
 
 def obstacles_machine(builder: SceneBuilder, around: System) -> plan.Mechanism:
-    """Return all obstacles as one machine; errors are added to those of the scene."""
+    """Return all obstacles of a scene as one machine; add errors to those of the scene."""
     scene, source = builder.scene, builder.source
     blocks = scene.all_blocks
     sizes = {name: block.size for name, block in blocks.items()}

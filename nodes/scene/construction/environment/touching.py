@@ -18,7 +18,7 @@ from heavylift.nodes.scene.text.source import Path, SourceText
 
 
 def touches(source: SourceText, path: Path, pairs: Sequence[tuple[str, str]]) -> Iterator[Touch]:
-    """Yield the pairs under `may touch` of a scene, or of the action at a path."""
+    """Yield the pairs of objects listed under `may touch` in a scene or in one of its actions."""
     for i, (a, b) in enumerate(pairs):
         yield Touch(names=(_ground(a), _ground(b)), where=source.where((*path, "may touch", i)))
 

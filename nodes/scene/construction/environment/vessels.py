@@ -35,7 +35,7 @@ MODES = ("surge", "sway", "heave", "roll", "pitch", "yaw")  # in matrices
 
 
 def vessel_machine(builder: SceneBuilder, name: str) -> plan.Mechanism:
-    """Return a vessel with its motion as a machine; errors are added to those of the scene."""
+    """Return a vessel with its motion as a machine; add errors to those of the scene."""
     given, source = builder.scene.vessels[name], builder.source
     (xx, yy, zz, xy, xz, yz) = (*(given.inertia or box(given.mass, given.size)), 0.0, 0.0, 0.0)[:6]
     body = Body(name, given.mass, given.com, ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)))
@@ -116,8 +116,8 @@ def check_decks(builder: SceneBuilder) -> None:
 
 
 def afloat(builder: SceneBuilder, built: list[plan.Mechanism], around: System) -> list[plan.Mechanism]:
-    """Return the machines with the water forces on free vessels; a load that is too heavy for a vessel with prescribed
-    motion is an error."""
+    """Return the machines, with water forces added to the floating vessels; add an error for a load that is too heavy
+    for a vessel with prescribed motion."""
     out = []
     for machine in built:
         given = builder.scene.vessels.get(machine.name)

@@ -111,8 +111,8 @@ def equalising(
 def height_of(
     make: Callable[[float], Reeving], low: float, length: float, slack: float, at: kinematics.Poses, what: str
 ) -> float:
-    """Return the height z [m] above `low` at which a suspended sheave or edge leaves the rope the given slack [m].
-    Raises ValueError if the rope cannot run over it or is too short to reach `what`."""
+    """Return the height z [m] above `low` at which a sheave or edge gives its rope the specified slack [m]; raises
+    ValueError if the rope cannot run over the sheave or is too short to reach `what`."""
 
     def long(z: float) -> float:
         try:
@@ -130,8 +130,8 @@ def height_of(
 
 
 class Sling(NamedTuple):
-    """A rope of a rigging entry: number of its sling, lower attachment, and whether it is hooked at the start. A sling
-    that is later hooked elsewhere is represented by a further rope, such as `legs.sling-1.B-N1`."""
+    """A rope of a rigging entry, with the number of its sling, its lower attachment, and whether it is hooked at the
+    start. A sling that is hooked elsewhere later has one more rope for that lug, such as `legs.sling-1.B-N1`."""
 
     number: int
     holds: str
@@ -168,7 +168,8 @@ def lugs_of(scene: Scene) -> dict[str, k.Point]:
 
 
 def terms(given: SlingType, item: str = "") -> Terms:
-    """Return the properties of a sling on which its strength depends; `item`: the gear item, if it is one."""
+    """Return the properties of a sling that determine its strength; `item`: description of the gear item, if the sling
+    is one."""
     chosen, single = "breaking" in given.model_fields_set, given.legs == "single"
     return Terms(
         given.breaking, given.WLL, item, given.termination, given.diameter, given.pin, given.wear, chosen, single

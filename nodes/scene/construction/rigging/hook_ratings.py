@@ -53,8 +53,8 @@ class _Rows:
         self.base: Path = ("machines", machine.name) if machine.name in builder.scene.machines else ("mechanism",)
 
     def row(self, path: Path, place: str, /, **more: object) -> RatedLimit:
-        """Return the limit that a key gives. Its source and line are in the scene if a parameter there sets the key,
-        else in the type, at the line `place` of the part."""
+        """Return the limit given by a key of a machine. The source of the limit is the scene if a parameter in the
+        scene sets the key, else the type; `place`: line of the part in the type."""
         at, crane = (*self.base, *path), self.yard.scene.cranes.get(self.machine.name)
         source = f"type {crane.type}" if crane else "its type"
         if self.yard.source.written(at) != at:
@@ -62,13 +62,13 @@ class _Rows:
         return RatedLimit(**{"source": source, "where": place, **more})  # type: ignore[arg-type]
 
     def missing(self, path: Path, message: str) -> dict[str, str]:
-        """Return the note of a limit without a value: the parameter of the type that would give the value, or else
+        """Return the note of a limit that has no value: the name of the parameter that would set it, or else
         `message`."""
         offered = self.yard.source.offered.get((*self.base, *path))
         return {"note": f"give '{offered}'" if offered else message, "source": ""}
 
     def part(self, body: str) -> str:
-        """Return the name that planners know for a body with hooks: the machine, or a part of it."""
+        """Return the name of a body with hooks for reports: the machine, or a part of the machine."""
         name = self.machine.name
         return name if is_root(self.machine, body) else f"{name} {body.rpartition('.')[2]}"
 
@@ -81,7 +81,7 @@ class _Hook:
         self.given: HookKeys = rows.keys.hooks[hook.rope]
 
     def row(self, quantity: Quantity, unit: str, key: str, **more: object) -> RatedLimit:
-        """Return the limit that a key of the hook gives, in the type or in the scene."""
+        """Return the limit given by a key of the hook."""
         of = {"subject": self.name, "quantity": quantity, "unit": unit, "elements": (self.name,), **more}
         return self.rows.row(("hooks", self.name, written(key)), self.hook.where, **of)
 
@@ -136,7 +136,7 @@ class _Hook:
             yield self.row(WAYS.get(key, "off-lead"), "rad", key, value=value, note=note, **found)
 
     def ends(self) -> Iterator[RatedLimit]:
-        """Yield the limits of the hook's height and of the length of rope on its winch."""
+        """Yield the limits of the hook's height and of the rope length on its winch."""
         if self.given.highest is not None:  # else its shortest rope is the upper end
             yield self.row("hook height", "m", "highest", value=self.given.highest)
         winch = next((a for a in self.rows.machine.actuators if a.name == self.name), None)
@@ -145,8 +145,8 @@ class _Hook:
 
 
 def reeving(given: HookKeys) -> tuple[int, float, str]:
-    """Return the number of rope ends on the drum, the efficiency of a sheave, and a description that names what is
-    assumed."""
+    """Return the number of rope ends on the drum, the efficiency of a sheave, and a sentence about both that marks
+    assumed values."""
     ends = drum_ends(given.falls, given.drum_ends)
     efficiency = given.sheave_efficiency or ROLLING
     lead = lead_factor(given.falls, ends, efficiency)

@@ -41,7 +41,8 @@ class Hung:
 
 
 def hang(checks: Checking, whole: k.System, tree: RiggingTree | None, gravity: float) -> Hung:
-    """Return the hook blocks, ropes and slings of a machine; `whole`: its other parts and the machines around it."""
+    """Return the hook blocks, ropes and slings of a machine. `whole`: all other parts of the machine, and the machines
+    around it."""
     at, found = kinematics.poses(whole), Hung()
     for name, hook in checks.given.hooks.items():
         path: Path = (*checks.base, "hooks", name)
@@ -136,7 +137,8 @@ def _hang_one(
 
 
 def winch_of(name: str, hook: HookKeys, L0: float, away: float, lower: float, where: str) -> plan.Actuator:
-    """Return the winch of a hook; L0: length of its rope at the start, of which `away` [m] is the part to the drum."""
+    """Return the winch of a hook. `L0`: length of the hook rope at the start [m]; `away`: part of this length that runs
+    to the drum [m]."""
     return plan.Actuator(
         name=name, start=L0, accel=ramp_of(hook.ramp)[0], lower=lower, upper=hook.longest + away, verb="hoist",
         speed=hook.speed, loaded=hook.loaded_speed, highest=hook.highest, emergency=hook.emergency, where=where,
@@ -144,8 +146,8 @@ def winch_of(name: str, hook: HookKeys, L0: float, away: float, lower: float, wh
 
 
 def hoist_of(name: str, hook: HookKeys, eye: k.Point, L0: float, gravity: float, where: str) -> plan.Hoist:
-    """Return the hook of the plan for the keys of a type; `eye`: point where the rope holds the hook block; `L0`:
-    length of the rope at the start [m]."""
+    """Return the hook of the plan for the keys of a machine type. `eye`: point where the rope holds the hook block;
+    `L0`: length of the rope at the start [m]."""
     ends, efficiency = drum_ends(hook.falls, hook.drum_ends), hook.sheave_efficiency or ROLLING
     breaking, line = hook.fall_breaking or 0.0, mass_of(hook)
     most = breaking / rope_factor(hook)[0] - line / hook.falls * gravity * L0  # of its most loaded part
@@ -158,7 +160,7 @@ def hoist_of(name: str, hook: HookKeys, eye: k.Point, L0: float, gravity: float,
 
 
 def mass_of(hook: HookKeys) -> float:
-    """Return the mass per length of all falls together [kg/m], for model levels that include it."""
+    """Return the mass per length of all falls together [kg/m], for model levels in which ropes have mass."""
     return hook.falls * (hook.fall_mass or WIRE * hook.fall_EA)
 
 

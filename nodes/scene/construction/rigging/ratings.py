@@ -72,7 +72,7 @@ def rigging_limits(builder: SceneBuilder, machine: plan.Mechanism) -> Iterator[R
 
 
 def shackle_limit(builder: SceneBuilder, WLL: float | None, sling: str, at: Path) -> RatedLimit:
-    """Return the limit of each shackle of a sling; if the shackle is an item of gear, by its standard."""
+    """Return the limit of the load on each shackle of a sling; a shackle listed as gear is checked by its standard."""
     item = _item(builder, at)
     note = "give its 'shackle'" if WLL is None else shackle(WLL, item.partition(", ")[2]) if item else ""
     return RatedLimit(
@@ -131,7 +131,8 @@ def _lug(builder: SceneBuilder, lug: str, most: float | None, slings: list[str],
 
 
 def bridle_limit(builder: SceneBuilder, sling: str, where: str, *, bent: bool) -> RatedLimit:
-    """Return the limit of the angle between a sling and the vertical; none if it is `bent` over an edge or sheave."""
+    """Yield the limit of the angle between a sling and the vertical, unless the sling is `bent` over an edge or
+    sheave."""
     limits, row = builder.scene.limits, {"subject": sling, "unit": "rad", "elements": (sling,), "where": where}
     if bent:
         note = "it bends over an edge or a sheave, where no angle to the vertical counts"

@@ -28,7 +28,8 @@ NOWHERE = k.Point("")
 
 
 class RiggingTree:
-    """All rigging of a scene; errors are added to those of its source. `taken`: hooks with frames of `rig`."""
+    """Rigging of a scene and its checks; errors are added to those of the source. `taken`: hooks that hold frames of
+    `rig`."""
 
     def __init__(self, source: SourceText, scene: Scene, around: k.System, taken: Container[str]) -> None:
         blocks = scene.all_blocks
@@ -55,17 +56,17 @@ class RiggingTree:
     # ---- names --------------------------------------------------------------------------------------------
 
     def upper(self, word: str) -> k.Point | None:
-        """Return the point to which the upper end of a sling is attached, from the scene's words; None if unknown."""
+        """Return the upper attachment point of a sling for its name in the scene; None if the name is unknown."""
         words = " ".join(word.split())
         hook = words.replace(".", " ", 1) if words in self.hooks else words
         return self.ends.get(hook) or self.points.get(words)
 
     def lower(self, word: str) -> k.Point | None:
-        """Return the point to which the lower end of a sling is attached, from the scene's words; None if unknown."""
+        """Return the lower attachment point of a sling for its name in the scene; None if the name is unknown."""
         return self.lugs.get(word) or self.points.get(word)
 
     def missing(self, word: str) -> tuple[str, str]:
-        """Return the error for a name that matches nothing, and a hint with the nearest known name."""
+        """Return the error for a name that matches nothing in the scene, with a hint at the nearest known name."""
         several = [lug for lug in self.lugs if lug.endswith(f".{word}")]
         if len(several) > 1:
             return f"several blocks have a lug '{word}'", f"write {' or '.join(several[:2])}"
@@ -73,17 +74,17 @@ class RiggingTree:
         return message, closest(word, [*self.lugs, *self.points])
 
     def of_hook(self, hook: str) -> dict[str, SlingKeys]:
-        """Return the slings from a hook to lugs; these slings belong to the hook's machine."""
+        """Return the slings that run from a hook to lugs and therefore belong to the machine of the hook."""
         slings = {name: given for name, given in self.rigging.items() if isinstance(given, SlingKeys)}
         return {name: given for name, given in slings.items() if self._plain(given) == hook}
 
     def of_any(self, hook: str) -> bool:
-        """Return whether rigging hangs on a hook."""
+        """Return whether any rigging entry hangs on a hook."""
         holders = (word for given in self.rigging.values() for word in getattr(given, "holders", ()))
         return any((point := self.upper(word)) is not None and point.body == hook for word in holders)
 
     def own(self) -> Iterator[tuple[Path, str]]:
-        """Yield the rigging entries that are machines of their own, frames first."""
+        """Yield the rigging entries that become machines of their own, frames first."""
         for name, given in sorted(self.rigging.items(), key=lambda x: not isinstance(x[1], Frame)):
             if not self._plain(given):
                 yield ("rigging", name), name
@@ -180,13 +181,13 @@ class RiggingTree:
                     yield name, i, point, word
 
     def ropes(self, name: str) -> dict[str, tuple[int, k.Point, bool]]:
-        """Return, for each sling rope of an entry, the number of its sling, its lower attachment, and whether it is
-        hooked at the start; ropes to unknown lugs are left out."""
+        """Return, for each rope of a rigging entry, the number of its sling, its lower attachment, and whether it is
+        hooked at the start; ropes to unknown lugs are omitted."""
         ends = {rope: (sling, self.lower(sling.holds)) for rope, sling in slings_of(self.scene, name).items()}
         return {rope: (sling.number, end, sling.hooked) for rope, (sling, end) in ends.items() if end is not None}
 
     def ties(self, name: str) -> list[Tie]:
-        """Return the slings of an entry, with their upper ends and lugs."""
+        """Return the slings of a rigging entry, with their upper ends and lugs."""
         given, found = self.rigging[name], list[Tie]()
         words = {point: word for word, point in self.lugs.items()}  # the longer ones, where a lug has two
         for rope, sling in slings_of(self.scene, name).items():
@@ -220,8 +221,8 @@ class RiggingTree:
         return [x, y, z]
 
     def height(self, body: str, at: Callable[[k.Point], list[float]]) -> float | None:
-        """Return the height z [m] of a hook or frame at which its slings have their specified slack; None without
-        slings. `at` returns the world position [m] that a point of the hook or frame has for z = 0."""
+        """Return the height z [m] of a hook or frame at which its slings have their specified slack; None if it has no
+        slings. `at`: function that returns the world position [m] of a point of the hook or frame for z = 0."""
         found: list[float] = []
         for name, i, point, word in self._below(body):
             given, here = self.rigging[name], ("rigging", name, "to", i)
@@ -269,7 +270,7 @@ class RiggingTree:
         return low
 
     def edges(self, name: str, i: int) -> tuple[Sheave, ...]:
-        """Return the edges over which the i-th sling of an entry may bend."""
+        """Return the edges over which the i-th sling of a rigging entry may bend."""
         given = self.rigging[name]
         assert isinstance(given, SlingKeys)
         ends = self.upper(given.holders[i]) or NOWHERE, self.lower(given.to[i]) or NOWHERE
@@ -278,7 +279,7 @@ class RiggingTree:
         )
 
     def made(self, name: str, around: k.System) -> mechanics.MechanismKeys:
-        """Return a rigging entry as the keys of a machine; `around`: the machines around it."""
+        """Return a rigging entry converted to the keys of a machine. `around`: the machines around it."""
         given, make = self.rigging[name], mechanics.MechanismKeys.model_construct
         if isinstance(given, Frame):
             p, R = self.at[name]

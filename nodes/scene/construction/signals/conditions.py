@@ -24,7 +24,8 @@ UNJUDGED = ("angle", "length")  # signals that are not known of a path or a reco
 
 
 class Conditions:
-    """Resolves conditions; each crossing of a value gets a threshold with a unique name."""
+    """Resolves the names in conditions; each comparison of a signal with a value gets its own uniquely named
+    threshold."""
 
     def __init__(self, builder: SceneBuilder) -> None:
         self.yard, self.source = builder, builder.source
@@ -33,7 +34,7 @@ class Conditions:
         self.thresholds = 0
 
     def read(self, path: Path, phrase: phrases.ConditionPhrase | None) -> actions.Condition | None:
-        """Return the condition of a phrase, with resolved names; None without a condition."""
+        """Return the condition of a phrase, with all names resolved; None if there is no phrase."""
         if phrase is None:
             return None
         parts = tuple(self._term(path, test) for test in phrase)
@@ -43,7 +44,7 @@ class Conditions:
     def crossing(
         self, path: Path, signal: ScalarSignal, model: str, value: float, rising: bool, text: str
     ) -> actions.CrossingCondition:
-        """Return the condition that a signal crosses a value, with its own threshold."""
+        """Return the condition that a signal crosses a value, with a new threshold."""
         self.thresholds += 1
         guard = guard_of(f"{signal.quantity.replace(' ', '-')}-{self.thresholds}", signal)
         where = self.source.where(path)

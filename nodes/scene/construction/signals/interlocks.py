@@ -25,7 +25,8 @@ MOVES = ("drive", "hook", "winch")  # kinds of actors that can be stopped
 
 
 def build_interlocks(yard: SceneBuilder) -> tuple[Interlock, ...]:
-    """Return the interlocks of the scene and of its machine types; one that stops several is built once for each."""
+    """Return the interlocks of the scene and of its machine types; an interlock of several machines becomes one
+    interlock for each machine."""
     if not yard.scene.interlocks:
         return ()
     builder = _Builder(yard)
@@ -41,7 +42,7 @@ class _Builder:
                 self.moving.setdefault(actor.model, {})[actor.name] = actor
 
     def built(self, name: str, given: Keys) -> list[Interlock]:
-        """Return an interlock for each machine that it stops."""
+        """Return one interlock for each machine that the given interlock stops."""
         path: Path = ("interlocks", name)
         tests = [test for test in given.when if isinstance(test, CrossTest)]
         if len(given.when) != 1 or not tests:

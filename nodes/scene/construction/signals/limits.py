@@ -17,7 +17,7 @@ SIGNAL = tuple(x.name for x in fields(ScalarSignal))
 
 
 def build_limits(builder: SceneBuilder) -> tuple[RatedLimit, ...]:
-    """Return all limits, those of load-carrying parts first."""
+    """Return all limits of the scene, those of load-carrying parts first."""
     return (*rated_limits(builder), *_signals(builder), *_interlocks(builder), *scene_limits(builder))
 
 

@@ -69,7 +69,8 @@ class _Models:
         )  # fmt: skip
 
     def code(self, path: Path, model: str) -> str:
-        """Return the reference to a model's code, with an absolute path if it is a file in the scene's folder."""
+        """Return the reference to a user model's code, with an absolute path if the code is a file in the scene's
+        folder."""
         file, colon, name = model.partition(":")
         if not file.endswith((".py", ".fmu")):
             return model
@@ -80,7 +81,8 @@ class _Models:
             return model
 
     def signal(self, path: Path, text: str) -> ScalarSignal | None:
-        """Return the signal for a port of a model; its text names a quantity as conditions do."""
+        """Return the signal that a port of a user model receives; `text` names the quantity in the same words as
+        conditions."""
         words = " ".join(text.split())
         match = re.fullmatch(rf"({'|'.join(sorted(QUANTITIES, key=lambda x: -len(x)))})(?: (?:of )?(.+))?", words)
         if match is None:
@@ -102,12 +104,13 @@ class _Models:
         return found[1] if found else None
 
     def moved(self, actor: OrderTarget) -> tuple[str, str] | None:
-        """Return the joint and the coordinate that a drive moves; None if it moves none."""
+        """Return the joint and the coordinate that a drive moves; None for other targets."""
         drives = (drive for m in self.builder.machines for drive in m.system.drives)
         return next(((drive.joint, drive.coordinate) for drive in drives if drive.name == actor.name), None)
 
     def led(self, path: Path, model: str, port: str, target: str) -> Led | None:
-        """Return the actuator that the set-points from a port control; None, with an error added, if there is none."""
+        """Return the actuator that the set-points of a port control; add an error and return None if there is no such
+        actuator."""
         words = " ".join(target.split())
         found = self.targets.get(words, ())
         found = tuple(x for x in found if called_of(x.name) == (words, "")) or found  # the drive called as its machine

@@ -23,7 +23,7 @@ EMPTY = 1.1  # times its hook block: with less on its rope a hook is empty, as i
 
 
 class Subjects:
-    """All subjects of signals in a scene by name, with the model that watches each of them."""
+    """All objects that have signals in a scene, by name, with the model that watches each of them."""
 
     def __init__(self, builder: SceneBuilder) -> None:
         self.yard, self.gravity, machines = builder, builder.scene.gravity, builder.machines
@@ -42,8 +42,8 @@ class Subjects:
         self.winds = [(m.name, f) for m in machines for f in m.system.forces if isinstance(f, Wind)]
 
     def signal(self, quantity: str, of: str) -> tuple[str, ScalarSignal] | None:
-        """Return the watching model and the signal for a quantity of a hook, rope, point, pair of boxes or wind; None
-        if there is none."""
+        """Return the watching model and the signal of a quantity of a hook, rope, point, pair of boxes or wind; None if
+        there is no such signal."""
         kind, word = cast(Quantity, quantity), ".".join(of.split())
         hook, names = self.hooks.get(word), of.split()
         model = self.ropes[hook.rope] if hook else ""
@@ -104,7 +104,7 @@ class Subjects:
         return sum(self.hooks[rope].block_mass for rope in row.elements if rope in self.hooks)
 
     def known(self, quantity: str) -> list[str]:
-        """Return the names of the subjects that have this quantity."""
+        """Return the names of the objects that have a quantity."""
         hooks = self.hooks
         of: Mapping[str, Sequence[str]] = {
             "height": [*self.points],

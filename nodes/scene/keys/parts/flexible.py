@@ -46,7 +46,7 @@ class Stiffness(keys_of(k.Beam, "length", "mass_per_length", "polar", "start")):
 
     @property
     def stiffness(self) -> tuple[float, float, float, float]:
-        """EI about y, EI about z, EA and GJ."""
+        """EI about y [N m2], EI about z [N m2], EA [N] and GJ [N m2]."""
         s, E, G = self.section, self.E, self.G
         return self.EI_y or E * s.Iy, self.EI_z or E * s.Iz, self.EA or E * s.area, self.GJ or G * s.J
 
@@ -74,8 +74,8 @@ class BeamKeys(Stiffness):
 
 
 class GirderKeys(Base):
-    """The part of a body that bends, at some model levels, as a beam along its y axis between legs at y = 0 and
-    `span`."""
+    """A girder: the part of a body that bends, at some model levels, as a beam along its y axis between legs at y = 0
+    and `span`."""
 
     slides: list[str] = Field(default_factory=list)  # joints of what slides on it
     mass: u.Mass
@@ -86,8 +86,8 @@ class GirderKeys(Base):
 
 
 class Elastic(Base):
-    """A body that bends, at some model levels, as a uniform beam along the x axis of its frame, with the same stiffness
-    about y and z. By default the `length` is that of its box and the `mass` that of the body."""
+    """A body that bends, at some model levels, as a uniform beam along the x axis of its frame, with equal stiffness
+    about y and z. By default, `length` is the length of the body's box and `mass` the mass of the body."""
 
     EI: u.Rigidity
     length: u.Extent | None = None
@@ -160,8 +160,8 @@ class Matrices(Base):
         return file
 
     def built(self, folder: Path, root: Path) -> k.Flexible:
-        """Return the kernel's description of the body; raises ValueError for a file that is unreadable or outside the
-        folder `root`."""
+        """Return the kernel's description of the flexible body; raises ValueError for a file that is unreadable or
+        outside the folder `root`."""
         nodes = tuple((float(x), float(y), float(z)) for x, y, z in self._array(folder, root, "nodes", 3))
         nodal = k.Nodal(
             nodes=nodes,
@@ -188,7 +188,7 @@ class Matrices(Base):
                 f"'{file}' cannot be read as numbers{' ' if place else ''}{place[0] if place else ''}"
             ) from None
         if array.ndim != 2 or (columns and array.shape[1] != columns):
-            raise ValueError(f"'{file}' has not the rows and columns of '{key}'")
+            raise ValueError(f"'{file}' has a wrong number of rows or columns for '{key}'")
         return tuple(tuple(map(float, row)) for row in array)
 
     def _data(self, file: Path, path: Path) -> bytes:

@@ -66,7 +66,7 @@ class LawKeys(keys_of(f.UserLaw, word="law")):  # type: ignore[misc]
     modes: int = Field(default=0, ge=0)
 
     def built(self, *first: str, folder: Path | None = None, **other: Any) -> Any:
-        """Return the law with its functions; files are searched in the scene's folder."""
+        """Return the force law with its functions; files are searched in the scene's folder."""
         assert folder is not None
         function, guards = (_beside(x, folder) for x in (self.function, self.guards))
         named(x for x in (function, guards) if x)

@@ -52,8 +52,8 @@ class Friction(Base):
 
 
 class AnyJoint(Base):
-    """Keys that all joints have; `at child` is the place of the joint on the child. `rotation` turns the joint's frame
-    about the parent's x axis, then its y axis, then its z axis."""
+    """Keys that all joints have. `at child`: place of the joint on the child; `rotation`: angles by which the joint's
+    frame is rotated about the parent's x, y and z axes, in this order."""
 
     type: k.JointKind
     parent: str = "world"
@@ -68,15 +68,16 @@ class AnyJoint(Base):
 
     @property
     def coordinates(self) -> tuple[str, ...]:
-        """Names of the coordinates on which laws can act."""
+        """Names of the joint coordinates on which laws can act."""
         return JOINTS[self.type].actable
 
     def turns(self, coordinate: str) -> bool:
-        """Return whether a coordinate is an angle."""
+        """Return whether a joint coordinate is an angle."""
         return JOINTS[self.type].turns(self.coordinates.index(coordinate))
 
     def values(self, keys: Iterable[str]) -> tuple[float, ...]:
-        """Return the values of those of the given keys that a joint of this type has; quaternions are normalised."""
+        """Return the values of the given keys, without keys that this type of joint does not have; quaternions are
+        normalised."""
         found: list[float] = []
         for key in keys:
             value = getattr(self, key, ())
@@ -85,7 +86,8 @@ class AnyJoint(Base):
         return tuple(found)
 
     def built(self, name: str) -> k.Joint:
-        """Return the kernel's joint; if it closes a loop, missing coordinates and speeds are computed."""
+        """Return the kernel's joint; if the joint closes a loop, the kernel computes its missing coordinates and
+        speeds."""
         written = self.model_fields_set
         q0, v0 = (self.values(keys) if written & {*keys} else () for keys in (POSITIONS, SPEEDS))
         axes = [getattr(self, key.replace(" ", "_")) for key in self.directions]
@@ -96,7 +98,7 @@ class AnyJoint(Base):
         return k.Joint(name, self.type, *place, unit(axis), unit(second), pitch, q0=q0, v0=v0, p_CJ=self.at_child)
 
     def laws(self, name: str) -> Iterator[k.Stop | k.Brake | k.JointSpring]:
-        """Yield the kernel's laws made from `limits` and `friction`."""
+        """Yield the kernel's laws made from the keys `limits` and `friction` of a joint."""
         for c, x in self.limits.items():
             yield x.built(f"{name}.{c}.limits", name, coordinate=c)
         for c, f in self.friction.items():

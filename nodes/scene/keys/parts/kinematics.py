@@ -41,6 +41,6 @@ def length(rope: Rope | RigidRope, at: Poses) -> float:
 
 
 def place(point: Point, at: Poses) -> Array:
-    """Return the world position of a point [m]."""
+    """Return the world position (3,) [m] of a point."""
     p, R = at[point.body]
     return np.asarray(exact(p) + exact(R) @ exact(point.p), dtype=float)

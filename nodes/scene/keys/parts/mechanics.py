@@ -85,7 +85,8 @@ class BodyKeys(Base):
 
 
 class LineKeys(keys_of(Line)):  # type: ignore[misc]
-    """A straight part of a rope, with the factor by which its length counts in the rope's length."""
+    """A straight part of a rope; the length of the rope is the sum of the lengths of its parts, each multiplied by a
+    factor."""
 
 
 class Winch(Base):
@@ -105,7 +106,7 @@ class Over(keys_of(Sheave, "edge", "span")):  # type: ignore[misc]
 
     @property
     def plain(self) -> bool:
-        """Whether this is a point without radius and friction."""
+        """Whether the rope runs here over a point without radius and friction."""
         return not (self.radius or self.friction) and self.efficiency == 1.0
 
 
@@ -152,7 +153,7 @@ class BrakeKeys(keys_of(k.Brake, moment=one("holds", u.Effort))):  # type: ignor
 
 
 class LockKeys(keys_of(k.Lock)):  # type: ignore[misc]
-    """A lock with which orders can lock and unlock a joint; `engaged`: locked at the start."""
+    """A lock of a joint, which orders can engage and release; `engaged`: the joint is locked at the start."""
 
 
 class DriveKeys(keys_of(k.Drive, "wave", "waves")):  # type: ignore[misc]
@@ -226,9 +227,9 @@ class HookKeys(Base):
 
     @property
     def chart(self) -> list[tuple[float, float]] | None:
-        """The chart that applies: for the same boom length or the next longer one, the same counterweight or the next
-        lighter one, the same base or the next narrower one; None if the hook has no chart. Raises ValueError if none
-        applies."""
+        """The capacity chart that applies: for the same or the next longer boom, the same or the next lighter
+        counterweight, and the same or the next narrower base; None if the hook has no chart. Raises ValueError if no
+        chart applies."""
         if not self.capacity_charts:
             return self.capacity_chart
         boom, more = (self.boom or inf) * (1.0 - ROUNDING), 1.0 + ROUNDING
@@ -236,12 +237,12 @@ class HookKeys(Base):
         fit = [x for x in self.capacity_charts if x.boom >= boom]
         fit = [x for x in fit if (x.counterweight or 0.0) <= heavy and (x.outriggers or 0.0) <= wide]
         if not fit:
-            raise ValueError("there is no chart for a boom so long, with such a counterweight and base")
+            raise ValueError("there is no chart for this boom length, counterweight and base")
         return min(fit, key=lambda x: (x.boom, -(x.counterweight or 0.0), -(x.outriggers or 0.0))).chart
 
 
 class Drawn(Base):
-    """A box that represents a body in drawings and collision checks instead of its `box`: centre and edges."""
+    """A box, given by centre and edges, that replaces the `box` of a body in drawings and collision checks."""
 
     at: Place = (0.0, 0.0, 0.0)
     size: tuple[u.Extent, u.Extent, u.Extent]
@@ -257,8 +258,8 @@ class LoadCellKeys(Base):
 
 
 class ModelFile(Base):
-    """A file in URDF or MJCF from which the parts of a machine are read; `lacks`: the features that are not converted,
-    which heavylift writes."""
+    """A file in URDF or MJCF from which the parts of a machine are read; `lacks`: features of the file that were not
+    converted (written by heavylift)."""
 
     file: str
     lacks: list[str] = Field(default_factory=list)
@@ -290,7 +291,7 @@ class Parts(Base, Generic[PartKey]):
 
     @property
     def laws(self) -> dict[str, dict[PartKey, Any]]:
-        """All laws along joint coordinates, by the key under which they are written."""
+        """All laws along joint coordinates, by the section of the scene in which they are written."""
         return {"springs": self.springs, "stops": self.stops, "brakes": self.brakes, "drives": self.drives}
 
 

@@ -44,7 +44,7 @@ class Stands(Base):
     @model_validator(mode="after")
     def _one(self) -> "Stands":
         if sum(x is not None for x in (self.tracks, self.outriggers, self.wheels)) > 1:
-            raise ValueError("a machine stands on 'tracks', on 'outriggers' or on 'wheels'")
+            raise ValueError("a machine can stand on only one of 'tracks', 'outriggers' and 'wheels'")
         return self
 
 

@@ -52,14 +52,14 @@ def test_a_box_that_is_pushed_slips_at_mu_m_g(seed: int) -> None:
 
 
 @pytest.mark.parametrize("part", [0.5, 0.97, 0.9999])
-def test_a_push_below_the_friction_limit_makes_no_event(part: float) -> None:
+def test_a_push_below_the_friction_limit_causes_no_slip_event(part: float) -> None:
     s = pushed(5.0, (2.0, 2.0, 0.5), 0.3, 0.1, part * 0.3 * 5.0 * G)
     hand_over(s, 2 * SECOND)
     assert events(s) == []
     assert abs(s.state[0]) < 1e-12
 
 
-def test_a_square_box_turns_on_the_spot_at_the_moment_that_its_corners_can_hold() -> None:
+def test_a_square_box_starts_to_turn_when_the_torque_exceeds_its_friction_torque() -> None:
     """M = mu m g r, with the corners at r from the axis."""
     mass, a, mu = 800.0, 1.5, 0.25
     limit = mu * mass * G * a / sqrt(2.0)
@@ -111,7 +111,7 @@ def test_a_box_on_a_steepening_slope_slips_at_the_friction_angle(mu: float) -> N
     assert times(s, "ground", "slip") == [pytest.approx(0.5, abs=1e-4)], "a history of straight pieces"
 
 
-def test_a_body_that_comes_to_rest_sticks_once() -> None:
+def test_friction_stops_a_sliding_body_and_reports_one_stick_event() -> None:
     """Pushed for a while, it slides, is braked by friction alone, and stands: t = v / mu g after the push."""
     mu, mass, push = 0.3, 5.0, 2.0 * 0.3 * 5.0 * G
     signal = InputSignal(times=(0.0, 0.5, 0.5000001, 2.0), values=(push, push, 0.0, 0.0))

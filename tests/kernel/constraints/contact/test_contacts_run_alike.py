@@ -15,7 +15,7 @@ SCENES = {
 
 
 @pytest.mark.parametrize("name", list(SCENES))
-def test_contacts_in_native_code_and_on_python_floats_take_the_same_steps(name):
+def test_contacts_take_the_same_steps_in_machine_code_and_on_python_floats(name):
     scene, end = SCENES[name]
     native, oracle = (started(scene, tolerance=1e-6, native=n) for n in (True, False))
     for s in (native, oracle):
@@ -25,7 +25,7 @@ def test_contacts_in_native_code_and_on_python_floats_take_the_same_steps(name):
     assert np.abs(native.state - oracle.state).max() < SAME
 
 
-def test_a_bounce_is_predicted_and_does_not_depend_on_how_grants_divide_the_run():
+def test_a_bounce_is_predicted_and_does_not_depend_on_the_time_grants_of_the_run():
     whole, granted = (started(bouncing(0.1, 0.5), subscribed=frozenset({"floor"} if s else ())) for s in (False, True))
     hand_over(whole, SECOND // 2)
     required = []

@@ -33,7 +33,7 @@ def test_a_box_falls_on_a_cube_of_equal_width_and_rests(size, x, yaw):
     assert s.state[:3] == pytest.approx([*place[:2], 1.0], abs=NANOMETRE)
 
 
-def test_a_cube_on_a_rail_collides_with_an_equal_one():
+def test_a_cube_on_a_rail_collides_with_an_equal_cube():
     s = started(over_a_cube((-2.0, 0.0, 0.0), v=(1.0, *STILL[1:]), gravity=0.0))
     s.run(3 * SECOND)
     assert times(s, "pair", "impact") == pytest.approx([1.0], abs=NANOSECOND)
@@ -41,7 +41,7 @@ def test_a_cube_on_a_rail_collides_with_an_equal_one():
 
 
 @pytest.mark.large
-def test_equal_cubes_stand_on_each_other():
+def test_a_cube_rests_on_an_equal_cube():
     first = over_a_cube((0.0, 0.0, 1.0))
     pair = Contact("upper", Box("b", CUBE), Box("a", CUBE), 0.5)
     bodies, joints = (*first.bodies, brick("b", CUBE, 1.0)), (*first.joints, floating("b", (0.0, 0.0, 2.0)))

@@ -8,7 +8,7 @@ from small_scenes import SECOND, G, column, started
 FINE = {"tolerance": 1e-10}
 
 
-def test_a_plate_rests_on_three_feet_by_its_centre_of_mass():
+def test_three_feet_share_the_weight_of_a_plate_by_the_position_of_its_centre_of_mass():
     """Moments about the feet: c carries (y + 1) / 3, a and b share the rest about x."""
     x, y = 0.3, 0.2
     s = started(on_three_feet(x, y), **FINE)
@@ -18,7 +18,7 @@ def test_a_plate_rests_on_three_feet_by_its_centre_of_mass():
     assert column(s, "contact/force")[1][-1] == pytest.approx(np.array(shares) * 6.0 * G, rel=1e-9)
 
 
-def test_feet_of_a_plate_carry_the_loads_that_mujoco_finds():
+def test_feet_of_a_plate_carry_the_loads_computed_by_mujoco():
     """Its contacts give way a little: the plate leans by 0.1 mm and settles."""
     import mujoco
 

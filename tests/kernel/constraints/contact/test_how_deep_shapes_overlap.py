@@ -17,7 +17,7 @@ CORNERS = np.array(list(product((-0.5, 0.5), repeat=3)))
 CASES = 150
 
 
-def test_the_overlap_depth_of_boxes_agrees_with_the_convex_hull_of_differences() -> None:
+def test_the_overlap_depth_of_boxes_agrees_with_the_convex_hull_of_their_minkowski_difference() -> None:
     """The hull of all differences of corners holds the origin where they overlap, as deep as its nearest face."""
     rng, deep = np.random.default_rng(1), 0
     for _ in range(CASES):

@@ -188,7 +188,7 @@ def test_a_box_tips_off_another_when_its_centre_passes_the_edge(offset, falls):
 
 
 @pytest.mark.large
-def test_a_beam_lies_across_another_on_four_crossings_of_edges():
+def test_a_beam_laid_across_another_beam_rests_on_four_edge_crossings():
     s = started(stacked(0.0, size=(4.0, 1.0, 1.0), yaw=0.0), **FINE)
     s.run(SECOND)
     assert s.state[:3] == pytest.approx([0.0, 0.0, 1.5], abs=1e-9)
@@ -267,7 +267,7 @@ def apart(up, low):
 
 
 @pytest.mark.parametrize("hinges", [1, 2])
-def test_an_arm_falls_on_the_floor_like_its_mirror_image(hinges):
+def test_an_arm_on_one_or_two_coaxial_hinges_falls_until_its_tip_rests_on_the_floor(hinges):
     """The second hinge closes a loop that holds nothing new; nor can the tip move across."""
     arm = Body("arm", 2.0, (0.5, 0.0, 0.0), ((0.1, 0.0, 0.0), (0.0, 0.1, 0.0), (0.0, 0.0, 0.1)))
     place = {"axis": (0.0, 1.0, 0.0), "p_PJ": (0.0, 0.0, 0.2)}

@@ -81,7 +81,7 @@ def test_crossed_beams_touch_at_four_crossings_of_edges():
     assert which(w, 1e-12) == {"vertices of A": 0, "of B": 0, "edges": 4}
 
 
-def test_an_overhanging_box_touches_by_vertices_of_both_and_by_crossings():
+def test_an_overhanging_box_touches_at_vertices_of_both_boxes_and_at_edge_crossings():
     """Turned by 30 degrees on a box of equal size: an octagon whose corners are crossings of edges."""
     R = Rotation.from_euler("z", 30, degrees=True).as_matrix()
     w = candidates.box_box(box((2, 2, 1)), box((2, 2, 1)), body(R, (0.0, 0.0, 1.0)), body())
@@ -90,7 +90,7 @@ def test_an_overhanging_box_touches_by_vertices_of_both_and_by_crossings():
     assert which(w, 1e-12) == {"vertices of A": 1, "of B": 1, "edges": 2}
 
 
-def test_edge_contacts_do_not_count_while_boxes_are_apart():
+def test_crossing_edges_of_separated_boxes_have_their_distance_as_gap():
     """The edges overlap in plan, but the boxes lie one metre apart."""
     w = candidates.box_box(box((4, 1, 1)), box((1, 4, 1)), body(p=(0.0, 0.0, 2.0)), body())
     assert min(gaps(w)) == pytest.approx(1.0)
@@ -125,7 +125,7 @@ def test_velocities_of_contact_points_are_correct(law):
             assert (up - down) / (2 * h) == pytest.approx(rate, abs=1e-6)
 
 
-def test_vertices_of_a_box_contact_a_slope():
+def test_the_gaps_between_a_box_and_a_slope_are_those_of_the_box_vertices():
     slope = np.array([-np.sin(0.3), 0.0, np.cos(0.3)])
     heights = gaps(
         candidates.box_plane(box((2, 2, 2)), np.array([0.0, 0.0, 0.0, *slope]), body(p=(0.0, 0.0, 2.0)), body())

@@ -88,7 +88,7 @@ def test_tensions_on_both_sides_of_an_edge_follow_the_capstan_formula(aside):
     assert imbalance(s) < CLOSES
 
 
-def test_without_friction_a_rope_has_equal_tension_on_both_sides_of_an_edge():
+def test_a_frictionless_edge_leaves_equal_tension_on_both_sides_of_the_rope():
     *_, T, _, _, _ = drawn(0.0, 2.0)
     assert T[0] == pytest.approx(T[1], rel=1e-12)
     assert T[0] > 1e4
@@ -109,7 +109,7 @@ def span(x: float, z: float) -> tuple[float, bool]:
     return sum(sqrt(hypot(*e) ** 2 - R * R) for e in (p, q)) + R * turned, True
 
 
-def test_a_pendulum_rope_touches_and_leaves_an_edge_when_a_fine_integration_does():
+def test_a_pendulum_rope_touches_and_leaves_an_edge_as_in_a_fine_integration():
     """A point mass under an elastic rope swings round the edge and back; SciPy integrates the energy's gradient."""
     x0, h = (-3.5, -3.0), 1e-6
 

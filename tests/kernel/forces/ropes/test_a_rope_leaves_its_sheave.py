@@ -230,7 +230,7 @@ def test_a_rope_that_would_wrap_the_other_side_of_its_sheave_ends_the_run():
 
 
 @pytest.mark.parametrize("speed", [0.7, -2.0])
-def test_a_sheave_turning_under_a_slipping_rope_winds_nothing_up(speed):
+def test_a_sheave_turning_under_a_slipping_rope_winds_up_no_rope(speed):
     """The body of the sheave turns about its axle by turns; without friction that is nothing to the rope."""
     r, a, b = 0.5, (-4.0, 0.0), (4.0, -1.0)
     made = rope((Sheave(Point("drum"), Y, r),), b, 8.0)
@@ -245,7 +245,7 @@ def test_a_sheave_turning_under_a_slipping_rope_winds_nothing_up(speed):
 
 
 @pytest.mark.parametrize(("seed", "ends"), [(0, ""), (3, ""), (4, ""), (5, "part 2 comes within its sheave")])
-def test_loads_thrown_about_on_ropes_over_several_sheaves_lose_no_energy_without_friction(seed, ends):
+def test_frictionless_ropes_over_several_sheaves_lose_no_energy_while_their_loads_are_thrown(seed, ends):
     """Free loads, friction, slack and shocks, sheaves left and found; or a sentence, where an end meets a sheave."""
     random = np.random.default_rng(seed)
     n = int(random.integers(1, 4))

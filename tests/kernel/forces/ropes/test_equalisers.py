@@ -19,7 +19,7 @@ def tensions(s: Simulation, parts: int) -> np.ndarray:
     return np.array(s.row().shown[:parts])
 
 
-def test_an_equaliser_keeps_equal_tension_for_any_lengths():
+def test_an_equaliser_keeps_equal_tension_for_any_rope_lengths():
     """One rope over the sheaves of two hooks (Ham, Roh, Lee 2016: one length row): equal tension in all parts at any
     tilt, where two ropes of their own would differ; C09 with h = 0."""
     beam = Body("beam", 1000.0, inertia=cube(1000.0, 3.0))
@@ -56,7 +56,7 @@ def test_an_equaliser_beam_shares_its_load_by_its_tilt():
     assert s.X[s.native.at["f"]][n : n + 6] == pytest.approx(np.zeros(6), abs=1e-6)
 
 
-def test_length_errors_do_not_unbalance_an_equaliser():
+def test_length_errors_do_not_unbalance_the_tensions_of_an_equaliser():
     """C08d: four ropes share a block by their lengths, +-k dL/4 on the diagonals; one rope over four eyes does not."""
     given, expected = FORMS["C08d"]["given"], FORMS["C08d"]["expected"]
     k, dL, h, W = given["k"], given["dL"], 50.0, 6e6

@@ -28,7 +28,7 @@ def peak(s: Simulation) -> float:
     return max(float(column(s, "rope/peak")[1].max()), float(column(s, "rope/tension")[1].max()))
 
 
-def test_c07b_a_load_is_picked_up_with_little_rope_at_the_speed_of_an_empty_hook():
+def test_a_load_picked_up_at_full_hoist_speed_has_the_peak_tension_of_the_closed_form():
     x, want = FORMS["C07b"]["given"], FORMS["C07b"]["expected"]
     m, k, L = x["m"], x["k"], 1e4 * x["L"]  # so much rope of the same stiffness that winding changes it little
     stiff = 1e12
@@ -44,7 +44,7 @@ def test_c07b_a_load_is_picked_up_with_little_rope_at_the_speed_of_an_empty_hook
     assert t_lift == pytest.approx(want["t_lift"], rel=3e-3)
 
 
-def test_c07d_a_soft_pick_up_stays_within_the_design_factors_of_the_standards():
+def test_the_peak_tension_of_a_slow_pick_up_stays_within_the_design_factors_of_standards():
     """C07a's load at C07d's speed: above what marine rules take for slow lifts, below every hoisting class."""
     x, want = FORMS["C07d"]["given"], FORMS["C07d"]["expected"]
     k = EA / LENGTH
@@ -60,7 +60,7 @@ def test_c07d_a_soft_pick_up_stays_within_the_design_factors_of_the_standards():
     assert factor == pytest.approx(1.0 + x["v_h"] * sqrt(k / MASS) / G, rel=FACTOR)
 
 
-def test_c07c_accelerating_a_hanging_load_gives_the_expected_peak_tension():
+def test_accelerating_a_hanging_load_gives_the_expected_peak_tension():
     x, want = FORMS["C07c"]["given"], FORMS["C07c"]["expected"]
     m, k, L = x["m"], x["k"], 6e5
     s = started(hanging(m, k, L, winch=True), **FINE)
@@ -75,7 +75,7 @@ def test_c07c_accelerating_a_hanging_load_gives_the_expected_peak_tension():
     assert T[ramp].max() / (m * G) - 1.0 == pytest.approx(want["phi_in_ramp"] - 1.0, rel=0.01)
 
 
-def test_c22_after_losing_part_of_a_load_the_rest_rebounds_as_in_the_closed_form():
+def test_after_a_load_loses_part_of_its_mass_the_rest_rebounds_as_in_the_closed_form():
     x, want = FORMS["C22"]["given"], FORMS["C22"]["expected"]
     m, k, part, L = x["m"], x["k"], x["dm_over_m"], 60.0
     kept, lost = m * (1.0 - part), m * part
@@ -100,7 +100,7 @@ def test_c22_after_losing_part_of_a_load_the_rest_rebounds_as_in_the_closed_form
 
 
 @pytest.mark.parametrize("ramp", [0.4, 1e-4])
-def test_c23_an_emergency_stop_while_lowering_gives_the_expected_peak_tension(ramp):
+def test_an_emergency_stop_while_lowering_gives_the_expected_peak_tension(ramp):
     x, want = FORMS["C23"]["given"], FORMS["C23"]["expected"]
     m, k, L, v = x["m"], x["k"], 6e5, x["v"]
     scene = hanging(m, k, L, winch=True)
@@ -117,7 +117,7 @@ def test_c23_an_emergency_stop_while_lowering_gives_the_expected_peak_tension(ra
     assert phi == pytest.approx(want["phi"] if ramp == x["ts"] else want["phi_instant"], rel=FACTOR)
 
 
-def test_c11b_the_tension_at_the_bottom_of_a_swing_is_that_of_the_pendulum():
+def test_the_rope_tension_at_the_bottom_of_a_swing_is_that_of_the_pendulum_formula():
     x, want = FORMS["C11b"]["given"], FORMS["C11b"]["expected"]
     m, L, start = x["m"], x["L"], np.radians(x["th0_deg"])
     k = 1e9

@@ -27,7 +27,7 @@ BAD = [
 
 
 @pytest.mark.parametrize(("changes", "told"), BAD)
-def test_impossible_reevings_are_refused(changes, told):
+def test_impossible_reevings_of_ropes_are_refused(changes, told):
     made = {"a": Point("world", (-5.0, 0.0, 0.0)), "sheaves": (Sheave(WORLD, Y, 0.3),), "b": LOAD, "EA": 1e6}
     made |= {"signal": InputSignal(10.0), **changes}
     with pytest.raises(KernelError) as e:
@@ -35,7 +35,7 @@ def test_impossible_reevings_are_refused(changes, told):
     assert told in str(e.value)
 
 
-def test_a_rope_whose_line_has_no_length_is_refused():
+def test_a_rope_line_that_begins_and_ends_at_one_point_is_refused():
     rope = Rope("r", (Line(WORLD, LOAD), Line(LOAD, Point("load"))), 1e6, 10.0)
     with pytest.raises(KernelError, match="rope 'r': line 2 begins and ends at the same point, so its length is zero"):
         Simulation(replace(slider(), ropes=(rope,)))

@@ -41,7 +41,7 @@ def frequencies(system: System) -> list[float]:
     return sorted(2.0 * pi * m.frequency for m in modes(s).oscillations)
 
 
-def test_in_axial_motion_a_third_of_the_rope_mass_moves_with_the_load():
+def test_one_third_of_the_rope_mass_moves_with_the_load_in_axial_motion():
     """Rayleigh's quotient; the exact frequency is that of u tan u = m_rope / m, u = w sqrt(m_rope / k)."""
     axial = frequencies(hung(ELASTIC))[1]
     assert axial == pytest.approx(sqrt(K / (M + OWN / 3.0)), rel=SMALL)
@@ -56,7 +56,7 @@ def test_a_heavy_rope_swings_as_a_rod_with_a_load_at_its_end():
 
 
 @pytest.mark.parametrize("rope", [ELASTIC, RIGID], ids=lambda r: type(r).__name__)
-def test_the_reported_tension_is_that_at_the_hook(rope):
+def test_the_reported_tension_of_a_heavy_rope_is_that_at_the_hook(rope):
     stretched = L + (M + OWN / 2.0) * G / K if rope is ELASTIC else L
     s = started(hung(rope, z=-stretched))
     _, tension = column(s, "rope/tension")
@@ -64,7 +64,7 @@ def test_the_reported_tension_is_that_at_the_hook(rope):
 
 
 @pytest.mark.parametrize("rope", [ELASTIC, RIGID], ids=lambda r: type(r).__name__)
-def test_the_energy_of_the_rope_mass_is_included(rope):
+def test_the_energy_balance_includes_the_mass_of_a_rope(rope):
     far = 0.2 * L
     s = started(hung(rope, x=far, z=-sqrt(L**2 - far**2)), tolerance=1e-10, sample_ns=50_000_000)
     hand_over(s, 10_000_000_000)
@@ -88,6 +88,6 @@ def test_ropes_with_and_without_mass_have_separate_code(rope):
     ({"mass": -1.0}, "mass"),
     ({"lines": (Line(Point(WORLD), Point("load"), 0.5),)}, "let their shares add up to 1"),
 ])  # fmt: skip
-def test_an_invalid_mass_is_refused(change, told):
+def test_an_invalid_mass_of_a_rope_is_refused(change, told):
     with pytest.raises(KernelError, match=told):
         Simulation(hung(replace(ELASTIC, **change)))

@@ -27,7 +27,7 @@ def pair(damping: float, friction: float = 0.0) -> System:
     return replace(scene, joints=(replace(float_, q0=tuple(map(float, rest))),))
 
 
-def test_the_load_of_a_broken_pair_of_ropes_goes_to_the_neighbouring_ones():
+def test_the_load_of_a_broken_rope_pair_goes_to_the_neighbouring_ropes():
     """Before, all three share by their stiffness; after the ringing the two that are left carry the weight."""
     s = started(pair(3e4), **FINE)
     before = s.row()

@@ -48,7 +48,7 @@ def oscillations() -> tuple[NaturalMode, ...]:
     return modes(s).oscillations
 
 
-def test_c13_a_heavy_rope_has_its_axial_frequency(oscillations):
+def test_a_heavy_rope_has_its_exact_axial_frequency(oscillations):
     x, want = FORMS["C13"]["given"], FORMS["C13"]["expected"]
     axial = along(oscillations, "z")[0]
     assert axial == pytest.approx(want["f_exact"], rel=LUMPED)
@@ -61,7 +61,7 @@ def test_c13_a_heavy_rope_has_its_axial_frequency(oscillations):
     assert massless / axial - 1.0 == pytest.approx(want["m_ratio"] / 6.0, rel=0.01)
 
 
-def test_c13b_a_heavy_rope_has_its_sway_frequency_and_first_string_mode(oscillations):
+def test_a_heavy_rope_has_the_exact_frequencies_of_its_sway_and_its_first_string_mode(oscillations):
     want = FORMS["C13b"]["expected"]
     sway, string = along(oscillations, "x")[:2]
     assert 2.0 * np.pi * sway == pytest.approx(want["w"], rel=LUMPED)

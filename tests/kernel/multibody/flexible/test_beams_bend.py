@@ -77,7 +77,7 @@ def test_the_sag_of_a_loaded_girder_agrees_with_beam_theory():
     assert sag(Program(girder(load=MASS))) - own == pytest.approx(0.15, rel=STATIC)
 
 
-def test_a_girder_alone_loaded_and_in_series_with_its_rope_has_its_frequencies():
+def test_a_girder_has_its_exact_frequencies_alone_with_a_load_and_in_series_with_a_rope():
     alone = Program(girder())
     assert frequencies(alone, at_rest(alone))[0] == pytest.approx(1.0999304296178403, rel=ELEMENTS)
     loaded = Program(girder(load=MASS))
@@ -92,7 +92,7 @@ def test_a_girder_alone_loaded_and_in_series_with_its_rope_has_its_frequencies()
     assert lowest[1] == pytest.approx(1.923635237492667, rel=2 * FREQUENCY)
 
 
-def test_the_stiffness_of_a_rope_on_a_girder_is_reduced_by_the_girder():
+def test_a_girder_reduces_the_stiffness_of_the_rope_that_hangs_on_it():
     """The load hangs lower by P/k of the girder and P/k of the rope; the girder's own sag is no part of that."""
     hanging, empty = Program(girder(load=MASS, rope=True)), Program(girder())
     drop = -at_rest(hanging)[-1] - FALL - sag(empty)
@@ -119,7 +119,7 @@ def test_statics_and_modes_of_a_scene_include_its_girder():
         ("free", (4.7300407449, 7.8532046241, 10.995607838)),
     ],
 )
-def test_uniform_beams_have_their_bending_frequencies(frame, roots):
+def test_uniform_beams_have_their_exact_bending_frequencies(frame, roots):
     body = Body("girder", 0.0, flexible=Flexible(3, BEAM, frame=frame))
     joint = Joint("legs", "free" if frame == "free" else "fixed", "world", "girder")
     system = System((replace(body, inertia=((1.0, 0.0, 0.0), *body.inertia[1:])),), (joint,), gravity=0.0)
@@ -130,7 +130,7 @@ def test_uniform_beams_have_their_bending_frequencies(frame, roots):
     assert found == pytest.approx(want, rel=5 * ELEMENTS)
 
 
-def test_a_clamped_beam_has_its_axial_and_torsional_frequencies():
+def test_a_clamped_beam_has_its_exact_axial_and_torsional_frequencies():
     beam = Beam(10.0, 80.0, EA=2e9, GJ=3e6, polar=5.0, elements=64)
     twist = Program(replace(girder(Flexible(2, beam)), gravity=0.0)).graph.links[0].modes
     torsion, axial = pi / 20.0 * sqrt(3e6 / 5.0), pi / 20.0 * sqrt(2e9 / 80.0)
@@ -140,7 +140,7 @@ def test_a_clamped_beam_has_its_axial_and_torsional_frequencies():
 
 
 @pytest.mark.parametrize(("loads", "error"), [((), 0.03), ((LENGTH,), EXACT)])
-def test_one_eigenmode_misses_three_percent_of_a_tip_load_and_a_static_mode_nothing(loads, error):
+def test_one_eigenmode_misses_three_percent_of_a_tip_deflection_and_a_static_mode_is_exact(loads, error):
     program = Program(girder(Flexible(1, BEAM, loads=loads)))
     bent = program.graph.links[0].modes
     tip = bent.at(LENGTH)[2]
@@ -148,7 +148,7 @@ def test_one_eigenmode_misses_three_percent_of_a_tip_load_and_a_static_mode_noth
     assert bool(loads) or tip @ (tip / bent.stiffness) < 0.98 * LENGTH**3 / (3 * EI)
 
 
-def test_a_beam_given_by_matrices_equals_the_described_beam():
+def test_a_beam_given_by_its_matrices_equals_the_described_beam():
     beam = replace(BEAM, elements=12)
     M, K = beam_matrices(beam)
     bending = [d for d in range(len(M)) if d % 6 in (2, 4)]

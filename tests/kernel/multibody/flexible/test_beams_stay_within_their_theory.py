@@ -82,7 +82,7 @@ CASES = [  # frame, place of the load, deflection under a force of one newton
 @pytest.mark.parametrize(("given", "direction"), [("beam", 1.0), ("matrices", -1.0)])
 @pytest.mark.parametrize(("frame", "at", "softness"), CASES)
 @pytest.mark.large(beyond=2)
-def test_beam_deflections_are_noted_at_5_percent_and_refused_at_25(given, frame, at, softness, direction):
+def test_a_beam_deflection_is_noted_at_5_percent_of_its_length_and_refused_at_25(given, frame, at, softness, direction):
     def bent(part: float) -> str:
         flexible = matrices(BEAM, frame) if given == "matrices" else None
         flexible = flexible or Flexible(4, BEAM, frame=frame, damping=1.0, loads=(at,))
@@ -110,7 +110,7 @@ def test_a_deflection_note_appears_once_and_at_the_same_time_however_grants_divi
     assert whole.notes == cut.notes == again.notes
 
 
-def test_twist_of_a_beam_counts_as_rotation():
+def test_the_twist_of_a_beam_is_limited_like_its_bending_rotation():
     """GJ theta / L = moment, which turns with the end: 0.225 rad are noted, 1.125 rad refused."""
     GJ, SEEN = 2e5, 8.0 / pi**2 * (1.0 + 1.0 / 9.0)  # what two modes show of the linear twist
     flexible = Flexible(2, Beam(L, PER_LENGTH, GJ=GJ, polar=50.0), damping=1.0)
@@ -120,12 +120,12 @@ def test_twist_of_a_beam_counts_as_rotation():
         assert bool(sentence) == bool(what)
 
 
-def test_a_root_moment_above_the_static_limit_is_never_reported():
+def test_a_bending_moment_beyond_small_deflections_ends_the_run():
     """100 kN at the tip of 10 m make at most 1000 kN m, however the beam bends: refused long before."""
     assert "means nothing" in said(scene(force=(0.0, 0.0, 1e5)))
 
 
-def test_a_beam_that_is_bent_at_the_start_is_noted_at_the_start():
+def test_a_beam_that_is_bent_beyond_5_percent_at_the_start_is_noted_at_the_start():
     s = started(scene(Flexible(1, BEAM, start=(0.08 * L,))))
     s.run(1)
     assert [n.t_ns for n in s.notes] == [0]
@@ -172,7 +172,7 @@ def test_a_column_buckles_under_its_own_weight_and_under_loads_along_it():
         assert half.startswith("ends") == (part > 1.0)
 
 
-def test_a_body_given_by_matrices_reports_that_compression_is_ignored():
+def test_a_flexible_body_given_by_matrices_reports_that_compression_is_ignored():
     flexible = matrices(BEAM, "clamped")
     assert upright(column(flexible, force=on_tip(0.04))) == ""
     noted = upright(column(flexible, force=on_tip(0.2)))

@@ -89,7 +89,7 @@ def test_a_floating_flexible_tree_conserves_energy_and_momentum(seed):
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_inverse_dynamics_of_a_flexible_tree_returns_its_forces(seed):
+def test_inverse_dynamics_of_a_flexible_tree_returns_the_applied_forces(seed):
     program = Program(flexible_tree(seed, ("revolute", "prismatic", "spherical")))
     q, v = state_of(program, seed)
     x = evaluated(program, q, v)
@@ -116,7 +116,7 @@ def test_machine_code_and_python_floats_agree_on_flexible_trees(seed):
     assert native == pytest.approx(plain, rel=1e-10, abs=1e-10 * np.abs(plain).max())
 
 
-def test_a_flexible_body_without_modes_is_a_rigid_body():
+def test_a_flexible_body_without_modes_moves_as_a_rigid_body():
     bent = flexible_tree(0, modes=0)
     beam = bent.bodies[1].flexible.beam
     m, l = beam.mass_per_length * beam.length, beam.length
