@@ -33,7 +33,7 @@ class Ramp(NamedTuple):
     acceleration: float
 
 
-class Swing(NamedTuple):
+class LedPendulum(NamedTuple):
     """Displacement of a pendulum [m], and its speed [m/s] with the angular frequency [rad/s]."""
 
     y: float = 0.0
@@ -45,10 +45,10 @@ class Swing(NamedTuple):
         """Its largest displacement [m] if nothing leads it."""
         return hypot(self.y, self.v / self.w) if self.w else 0.0
 
-    def led(self, ramps: Sequence[Ramp], w: float, start: float, end: float) -> "Swing":
+    def led(self, ramps: Sequence[Ramp], w: float, start: float, end: float) -> "LedPendulum":
         """Return the swing at time `end` [s] after these ramps of its pivot since `start`."""
         if not w:
-            return Swing()
+            return LedPendulum()
         c, s = cos(w * (end - start)), sin(w * (end - start))
         y, v = self.y * c + self.v / w * s, self.v * c - self.y * w * s
         for ramp in ramps:
@@ -57,7 +57,7 @@ class Swing(NamedTuple):
                 first, last = w * (end - since), w * (end - until)
                 y += ramp.acceleration * (cos(first) - cos(last)) / w**2
                 v -= ramp.acceleration * (sin(first) - sin(last)) / w
-        return Swing(y, v, w)
+        return LedPendulum(y, v, w)
 
 
 def plausible(levels: Sequence[Fidelity], plan: Plan, question: Question) -> Sequence[Fidelity]:
@@ -84,11 +84,11 @@ def _error(plan: Plan, path: Followed, cargo: Cargo) -> float:
     way = max((dist(a, b) for a in places for b in places), default=0.0)
     hung = [dist(*hook.ends) for machine in plan.machines for hook in machine.hooks if hook.ends]
     ramps, landed = _ramps(plan, path, cargo.body), [state.t for state in path.states if state.grounded]
-    swing, begun, found, amplitudes = Swing(), 0.0, [0.0], list[tuple[float, float]]()
+    swing, begun, found, amplitudes = LedPendulum(), 0.0, [0.0], list[tuple[float, float]]()
     for t, state in _ends(path):
         w, missed = _pendulum(plan, state, cargo)
         if stood := [x for x in landed if begun < x <= t]:  # what stands swings no more
-            swing, begun = Swing(), stood[-1]
+            swing, begun = LedPendulum(), stood[-1]
         swing, begun = swing.led(ramps, w, begun, t), t
         amplitudes.append((swing.amplitude, missed))
         found.append(missed * abs(swing.y) / way if way else 0.0)

@@ -11,7 +11,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[2] / "nodes/fidelity"))
 
 from heavylift.coordinator.ladder import Ladder, Measuring, choose, plausible, swing_error
-from heavylift.coordinator.ladder.screening import Ramp, Swing
+from heavylift.coordinator.ladder.screening import Ramp, LedPendulum
 from heavylift.nodes.plan import MEANT, Question
 from heavylift.nodes.scene import load, parse
 from lifts_of_kinds import lift_of_kinds
@@ -31,7 +31,7 @@ def test_a_pendulum_follows_the_ramps_of_its_pivot(seed: int) -> None:
         return [x[1], -w * w * x[0] - sum(r.acceleration for r in ramps if r.start <= t < r.end)]
 
     exact = solve_ivp(slope, (0.0, 40.0), [0.3, -0.2], rtol=1e-9, atol=1e-9, max_step=0.05).y[:, -1]
-    middle = Swing(0.3, -0.2, w).led(ramps, w, 0.0, times[2] + 0.1)
+    middle = LedPendulum(0.3, -0.2, w).led(ramps, w, 0.0, times[2] + 0.1)
     swing = middle.led(ramps, w, times[2] + 0.1, 40.0)
     assert np.allclose([swing.y, swing.v], exact, atol=1e-3)
 
