@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.kernel.description.profile import trapezoid
-from heavylift.nodes.plan.actions import Move
+from heavylift.nodes.plan.actions import Action, Move
 from heavylift.nodes.plan.fidelity import Fidelity, Question
 from heavylift.nodes.plan.mechanism import Cargo
 from heavylift.nodes.plan.plan import Plan
@@ -71,9 +71,9 @@ def plausible(levels: Sequence[Fidelity], plan: Plan, question: Question) -> Seq
 def swing_error(plan: Plan) -> float:
     """Return the largest relative error of positions and amplitudes of swings at levels without lumps; 0 if no load
     swings below ropes that have a mass."""
-    hung = any(row.line and not row.why for machine in plan.machines for row in machine.heavy)
-    if not hung or plan.lists:  # lifts side by side have paths of their own
-        return 0.0
+    hung = any(row.line and not row.why and not row.lead for machine in plan.machines for row in machine.heavy)
+    if plan.lists or not hung or not any(_moves(plan, action) for action in plan.actions):
+        return 0.0  # lifts side by side have paths of their own
     if not (path := follow(plan)).states:
         return 0.0
     return max((_error(plan, path, cargo) for machine in plan.machines for cargo in machine.cargo), default=0.0)
@@ -102,13 +102,20 @@ def _ends(path: Followed) -> Iterator[tuple[float, StaticState]]:
     yield path.states[-1].t, path.states[-1]
 
 
+def _moves(plan: Plan, action: Action) -> list[Move]:
+    """Return the moves of an action that may lead a load sideways, without those whose ramps leave no swing."""
+    winches = {hook.rope for machine in plan.machines for hook in machine.hooks}
+    moves = (order for order in action.orders if isinstance(order, Move))
+    return [move for move in moves if move.actuator not in winches and not move.pulses]
+
+
 def _ramps(plan: Plan, path: Followed, body: str) -> list[Ramp]:
     """Return the accelerations of what a body hangs from in all moves; a drive moves it level by as much as the body is
     moved at rest."""
-    winches, found = {hook.rope for machine in plan.machines for hook in machine.hooks}, list[Ramp]()
+    found = list[Ramp]()
     for action, begun, (end, after) in zip(plan.actions, path.acted, _ends(path), strict=False):
         (x, y, _), (u, v, _) = (state.poses[body][0] for state in (begun.before, after))
-        moves = [x for x in action.orders if isinstance(x, Move) and x.actuator not in winches and not x.pulses]
+        moves = _moves(plan, action)
         for move in moves:
             by = after.references.get(move.actuator, 0.0) - begun.before.references.get(move.actuator, 0.0)
             if not by:
