@@ -99,7 +99,7 @@ class Record(FileRecorder):
         self._facts: dict[str, object] = facts
         measured = dict(scene.answer.errors) if scene.answer else {}
         self._promised = {"asked": list(scene.facts.ask), "accuracy": scene.facts.accuracy, "measured": measured}
-        self._conduct = Conduct()
+        self._conduct = Conduct(shortfall=scene.answer.notes if scene.answer else ())
         self._collector = Collector(self._layout)
         self._seen, self._seen_at = 0, time.monotonic()  # samples, and when the last of them came [s]
         self._foretold: Batch | None = None  # what comes until the kernel is told something

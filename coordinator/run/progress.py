@@ -17,7 +17,7 @@ from heavylift.coordinator.record.scene import RunResult
 from heavylift.kernel.description.findings import clock
 from heavylift.kernel.errors import HeavyliftError, printable
 from heavylift.nodes.devs import Event
-from heavylift.nodes.limits.checks import governing, likewise, open_checks
+from heavylift.nodes.limits.checks import governing, likewise, open_checks, scope
 from heavylift.nodes.limits.named import rated
 from heavylift.nodes.plan.fidelity import Answer
 from heavylift.nodes.plan.plan import Plan
@@ -190,6 +190,8 @@ def print_verdict(verdict: RecordedVerdict) -> None:
         _print(f"{x.word}: {x.message}", {"red": "bold red", "amber": "yellow"}.get(x.state))
     for line in open_checks(verdict.checks):
         _print(line, "yellow")
+    for line in scope(verdict.checks):
+        _print(line)
 
 
 def _print(text: str | None, style: str | None = None) -> None:

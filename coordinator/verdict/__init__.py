@@ -7,6 +7,7 @@ clearances  smallest distances between things, by
             samples; intervals, shape_batch: pairs and times that need exact evaluation
 ground      smallest distances from the ground
 limits      columns of a run from which limits are checked
+rigid_contacts  speeds at which blocks touch obstacles, the floor and each other
 worst_corners  clearances at the worst corner of uncertain inputs
 judging     all checks in one table, and the summary line
 

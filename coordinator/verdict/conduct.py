@@ -12,6 +12,7 @@ from heavylift.kernel.description.findings import Check, finding
 from heavylift.nodes.devs import Event
 from heavylift.nodes.models.commander.actuator_registry import TURN
 from heavylift.nodes.models.commander.conditions import terms
+from heavylift.nodes.models.parts.kernel_messages import StateEvent
 from heavylift.nodes.models.parts.messages import (
     BrakeState,
     Limit,
@@ -29,6 +30,7 @@ from heavylift.recordings.read.verdict import recorded_peaks
 
 Meant = Sequence[tuple[frozenset[str], float, float]]  # names of two things that may touch, from when to when [s]
 ENDED = 1e-9  # [rad, s] rounding of the angle and the time at which a turn ends
+TOUCHES = ("impact", "closed", "open")  # of contacts, and of supports
 UPPER = "upper limit"
 FINISHED = "finished"
 
@@ -45,8 +47,10 @@ class Conduct:
     bypassed: list[tuple[float, str]] = field(default_factory=list)  # brake, lock or interlock
     overloads: dict[str, tuple[float, float]] = field(default_factory=dict)  # actor -> tension [N], when [s]
     turns: list[tuple[float, str, float, float, float]] = field(default_factory=list)  # master, speed, accel, angle
+    touched: list[tuple[float, str, str]] = field(default_factory=list)  # contact, what the kernel reported of it
     words: list[tuple[float, str, bool]] = field(default_factory=list)  # an operator's, and whether they end the run
     notes: Sequence[tuple[float, str]] = ()
+    shortfall: Sequence[str] = ()  # why its errors exceed the accepted ones, or were not measured
     peaks: dict[str, tuple[float, float]] = field(default_factory=dict)
     end: float = 0.0
     unfinished: str = ""
@@ -72,6 +76,8 @@ class Conduct:
                 self.tripped.append((t, str(value["actor"]), bool(value["bypassed"])))
             case BrakeState.__name__ if not value["engaged"]:
                 self.bypassed.append((t, str(value["actor"])))
+            case StateEvent.__name__ if value["what"] in TOUCHES:
+                self.touched.append((t, str(value["name"]), str(value["what"])))
             case OperatorCommand.__name__:
                 self.words.append((t, str(value["text"]), not value["action"]))
 
@@ -86,13 +92,14 @@ class Conduct:
             self.hear(e.t, e.type, {name: getattr(value, name) for name in RECORDED[e.type]})
 
 
-KINDS = (SetProfile, Stage, Skipped, Limit, Overload, Tripped, BrakeState, OperatorCommand)
+KINDS = (SetProfile, StateEvent, Stage, Skipped, Limit, Overload, Tripped, BrakeState, OperatorCommand)
 RECORDED = {kind.__name__: kind.__struct_fields__ for kind in KINDS}
 
 
 def conduct_of(rec: Recording) -> Conduct:
     """Read the record of a run's course from its recording."""
-    found = Conduct(notes=rec.notes(), status=rec.result.get("status", "cut off"), reason=rec.result.get("reason", ""))
+    given = {"shortfall": rec.fact("answer", {}).get("notes", ()), "reason": rec.result.get("reason", "")}
+    found = Conduct(notes=rec.notes(), status=rec.result.get("status", "cut off"), **given)
     for e in rec.events():
         if e.type in RECORDED and isinstance(e.value, dict):
             found.hear(e.t_ns, e.type, e.value)
@@ -120,6 +127,8 @@ def conduct_findings(plan: Plan, text: Conduct) -> Iterator[Check]:
         bound = f"the end of the scene at {plan.end:g} s" if plan.end is not None else "its end"
         message = f"{bound} cut the {'lift' if lift else 'run'}: {text.unfinished}"
         yield finding("red" if lift else "none", "cut", "run", message, t=text.end)
+    for message in text.shortfall:
+        yield finding("amber", "accuracy", "run", message)
     for t, note in text.notes:
         yield finding("amber", "computation", "kernel", note, t=t)
 

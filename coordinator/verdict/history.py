@@ -24,7 +24,17 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 SPEED = "joint/velocity"
 PADS = "support/force"
-NUMBERS = ("rope/tension", "rope/length", REEVING, PADS, SPEED, "deflection", "edge/force", "edge/place")
+NUMBERS = (
+    "rope/tension",
+    "rope/length",
+    REEVING,
+    PADS,
+    "contact/force",
+    SPEED,
+    "deflection",
+    "edge/force",
+    "edge/place",
+)
 BLOCK = 4096  # samples that are looked at together
 KEPT = 3  # blocks of them: an hour and a half of usual samples
 
@@ -44,9 +54,9 @@ class RunHistory(Protocol):
 class History:
     """Recorded columns of a run, or of a part of one, over its sample times t (n,) [s].
 
-    Poses: body -> (n, 7) [m, quaternion x y z w]; tensions: rope (most loaded part) or support -> (n,) [N]; unstretched
-    lengths: rope -> (n,) [m]; rope lines with their times; joint speeds: joint.component -> (n,) [m/s, rad/s];
-    deflections `bent`: body.place.axis -> (n,) [m]; edge forces and places: rope.edge -> (n,) [N], [m].
+    Poses: body -> (n, 7) [m, quaternion x y z w]; tensions: rope (most loaded part), support or contact -> (n,) [N];
+    unstretched lengths: rope -> (n,) [m]; rope lines with their times; joint speeds: joint.component -> (n,) [m/s,
+    rad/s]; deflections `bent`: body.place.axis -> (n,) [m]; edge forces and places: rope.edge -> (n,) [N], [m].
     """
 
     t: Floats
@@ -130,8 +140,10 @@ class Collector:
         table = np.ascontiguousarray(rows.T)  # a column is one piece of memory, as all sums run along it
         columns = iter(table[7 * len(self._bodies) :])
         poses = {body: table[7 * i : 7 * i + 7].T for i, body in enumerate(self._bodies)}
-        tensions, lengths, parts, pads, *more = [{name: next(columns) for name in names} for names in self._names]
-        return History(t, poses, tensions | _most(parts) | pads, _whole(lengths), self.rigs, *more)
+        tensions, lengths, parts, pads, pressed, *more = [
+            {name: next(columns) for name in names} for names in self._names
+        ]
+        return History(t, poses, tensions | _most(parts) | pads | pressed, _whole(lengths), self.rigs, *more)
 
 
 @dataclass(frozen=True)

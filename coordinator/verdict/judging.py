@@ -8,7 +8,7 @@ import numpy as np
 from heavylift.kernel.description.findings import Check, finding, findings
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE
-from heavylift.nodes.limits.checks import Errors, checks_of, line_of, state_of, table_of
+from heavylift.nodes.limits.checks import Errors, checks_of, line_of, state_of, table_of, uncoloured
 from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.judging import uses_of
 from heavylift.nodes.limits.run_tables import HookReach, RunTables
@@ -28,7 +28,8 @@ from heavylift.recordings.sheets.sheet import Table
 from .clearances import SMALLEST, clearances, findings as too_near, lift_of, limit_between
 from .conduct import Conduct, conduct_findings, conduct_of, landing, touching, turned, turning
 from .history import History, RunHistory, blocks, history_of, rests
-from .limits import dropped, impacts, rehits, signals_of_run, touches
+from .limits import dropped, impacts, rehits, signals_of_run, touches, unknown_forces
+from .rigid_contacts import touches_of
 
 NO_ERRORS: Errors = {}  # nobody has measured any
 EVERY = "all"  # things of a scene
@@ -43,13 +44,11 @@ class CheckContext:
     history: RunHistory
     conduct: Conduct
     findings: list[Check] = field(default_factory=list)
-    not_looked_at: list[str] = field(default_factory=list)
     clearances: list[Clearance] = field(default_factory=list)
     smallest: int = SMALLEST
     mechanics: System | None = None
     uses: Sequence[Use] = ()
     reach: tuple[Reach, ...] = ()
-    shapeless: tuple[str, ...] = ()
     whole: bool = False  # with all tables of a report
     tables: Sequence[Table] = ()
 
@@ -65,8 +64,14 @@ def _limits(context: CheckContext) -> None:
     if not len(shown.t):
         return
     stages = [(t, name) for t, _, name in text.stages if name]
-    context.findings += [*rehits(plan, shown, landing(plan, text)), *dropped(plan, shown, turning(plan, text))]
-    peaks = text.peaks | impacts(plan, shown) | touches(plan, shown)
+    rigid = [*touches_of(plan, shown, text.touched)]
+    hit = {x.block for x in rigid if x.speed is not None}
+    context.findings += [
+        *unknown_forces(plan, shown, rigid),
+        *rehits(plan, shown, landing(plan, text)),
+        *dropped(plan, shown, turning(plan, text)),
+    ]
+    peaks = text.peaks | impacts(plan, shown, rigid) | touches(plan, shown, rigid)
     reached, tables = HookReach(plan), RunTables(plan, stages, text.end)
 
     def columns(part: History) -> SignalColumns:
@@ -81,7 +86,10 @@ def _limits(context: CheckContext) -> None:
         return columns(part), next((x.lines for x in reversed(part.rigs) if x.t_ns * 1e-9 <= t), ())
 
     times, signals = shown.t, map(reached.see, map(columns, blocks(shown)))
-    context.uses = uses_of(plan, map(tables.see, signals) if context.whole else signals)
+    uses = uses_of(plan, map(tables.see, signals) if context.whole else signals)
+    context.uses = [
+        x for x in uses if x.value is not None or x.limit.quantity != "impact" or x.limit.subject not in hit
+    ]
     context.reach = reached.found
     for number, end in turned(plan, text):
         poses = {body: (p[0], R[0]) for body, (p, R) in at(end)[0].poses.items()}
@@ -95,8 +103,6 @@ def _clearances(context: CheckContext) -> None:
     meant = touching(context.plan, context.conduct)
     context.clearances += clearances(context.plan, context.history, lands, context.smallest, context.mechanics, meant)
     context.findings += too_near(context.clearances, context.plan)
-    context.not_looked_at += Shapes(context.plan).untouched
-    context.shapeless = Shapes(context.plan).shapeless
 
 
 def near_at_rest(plan: Plan, statics: Followed) -> tuple[Check | Use, ...]:
@@ -183,9 +189,10 @@ def verdict_with_uses(
     context = CheckContext(plan, history, conduct, smallest=smallest, mechanics=mechanics, whole=whole)
     for one in JUDGES:
         one(context)
-    others = [_placed(x, conduct) for x in context.findings]
+    shapes = Shapes(plan)
+    others = [*(_placed(x, conduct) for x in context.findings), *uncoloured(plan, shapes)]
     tables = hooks(plan), charts_used(context.reach), *rigging(plan, context.uses), *context.tables
-    checks = checks_of(plan, [*context.uses, *_apart(context)], others, errors, context.shapeless)
+    checks = checks_of(plan, [*context.uses, *_apart(context)], others, errors, shapes.shapeless)
     verdict = RecordedVerdict(
         red=state_of(checks) == "red",
         state=state_of(checks),
@@ -193,7 +200,6 @@ def verdict_with_uses(
         dynamic=dynamics_required(plan),
         tables=(table_of(checks, *hoisting_factors(plan), *shared(plan)), *(x for x in tables if x.rows)),
         clearances=tuple(context.clearances),
-        not_looked_at=tuple(context.not_looked_at),
         checks=tuple(checks),
     )
     return verdict, context.uses

@@ -4,21 +4,20 @@ from collections.abc import Iterator, Mapping, Sequence
 from math import atan2, ceil, cos, exp, inf, pi, sin, sqrt
 
 import numpy as np
-from heavylift.kernel.description.findings import Check, finding
-from heavylift.kernel.description.mechanics import JOINTS, Support
+from heavylift.kernel.description.findings import NOT_CHECKED, Check, finding
+from heavylift.kernel.description.mechanics import Support
 from heavylift.nodes.limits.signals import SignalColumns, hooked_in
 from heavylift.nodes.plan.connections import holders, lowering
-from heavylift.nodes.plan.mechanism import Hoist, Mechanism
+from heavylift.nodes.plan.mechanism import OBSTACLES, Hoist, Mechanism
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.shapes import Shapes
 from numpy.typing import NDArray
 
 from .history import History, RunHistory, blocks
+from .rigid_contacts import BOUNCE, FREE, RigidTouch, pressing
 from .rotating import matrices
 
 Floats = NDArray[np.float64]
-FREE = JOINTS["free"].velocities  # of a block, along and about the axes of its own frame [m/s, rad/s]
-BOUNCE = 0.01  # [m] a block that comes down from less has landed before
 STILL = 1e-5  # [m/s, rad/s] slower than anything that is ordered, faster than what a servo trembles
 SPAN = 1e-3  # [s] over which a winch winds at least what its speed follows from: times are whole nanoseconds
 
@@ -54,18 +53,28 @@ def signals_of_run(
     )
 
 
-def impacts(plan: Plan, past: RunHistory) -> dict[str, tuple[float, float]]:
-    """Return, by name, the largest landing force [N] of a block on all its supports and on a single one, with the time
-    [s].
+def impacts(plan: Plan, past: RunHistory, rigid: Sequence[RigidTouch] = ()) -> dict[str, tuple[float, float]]:
+    """Return, by name, the largest landing force [N] of a block on all its supports and on a single one, and on
+    obstacles, with the time [s]; `rigid`: contacts of blocks with rigid things.
 
     A pad yields as a spring with a damper, whose force at the instant of contact gives the speed; the whole mass lands
-    on the pads that touch then, less what ropes and other supports carry.
+    on the pads that touch then, less what ropes and other supports carry. An obstacle yields as a spring.
     """
     found: dict[str, tuple[float, float]] = {}
+    loads = pressing(plan, past)
+    for other, (force, t) in loads.items():
+        _note(found, f"{other} support load", [force], t)
+    yields = stiffness_of(plan)
     strands, pads = Shapes(plan).strands.values(), {s.name: s for m in plan.machines for s in m.system.supports}
     for limit in (x for x in plan.limits if x.quantity == "impact"):
         weight = (limit.value or 0.0) / limit.factor
         ropes = [x.rope for x in strands if limit.subject in x.ends]
+        for x in (x for x in rigid if x.block == limit.subject and x.speed is not None and x.other in yields):
+            carried = sum(float(x.part.tensions[rope][x.i]) for rope in ropes if rope in x.part.tensions)
+            free = max(0.0, weight - carried) * max(0.0, x.up)
+            force = landing_force(weight / plan.gravity, free, yields[x.other], 0.0, x.speed or 0.0)
+            _note(found, f"{limit.subject} impact", [force], x.t)
+            _note(found, f"{x.other} support load", [force], x.t)
         names = [name for name in limit.elements if name in pads and pads[name].d > 0.0]
         k, d = (np.array([getattr(pads[name], key) for name in names]) for key in ("k", "d"))
         for part in blocks(past) if names else ():
@@ -79,22 +88,51 @@ def impacts(plan: Plan, past: RunHistory) -> dict[str, tuple[float, float]]:
                 force = landing_force(weight / plan.gravity, free, float(k[on].sum()), float(d[on].sum()), speed)
                 one = max(force * float(k[on].max() / k[on].sum()), float(now.max()))
                 for what, value in (("impact", force + others), ("support load", one)):
-                    key = f"{limit.subject} {what}"
-                    found[key] = max(found.get(key, (0.0, 0.0)), (value, t), key=lambda x: x[0])
+                    _note(found, f"{limit.subject} {what}", [value], t)
     return found
 
 
-def touches(plan: Plan, past: RunHistory) -> dict[str, tuple[float, float]]:
+def touches(plan: Plan, past: RunHistory, rigid: Sequence[RigidTouch] = ()) -> dict[str, tuple[float, float]]:
     """Return, by name and each with its time [s], the largest landing speed of each block, except bounces, and the
-    largest winding speed of its hooks at lift-off [m/s]."""
+    largest winding speed of its hooks at lift-off [m/s]; `rigid`: contacts of blocks with rigid things."""
     found: dict[str, tuple[float, float]] = {}
-    for block, part, i, touched in _arrivals(plan, past):
+    for block, part, i, touched, _ in _arrivals(plan, past):
         speeds = _sinking(plan, part, touched, i) if touched else _wound(plan, block, part, i)
-        key = f"{block} {'landing' if touched else 'lift-off'} speed"
-        seen = max(speeds, default=0.0), float(part.t[i])
-        if speeds:
-            found[key] = max(found.get(key, seen), seen, key=lambda x: x[0])
+        _note(found, f"{block} {'landing' if touched else 'lift-off'} speed", speeds, float(part.t[i]))
+    for x in rigid:
+        if x.speed is not None:
+            _note(found, f"{x.block} landing speed", [x.speed], x.t)
+        elif x.below:
+            _note(found, f"{x.block} lift-off speed", _wound(plan, x.block, x.part, x.i), x.t)
     return found
+
+
+def _note(found: dict[str, tuple[float, float]], key: str, values: Sequence[float], t: float) -> None:
+    if values and max(values) > found.get(key, (-inf, t))[0]:
+        found[key] = max(values), t
+
+
+def unknown_forces(plan: Plan, past: RunHistory, rigid: Sequence[RigidTouch]) -> Iterator[Check]:
+    """Yield a row for each rigid thing that a block hit or pressed on, where what would decide the check is missing:
+    its stiffness or its capacity."""
+    obstacles = {x.body for machine in plan.machines if machine.name == OBSTACLES for x in machine.shapes}
+    rated, yields = {x.subject for x in plan.limits if x.quantity == "support load" and x.known}, stiffness_of(plan)
+    hits = {(x.block, x.other): x.t for x in reversed(rigid) if x.speed is not None and x.other not in yields}
+    for (block, other), t in hits.items():
+        remedy = f"give 'stiffness' of {other}" if other in obstacles else "look at it; its speed is checked"
+        yield _open("impact", f"{block} on {other}", f"force of {block} as it hits {other}: {remedy}", t)
+    for other, (_, t) in pressing(plan, past).items():
+        if other in obstacles - rated:
+            yield _open("support load", other, f"force on {other}: give its 'capacity'", t)
+
+
+def _open(quantity: str, subject: str, message: str, t: float) -> Check:
+    return Check(quantity=quantity, subject=subject, state="amber", why=NOT_CHECKED, t=t, sentence=message)
+
+
+def stiffness_of(plan: Plan) -> dict[str, float]:
+    """Return the stiffness [N/m] of the obstacles that have one."""
+    return {x.body: x.stiffness for machine in plan.machines for x in machine.shapes if x.stiffness}
 
 
 def dropped(plan: Plan, past: RunHistory, turning: Sequence[tuple[str, float, float]]) -> Iterator[Check]:
@@ -102,8 +140,8 @@ def dropped(plan: Plan, past: RunHistory, turning: Sequence[tuple[str, float, fl
     winch or drive that holds it lowers it; `turning`: blocks with the intervals [s] in which they are ordered to
     turn."""
     seen = set[str]()
-    for block, part, i, touched in _arrivals(plan, past):
-        if not touched or block in seen or any(pad.on for pad, _ in touched):
+    for block, part, i, touched, first in _arrivals(plan, past):
+        if not touched or not first or block in seen or any(pad.on for pad, _ in touched):
             continue
         (hooks, machines), k, t = _holders(plan, block, part, i), _before(part, i), float(part.t[i])
         still, wound = STILL * (t - float(part.t[k])), {name: float(L[i] - L[k]) for name, L in part.lengths.items()}
@@ -121,27 +159,37 @@ def dropped(plan: Plan, past: RunHistory, turning: Sequence[tuple[str, float, fl
 Touched = Sequence[tuple[Support, float]]  # supports with their forces [N]
 
 
-def _arrivals(plan: Plan, past: RunHistory) -> Iterator[tuple[str, History, int, Touched]]:
-    """Yield each landing of a block, except bounces, and each lift-off: block, part of the history, number of the
-    sample in that part, and the supports that touch then (none at lift-off)."""
+def _arrivals(plan: Plan, past: RunHistory) -> Iterator[tuple[str, History, int, Touched, bool]]:
+    """Yield each landing of a block on some of its supports, except bounces, and each lift-off: block, part of the
+    history, number of the sample in that part, the supports that touch then (none at lift-off), and whether the block
+    stood on none before."""
     pads = {s.name: s for m in plan.machines for s in m.system.supports}
     for limit in (x for x in plan.limits if x.quantity == "landing speed"):
-        own, top = [pads[name] for name in limit.elements if name in pads], -inf
+        own = [pads[name] for name in limit.elements if name in pads]
+        top = np.full(len(own), -inf)  # of the point above each support, since that left it [m]
         for part in (x for x in blocks(past) if own and own[0].point.body in x.poses):
             F = np.array([part.tensions.get(pad.name, np.zeros(len(part.t))) for pad in own])
-            on, z, left = np.asarray((F > 0.0).any(axis=0)), _lowest(part.poses[own[0].point.body], own), 0
-            for i in (np.flatnonzero(on[1:] != on[:-1]) + 1).tolist():
-                left, top = (left, max(top, *z[left:i])) if on[i] else (i, -inf)
-                if not on[i] or top - z[i] >= BOUNCE:
-                    touched = [(pad, f) for pad, f in zip(own, F[:, i].tolist(), strict=True) if f > 0.0]
-                    yield limit.subject, part, i, touched
-            top = max(top, *z[left:]) if len(on) and not on[-1] else -inf
+            on, z = F > 0.0, _heights(part.poses[own[0].point.body], own)
+            left = np.zeros(len(own), np.intp)
+            for i in (np.flatnonzero((on[:, 1:] != on[:, :-1]).any(axis=0)) + 1).tolist():
+                now, before, touched = on[:, i], on[:, i - 1], list[tuple[Support, float]]()
+                for j in np.flatnonzero(now != before).tolist():
+                    if before[j]:
+                        left[j], top[j] = i, -inf
+                    elif max(top[j], *z[j, left[j] : i]) - z[j, i] >= BOUNCE:
+                        touched.append((own[j], float(F[j, i])))
+                if not before.any():  # the others fall from where they are now
+                    left[~now], top[~now] = i, -inf
+                if touched or not now.any():
+                    yield limit.subject, part, i, touched, not before.any()
+            for j in np.flatnonzero(~on[:, -1]).tolist() if len(part.t) else ():
+                top[j] = max(top[j], *z[j, left[j] :])
 
 
-def _lowest(poses: Floats, own: Sequence[Support]) -> Floats:
-    """Return the height (n,) [m] of the lowest point of a body that stands on supports, from its poses (n, 7)."""
+def _heights(poses: Floats, own: Sequence[Support]) -> Floats:
+    """Return the heights (supports, n) [m] of the points of a body above its supports, from its poses (n, 7)."""
     up = matrices(poses[:, 3:])[:, 2]
-    return np.asarray(np.min([poses[:, 2] + up @ np.array(pad.point.p) for pad in own], axis=0))
+    return np.array([poses[:, 2] + up @ np.array(pad.point.p) for pad in own])
 
 
 def _sinking(plan: Plan, part: History, touched: Touched, i: int) -> list[float]:

@@ -67,7 +67,8 @@ class Hybrid(Atomic):
         return super()._port_name(name)
 
     def flow(self, x: State) -> Sequence[float]:
-        """Return dx/dt [1/s] at the state x; if it is zero, the state stays at rest until an input arrives."""
+        """Return dx/dt [1/s] at the state x; if the derivative is zero, the state stays at rest until an input
+        arrives."""
         raise ModelError("the model defines no flow()")
 
     def guards(self, x: State) -> Sequence[float]:

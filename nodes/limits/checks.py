@@ -12,10 +12,22 @@ none       cannot occur in this scene: a row without a colour
 from collections.abc import Iterable, Mapping, Sequence
 from math import inf, isfinite
 
-from heavylift.kernel.description.findings import ASSUMED, NOT_CHECKED, STATES, UNKNOWN, WARNED, Check, State, clock
+from heavylift.kernel.description.findings import (
+    ASSUMED,
+    NOT_CHECKED,
+    NOT_MODELLED,
+    STATES,
+    UNKNOWN,
+    WARNED,
+    Check,
+    State,
+    clock,
+)
 from heavylift.kernel.description.forces import Radiation
 from heavylift.nodes.plan.limit import IN_WIND, ROUNDING, Use
 from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.plan.shapes import Shapes
+from heavylift.recordings.format.spellings import BEAM_LOAD
 from heavylift.recordings.sheets.sheet import Cell, Marked, Table, words
 from msgspec.structs import replace
 
@@ -29,12 +41,21 @@ TOUCH = 0.01  # [m] what comes so near touches, as the sentences about clearance
 SAME = 1e-6  # of the worst value: what comes so close to it came to it first, or is reported first
 SEA_STATE = "sea state"
 IN_A_RUN = "in a run"  # of what nothing is known at rest
+SCOPE = "scope"  # quantity of what is not modelled
 REMEDY = {
     UNKNOWN: ": the error of these values was not measured; `--accuracy 1%` measures it",
     ASSUMED: ": limits assumed by heavylift; state your own, or confirm them with 'assumed: accept'",
 }
 GOVERNING = 3  # checks with the highest utilisation that are printed
 COUNTED = (NOT_CHECKED, ASSUMED, UNKNOWN, WARNED)  # kinds of amber, as the line counts them
+UNCOLOURED = (IN_A_RUN, NOT_MODELLED)  # kinds of rows without a colour that it counts
+LISTED: tuple[tuple[str, ...], ...] = (  # what each list has a row of, each with the quantities that check it
+    ("hook load", "crane load"), ("rope factor", "rope tension"), ("drum pull",),
+    ("sling tension", "assembly load", "heavy sling"), ("shackle load",), ("lug load",), ("frame load", BEAM_LOAD),
+    ("support load",), ("ground pressure", "wheel load"), ("clearance",), ("off-lead", "off-lead along"),
+    ("bridle angle",), ("tandem load",), ("wind",), ("uplift",), ("lift-off speed",), ("landing speed",),
+    ("interlock",),
+)  # fmt: skip
 
 
 def checks_of(
@@ -70,6 +91,16 @@ def checks_of(
         open_.append(("interaction", "all", message))
     found += [Check(quantity=x, subject=of, state="amber", why=NOT_CHECKED, sentence=y) for x, of, y in open_]
     return sorted(found, key=lambda check: STATES.index(check.state))
+
+
+def uncoloured(plan: Plan, shapes: Shapes) -> list[Check]:
+    """Return the rows of a lift for which there is nothing to check: parts that the scene does not have, and what no
+    check includes, whatever a scene states."""
+    quantities = {x.quantity for x in plan.limits}
+    none = [first for first, *more in LISTED if not quantities & {first, *more}] if shapes.hooks else []
+    found = [Check(quantity=x, subject="all", state="none", sentence=f"{x}: nothing of that kind") for x in none]
+    each = (f"{NOT_MODELLED}: {what}" for what in shapes.not_modelled)
+    return found + [Check(quantity=SCOPE, subject="all", state="none", why=NOT_MODELLED, sentence=x) for x in each]
 
 
 def sea_of(plan: Plan) -> str:
@@ -134,8 +165,8 @@ def _state_of(use: Use, error: float | None, accepted: bool, *, at_rest: bool) -
 
 
 def error_of(use: Use, errors: Errors) -> float | None:
-    """Return the error estimate of a value in its unit; None if it is unknown. A measured error of the utilisation is
-    used if there is one; otherwise, for a load carried by ropes, the errors of the rope tensions."""
+    """Return the error estimate of a value in its unit; None if the error is unknown. A measured error of the
+    utilisation has precedence; otherwise, for a load carried by ropes, the errors of the rope tensions count."""
     limit, value = use.limit, abs(use.value or 0.0)
     if limit.quantity == "clearance" and "smallest clearance" in errors:
         return errors["smallest clearance"] * max(NEAR, value)
@@ -162,6 +193,8 @@ def line_of(checks: Sequence[Check]) -> str:
     for why in COUNTED:
         if (many := sum(c.why == why and c.state == "amber" for c in checks)) or why in (NOT_CHECKED, ASSUMED):
             counts.append(f"{many} {why}{'s' * (why == WARNED and many > 1)}")
+    for why in UNCOLOURED:
+        counts += [f"{many} {why}"] if (many := sum(c.why == why for c in checks)) else []
     # what has no utilisation is a finding, such as a contact: worse than any load
     wrong = [c for c in checks if c.state in ("red", "undecided")]
     first = min(wrong, key=lambda c: (STATES.index(c.state), -inf if c.use is None else -round(c.use, 3)), default=None)
@@ -176,7 +209,7 @@ def table_of(checks: Sequence[Check], *notes: str, title: str = "Checks", every:
     and state, or all subjects if `every` is true."""
     groups: dict[object, list[Check]] = {}
     for number, check in enumerate(checks):
-        alone = every or check.quantity == "factor"
+        alone = every or check.quantity in ("factor", SCOPE)
         alike = (check.state, check.why, check.quantity, check.allowed if check.why else "")
         key: tuple[object, ...] = (number,) if alone else alike
         groups.setdefault(key, []).append(check)
@@ -245,6 +278,12 @@ def open_checks(checks: Sequence[Check]) -> list[str]:
         for first, *more in alike.values():
             lines.append(f"{kind}: {first.sentence}{f'; likewise {len(more)} more' if more else ''}")
     return lines
+
+
+def scope(checks: Iterable[Check]) -> list[str]:
+    """Return what no check includes as one line of text, if there is anything."""
+    each = [x.sentence.partition(": ")[2] for x in checks if x.why == NOT_MODELLED]
+    return [f"{NOT_MODELLED}: {'; '.join(each)}"] if each else []
 
 
 def likewise(found: Iterable[Check]) -> list[Check]:

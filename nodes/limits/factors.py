@@ -35,7 +35,7 @@ Key = tuple[str, str]
 
 
 class Clause(NamedTuple):
-    """A factor defined by a clause of a practice: its value, or None if it follows from the lift or must be
+    """A factor required by a clause of a practice: its value, or None if the value follows from the lift or must be
     confirmed."""
 
     source: str

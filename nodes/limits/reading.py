@@ -50,8 +50,10 @@ def read(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | Non
         return _design(plan, limit, signals)
     reduction, kind = REDUCTIONS.get(limit.quantity, "largest"), KINDS.get(limit.quantity)
     if reduction == "ordered speed":
-        ran = signals.peaks.get(f"{limit.subject} {limit.quantity}")
-        return replace(_ordered_speed(plan, limit, signals, ran is not None), exact=ran)
+        exact = signals.peaks.get(f"{limit.subject} {limit.quantity}")
+        if exact or (signals.dynamic and {*limit.elements} & {*signals.tensions}):
+            return Reading(np.full(len(signals.t), np.nan), exact, SIMULATED)
+        return _ordered_speed(plan, limit, signals)
     if reduction == "splash zone":
         return _splash(plan, limit, signals)
     given = None
@@ -79,8 +81,8 @@ def read(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | Non
 
 
 def axis_of(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Column | None:
-    """Return the argument of a limit's chart at each sample: trolley position or radius [m], or sling angle [rad]. None
-    if it is missing."""
+    """Return the argument of a limit's chart at each sample: trolley position or radius [m], or sling angle [rad]; None
+    if it was not recorded."""
     if limit.over == "angle":
         slings = (x for name in limit.elements for x in sling_signals(name, "slope", plan.machines, plan.gravity))
         return _largest(plan, list(slings), signals)
@@ -219,18 +221,17 @@ def range_at_rest(values: Column, signals: SignalColumns, elements: tuple[str, .
     return found
 
 
-def _ordered_speed(plan: Plan, limit: RatedLimit, signals: SignalColumns, ran: bool) -> Reading:
+def _ordered_speed(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | None:
     """Return the highest ordered hook speed (n,) [m/s] in the actions, or in a run the stages, with lift-off or landing
-    of a block; after a run that shows it on supports (`ran`), of landings on other things."""
+    of a block; None of a run that orders none."""
     values, own = np.full(len(signals.t), np.nan), [x.first for x in plan.lists]
-    each = [x for x in touching(plan, limit.quantity, limit.subject) if x[1] or not ran]
-    for number, _, speed in each:
+    each = touching(plan, limit.quantity, limit.subject)
+    for number, speed in each:
         first = max((x for x in own if x < number), default=0)
         stage = next((x.stage for x in reversed(plan.actions[first:number]) if x.stage), "")
         here = np.array(signals.actions) == number if signals.named else signals.within(stage)
         values[here] = np.fmax(values[here], speed)
-    source = f"{SIMULATED}; on other things {ORDERED}" if each else SIMULATED
-    return Reading(values, source=source if ran else ORDERED)
+    return Reading(values, source=ORDERED) if each or not signals.dynamic else None
 
 
 def _exact(plan: Plan, limit: RatedLimit, signals: SignalColumns, x: ScalarSignal) -> tuple[float, float] | None:

@@ -27,8 +27,8 @@ def lead_factor(falls: int, ends: int, efficiency: float) -> float:
 
 
 def drum_end_factor(falls: int, ends: int, efficiency: float, *, hoisting: bool) -> float:
-    """Return the tension of the part at the drum divided by the mean over all falls: when hoisting it is the most
-    loaded part, when lowering the least loaded one."""
+    """Return the tension of the part at the drum divided by the mean over all falls; this part has the highest tension
+    when hoisting and the lowest when lowering."""
     lead = lead_factor(falls, ends, efficiency)
     return lead if hoisting else lead * _power(efficiency, falls // ends - 1)
 

@@ -42,11 +42,10 @@ def dynamics_required(plan: Plan) -> tuple[float, str] | None:
     return daf(plan.place, max(masses)) if masses else None
 
 
-def touching(plan: Plan, quantity: str, block: str = "") -> list[tuple[int, bool, float]]:
+def touching(plan: Plan, quantity: str, block: str = "") -> list[tuple[int, float]]:
     """Return the actions that hoist a block until it is lifted, or that lower a block until it has landed, as (number
-    from 1, whether the block lands on an object other than its supports, speed [m/s]). `block`: name of the block, or
-    "" for all blocks."""
-    lifts, found = quantity == "lift-off speed", list[tuple[int, bool, float]]()
+    from 1, speed [m/s]). `block`: name of the block, or "" for all blocks."""
+    lifts, found = quantity == "lift-off speed", list[tuple[int, float]]()
     of = [(m.name, cargo.body) for m in plan.machines for cargo in m.cargo if cargo.body == block or not block]
     models = {name for names in of for name in names}
     for number, action in enumerate(plan.actions, 1):
@@ -55,14 +54,14 @@ def touching(plan: Plan, quantity: str, block: str = "") -> list[tuple[int, bool
                 on = isinstance(y, CrossingCondition) and y.threshold.quantity == "gap" and y.value == LANDS
                 stands = isinstance(y, LiftedCondition if lifts else LandedCondition)
                 if ((on and not lifts) or stands) and getattr(y, "model", "") in models:
-                    found.append((number, on, abs(x.speed)))
+                    found.append((number, abs(x.speed)))
     return found
 
 
 def hoisting_factors(plan: Plan) -> list[str]:
     """Return, as text for each hoisting class, the factor that EN 13001-2 requires at the highest lift-off speed of the
     plan."""
-    speeds = [speed for *_, speed in touching(plan, "lift-off speed")]
+    speeds = [speed for _, speed in touching(plan, "lift-off speed")]
     if not speeds:
         return []
     each = ", ".join(f"{name} {hoisting_factor(max(speeds), name):.3f}" for name in HOISTING)

@@ -181,8 +181,8 @@ class Turn(Item, frozen=True, kw_only=True, tag="turn"):
 
 
 class Hookup(Item, frozen=True, kw_only=True, tag="hook"):
-    """Order to hook a sling to a `lug` at `p` [m] in the frame of its body; without them, to hook a mechanism's rope to
-    its end point."""
+    """Order to hook a sling to the lug `lug` at the point `p` [m] in the frame of the lug's body; if both are omitted,
+    to hook a mechanism's rope to its declared end point."""
 
     sling: str
     lug: str = ""

@@ -19,7 +19,7 @@ class BarredActuator(Item, frozen=True, kw_only=True):
 
 class Interlock(Item, frozen=True, kw_only=True):
     """An interlock of a machine. If `rising`, it trips when any of the guards reaches `value` from below, and resets
-    when all guards are below `resets`; otherwise the other way round.
+    when all guards are below `resets`; if not `rising`, above and below are exchanged.
 
     `machine`: the model that has it; `text`: its condition in words; `tells`: text put before its message.
     """

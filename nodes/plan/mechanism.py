@@ -8,6 +8,8 @@ from heavylift.kernel.description.mechanics import Point, System, Vector
 
 from .actions import Item
 
+OBSTACLES = "obstacles"  # name of the machine that all obstacles of a scene are
+
 
 class Actuator(Item, frozen=True, kw_only=True):
     """An actuator of a machine, which is a drive or a winch rope, with its speeds and end positions.
@@ -187,6 +189,7 @@ class Shape(Item, frozen=True, kw_only=True):
     centre: Vector
     size: Vector
     overlap: float = 0.0  # that is no finding, with what it touches by corners alone [m]
+    stiffness: float = 0.0  # with which it yields as a block hits it [N/m]; 0: not known
     thing: str = ""
     part: str = ""
 

@@ -61,7 +61,7 @@ class Gear(Item, frozen=True, kw_only=True):
 
 
 class Plan(Item, frozen=True, kw_only=True):
-    """A resolved scene. The run ends at `end` [s], or without it after the last action."""
+    """A resolved scene. The run ends at `end` [s] or, if there is no `end`, after the last action."""
 
     name: str
     gravity: float = 9.80665

@@ -224,16 +224,12 @@ class Shapes:
         return bool(found) and all(getattr(c.a, "radius", 1.0) == 0.0 for c in found)
 
     @cached_property
-    def untouched(self) -> tuple[str, ...]:
+    def not_modelled(self) -> tuple[str, ...]:
         """The clearances and tensions that are not checked, as phrases for reports."""
         found, plan = [], self.plan
         if self.hooks:
             found.append("clearance of ropes to parts of their own crane, since scenes do not state its openings")
             found.append(f"motion too fast for the samples of places and speeds, {plan.samples_hz:g} a second")
-        if self.cargo:
-            found.append(
-                "clearance of blocks to their supports, and to the ground while they are lifted off or set down"
-            )
         if self.slings:
             found.append("clearance of slings while they are slack")
         reeved = [rope.name for machine in self.machines for rope in machine.system.reevings]
@@ -245,7 +241,7 @@ class Shapes:
             apart = [s.body for s in self.solids if s.machine == machine.name and s.kind == "machine"]
             if self.lifts and len({*apart}) > 1:
                 found.append(f"clearance between parts of {machine.name}")
-        return tuple(dict.fromkeys(found)) + self.shapeless
+        return tuple(dict.fromkeys(found))
 
     @cached_property
     def shapeless(self) -> tuple[str, ...]:

@@ -38,9 +38,9 @@ def charts_used(found: Sequence[Reach]) -> Table:
     return Table("Radius and chart", heads, rows, (note,))
 
 
-def rigging(plan: Plan, uses: Sequence[Use]) -> Iterator[Table]:
-    """Yield the tables that show the static loads, the factors, the design loads and the maxima of a run, if any; then
-    the gear list."""
+def rigging(plan: Plan, uses: Sequence[Use], *, ran: bool = True) -> Iterator[Table]:
+    """Yield the tables that show the static loads, the factors, the design loads and the maxima of a run (if it `ran`);
+    then the gear list."""
     met = {(use.limit.subject, use.limit.quantity): use.value for use in uses}
     for of, unit, message in (("", "kg", "t"), (" of slings", "N", "kN")):
         mine, rows = [use for use in uses if use.limit.rest and use.value and use.limit.unit == unit], []
@@ -50,7 +50,7 @@ def rigging(plan: Plan, uses: Sequence[Use]) -> Iterator[Table]:
             assert rest is not None
             assert value is not None
             factors = {x.name: x.value for x in limit.factors}
-            simulated = None if rest.alone else met.get((limit.subject, BASES[limit.quantity]))
+            simulated = None if rest.alone or not ran else met.get((limit.subject, BASES[limit.quantity]))
             most = value / use.use if use.use else None
             loads = (None if x is None else x / 1e3 for x in (value, most, simulated))
             used = None if use.use is None else 100.0 * use.use
@@ -71,7 +71,7 @@ def rigging(plan: Plan, uses: Sequence[Use]) -> Iterator[Table]:
 
 
 def sources(uses: Sequence[Use]) -> list[str]:
-    """Return the sources of the factors in these uses, each of them once."""
+    """Return the sources of the factors in these uses, without repetition."""
     found: dict[tuple[str, str], list[float]] = {}
     for x in (x for use in uses for x in use.limit.factors):
         found.setdefault((x.name, x.source), []).append(x.value)

@@ -106,7 +106,7 @@ class UncertainInput(Input):
 
 
 def inputs(scene: LoadedScene, names: Sequence[str]) -> list[Input]:
-    """Return the inputs with these names; raises SceneError if one does not exist or is not a quantity."""
+    """Return the inputs with these names; raises SceneError if an input does not exist or is not a quantity."""
     source, _ = _source(scene)
     found = [_input(scene, source, name)[0] for name in names]
     if twice := next((p for i, p in enumerate(found) if p.path in [q.path for q in found[:i]]), None):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 from heavylift.kernel.description.findings import Check, findings
-from heavylift.nodes.limits.checks import Errors, checks_of
+from heavylift.nodes.limits.checks import Errors, checks_of, uncoloured
 from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.judging import uses_on_path
 from heavylift.nodes.plan import plan
@@ -137,4 +137,5 @@ class LoadedScene:
         uses = [*self.uses, *(x.met() for x in rest if x.inputs or x.quantity != "clearance" or not apart), *apart]
         found = [x for x in near if isinstance(x, Check)]
         others = [*geometry_findings(self.plan), *path_findings(self.plan, self.statics), *found]
-        return checks_of(self.plan, uses, others, None, Shapes(self.plan).shapeless)
+        shapes = Shapes(self.plan)
+        return checks_of(self.plan, uses, [*others, *uncoloured(self.plan, shapes)], None, shapes.shapeless)

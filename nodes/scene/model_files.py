@@ -44,7 +44,7 @@ class _InvalidXml(SceneError):
 
 
 def imported(source: SourceText) -> None:
-    """Insert the parts of each machine or mechanism that is read `from` a model file; add errors to those of the
+    """Insert the parts of each machine or mechanism that is read `from` a model file; errors are added to the
     source."""
     machines = source.data.get("machines")
     bases: list[Path] = [("machines", name) for name in (machines if isinstance(machines, dict) else ())]

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from heavylift.kernel.description.findings import Check, State, findings
 from heavylift.kernel.description.forces import Reeving
 from heavylift.kernel.description.mechanics import Rope
-from heavylift.nodes.limits.checks import governing, likewise, line_of, open_checks, state_of, table_of
+from heavylift.nodes.limits.checks import governing, likewise, line_of, open_checks, scope, state_of, table_of
 from heavylift.nodes.limits.run_tables import HookReach
 from heavylift.nodes.limits.sharing import dynamics_required, hoisting_factors, shared
 from heavylift.nodes.models.machine import turning
@@ -108,7 +108,7 @@ def report(
         loads_at_rest, loads = _ropes_at_rest(statics), []
     reached = HookReach(built).see_path(statics.states) if statics.states else ()
     first = [*loads_at_rest, charts_used(reached)]
-    then = [table for table in rigging(built, uses) if table.rows]
+    then = [table for table in rigging(built, uses, ran=False) if table.rows]
     loads += _printed(first)
     if statics.why and not rows:
         ends = _ends(statics)
@@ -117,7 +117,7 @@ def report(
     verdict, ramps = f"checks at rest: {line}", _swing_free(built)
     mobile = (f"  {line}" for line in mobility.lines)
     lines = (size, *mobile, *configured, *loads, *listed, *ramps, *_printed(then), "", verdict)
-    known = [*governing(checks), *_lines(checks), *open_checks(checks)]
+    known = [*governing(checks), *_lines(checks), *open_checks(checks), *scope(checks)]
     brief = (size, *configured, *loads, *ramps, "", verdict, *known, "", "all checks: --verbose")
     checked = tuple(uses), tuple(checks), line, state_of(checks)
     tables = (table_of(checks), *(table for table in (*first, *then) if table.rows))

@@ -62,7 +62,7 @@ class Coefficients:
 
 
 def capytaine(path: Path) -> Coefficients:
-    """Return the coefficients in a netCDF file of Capytaine; raises SceneError if it is not one."""
+    """Return the coefficients in a netCDF file of Capytaine; raises SceneError for any other file."""
     data = _netcdf(path)
     if missing := [name for name in NEEDED if name not in data]:
         raise SceneError(f"{path}: it has no '{missing[0]}'; let Capytaine export radiation, diffraction, hydrostatics")

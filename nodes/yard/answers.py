@@ -119,7 +119,7 @@ def finishes(yard: Yard, values: Values) -> dict[str, Sequence[float]]:
 
 
 def chances(yard: Yard, values: Values) -> dict[str, float]:
-    """Return, for each contract date, the fraction of the runs that meet it."""
+    """Return, for each contract date, the fraction of the runs that meet the date."""
     found = finishes(yard, values)
     return {key: sum(t <= _limit(yard, key) for t in found[key]) / len(found[key]) for key in yard.contract}
 

@@ -7,7 +7,7 @@ HEAD = "heavylift yard"
 
 
 def is_yard(path: str | Path) -> bool:
-    """Return whether a file begins like a yard file, or the name is that of a bundled yard."""
+    """Return whether a file begins like a yard file, or the name is the name of a bundled yard."""
     try:
         with open(yard_path(path), encoding="utf-8") as file:
             lines = (line.strip() for line in file)
@@ -17,6 +17,6 @@ def is_yard(path: str | Path) -> bool:
 
 
 def yard_path(name: str | Path) -> Path:
-    """Return the file of a yard: the path itself, or that of the bundled yard with this name."""
+    """Return the file of a yard: the path itself, or the file of the bundled yard with this name."""
     bundled = Path(__file__).parent / "yards" / f"{name}.yaml"
     return bundled if not Path(name).exists() and str(name).isidentifier() and bundled.is_file() else Path(name)

@@ -38,8 +38,8 @@ class UnitsInUse(Message):
 
 
 class YardSchedule(Message):
-    """Result of a yard's run: time of delivery [s], start and end of each activity [s], whether it is on the critical
-    sequence (0 or 1), and the total time [s] that activities waited for each cause: the block, the shift, then the
+    """Result of a yard's run: time of delivery [s]; start and end [s] of each activity, and whether the activity is on
+    the critical sequence (0 or 1); total time [s] that activities waited for each cause: the block, the shift, then the
     resources."""
 
     delivery: float

@@ -68,7 +68,7 @@ Lifter = Callable[[Sequence[LiftOrder]], list[Lift]]
 
 
 def of_scene(order: LiftOrder) -> LoadedScene:
-    """Return the loaded scene of a lift; raises SceneError if it is invalid."""
+    """Return the loaded scene of a lift; raises SceneError if the scene is invalid."""
     return load(order.scene, order.settings)
 
 

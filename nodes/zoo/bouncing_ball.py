@@ -49,7 +49,7 @@ class FallingBall(Hybrid):
         self.bounce.send(Bounce(self.bounced + 1, -self.e * self.ahead[1]))
 
     def fell(self, which: tuple[int, ...]) -> None:
-        """Reverse the speed of the ball and reduce it."""
+        """Reverse and reduce the speed of the ball."""
         speed = -self.e * self.state[1]
         self.bounced, self.rests = self.bounced + 1, speed < 1e-3
         self.go(0.0, 0.0 if self.rests else speed)

@@ -52,7 +52,7 @@ def _clearances(f: Facts) -> Iterator[Table]:
             x.quantity == "clearance" and x.subject == f"{c.a} and {c.b}" for x in f.verdict.findings
         )
         rows.append((f"{c.a} and {c.b}", Marked(c.distance) if red else c.distance, c.limit, c.t, c.place))
-    unseen = tuple(f"Not checked: {x}." for x in f.verdict.not_looked_at) if f.verdict else ()
+    unseen = tuple(f"Not modelled: {x}." for x in f.verdict.not_modelled) if f.verdict else ()
     heads = columns("between", "smallest [m] .2", "required [m] .2", "at [h:min:s]", "where")
     yield Table("Smallest clearances", heads, tuple(rows), (*unseen, "Required 0: not through each other."))
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import msgspec
 import numpy as np
-from heavylift.kernel.description.findings import Check, State, clock, findings
+from heavylift.kernel.description.findings import NOT_MODELLED, Check, State, clock, findings
 from heavylift.kernel.errors import path_text
 from heavylift.recordings.format import machines
 from heavylift.recordings.format.machines import settings
@@ -58,11 +58,15 @@ class RecordedVerdict(msgspec.Struct, frozen=True, kw_only=True):
     red: bool
     line: str
     state: State = "amber"
-    not_looked_at: tuple[str, ...] = ()
     clearances: tuple[Clearance, ...] = ()
     checks: tuple[Check, ...] = ()
     dynamic: tuple[float, str] | None = None
     tables: tuple[Table, ...] = ()
+
+    @property
+    def not_modelled(self) -> tuple[str, ...]:
+        """What no check of the run includes."""
+        return tuple(x.sentence.partition(": ")[2] for x in self.checks if x.why == NOT_MODELLED)
 
     @property
     def findings(self) -> tuple[Check, ...]:

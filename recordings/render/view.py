@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import msgspec
 import numpy as np
+from heavylift.kernel.description.findings import NOT_MODELLED
 from heavylift.kernel.errors import RecordingError, path_text
 from heavylift.recordings.format import machines
 from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, SampleChannel, SampleLayout, thinned
@@ -167,7 +168,7 @@ def _verdict_rows(verdict: RecordedVerdict | None) -> list[tuple[str, str]]:
     rows = [("verdict", verdict.line)]
     rows += [(x.word, x.message) for x in verdict.findings]
     rows += [("clearance", c.message) for c in verdict.clearances[:CLEARANCES]]
-    return rows + [("not checked", sentence) for sentence in verdict.not_looked_at]
+    return rows + [(NOT_MODELLED, what) for what in verdict.not_modelled]
 
 
 class _Ghost(NamedTuple):

@@ -78,8 +78,8 @@ class Machines:
         return [self.joints[actuator] for actuator in asked if actuator in self.joints]
 
     def lets_fall(self, orders: Sequence[Order], state: ObservedState, lugs: Mapping[str, str]) -> str:
-        """Describe which body would fall because these orders unhook all taut slings of a suspended load; "" if none
-        would."""
+        """Return a description of the body that would fall because these orders unhook all taut slings of a suspended
+        load; "" if no body would fall."""
         off = {order.sling for order in orders if isinstance(order, UnhookSling) and not order.parted}
         held: dict[str, set[str]] = {}
         for tie in (tie for machine in self.parts for tie in machine.ties if off and state.ropes[tie.rope] == "taut"):
@@ -116,7 +116,8 @@ class Machines:
 
 
 def sling_fault(order: Order, hooked: Container[str], lugs: Mapping[str, str], parted: Container[str]) -> str:
-    """Return why a sling cannot be hooked (already hooked or broken) or unhooked (not hooked); "" if it can."""
+    """Return the reason why a sling cannot be hooked (already hooked or broken) or unhooked (not hooked); "" if the
+    order is possible."""
     match order:
         case Hookup() if order.sling in parted:
             return f"{order.sling} is broken and cannot be hooked again"

@@ -42,7 +42,7 @@ def standing(machine: Mechanism, fidelity: Fidelity) -> Mechanism:
 
 class Pass(NamedTuple):
     """A step of the model reduction, applied to one machine. `guard` returns "" if the step may change the motion of a
-    plan, else the reason why it cannot."""
+    plan, else the reason why the motion stays unchanged."""
 
     name: str
     apply: Callable[[Mechanism, Fidelity], Mechanism]

@@ -27,7 +27,7 @@ RELIEF = 0.97  # an overload is over below this part of the rated value
 
 
 class LoadCell(LiveActor):
-    """Reports when the total tension of its ropes exceeds `rated` [N], and when the tension has fallen below it
+    """Reports when the total tension of its ropes exceeds `rated` [N], and when the tension has fallen below `rated`
     again."""
 
     def __init__(self, name: str, element: str, ropes: tuple[str, ...], rated: float) -> None:
@@ -54,7 +54,7 @@ class LoadCell(LiveActor):
 
 class Inclinometer(LiveActor):
     """Reports when the angle of the body `element` passes a multiple of 30 degrees. It watches the next multiple above,
-    and the next below less one degree, so that it does not report repeatedly at one angle."""
+    and the next multiple below less one degree, so that it does not report repeatedly at one angle."""
 
     def __init__(self, name: str, element: str, start: float) -> None:
         self.up, self.down = f"{element}.attitude-up", f"{element}.attitude-down"

@@ -17,7 +17,7 @@ class KernelInput(Message, frozen=True):
     command: ClassVar[str]
 
     def apply(self, simulation: Any) -> None:
-        """Apply the input to a `Simulation`; raises KernelError if it is impossible."""
+        """Apply the input to a `Simulation`; raises KernelError if the input is impossible."""
         getattr(simulation, self.command)(*msgspec.structs.astuple(self))
 
 
@@ -98,7 +98,7 @@ class Unhook(KernelInput, frozen=True):
 
 
 class Watch(KernelInput, frozen=True):
-    """Start watching a threshold; if it is exceeded already, its event occurs at the next microstep."""
+    """Start watching a threshold; if the threshold is exceeded already, its event occurs at the next microstep."""
 
     command: ClassVar[str] = "watch"
     threshold: str

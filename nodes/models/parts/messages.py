@@ -202,8 +202,8 @@ class OperatorCommand(Message, frozen=True):
 
 
 class OperatorAnswer(Message, frozen=True):
-    """Answer to the command given at `t_ns`: accepted, or the reason for the refusal; `at`: numbers of the order in the
-    list that conflicts with it."""
+    """Answer to the command given at `t_ns`: accepted, or the reason for the refusal; `at`: numbers of an order in the
+    action list that conflicts with the command."""
 
     text: str
     t_ns: int

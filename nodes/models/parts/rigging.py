@@ -80,7 +80,7 @@ class BrakeActor(LiveActor):
 
 
 class JointLockActor(BrakeActor):
-    """Locks and releases a joint; the kernel reports the energy lost by stopping it."""
+    """Locks and releases a joint; the kernel reports the energy that is lost when the joint is locked in motion."""
 
     def __init__(self, name: str, lock: str, laws: System, *, engaged: bool) -> None:
         super().__init__(name, lock, laws, engaged=engaged)

@@ -194,7 +194,7 @@ def _lets_fall(x: CheckedOrder) -> Violations:
         holding.setdefault(end.body, set()).add(rope)
     for body, slings in holding.items():
         if slings & unhooked and not slings & x.lugs.keys() and not x.grounded(body, x.before):
-            yield body, x.action.where, f"no sling is taut: the {named(body)} would fall ({x.action.stage})"
+            yield body, x.action.where, f"no taut sling is left: the {named(body)} would fall ({x.action.stage})"
 
 
 def _turns(x: CheckedOrder) -> Violations:

@@ -102,14 +102,18 @@ def _supports(builder: SceneBuilder, lifting: bool) -> Iterator[RatedLimit]:
 
 
 def _fenders(builder: SceneBuilder) -> Iterator[RatedLimit]:
-    """Yield the limits of the reactions of fenders."""
-    for name, given in builder.scene.fenders.items():
-        most, note = given.capacity, "" if given.capacity else "give its 'capacity'"
-        g = builder.scene.gravity
+    """Yield the limits of the reactions of fenders, and of the obstacles that have one."""
+    scene, contacts = builder.scene, dict[str, list[str]]()
+    for contact in (contact for machine in builder.machines for contact in machine.system.contacts):
+        contacts.setdefault(contact.b.body, []).append(contact.name)
+    each = [("fenders", name, x.capacity, (name,)) for name, x in scene.fenders.items()]
+    each += [("obstacles", n, x.capacity, (*contacts.get(n, ()),)) for n, x in scene.obstacles.items() if x.capacity]
+    for key, name, most, elements in each:
         yield RatedLimit(
-            subject=name, quantity="support load", unit="kg", value=most / g if most and g else None,
-            elements=(name,), source="the scene" if most else "", note=note,
-            where=builder.source.where(("fenders", name)),
+            subject=name, quantity="support load", unit="kg", elements=elements,
+            value=most / scene.gravity if most and scene.gravity else None,
+            source="the scene" if most else "", note="" if most else "give its 'capacity'",
+            where=builder.source.where((key, name)),
         )  # fmt: skip
 
 

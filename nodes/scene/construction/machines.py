@@ -193,7 +193,7 @@ WIND = "wind"
 
 def build_mechanisms(builder: SceneBuilder, lift: plan.Plan) -> tuple[plan.Mechanism, ...]:
     """Build the mechanisms in order; each mechanism may act on the lift and on earlier mechanisms. Errors are added to
-    those of the scene."""
+    the scene."""
     source, scene = builder.source, builder.scene
     done = [machine.name for machine in builder.cranes]
     bases: dict[Path, Parts[Any]] = {

@@ -28,7 +28,7 @@ TURN_TIME = 20.0  # a turn without `ramp` reaches its rate in this time [s]
 
 
 def build_actions(builder: SceneBuilder) -> tuple[plan.Action, ...]:
-    """Return the action list of the plan; add errors to those of the scene."""
+    """Return the action list of the plan; errors are added to the scene."""
     resolver = _Resolver(builder)
     return tuple(x for i, action in enumerate(builder.scene.actions) for x in resolver.listed(i, action))
 

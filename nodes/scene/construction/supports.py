@@ -153,8 +153,8 @@ def immersion(name: str, block: schema.Block, given: Splash) -> Immersion:
 def flexible_of(
     builder: SceneBuilder, block: schema.Block, body: Body, stools: list[Support], base: Path
 ) -> Flexible | None:
-    """Return the flexible part of a block with these mass properties and supports; None if it is rigid. Errors are
-    added to the source."""
+    """Return the flexible part of a block with these mass properties and supports; None if the block is rigid. Errors
+    are added to the source."""
     if block.beam is None and not block.modes:
         return None
     key: Path = (*base, "beam" if block.beam else "modes")

@@ -116,8 +116,8 @@ def across(axis: Vector) -> Vector:
 
 
 def turned(roll: float, pitch: float, yaw: float) -> Matrix:
-    """Return the rotation matrix Rz(yaw) Ry(pitch) Rx(roll); it is exact for quarter turns, for which compiled code can
-    leave out operations."""
+    """Return the rotation matrix Rz(yaw) Ry(pitch) Rx(roll); exact for quarter turns, so that compiled code can leave
+    out operations."""
     (c, s), (d, t), (e, u) = ((_exact(cos(x)), _exact(sin(x))) for x in (roll, pitch, yaw))
     return (
         (e * d, e * t * s - u * c, e * t * c + u * s),

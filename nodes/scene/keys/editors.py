@@ -108,7 +108,8 @@ def _parameters(kind: MachineType) -> Schema:
 
 
 def with_unit(dimension: str, value: float) -> str | float:
-    """Return a value in SI units as it is written in a scene; a plain number if the dimension has no unit."""
+    """Return a value in SI units as text with the unit that scenes use; as a plain number if the dimension has no
+    unit."""
     unit, factor = FIRST_UNIT.get(dimension, ("", 1.0))
     return f"{value / factor:.10g} {unit}" if unit else value
 

@@ -187,6 +187,8 @@ class Obstacle(Base):
     overlap: u.Gap = 0.0  # of a block's box with its own that is meant, where corners meet; more is red
     friction: u.Ratio = 0.0
     restitution: u.Ratio = 0.0
+    stiffness: u.Stiffness = 0.0  # that a block meets as it hits it; left out: the force is not checked
+    capacity: u.Force | None = None  # that it bears; left out: not checked
 
     @model_validator(mode="after")
     def _overlaps(self) -> "Obstacle":

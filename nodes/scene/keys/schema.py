@@ -50,7 +50,7 @@ class CraneKeys(Base):
 
 
 class Supports(Base):
-    """Supports under the block; they are at the same places whichever face the block stands on."""
+    """Supports under the block, at the same places for each face on which the block can stand."""
 
     height: u.Length
     at: Annotated[list[tuple[u.Length, u.Length]], Field(min_length=3)]
@@ -71,7 +71,8 @@ class Mesh(Base):
 
 
 class Block(Base):
-    """The block to be lifted, a box with lugs; `at`: centre of the box; `com`: centre of mass relative to it."""
+    """The block to be lifted, a box with lugs; `at`: centre of the box; `com`: centre of mass relative to the centre of
+    the box."""
 
     mass: u.Mass
     size: tuple[u.Extent, u.Extent, u.Extent]

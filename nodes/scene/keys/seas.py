@@ -100,7 +100,7 @@ def _ends(Tp: float) -> tuple[float, float]:
 
 
 class Splash(Base):
-    """Loads of the water on a block that is lowered upright into it, over the depth of its lowest point."""
+    """Water loads on a block that is lowered upright into the water, as functions of the depth of its lowest point."""
 
     level: u.Length = 0.0  # height of still water
     buoyancy: Annotated[list[tuple[u.Gap, Push]], Field(min_length=2)]  # upward; the last one holds below

@@ -65,7 +65,7 @@ def validate(source: SourceText) -> Scene | None:
 
 
 def validated(text: str, name: str) -> Scene:
-    """Return the scene of a complete text; raises SceneError if it is invalid."""
+    """Return the scene of a complete text; raises SceneError if the text is invalid."""
     source = read(text, name)
     scene = validate(source)
     raise_faults(source, source.faults)

@@ -62,8 +62,7 @@ def over(source: SourceText, path: FilePath, root: FilePath, above: tuple[FilePa
 
 
 def alike(source: SourceText) -> None:
-    """Fill in the omitted keys of each entry with `like` from the entry named there; add errors to those of the
-    source."""
+    """Fill in the omitted keys of each entry with `like` from the entry named there; errors are added to the source."""
     for section in SECTIONS:
         entries = source.at(section)
         if isinstance(entries, dict):

@@ -97,7 +97,7 @@ def gather(source: SourceText) -> None:
 
 
 def expand(source: SourceText) -> bool:
-    """Replace each crane and frame by the parts of its type; add errors to those of the source. Return whether all
+    """Replace each crane and frame by the parts of its type; errors are added to the source. Return whether all
     expressions could be computed, without which the data cannot be processed further."""
     computed = True
     own = source.data.pop("types", {})

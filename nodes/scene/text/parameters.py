@@ -52,8 +52,8 @@ class Parameters:
 
 def arithmetic(source: SourceText) -> bool:
     """Replace each value `=...` in a scene by the result of the expression, computed with the scene's `parameters`
-    (machine types have parameters of their own); add errors to those of the source. Return whether all expressions
-    could be computed."""
+    (machine types have parameters of their own); errors are added to the source. Return whether all expressions could
+    be computed."""
     named = source.data.get("parameters")
     parameters, done = Parameters(named if isinstance(named, dict) else {}, {}), True
 

@@ -55,7 +55,7 @@ class Reader:
         return self.text[self.at :]
 
     def move(self, at: int) -> None:
-        """Move to a column and skip the spaces after it."""
+        """Move to a column and skip the spaces that follow."""
         self.at = len(self.text) - len(self.text[at:].lstrip())
 
 

@@ -101,7 +101,7 @@ def row_names(root: FilePath, file: str) -> list[str]:
 
 
 def table(root: FilePath, file: str) -> SceneTable:
-    """Return a table in the scene's folder; raises SceneError if it cannot be read."""
+    """Return a table in the scene's folder; raises SceneError if the table cannot be read."""
     read = {".csv": _separated, ".tsv": _separated, ".xlsx": _workbook}.get(FilePath(file).suffix.lower())
     if read is None:
         raise SceneError(f"'{file}' is not a table: name a .csv, .tsv or .xlsx file beside the scene, then # and a row")

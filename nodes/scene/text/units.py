@@ -134,7 +134,7 @@ class Limited(Dimension):
     highest: str
 
     def read(self, value: object) -> float:
-        """Return a value in SI units; raises ValueError if it is outside the range."""
+        """Return a value in SI units; raises ValueError if the value is outside the range."""
         number = self.number(value)
         if not self.number(self.lowest) * (1 - 1e-9) <= number <= self.number(self.highest) * (1 + 1e-9):
             message = f"{value:.12g}" if isinstance(value, float) else value
@@ -200,7 +200,8 @@ DIMENSIONS: tuple[Dimension, ...] = (
 
 @dataclass(frozen=True, eq=False)
 class Either(Dimension):
-    """A dimension that accepts the units of two others, such as length for sliding and angle for turning joints."""
+    """A dimension that accepts the units of two other dimensions, such as length for sliding and angle for turning
+    joints."""
 
     sliding: Dimension
     turning: Dimension
@@ -220,7 +221,7 @@ class Quantity:
     least: Literal["", "zero", "positive", "one"] = ""
 
     def read(self, value: object) -> float:
-        """Return the value of a quantity in SI units; raises ValueError if it is invalid."""
+        """Return the value of a quantity in SI units; raises ValueError if the quantity is invalid."""
         number = self.dimension.read(value)
         needed = {"": "", "zero": "zero or more", "positive": "greater than zero", "one": "1 or more"}[self.least]
         if needed and (number < (self.least == "one") or (number == 0 and self.least == "positive")):

@@ -15,6 +15,7 @@ from heavylift.coordinator.live import STOP, TimedCommand
 from heavylift.coordinator.run import Progress, RunObserver, run
 from heavylift.coordinator.verdict import verdict_of
 from heavylift.kernel import HeavyliftError, KernelError, ModelError
+from heavylift.kernel.description import NOT_CHECKED
 from heavylift.nodes.devs import Event, Tag, seconds
 from heavylift.nodes.models.parts import OperatorCommand
 from heavylift.nodes.scene import bundled, parse
@@ -46,8 +47,9 @@ def test_a_verdict_counts_its_checks_and_lists_what_was_not_checked(tmp_path: Pa
     ground, beams = found.clearances[:2]
     assert (ground.b, ground.distance) == ("ground", pytest.approx(3.0, abs=0.05)), "on its way, beyond its supports"
     assert beams.distance == pytest.approx(12.0 - 5.0, abs=0.05), "beams of 5 m, hooks 12 m apart"
-    assert "clearance of slings while they are slack" in found.not_looked_at
-    assert "motion too fast for the samples of places and speeds, 2 a second" in found.not_looked_at
+    assert "clearance of slings while they are slack" in found.not_modelled
+    assert "motion too fast for the samples of places and speeds, 2 a second" in found.not_modelled
+    assert f", {len(found.not_modelled)} not modelled" in found.line
     rec = Recording(tmp_path / "run.mcap")
     assert recorded_verdict(rec) == found
     del rec.result["verdict"]
@@ -176,7 +178,7 @@ def test_a_scene_without_a_lift_also_has_a_verdict(tmp_path: Path) -> None:
     found = verdict(tmp_path, bundled()["pendulum"].read_text(), "end=2 s")
     assert found.state == "amber"
     assert found.line.endswith("; the scene has no limits to check: write 'limits'")
-    assert "which have no shapes" in " ".join(found.not_looked_at)
+    assert "which have no shapes" in " ".join(x.sentence for x in found.checks if x.why == NOT_CHECKED)
 
 
 def test_a_red_verdict_is_the_first_line_that_run_prints_and_gives_exit_code_1_with_strict(tmp_path: Path) -> None:

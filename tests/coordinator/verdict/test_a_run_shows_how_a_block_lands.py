@@ -12,6 +12,7 @@ from heavylift.nodes.limits import checks_of
 from lift_of_a_type import Lift
 
 G = 9.80665
+TIPS = 1.5  # times the speed of a level rod that lands on one end first: that of its other end then
 STIFF = 0.03  # of a speed: ropes, booms and pads spring back and forth as a load is lifted and set down
 SAG = 0.1  # of the speed of a drop: what the ropes had stretched is no height
 
@@ -38,15 +39,15 @@ def test_lift_off_and_landing_speeds_of_a_slow_lift_are_those_of_its_winches(lif
     scene = lift.read()
     assert row(scene.checks, "landing speed").basis.endswith("as ordered")
     checks = list(lifted(lift, speed).verdict.checks)
-    for quantity in ("lift-off speed", "landing speed"):
+    for quantity, most in (("lift-off speed", 1.0), ("landing speed", TIPS)):
         found = row(checks, quantity)
-        assert 60.0 * (found.value or 0.0) == pytest.approx(speed, rel=STIFF)
+        assert speed * (1.0 - STIFF) <= 60.0 * (found.value or 0.0) <= most * speed * (1.0 + STIFF)
         assert "as simulated" in found.basis
 
 
 @pytest.mark.large(beyond=3)
 def test_the_landing_speed_of_a_dropped_block_is_that_of_a_free_fall(lift: Lift) -> None:
-    """sqrt(2 g h) from so high above the supports, and nothing had ordered it."""
+    """sqrt(2 g h) from so high above the supports, more where the block tips, and nothing had ordered it."""
     height = Random(f"{lift.text} drop").uniform(0.1, 0.3)
     text = lift.beginning("").replace("  - stage: up\n    all hooks: hoist 1 m/min by 1 m\n", "")
     ropes = [tie.rope for machine in lift.read().plan.machines for tie in machine.ties]
@@ -54,14 +55,15 @@ def test_the_landing_speed_of_a_dropped_block_is_that_of_a_free_fall(lift: Lift)
     drop = f"  - all hooks: hoist 1 m/min by {height!r} m\n  - wait: 5 s\n  - {{{parted}}}\n  - wait: 2 s\n"
     checks = play(lift.read(text=text + drop).plan).verdict.checks
     found = row([*checks], "landing speed")
-    assert found.value == pytest.approx(sqrt(2.0 * G * height), rel=SAG)
+    fell = sqrt(2.0 * G * height)
+    assert (1.0 - SAG) * fell <= (found.value or 0.0) <= (1.0 + SAG) * TIPS * fell
     assert found.state == "red"
     assert [x.state for x in checks if x.quantity == "landing"] == ["red"]
 
 
 @pytest.mark.large(beyond=3)
 def test_a_simulated_landing_speed_beyond_its_limit_is_red_whatever_speed_was_ordered(lift: Lift) -> None:
-    checks = list(lifted(lift, 2.4, "2.1 m/min").verdict.checks)
+    checks = list(lifted(lift, 0.95, "0.8 m/min").verdict.checks)
     assert (row(checks, "landing speed").state, row(checks, "lift-off speed").state) == ("red", "red")
     assert "as simulated" in row(checks, "landing speed").sentence
 

@@ -179,7 +179,7 @@ YARDS = {
         "turnover",
         [("    B hooks: unhook", "    all hooks: unhook")],
         "stage: unhook",
-        "actions[8]: no sling is taut: the block would fall (unhook B)",
+        "actions[8]: no taut sling is left: the block would fall (unhook B)",
     ),
     "travel while grounded": (
         "lift",

@@ -15,7 +15,7 @@ THICKEST = 2.0  # [m] to which a fender without a capacity yields: large pneumat
 
 
 def fenders_machine(builder: SceneBuilder, around: System) -> plan.Mechanism:
-    """Return all fenders of a scene as one machine; add errors to those of the scene."""
+    """Return all fenders of a scene as one machine; errors are added to the scene."""
     scene, source = builder.scene, builder.source
     vessels = list(scene.vessels)
     for name, given in scene.fenders.items():
@@ -57,7 +57,7 @@ def _support(name: str, x: Fender) -> Support:
 
 
 def facing(direction: Vector) -> Matrix:
-    """Return the rotation matrix of a frame whose z axis has a direction."""
+    """Return the rotation matrix of a frame whose z axis points in a given direction."""
     n = [x / norm(direction) for x in direction]
     side = cross([0.0, 0.0, 1.0] if abs(n[2]) < sqrt(0.5) else [1.0, 0.0, 0.0], n)
     x = [a / norm(side) for a in side]

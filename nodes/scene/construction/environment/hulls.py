@@ -25,7 +25,7 @@ AFLOAT = 0.02  # of the displacement, by which the weight may differ from that o
 
 
 def hydrodynamics_of(builder: SceneBuilder, name: str, file: str) -> Hydrodynamics | None:
-    """Return the hydrodynamic data in a vessel's file; if it cannot be read, add an error to the scene and return
+    """Return the hydrodynamic data in a vessel's file; if the file cannot be read, add an error to the scene and return
     None."""
     source, at = builder.source, ("vessels", name, "floating", "hydrodynamics")
     known = {path.stem: path for path in sorted(vessels_folder().glob("*.json"))}

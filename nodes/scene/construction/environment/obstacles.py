@@ -12,6 +12,7 @@ from heavylift.kernel.description.mechanics import WORLD, Body, Joint, System, V
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.simulation.impacts.unilateral import INSIDE
 from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.mechanism import OBSTACLES
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.keys.base import turned
 from heavylift.nodes.scene.keys.environment import Obstacle
@@ -19,13 +20,12 @@ from heavylift.nodes.scene.keys.parts import kinematics
 from heavylift.nodes.scene.keys.parts.contacts import touches
 from heavylift.nodes.scene.text.faults import closest
 
-OBSTACLES = "obstacles"
 SIGNS = (-0.5, 0.5)
 TOUCH = 1e-9  # [m]
 
 
 def obstacles_machine(builder: SceneBuilder, around: System) -> plan.Mechanism:
-    """Return all obstacles of a scene as one machine; add errors to those of the scene."""
+    """Return all obstacles of a scene as one machine; errors are added to the scene."""
     scene, source = builder.scene, builder.source
     blocks = scene.all_blocks
     sizes = {name: block.size for name, block in blocks.items()}
@@ -55,7 +55,8 @@ def obstacles_machine(builder: SceneBuilder, around: System) -> plan.Mechanism:
         tuple(Body(name, 0.0) for name in scene.obstacles), tuple(joints), contacts=contacts, gravity=scene.gravity
     )
     shapes = tuple(
-        plan.Shape(body=n, centre=(0.0, 0.0, 0.0), size=x.box, overlap=x.overlap) for n, x in scene.obstacles.items()
+        plan.Shape(body=n, centre=(0.0, 0.0, 0.0), size=x.box, overlap=x.overlap, stiffness=x.stiffness)
+        for n, x in scene.obstacles.items()
     )
     where = source.where((OBSTACLES,) if scene.obstacles else ("floor",))
     at = {} if source.faults else kinematics.poses(merge([around, made], scene.gravity))

@@ -35,7 +35,7 @@ MODES = ("surge", "sway", "heave", "roll", "pitch", "yaw")  # in matrices
 
 
 def vessel_machine(builder: SceneBuilder, name: str) -> plan.Mechanism:
-    """Return a vessel with its motion as a machine; add errors to those of the scene."""
+    """Return a vessel with its motion as a machine; errors are added to the scene."""
     given, source = builder.scene.vessels[name], builder.source
     (xx, yy, zz, xy, xz, yz) = (*(given.inertia or box(given.mass, given.size)), 0.0, 0.0, 0.0)[:6]
     body = Body(name, given.mass, given.com, ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)))

@@ -28,8 +28,7 @@ NOWHERE = k.Point("")
 
 
 class RiggingTree:
-    """Rigging of a scene and its checks; errors are added to those of the source. `taken`: hooks that hold frames of
-    `rig`."""
+    """Rigging of a scene and its checks; errors are added to the source. `taken`: hooks that hold frames of `rig`."""
 
     def __init__(self, source: SourceText, scene: Scene, around: k.System, taken: Container[str]) -> None:
         blocks = scene.all_blocks

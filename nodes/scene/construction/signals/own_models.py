@@ -24,7 +24,7 @@ LED_BY = {"drive": "drive", "hook": "lower", "winch": "lower"}  # by kind
 
 
 def build_models(builder: SceneBuilder) -> tuple[UserModel, ...]:
-    """Return the user models of the plan; errors are added to those of the scene."""
+    """Return the user models of the plan; errors are added to the scene."""
     return _Models(builder).all()
 
 
