@@ -10,8 +10,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "nodes/fidelity"))
 
-from heavylift.coordinator.ladder import Ladder, Measuring, choose, plausible, swing_error
-from heavylift.coordinator.ladder.screening import LedPendulum, Ramp
+from heavylift.coordinator.ladder import Ladder, LedPendulum, Measuring, Ramp, choose, plausible, swing_error
 from heavylift.nodes.plan import MEANT, Question
 from heavylift.nodes.scene import load, parse
 from lifts_of_kinds import lift_of_kinds
