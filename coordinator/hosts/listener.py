@@ -179,7 +179,8 @@ class RemoteListener:
 
     @classmethod
     def at(cls, endpoint: str, credentials: Credentials) -> Self:
-        """Return a listener for an endpoint as the user has written it."""
+        """Return a listener for an endpoint tls/HOST:PORT that the user has written; raises ProtocolError if it is
+        invalid."""
         protocol, slash, rest = endpoint.partition("/")
         if slash and protocol != "tls":
             raise ProtocolError(

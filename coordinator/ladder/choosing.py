@@ -59,8 +59,8 @@ def chosen(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScen
 
 
 def decided(scene: LoadedScene, say: Report = lambda message: None) -> LoadedScene:
-    """Return the scene at the first of the `ACCURACIES`, loosest first, with which no check stays undecided; otherwise
-    at the tightest one."""
+    """Return the scene at the loosest of the `ACCURACIES` with which no check stays undecided; if there is none, at the
+    tightest."""
     ask = scene.facts.ask or MEANT
     for accuracy in ACCURACIES:
         facts = msgspec.structs.replace(scene.facts, own=ask, written=accuracy, named=(*scene.facts.named, "ask"))
@@ -85,8 +85,7 @@ def known(scene: LoadedScene) -> Answer | None:
 
 
 def answered(scene: LoadedScene, answer: Answer) -> LoadedScene:
-    """Return the scene with the model level, integration method, tolerance and sample rate of a choice that was made
-    for it."""
+    """Return the scene with the choice `answer` applied: model level, integration method, tolerance and sample rate."""
     plan = at_level(scene.plan, answer.fidelity)
     hz = plan.samples_hz if "samples" in scene.facts.named else answer.samples_hz or plan.samples_hz
     plan = msgspec.structs.replace(plan, method=answer.method, tolerance=answer.tolerance, samples_hz=hz)

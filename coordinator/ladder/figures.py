@@ -106,7 +106,7 @@ def _speeds(run: Played, rows: Floats) -> dict[str, Floats]:
 
 
 def spans(plan: Plan, stages: list[tuple[float, int, str]], last: float) -> list[Span]:
-    """Return the time span of each action; of the whole run if it has no action list."""
+    """Return the time span of each action of a run, or of the whole run if it has no action list or several of them."""
     if not stages or plan.lists:
         # lifts side by side have stages that overlap: figures are those of the whole run
         return [Span(WHOLE, 0.0, last, not plan.lists, False)]

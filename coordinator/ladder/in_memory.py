@@ -86,7 +86,7 @@ class Played:
 
     @property
     def t(self) -> NDArray[np.float64]:
-        """Times (n,) [s]."""
+        """Times of the samples (n,) [s]."""
         return np.asarray(self.times / 1e9, np.float64)
 
     @cached_property
@@ -121,7 +121,7 @@ class Played:
 
     @cached_property
     def judge(self) -> "Judge":
-        """The data from which the verdict of the run is computed; once they exist, the rows of samples can be
+        """The data from which the verdict of the run is computed; once these exist, the rows of samples can be
         dropped."""
         return Judge(self.plan, self.mechanics, self.past, self.conduct, self.errors)
 

@@ -33,8 +33,10 @@ class Look:
 
 
 def looks(runs: Sequence[ModelLevel], measuring: Measuring) -> list[Look]:
-    """Return the errors due to steps and sampling for candidates of one level, `runs`, given with the loosest steps
-    first; each is compared with the candidate that has the tightest steps.
+    """Return the errors due to steps and sampling for candidates of one level, by comparison with the candidate that
+    has the tightest steps.
+
+    `runs`: the candidates, loosest steps first.
 
     Errors of steps are assumed to fall as a power of the tolerance, whose exponent is observed on three candidates
     (Roache 1994; ASME V&V 20-2009, section 2) or, with only two, taken as 1/2. The error of the tightest candidate is
@@ -71,16 +73,16 @@ def _look(
 
 
 def with_level(look: Look, ladder: Ladder, measuring: Measuring) -> Look:
-    """Return the errors of a candidate with the error of its model level added, which is measured at the candidate's
-    own steps."""
+    """Measure the error of a candidate's model level at the candidate's own steps, and return all errors of the
+    candidate with this error added."""
     model = error_of_level(ladder, look.candidate, measuring)
     pairs = (*witnesses(ladder, look.candidate, measuring)[:1], *look.pairs)
     return replace(look, error=added(look.error, model), model=model, pairs=pairs)
 
 
 def errors_of_limits(look: Look, measuring: Measuring) -> Errors:
-    """Return the errors of the utilisations of limits, from the runs made so far; they do not influence the choice of a
-    candidate."""
+    """Return the errors of the utilisations of limits, from the runs made so far; these errors do not influence the
+    choice of a candidate."""
     own = measuring.limits(look.candidate)
     known = [tuple(measuring.limits(x, values=True) for x in pair) for pair in look.pairs]
     apart = {name: [abs(a[name].value - b[name].value) for a, b in known if name in a and name in b] for name in own}
@@ -107,8 +109,8 @@ def witnesses(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> li
 
 
 def error_of_level(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> Errors:
-    """Return the error of a candidate's model level: its largest difference to its witnesses, doubled unless the level
-    is the finest one, which is better than its witness."""
+    """Return the error of a candidate's model level: its largest difference to the levels with which it is compared,
+    doubled unless it is the finest level, which is better than those."""
     # the finest level has no better one: its error is smaller than the difference to the coarser one
     factor = WITNESSED if ladder.witnesses(candidate.plan.fidelity) else 1.0
     return times(factor, most(*(measuring.apart(*pair) for pair in witnesses(ladder, candidate, measuring))))

@@ -56,8 +56,10 @@ class Measuring:
         return {name: f for read in self._read.values() for name, f in read.items()}
 
     def prepare(self, candidate: ModelLevel) -> None:
-        """Compile the code of a candidate in a thread while other candidates run, whose native code does not hold the
-        interpreter's lock."""
+        """Compile the code of a candidate in a thread while another candidate runs.
+
+        The native code that runs meanwhile does not hold the interpreter's lock.
+        """
         if not any(key[0] == candidate.plan.fidelity for key in self.spent):
             self._ahead[candidate.plan.fidelity] = Thread(target=compiled, args=(candidate.plan,))
             self._ahead[candidate.plan.fidelity].start()

@@ -37,8 +37,8 @@ def levels(plan: Plan) -> list[Fidelity]:
 
 
 def at_level(plan: Plan, fidelity: Fidelity) -> Plan:
-    """Return the plan at a model level, with its division into islands unchanged; lifts with a fidelity of their own
-    keep it."""
+    """Return the plan at a model level; its division into islands, and lifts with a fidelity of their own, do not
+    change."""
     own = msgspec.structs.replace(fidelity, islands=plan.fidelity.islands)
     lists = tuple(
         msgspec.structs.replace(each, fidelity=own) if each.fidelity == plan.fidelity else each for each in plan.lists
@@ -153,7 +153,7 @@ class Ladder:
 
     @property
     def plausible(self) -> list[Fidelity]:
-        """The model levels from which one is chosen, coarsest first.
+        """The model levels among which the choice is made, coarsest first.
 
         With the implicit method the coarsest level is left out: it costs as much as the next one, since implicit steps
         do not resolve the fast motion of a girder.
@@ -162,7 +162,7 @@ class Ladder:
 
     @cached_property
     def whole(self) -> list[Fidelity]:
-        """The finest model level and those that differ from it only by fewer lumps per rope, finest last."""
+        """The finest model level and the levels that differ from it only by fewer lumps per rope, finest last."""
         finest = self.full[-1]
         return [x for x in self.full if msgspec.structs.replace(x, lumps=finest.lumps) == finest]
 

@@ -48,7 +48,7 @@ def checked(out: str | Path) -> Path:
 
 
 def write(measured: MeasuredLadder, out: str | Path, force: bool = False) -> Path:
-    """Write a measured ladder in the format given by the file ending, and return the path."""
+    """Write a measured trade-off in the format given by the file ending, and return the path."""
     path = checked(out)
     match path.suffix.lower():
         case ".png" | ".svg":
@@ -63,7 +63,7 @@ def write(measured: MeasuredLadder, out: str | Path, force: bool = False) -> Pat
 
 
 def data(measured: MeasuredLadder) -> dict[str, Any]:
-    """Return a measured ladder as plain data in SI units, with infinite values as null."""
+    """Return a measured trade-off as plain data in SI units, with infinite values as null."""
     found = msgspec.to_builtins(measured)
     found["distributed"] = [
         x | {"s_per_grant": y.per_grant} for x, y in zip(found["distributed"], measured.distributed, strict=True)

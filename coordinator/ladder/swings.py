@@ -51,7 +51,7 @@ def swing(t: Floats, x: Floats, span: Span) -> Swing | None:
 
 
 def top(t: Floats, y: Floats) -> float:
-    """Return the maximum of a signal: that of the parabola through its largest sample and the two beside it."""
+    """Return the maximum of a sampled signal, from the parabola through its largest sample and both neighbours."""
     k = int(np.argmax(y))
     if not 0 < k < len(y) - 1:
         return float(y[k])

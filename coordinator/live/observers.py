@@ -124,7 +124,7 @@ class OnTheBus:
         return hub is not None and any([hub.heard_data(topic[1:]) for topic in self._schemas])
 
     def put(self, topic: str, t_ns: int, data: bytes) -> None:
-        """Publish a message with this simulation time [ns]."""
+        """Publish a message on one of the announced topics with this simulation time [ns]."""
         if self._hub is not None:
             self._hub.publish_data(topic[1:], data, self._schemas[topic], t_ns)
 

@@ -59,14 +59,14 @@ class MeasurementResult:
 
     @property
     def message(self) -> list[str]:
-        """The results as lines of text for the user."""
+        """The results of comparing log and run as lines of text for the user."""
         lines = [str(self.at), *map(str, self.comparisons)]
         lines += [f"{name}: {value} +- {half}" for name, (value, half) in self.estimates.items()]
         lines += [f"{name}: not fitted, {why}" for name, why in self.not_identified.items()]
         return lines + ([f"rows of the log outside of the run: {self.outside}"] if self.outside else [])
 
     def data(self) -> dict[str, object]:
-        """Return the results as plain data in SI units, with standard uncertainties."""
+        """Return the results of comparing log and run as plain data in SI units, with standard uncertainties."""
         files = {"recording": str(self.recording), "scene": str(self.scene) if self.scene else None}
         return {**asdict(self), **files, "told": self.message}
 

@@ -219,7 +219,8 @@ def compared(
 
 
 def beside(log: LogSignals, at: Alignment, errors: list[Floats], rows: NDArray[np.bool_]) -> list[Signal]:
-    """Return measured signals, and the errors E of the compared ones, interpolated to the times of the run."""
+    """Return the measured signals, and the errors E of the compared channels, at the log's times on the clock of the
+    run."""
     t, found = log.t[rows] + at.offset, dict[str, list[tuple[str, str, Floats]]]()
     parts = [(MEASURED, channel, channel.values[rows]) for channel in log.channels]
     for kind, channel, values in [*parts, *((ERROR, c, e) for c, e in zip(log.compared, errors, strict=True))]:

@@ -68,7 +68,7 @@ class KernelNode:
         self.lookahead |= self._sampling.lookahead
 
     def layout(self) -> bytes:
-        """Return the channels of a sample for the recording, encoded."""
+        """Return the encoded description of the columns of a sample, for the recording."""
         lifts = {lift.name: {"channels": _columns(lift.method)} for lift in self.simulation.alone}
         whole: dict[str, object] = {"channels": _columns(self.simulation.method)}
         return msgspec.msgpack.encode(whole | ({"lifts": lifts} if lifts else {}))
@@ -115,7 +115,7 @@ class KernelNode:
 
     @property
     def last(self) -> Tag:
-        """Logical time of the last advance."""
+        """Logical time of the kernel's last transition."""
         return self._last
 
     def results(self, end: Tag) -> dict[str, Message]:

@@ -165,7 +165,7 @@ _DECODER: msgspec.msgpack.Decoder[list[_Line]] = msgspec.msgpack.Decoder(list[_L
 
 
 class Transitions:
-    """Log of a node's transitions, which `flush` sends."""
+    """Log of the transitions of a node's models; `flush` publishes it."""
 
     def __init__(self, publish: Callable[[bytes], None]) -> None:
         self._publish = publish

@@ -84,12 +84,12 @@ _DECODER: msgspec.msgpack.Decoder[Part] = msgspec.msgpack.Decoder(Part)
 
 
 def encode(part: Part | ExternalPart) -> bytes:
-    """Encode a configuration for the WELCOME."""
+    """Encode a node's configuration, which the coordinator sends in its WELCOME message."""
     return msgspec.msgpack.encode(part)
 
 
 def decode(data: bytes) -> Part:
-    """Decode the configuration in a WELCOME of the coordinator."""
+    """Decode a node's configuration from the coordinator's WELCOME message."""
     part = _DECODER.decode(data)
     if isinstance(part, KernelPart):
         named(function for system in part.config.systems for function in system.functions)

@@ -117,7 +117,7 @@ class Recalled:
 
     @property
     def last(self) -> Tag:
-        """Logical time of the last advance."""
+        """Logical time of the kernel's last transition, replayed or computed."""
         return self._last
 
     def results(self, end: Tag) -> dict[str, Message]:

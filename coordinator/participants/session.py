@@ -25,7 +25,7 @@ Kernel = TypeVar("Kernel", bound=KernelNode)
 
 
 def configured(plan: Plan, models: Mapping[str, NodeModel]) -> KernelConfig:
-    """Return the kernel's configuration for a plan and its models."""
+    """Return the kernel's configuration for a plan, with the mechanics that its models declare."""
     return kernel_config(plan, models, (m.declare() for m in models.values()))
 
 

@@ -80,7 +80,7 @@ class Coordinator:
             self._receives(source, port, self._home[target])
 
     def hello(self, name: str, hello: Hello) -> None:
-        """(1) Register a started node; the last node to start opens the run."""
+        """Register a started node (step 1 of the protocol); the last node to start opens the run."""
         node = self._node(name)
         if node.greeted:
             raise ProtocolError(
@@ -117,7 +117,7 @@ class Coordinator:
             known.append(node)
 
     def done(self, name: str, done: GrantDone) -> None:
-        """(5) Process the DONE message of a node."""
+        """Process the DONE message of a node (step 5 of the protocol)."""
         node = self._node(name)
         check_done(node, done, self._tags[node.rank])
         # what the node has processed no longer counts as ahead of its sender
@@ -134,8 +134,8 @@ class Coordinator:
         self._moved(node)
 
     def working(self, name: str, t_ns: int) -> None:
-        """(6) Record that a node has published samples up to `t_ns` [ns] within its grant, so that none of its later
-        outputs is earlier."""
+        """Record that a node has published samples up to `t_ns` [ns] within its grant, so that none of its later
+        outputs is earlier (step 6 of the protocol)."""
         node = self._node(name)
         if node.running:
             for tags, at in ((self._tags, 2 * self._n + node.rank), (self._floors, node.rank)):
@@ -182,7 +182,8 @@ class Coordinator:
 
     @property
     def over(self) -> RunEnd | None:
-        """(7) The reason why the run has ended, once `ready` grants nothing and no node works; otherwise None."""
+        """The reason why the run has ended, once `ready` grants nothing and no node works (step 7 of the protocol);
+        otherwise None."""
         if not self._open or self.running or self.first < self.end:
             return None
         if self._finished:

@@ -37,7 +37,7 @@ class Coupling(NamedTuple):
 
 
 def plus(tag: Tag, delay: Delay | None) -> Tag:
-    """Return the logical time a delay after `tag`; FOREVER if there is no path."""
+    """Return the logical time `tag` plus a delay; FOREVER if the delay is None, since then there is no path."""
     if delay is None:
         return FOREVER
     wait, steps = delay

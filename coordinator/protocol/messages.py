@@ -94,8 +94,10 @@ class GrantDone(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="don
 
 
 class Checkpoint(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="checkpoint"):
-    """CHECKPOINT: canonical state of a node after GRANT `gseq`. Without a state it is a request for one, or `why` is
-    the reason why there is none."""
+    """CHECKPOINT: canonical state of a node after GRANT `gseq`.
+
+    Without a state the message is a request for one, or `why` is the reason why there is none.
+    """
 
     gseq: Count
     state: bytes = b""

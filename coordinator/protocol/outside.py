@@ -28,14 +28,14 @@ class OpenCoordinator(Coordinator):
 
     @property
     def safe(self) -> Tag:
-        """The earliest logical time that is still open: events at or after it can be injected."""
+        """The earliest logical time at which an event from outside can still be injected."""
         nodes = self._nodes.values()
         committed = (node.next for node in nodes if node.committed and not node.running)
         return max(self.floor, *(node.until for node in nodes), *committed)
 
     @property
     def safe_ns(self) -> int:
-        """The earliest whole nanosecond that is still open: events at or after it can be injected."""
+        """The earliest whole nanosecond [ns] at which an event from outside can still be injected."""
         safe = self.safe
         return safe.t + (safe.k > 0)
 

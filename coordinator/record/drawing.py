@@ -238,8 +238,8 @@ class RopeLines:
         self._hooked |= {f.name: True for f in springs}
 
     def change(self, event: Event) -> bool:
-        """Update the lines after an event; return whether the event hooked or unhooked a rope, or moved one over an
-        edge."""
+        """Update the rope lines after an event; return whether the event hooked or unhooked a rope, or moved one over
+        an edge."""
         value = event.value
         if isinstance(value, m.StateEvent) and value.name in self._over and value.what in ("found", "left"):
             self._met[value.name] ^= {value.value}

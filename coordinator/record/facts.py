@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 
 
 def facts_of(scene: "LoadedScene", nodes: Sequence[str], placement: Placement) -> dict[str, object]:
-    """Return all facts of a scene by name."""
+    """Return the facts that a recording states about its scene, by name: settings, model level, nodes, supports and
+    others."""
     plan, asked = scene.plan, scene.facts.ask
     return {
         "scene": plan.name,

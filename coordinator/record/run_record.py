@@ -108,7 +108,7 @@ class RunRecorder(ClockedWork):
 
     @property
     def notes(self) -> list[str]:
-        """Notes for the user that nodes have sent so far; empty if no file is written."""
+        """The notes for the user that nodes have sent so far; none if no file is written."""
         return []
 
     def settle(self, t_ns: int) -> None:

@@ -92,7 +92,8 @@ def _plain(event: Event | None) -> object:
 
 
 def sample_apart(run: RecordedRun, layout: bytes, batches: list[bytes]) -> Deviation | None:
-    """Return the first recorded sample that differs from these batches or is missing in them."""
+    """Compare newly computed batches of samples with the recorded samples; return the first recorded sample that
+    differs or is missing."""
     rec, announced = run.recording, msgspec.msgpack.decode(layout, type=SampleLayout)
     columns = Columns(announced)
     found = [x for x in (decode_batch(batch, announced) for batch in batches) if not x.lift]

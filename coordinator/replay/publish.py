@@ -201,11 +201,11 @@ class ReplayPage:
         page.begin(facts, layout, rec.boxes(), before[-1] if before else [])
 
     def event(self, e: Event) -> None:
-        """Send an event."""
+        """Send an event of the replay to the page."""
         self._page.event(e.t, e.source, e.port, e.type, e.payload)
 
     def reached(self, t_ns: int) -> None:
-        """Send the samples up to this simulation time [ns], and the rope lines at that time."""
+        """Send to the page the samples up to this simulation time [ns], and the rope lines at that time."""
         end = int(np.searchsorted(self._times, t_ns, side="right"))
         if end > self._next:
             part = slice(self._next, end)
@@ -216,7 +216,7 @@ class ReplayPage:
             self._page.ropes(rig.t_ns, rig.lines)
 
     def end(self) -> None:
-        """Send the end of the replay with the peaks of the whole run."""
+        """Send the end of the replay to the page, with the peaks of the whole run."""
         peaks = recorded_peaks(self._recording)
         rows = [{"name": name, **x._asdict(), "rated": self._rated.get(name)} for name, x in peaks.items()]
         self._page.end("replayed", {}, rows, str(self._recording.path))

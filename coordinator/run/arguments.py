@@ -25,7 +25,7 @@ def time_s(name: str, value: object, span: Limited) -> float:
 
 
 def end_ns(until: object) -> int:
-    """Return `until` [s] in [ns], or NEVER for None; raises ModelError for an invalid time."""
+    """Return the end time `until` [s] in ns, or NEVER for None; raises ModelError for an invalid time."""
     if until is None:
         return NEVER
     t = _number("until", until)

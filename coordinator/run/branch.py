@@ -145,7 +145,7 @@ class _Watch(Checked):
         super().event(event)
 
     def progress(self, t_ns: int) -> None:
-        """Report the time reached."""
+        """Report the simulation time [ns] that the branch has reached."""
         self._pass(Tag(t_ns))
         super().progress(t_ns)
 

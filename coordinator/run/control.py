@@ -22,7 +22,7 @@ Control = Callable[[float, dict[str, float]], Mapping[str, float]]  # orders by 
 def steering(
     control: Control | None, period: float | None, end_ns: int
 ) -> list[tuple[int, Callable[[CommandTarget], object]]]:
-    """Return the times [ns] at which a run calls the user's control function, and the calls; raises KernelError."""
+    """Return when a run calls the user's control function: pairs of a time [ns] and a call; raises KernelError."""
     if control is None and period is None:
         return []
     if control is None or period is None:
@@ -38,7 +38,9 @@ def _steer(s: CommandTarget, control: Control, period_ns: int) -> None:
     now = s.epoch
     orders = control(now / 1e9, dict(zip(names, row.tolist(), strict=True)))
     if not isinstance(orders, Mapping):
-        raise KernelError(f"control: {orders!r} at {now / 1e9:g} s; return a dict of values by name")
+        raise KernelError(
+            f"control: the function returned {orders!r} at {now / 1e9:g} s; return a dict of values by name"
+        )
     signals = steered(s.program.system)
     for name, value in orders.items():
         if name in signals:

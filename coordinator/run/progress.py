@@ -57,7 +57,7 @@ class Progress(RunObserver):
             error.verdict = None  # is reported
 
     def event(self, event: Event) -> None:
-        """Show a new stage, or a joint that was locked."""
+        """Show in the progress bar that a stage begins or that a joint was locked."""
         if event.type == "Stage":
             stage = event.value
             self._stage, self._action = stage.name or self._stage, stage.action + 1  # type: ignore[attr-defined]
@@ -69,13 +69,13 @@ class Progress(RunObserver):
             print(f"{event.t * 1e-9:9.1f} s  {lost}", file=sys.stderr)
 
     def progress(self, t_ns: int) -> None:
-        """Show the simulated time [ns]."""
+        """Show in the progress bar the simulation time reached [ns]."""
         self._t_ns = max(t_ns, self._t_ns)
         if self._live is not None:
             self._live.update(self._line())
 
     def say(self, sentence: str) -> None:
-        """Print a separate line above the bar."""
+        """Print a line of its own above the progress bar."""
         if self._live is None:
             print(printable(sentence), file=sys.stderr)
         else:

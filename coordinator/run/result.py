@@ -56,12 +56,12 @@ class Result:
 
     @cached_property
     def verdict(self) -> RecordedVerdict | None:
-        """The verdict of the run; None for a system, which has no checks."""
+        """The verdict of the run; None for a run of a bare kernel system, which has no checks."""
         return self._run.verdict if self._run else None
 
     @cached_property
     def digest(self) -> str:
-        """The digest, equal to that of `run`; "" for a system."""
+        """The digest of the run, equal to that of a recorded run; "" for a run of a bare kernel system."""
         return self._run.digest if self._run else ""
 
     def at(self, times: Floats | Sequence[float] | float, before: bool = False) -> "Result":

@@ -15,10 +15,10 @@ class RunObserver:
         """Receive a committed event."""
 
     def progress(self, t_ns: int) -> None:
-        """Note that all samples up to this simulation time [ns] have arrived."""
+        """Receive the simulation time [ns] up to which all samples have arrived."""
 
     def waiting(self) -> None:
-        """Note that all possible grants were sent; called repeatedly while no answer arrives."""
+        """Called repeatedly while no node answers after all possible grants were sent."""
 
     def say(self, sentence: str) -> None:
         """Receive a sentence to show to the user."""

@@ -66,7 +66,8 @@ class Succession(Hub):
             self._report(node, life, payload)
 
     def receive(self, timeout: float | None = None) -> tuple[str, bytes] | None:
-        """Return the next (node, message), or None after `timeout` [s]; None waits without a limit."""
+        """Wait for the next message and return (node, message); return None after `timeout` [s] (None: wait without a
+        limit)."""
         while True:
             self._look()
             got = super().receive(timeout)

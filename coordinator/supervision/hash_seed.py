@@ -18,7 +18,7 @@ SEED = {"PYTHONHASHSEED": "0", "PYTHONUTF8": "1"}
 
 
 def fixed() -> bool:
-    """Return whether this process has the fixed hash seed of all runs."""
+    """Return whether this process has the hash seed that is fixed for all runs."""
     return not sys.flags.hash_randomization
 
 

@@ -39,7 +39,7 @@ class Journal:
             raise self._refused(error) from None
 
     def append(self, entry: bytes, sync: bool = False) -> None:
-        """Append an entry; with `sync` the entry is on disk before this returns."""
+        """Append an entry to the journal; with `sync` the entry is on disk before this returns."""
         self.extend((entry,))
         if sync:
             try:
@@ -48,14 +48,14 @@ class Journal:
                 raise self._refused(error) from None
 
     def extend(self, entries: Iterable[bytes]) -> None:
-        """Append entries in one write."""
+        """Append several entries to the journal in one write."""
         try:
             _write(self._file, b"".join(map(_framed, entries)))
         except OSError as error:
             raise self._refused(error) from None
 
     def restart(self, entries: Iterable[bytes]) -> None:
-        """Replace all entries by new ones, atomically."""
+        """Replace all entries of the journal by new ones, atomically."""
         fresh = self.path.with_name(self.path.name + ".new")
         try:
             file = _new(fresh)

@@ -83,7 +83,7 @@ class Crew(Protocol):
     """Interface to the processes on this machine that supervision needs."""
 
     def pid(self, process: str) -> int | None:
-        """Return the process id."""
+        """Return the process id of the process with this name."""
 
     def state(self, process: str) -> str:
         """Return the state letter of a process: T for stopped, t for held by a debugger; "" if it is not visible."""

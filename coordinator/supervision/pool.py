@@ -26,7 +26,7 @@ def cores() -> int:
 
 
 def submits(executor: object) -> bool:
-    """Return whether an object runs calls like an executor of concurrent.futures, which those of submitit do not."""
+    """Return whether an object runs calls like an executor of concurrent.futures; executors of submitit do not."""
     return callable(getattr(executor, "submit", None))
 
 

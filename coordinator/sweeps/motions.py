@@ -48,7 +48,7 @@ class MotionGroup:
 
     @property
     def unit(self) -> str:
-        """The unit in which values are shown."""
+        """The unit in which speeds or accelerations of the group are shown."""
         return next(iter(self.dimension.units))
 
     @property

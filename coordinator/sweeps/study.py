@@ -44,7 +44,7 @@ class StudyPlan:
     seed: int
 
     def about(self, task: Task) -> dict[str, Any]:
-        """Return the definition as plain data, as stored in the folder."""
+        """Return the definition of the study as plain data, as stored in the folder."""
         identity = [asdict(task), [v.settings for v in self.variants], self.design, __version__]
         return {
             "heavylift study": 1,

@@ -95,7 +95,8 @@ def sweep(
 
 
 def verified(study: Study, count: int) -> list[tuple[int, bool]]:
-    """Repeat `count` variants in this process; returns the number of each, and whether its digest is equal."""
+    """Repeat `count` variants in this process; return for each its number, and whether its digest equals the one in its
+    row."""
     known = [n for n in sorted(study.rows) if study.rows[n].get("digest")]
     chosen = [known[round(i * (len(known) - 1) / max(1, count - 1))] for i in range(min(count, len(known)))]
     found = []

@@ -109,7 +109,8 @@ def _creeps(scene: LoadedScene, number: int, moves: Sequence[Move]) -> bool:
 
 
 def ramps(scene: LoadedScene) -> Iterator[TimingStep]:
-    """Yield swing-free ramps for travel and traverse: two pulses of the crane's acceleration, or one period."""
+    """Yield changes that give travel and traverse swing-free ramps: two pulses of the crane's acceleration, or one
+    swing period."""
     for i, action in enumerate(scene.scene.actions):
         along = [(t, p) for t, p in action.orders.items() if VERBS[p.verb].along]
         moves = [o for o in scene.plan.actions[i].orders if isinstance(o, Move) and VERBS[o.verb].along]

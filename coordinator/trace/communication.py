@@ -60,7 +60,7 @@ def hanging(scene: LoadedScene) -> "list[CoupledPair]":
 
 
 def communicating(scene: LoadedScene, measured: MeasuredLadder) -> MeasuredLadder:
-    """Return the measured ladder with the cost of distribution added."""
+    """Return the measured trade-off with the costs of running the scene in several processes added."""
     scene = chosen(scene)
     rows = distributed(scene)
     forces = [held(pair, h, rows[0].simulated_s) for pair in hanging(scene) for h in EXCHANGES]

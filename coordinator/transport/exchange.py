@@ -181,7 +181,8 @@ class LocalHub(Exchange):
             super().send(node, payload)
 
     def receive(self, timeout: float | None = None) -> tuple[str, bytes] | None:
-        """Let nodes work until one answers and return the next (node, message); None if none can answer in time."""
+        """Let nodes work until one sends a message and return (node, message); return None if no node can send one in
+        time."""
         while not self._inbox:
             if self._ready:
                 self._links[self._ready.popleft()].dispatch()

@@ -182,7 +182,7 @@ class RunDirectory:
 
     @classmethod
     def chosen(cls) -> Self:
-        """Choose a new unique path; `make` creates the directory."""
+        """Return a run directory with a new unique path, which `make` creates."""
         for place in places():
             path = Path(place) / f"{PREFIX}{secrets.token_hex(4)}"
             if len(os.fsencode(path / "hub.sock")) < SOCKET_PATH_LIMIT and os.access(place, os.W_OK | os.X_OK):
@@ -193,7 +193,7 @@ class RunDirectory:
         )
 
     def make(self) -> Self:
-        """Create and lock the directory."""
+        """Create and lock the directory of the run."""
         _sweep(self.path.parent)
         try:
             made = self.path.with_name(f".{self.path.name}")  # nobody sweeps it before it is locked
@@ -219,7 +219,7 @@ class RunDirectory:
         return self.path / f"{node}.log"
 
     def remove(self) -> None:
-        """Delete the directory with its contents."""
+        """Delete the directory of the run with its contents."""
         self._removal()
         lock, self._lock = self._lock, -1  # before it is closed: what a signal interrupts may come here again
         if lock >= 0:

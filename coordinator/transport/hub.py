@@ -123,7 +123,7 @@ class Hub(Exchange):
         return any(matched(self._publishers[node]) for node in self.placement.hosted[process])
 
     def send(self, node: str, payload: bytes) -> None:
-        """Send a message to a node; the first one waits until the node listens, unless its process is lost."""
+        """Send a message to a node; the first message waits until the node listens, unless its process is lost."""
         if node in self._met or self._meet(node):
             super().send(node, payload)
 
@@ -144,7 +144,8 @@ class Hub(Exchange):
         return True
 
     def receive(self, timeout: float | None = None) -> tuple[str, bytes] | None:
-        """Return the next (node, message), or None after `timeout` [s]; None waits without a limit."""
+        """Wait for the next message and return (node, message); return None after `timeout` [s] (None: wait without a
+        limit)."""
         self._liveness.deadline = deadline = None if timeout is None else time.monotonic() + timeout
         while True:
             sample = self._inbox.try_recv()
@@ -205,7 +206,7 @@ class Hub(Exchange):
                 self.on_join(process)
 
     def on_join(self, process: str) -> None:
-        """Called when a process has joined; for subclasses."""
+        """Handle that a process has joined; does nothing here, subclasses override it."""
 
     def on_loss(self, process: str, how: str) -> None:
         """Handle the loss of a process; raises ProtocolError, since this hub cannot replace it."""

@@ -185,7 +185,7 @@ class LocalLink(_Sender):
         return self.open(self._pending.popleft().payload.to_bytes())
 
     def close(self) -> None:
-        """Leave the run."""
+        """Leave the run: end the connection of this node to the hub."""
         self._handler = None
         for publisher in (self._out, self._samples):
             publisher.undeclare()  # type: ignore[no-untyped-call]

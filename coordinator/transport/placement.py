@@ -66,20 +66,20 @@ class Placement:
 
     @property
     def crowd(self) -> str:
-        """The suggestion to let nodes share processes, which `check` prints for a scene with very many; "" for
-        fewer."""
+        """The suggestion that `check` prints for a scene with very many nodes, to let them share processes; "" for
+        fewer nodes."""
         if (count := len(self.processes)) <= MANY:
             return ""
         return f"a run starts {count} processes: `--processes auto` takes as many as pay, `--processes 4` four"
 
     @property
     def awaited(self) -> frozenset[str]:
-        """The processes that the coordinator does not start but waits for."""
+        """The processes that are started by others and for which the coordinator waits: remote and external ones."""
         return self.remote | self.external
 
     @cached_property
     def hosted(self) -> dict[str, dict[str, tuple[str, ...]]]:
-        """For each process, its nodes with their models."""
+        """For each process, the nodes that run in it, each with its models."""
         return {process: nodes_of(models) for process, models in self.processes.items()}
 
     @cached_property
@@ -103,7 +103,7 @@ class Placement:
 
 
 def nodes_of(models: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """Return the nodes that the models of one process form, each with its models."""
+    """Return the nodes of one process, each with its models: one node for the kernel, one for all other models."""
     together = tuple(model for model in models if model != KERNEL)
     found = {together[0]: together} if together else {}
     return {**found, KERNEL: (KERNEL,)} if KERNEL in models else found

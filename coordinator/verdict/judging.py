@@ -33,6 +33,7 @@ from .rigid_contacts import touches_of
 
 NO_ERRORS: Errors = {}  # nobody has measured any
 EVERY = "all"  # things of a scene
+FURTHER = 8  # times as many clearances are looked at, where a limit has none among the smallest
 RESOLVED = "resolved.json"  # the plan in a recording
 
 
@@ -45,6 +46,7 @@ class CheckContext:
     conduct: Conduct
     findings: list[Check] = field(default_factory=list)
     clearances: list[Clearance] = field(default_factory=list)
+    near: list[Clearance] = field(default_factory=list)  # those, and what was looked at besides
     smallest: int = SMALLEST
     mechanics: System | None = None
     uses: Sequence[Use] = ()
@@ -101,8 +103,16 @@ def _clearances(context: CheckContext) -> None:
     """Check clearances."""
     lands = landing(context.plan, context.conduct)
     meant = touching(context.plan, context.conduct)
-    context.clearances += clearances(context.plan, context.history, lands, context.smallest, context.mechanics, meant)
-    context.findings += too_near(context.clearances, context.plan)
+    limits, n = [x for x in context.plan.limits if x.quantity == "clearance" and not x.inputs], context.smallest
+    while True:  # until each limit has its smallest clearance, which may be larger than those of others
+        context.near = clearances(context.plan, context.history, lands, n, context.mechanics, meant)
+        if len(context.near) < n or len(_smallest(context)) == len({x.subject for x in limits}):
+            break
+        n *= FURTHER
+    found = too_near(context.near, context.plan)
+    red = {x.subject for x in found}
+    context.clearances += [c for i, c in enumerate(context.near) if i < context.smallest or f"{c.a} and {c.b}" in red]
+    context.findings += found
 
 
 def near_at_rest(plan: Plan, statics: Followed) -> tuple[Check | Use, ...]:
@@ -208,7 +218,7 @@ def verdict_with_uses(
 def _apart(context: CheckContext) -> list[Use]:
     """Return the clearances at the worst corner of uncertain inputs and, if no clearance is below its limit, the
     smallest clearance of each limit."""
-    known = {f"{c.a} and {c.b}": c for c in reversed(context.clearances)}
+    known = {f"{c.a} and {c.b}": c for c in reversed(context.near)}
     worst = [x for x in context.plan.limits if x.quantity == "clearance" and x.inputs]
     found = [x.met(c.distance, c.t) if (c := known.get(x.subject)) else x.met() for x in worst]
     if any(x.quantity == "clearance" for x in context.findings):
@@ -220,7 +230,7 @@ def _smallest(context: CheckContext) -> dict[str, Use]:
     """Return, for each clearance limit by its subject, the smallest clearance to which the limit applies."""
     plan, keep, found = context.plan, limit_between(context.plan), dict[str, Use]()
     for limit in (x for x in plan.limits if x.quantity == "clearance" and not x.inputs):
-        lifts = {c: (EVERY, lift_of(plan, c.a), lift_of(plan, c.b)) for c in context.clearances}
+        lifts = {c: (EVERY, lift_of(plan, c.a), lift_of(plan, c.b)) for c in context.near}
         apart = [c for c, of in lifts.items() if limit.subject in of and c.limit == keep(c.a, c.b)]
         if apart:
             c = min(apart, key=lambda c: c.distance)

@@ -41,7 +41,7 @@ class BodyTrack:
 
     @cached_property
     def R(self) -> Floats:
-        """Rotations (n, 3, 3), or (1, 3, 3) without rotation."""
+        """Rotation matrices of the body (n, 3, 3), or (1, 3, 3) if it does not rotate."""
         return matrices(self.turn)
 
     @cached_property
@@ -52,16 +52,16 @@ class BodyTrack:
 
     @cached_property
     def turn_strays(self) -> tuple[Floats, Floats]:
-        """Upper bounds (n - 1,) of the deviation of the body's rotation from linear interpolation between samples: that
-        of the quaternion, and that of a point per metre of its distance from the origin."""
+        """Upper bounds (n - 1,) of the error of rotations interpolated linearly between samples: error of the
+        quaternion, and displacement of a point per metre of its distance from the origin."""
         if len(self.turn) == 1:
             return (np.zeros(max(0, len(self.t) - 1)),) * 2
         return _turn_bend(self.t, self.turn)
 
     @cached_property
     def shakes(self) -> tuple[Floats, Floats]:
-        """Upper bounds (n - 1,) of the deviation of the body from straight lines between samples, computed from joint
-        speeds: that of its origin [m], and that of a point per metre of its distance from the origin."""
+        """Upper bounds (n - 1,) of the body's deviation from straight motion between samples, computed from joint
+        speeds: displacement of its origin [m], and of a point per metre of its distance from the origin."""
         if self.twist is None:
             nothing = np.zeros(max(0, len(self.t) - 1))
             return nothing, nothing
@@ -117,14 +117,15 @@ class Moving:
 
     @cached_property
     def half(self) -> Floats:
-        """Half edges (3,) [m]; for a strand, those at its greatest length in the run."""
+        """Half edges of the shape's box (3,) [m]; for a strand, half of its greatest length in the run along the third
+        axis."""
         if isinstance(self.shape, Strand):
             return np.array([0.0, 0.0, float(lengths(self.turn).max()) / 2])
         return np.zeros(3) if self.shape.form == "ball" else np.array(self.shape.size) / 2
 
     @cached_property
     def radius(self) -> float:
-        """Radius around the edges [m]."""
+        """Radius [m] of the rounding around the shape's box or line."""
         if isinstance(self.shape, Strand):
             return self.shape.radius
         return self.shape.size[0] / 2 if self.shape.form == "ball" else 0.0

@@ -33,7 +33,7 @@ class NearestSoFar:
         self._least = np.zeros(0)
 
     def groups(self, most: Floats) -> None:
-        """Set the bounds [m] of all groups, of which some may be new, to `most` (groups,)."""
+        """Set the bound [m] of each group of shape pairs, known or new, to `most` (groups,)."""
         self._most, self.free = most, np.flatnonzero(np.isinf(most))
         self.found += [None] * (len(most) - len(self.found))
         self._least = np.append(self._least, np.full(len(most) - len(self._least), np.inf))
@@ -51,7 +51,7 @@ class NearestSoFar:
         return found
 
     def add(self, group: int, found: Minimum) -> None:
-        """Record a distance of a group, if it is smaller than all found before."""
+        """Record a distance of a group if it is smaller than all known distances of the group."""
         if found.least < self._least[group]:
             self._least[group], self.found[group] = found.least, found
             self.message = self._tell()
@@ -68,7 +68,7 @@ class NearestSoFar:
         return max(float(last), self._limit)
 
     def open(self, now: Stretches) -> Stretches:
-        """Return those intervals that may contain a smaller distance than the ones found."""
+        """Return the intervals in which a distance smaller than the known ones is still possible."""
         return now.of(now.least < self.bars()[now.group])
 
     def bar(self, group: int) -> float:

@@ -50,7 +50,7 @@ def product(R: Floats, S: Floats) -> Floats:
 
 
 def chords(a: Floats, b: Floats) -> Floats:
-    """Return an upper bound (...,) of how far a point 1 m from the axis moves between two rotations given as
+    """Return an upper bound (...,) [m] of how far a point 1 m from the axis moves between two rotations given as
     quaternions (..., 4)."""
     w = dots(a, b)
     found: Floats = 2.0 * np.sqrt(np.maximum(0.0, 1.0 - w * w))
@@ -83,7 +83,7 @@ def onto(n: Floats) -> Floats:
 
 
 def axes_onto(x: float, y: float, z: float) -> Floats:
-    """Return the rotation (3, 3) that `onto` gives for one unit vector, bit-identical and ten times as fast."""
+    """Return the rotation (3, 3) that `onto` gives for one unit vector; bit-identical, and ten times as fast."""
     sign = 1.0 if z >= 0.0 else -1.0
     a = -1.0 / (sign + z)
     b = x * y * a
@@ -102,11 +102,12 @@ class BodyPoses(Protocol):
 
     @property
     def R(self) -> Floats:
-        """Rotations (n, 3, 3), or (1, 3, 3) without rotation."""
+        """Rotation matrices of the body (n, 3, 3), or (1, 3, 3) if it does not rotate."""
 
 
 def twists(joints: Sequence[Joint], frames: Mapping[str, BodyPoses], speeds: Mapping[str, Floats]) -> dict[str, Twist]:
-    """Return the velocities of all bodies whose joints, up to the world, are free, sliding, hinged, fixed or locked."""
+    """Return the velocities [m/s, rad/s] of all bodies whose joints, up to the world, are free, sliding, hinged, fixed
+    or locked."""
     if not speeds:
         return {}
     still = np.zeros_like(next(iter(frames.values())).p)
@@ -136,8 +137,8 @@ def twists(joints: Sequence[Joint], frames: Mapping[str, BodyPoses], speeds: Map
 
 
 def strays(t: Floats, pose: Floats, twist: Twist) -> tuple[Floats, Floats]:
-    """Return upper bounds (n - 1,) of the deviation of a body from straight motion between samples: that of its origin
-    [m], and that of a point per metre of its distance from the origin."""
+    """Return upper bounds (n - 1,) of a body's deviation from straight motion between samples: displacement of its
+    origin [m], and of a point per metre of its distance from the origin."""
     v, w = twist
     h = np.maximum(np.diff(t), 1e-9)[:, None]
     return _strays(h, v, np.diff(pose[:, :3], axis=0) / h), _strays(h, w, _turns(pose[:, 3:]) / h)

@@ -156,7 +156,10 @@ class OpenScene:
 
     def save(self, text: str, version: str) -> dict[str, Any]:
         """Write the scene if it still has this version; return its text, its new version, and the serial number of the
-        message with both: pages ignore older messages that arrive later."""
+        message that sends both to pages.
+
+        Pages ignore older messages that arrive later.
+        """
         with self._lock:
             path = self._writable()
             write(path, text, version)

@@ -30,7 +30,7 @@ ROOM = 100.0, 58.0  # [mm] of a drawing: letters of 2.2 mm are legible in a quar
 
 
 class Picture:
-    """The states of a plan, as pages draw them in 3D and as drawings."""
+    """The states of a lift from start to end, as pages draw them in 3D and as drawings."""
 
     def __init__(self, plan: Plan, states: Sequence[StaticState]) -> None:
         self.plan, self.states = plan, states

@@ -73,8 +73,8 @@ def studies(folder: Path) -> list[str]:
 
 
 def played(folder: Path, name: str, other: str = "") -> dict[str, Any]:
-    """Return a recording as data for the player on the page, with its verdict; with a second recording also the tables
-    that compare both."""
+    """Return a recording with its verdict as data for the player on the page; for two recordings also the tables that
+    compare both."""
     rec, verdict = _recorded(folder, name)
     found: dict[str, Any] = {"run": {}, "checks": None, "differences": []}
     beside = None

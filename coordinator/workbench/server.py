@@ -83,7 +83,7 @@ class Guard:
 
 
 class Save(msgspec.Struct):
-    """Request to save a whole text in place of this version."""
+    """Request to replace this version of the scene by a whole text."""
 
     text: str
     version: str
@@ -135,7 +135,8 @@ def _bundled() -> dict[str, str]:
 
 
 def application(opened: OpenScene, word: str, port: int) -> ASGIApp:
-    """Return the web application of an open scene, behind the guard."""
+    """Return the web application of the workbench for an open scene, which admits only requests that pass the
+    `Guard`."""
 
     async def page(_: Request) -> Response:
         return HTMLResponse(page_of("workbench", {}, "; img-src data: blob:; connect-src 'self'"))
@@ -283,7 +284,7 @@ class _WorkbenchServer(uvicorn.Server):
         self._opened = opened
 
     def handle_exit(self, sig: int, frame: Any) -> None:
-        """End the event streams, then the server."""
+        """On an exit signal, end the event streams to the pages, then the server."""
         self._opened.__exit__()
         super().handle_exit(sig, frame)
 

@@ -106,8 +106,8 @@ def tabled(orders: Sequence[LiftOrder], lifts: dict[LiftOrder, Lift]) -> dict[Li
 
 
 def stated(differences: Sequence[float]) -> float:
-    """Return the relative error of lift durations: twice the largest difference from some simulated runs, plus the
-    error of these runs."""
+    """Return the relative error of lift durations from their relative differences to some simulated runs: twice the
+    largest difference, plus the error of these runs."""
     return 2.0 * max(differences, default=0.0) + ACCURATE
 
 

@@ -100,7 +100,7 @@ class YardStudy:
         return Sheet(f"Variants of {self.file}", stated(best, f"{len(states)} variants: {lead}"), best, (table,))
 
     def beside(self, other: str) -> Sheet:
-        """Compare two yard files, with the distribution of their difference."""
+        """Compare the replications of two yard files, with the distribution of their difference."""
         a, b = self.of(), self.of(file=other)
         later = [y - x for x, y in zip(a.days, b.days, strict=True)]
         rows = [(name, *made.cells()) for name, made in ((self.file, a), (other, b))]
@@ -155,8 +155,8 @@ class YardStudy:
         return Sheet(f"Sensitivities of {self.file}", stated(base.state, f"most: {rows[0][0]}"), base.state, (table,))
 
     def limit(self, of: str) -> Sheet:
-        """Find how far a number may go from the first end of a range, such as `PATH=72..40`, while it is still shown
-        that contract dates are met."""
+        """Find how far a number may go from the first end of a range, such as `PATH=72..40`, before contract dates are
+        no longer met with the required probability."""
         path, _, text = (part.strip() for part in of.partition("="))
         found = range_of(text)
         if found is None:

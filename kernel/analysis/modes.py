@@ -1,8 +1,8 @@
 """Small motions about a pose: frequencies, damping and shapes of the linearised scene (Shabana 2005, chapter 3).
 
 With x = (small displacement, velocity) in the tangent space, x' = [[0, 1], [da/dq, da/dv]] x; its eigenvalues are s =
--zeta w +- i w sqrt(1 - zeta^2). States of radiation are added to x; a motion is left out if its energy is mostly in
-these states. Taut, closed and sticking laws stay as they are.
+-zeta w +- i w sqrt(1 - zeta^2). States of radiation are added to x; of all motions those count, as many as without
+these states, of which the least energy is in them. Taut, closed and sticking laws stay as they are.
 
 Results of statics and modes as text, and as plain data in SI units.
 """
@@ -82,17 +82,19 @@ def modes_at(poses: Poses, q: np.ndarray) -> Modes:
     s, vectors = np.linalg.eig(A)
     poses.accelerations(q)  # leaves the simulation at its own pose
     energy = KineticShares(simulation.program, simulation.P, q)
+    moved = np.zeros((len(s), simulation.program.nv), dtype=complex)
+    moved[:, poses.free] = (basis @ vectors[n : 2 * n]).T
+    water = (np.abs(vectors[2 * n :]) ** 2).sum(axis=0)
+    shares = [0.0 if abs(x) < FREE else e / energy.energy(v) for x, e, v in zip(s, water, moved, strict=True)]
+    counted = np.argsort([float(f"{x:.6e}") for x in shares], kind="stable")[: 2 * n]  # conjugates are alike
     found, decays = [], []
-    for k in np.argsort(np.abs(s), kind="stable"):
-        moved = np.zeros(simulation.program.nv, dtype=complex)
-        moved[poses.free] = basis @ vectors[n : 2 * n, k]
-        water = float(np.sum(np.abs(vectors[2 * n :, k]) ** 2))
-        if abs(s[k]) < FREE or water > 2.0 * energy.energy(moved):
+    for k in sorted(counted.tolist(), key=lambda k: abs(s[k])):
+        if abs(s[k]) < FREE:
             continue
         if abs(s[k].imag) <= 1e-9 * abs(s[k]):
             decays.append(-float(s[k].real))
         elif s[k].imag > 0.0:
-            shape = moved / moved[np.argmax(np.abs(moved))]
+            shape = moved[k] / moved[k][np.argmax(np.abs(moved[k]))]
             w = abs(s[k])
             root = energy.energy(shape) ** 0.5
             momenta = {name: p / root for name, p in energy.momenta(shape).items()}

@@ -87,7 +87,7 @@ class Sym:
 
     def __pow__(self, o: float) -> Any:
         if not (isinstance(o, int | float) and o in range(1, 9)):
-            raise TypeError("only whole powers 1 to 8 of run-time values: use power of kernel.elementary")
+            raise TypeError("a run-time value has whole powers from 1 to 8 only: use power of kernel.elementary")
         return self if o == 1 else mul(self, self ** (o - 1))
 
     def __abs__(self) -> Any:

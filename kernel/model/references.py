@@ -128,7 +128,9 @@ class References:
             advice = "it moves until then; start the profile there"
         else:
             return
-        raise KernelError(f"'{name}' at {start_ns * 1e-9:.9g} s: the simulation stands at {now * 1e-9:.9g} s; {advice}")
+        raise KernelError(
+            f"'{name}' at {start_ns * 1e-9:.9g} s: the simulation has reached {now * 1e-9:.9g} s; {advice}"
+        )
 
     def _moves(self, name: str, now_ns: int, until_ns: int) -> bool:
         (x, v), (later, speed) = self.own(name, now_ns), self.own(name, until_ns)

@@ -24,7 +24,7 @@ from heavylift.kernel.description.findings import (
     clock,
 )
 from heavylift.kernel.description.forces import Radiation
-from heavylift.nodes.plan.limit import IN_WIND, ROUNDING, Use
+from heavylift.nodes.plan.limit import IN_WIND, ORDERED, ROUNDING, Use
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.shapes import Shapes
 from heavylift.recordings.format.spellings import BEAM_LOAD
@@ -118,7 +118,8 @@ def _factored(plan: Plan) -> bool:
 
 def _of_limit(plan: Plan, use: Use, errors: Errors | None) -> Check:
     limit, met, use = use.limit, use, use.at_worst
-    error = 0.0 if errors is None or limit.quantity == IN_WIND else error_of(use, errors)
+    exact = limit.quantity == IN_WIND or use.source.startswith(ORDERED)
+    error = 0.0 if errors is None or exact else error_of(use, errors)
     state, why, message = _state_of(use, error, plan.accepts_assumed, at_rest=errors is None)
     where = limit.where
     warned = limit.warning is not None and (use.value or 0.0) > limit.warning and state in ("green", "amber")
@@ -249,6 +250,8 @@ def governing(checks: Sequence[Check]) -> list[str]:
     """Return one line of text for each quantity: its check with the highest utilisation. Checks of loads precede checks
     of positions."""
     found: dict[str, Check] = {}
+    if any(check.state == "red" and check.use is None for check in checks):
+        return []  # what has no utilisation, such as a contact, governs
     for check in sorted(checks, key=lambda c: (not c.load, -(c.use or 0.0))):
         if check.use and not check.between:
             found.setdefault(check.quantity, check)

@@ -18,7 +18,7 @@ from heavylift.kernel.description.mechanics import Point, System, merge
 from heavylift.kernel.description.signals import ScalarSignal
 from heavylift.kernel.model.group_loads import ON_BASES, base_force, carried_group
 from heavylift.kernel.model.quantities import LINED, FormulaContext, lines, names, numbers, points, scalar
-from heavylift.nodes.plan.limit import STANDING, RatedLimit
+from heavylift.nodes.plan.limit import ORDERED, ROUNDING, SIMULATED, STANDING, RatedLimit
 from heavylift.nodes.plan.plan import Plan
 
 from .factors import BASES, product
@@ -28,7 +28,6 @@ from .signals import EMPTY, Column, SignalColumns, carries, place, tie_of, wind,
 from .splash import slack_sling, splash_load
 
 RESTS = 1.05  # times the weight of a block: less on its supports is no impact
-SIMULATED, ORDERED = "as simulated", "as ordered"
 TIGHT = 0.02  # of its rated tension: with less a sling holds nothing
 PARTS = 24  # of the way that a machine slews between two instants of a path at rest, which are looked at
 STANDS = 1e-9  # [m] between two samples of a rope whose winch stands
@@ -52,7 +51,11 @@ def read(plan: Plan, limit: RatedLimit, signals: SignalColumns) -> Reading | Non
     if reduction == "ordered speed":
         exact = signals.peaks.get(f"{limit.subject} {limit.quantity}")
         if exact or (signals.dynamic and {*limit.elements} & {*signals.tensions}):
-            return Reading(np.full(len(signals.t), np.nan), exact, SIMULATED)
+            none = np.full(len(signals.t), np.nan)
+            ordered = max((speed for _, speed in touching(plan, limit.quantity, limit.subject)), default=0.0)
+            if exact and limit.known and limit.use(ordered) > 1.0 + ROUNDING:  # whatever the errors of the run
+                return Reading(none, (ordered, exact[1]), f"{ORDERED}; {60.0 * exact[0]:.3g} m/min {SIMULATED}")
+            return Reading(none, exact, SIMULATED)
         return _ordered_speed(plan, limit, signals)
     if reduction == "splash zone":
         return _splash(plan, limit, signals)
@@ -115,7 +118,7 @@ def _evaluated(
     if x.quantity == "wind":
         columns = {x.of: wind_speed(wind(plan, x.of), signals.t)}
     if x.quantity in ON_BASES:  # of one resultant force, which is the same for all corners of a base
-        force = signals.once(("force", x.point), lambda: _force_on_base(x, system, signals))
+        force = signals.once(("force", x.point), lambda: force_on_base(x, system, signals))
         if force is None:
             return None
         V, along, across = force
@@ -131,7 +134,7 @@ def _evaluated(
         return np.asarray(scalar(x, each, [*turned, *own[len(turned) :]], values, counts))
 
 
-def _force_on_base(x: ScalarSignal, system: System, signals: SignalColumns) -> tuple[Column, Column, Column] | None:
+def force_on_base(x: ScalarSignal, system: System, signals: SignalColumns) -> tuple[Column, Column, Column] | None:
     """Return the resultant force (n,) [N] on a base and its place (n,) [m] along and across it; None if data are
     missing."""
     group = carried_group(x, system)

@@ -11,16 +11,16 @@ from math import degrees
 
 import msgspec
 import numpy as np
-from heavylift.kernel.description.mechanics import Point
+from heavylift.kernel.description.mechanics import Point, merge
 from heavylift.nodes.plan.connections import lug_places
-from heavylift.nodes.plan.limit import RatedLimit, Reach, Use
+from heavylift.nodes.plan.limit import STANDING, RatedLimit, Reach, Use
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.statics.state import StaticState
 from heavylift.recordings.format.viewer_messages import RopeLine
-from heavylift.recordings.sheets.sheet import Cell, Marked, Table, columns
+from heavylift.recordings.sheets.sheet import Cell, Marked, Table, columns, trimmed
 
-from .named import rated
-from .reading import axis_of, read
+from .named import measured, rated
+from .reading import axis_of, force_on_base, read
 from .sharing import dynamics_required
 from .signals import Column, SignalColumns, place, signals_of
 
@@ -94,6 +94,8 @@ class RunTables:
         yield Table("Slings", SLINGS, tuple(self._slings(uses, peaks, at)))
         rows = tuple((name, *p, F / 1e3, F / TONNE, t) for name, (F, t, p) in self._reactions.items())
         yield Table("Reactions of supports", (*columns("support"), *PLACE, *FORCE), rows, ("At samples.",))
+        note = "Along and across from the middle of the base; without inertia of the machine and wind on it."
+        yield trimmed(Table("Loads on bases", BASES_OF, tuple(self._bases(uses, at)), (note,)))
         yield self._stages()
         for body in self._paths:
             title = f"Path of {'the ' * (body == 'block')}{body}"
@@ -125,6 +127,20 @@ class RunTables:
                 most = widest.get(rope)
                 lug = lugs.get((line.b_body, tuple(line.b)), "")
                 yield rope, lug, angle, None if most is None else max(angle, degrees(most))
+
+    def _bases(self, uses: Sequence[Use], at: At) -> Iterator[Cells]:
+        machines = self._plan.machines
+        system = merge((machine.system for machine in machines), self._plan.gravity)
+        for use in (x for x in uses if x.limit.quantity in STANDING and x.limit.elements and x.value):
+            x = next((m.footing for m in machines if m.name == use.limit.elements[0]), None)
+            ((signal, *_),) = measured(use.limit, machines, self._plan.gravity)
+            force = None if use.t is None else force_on_base(signal, system, at(use.t)[0])
+            if x is not None and force is not None:
+                V, along, across = (float(column[0]) for column in force)
+                each = (x.each if x.kind == kind else None for kind in ("tracks", "outriggers", "wheels"))
+                area, mass = x.mat or (None, 0.0)
+                yield (use.limit.quantity, use.limit.subject, use.t, V / 1e3, along, across, x.length, x.width, *each,
+                       area, mass / 1e3 if area else None)  # fmt: skip
 
     def _stages(self) -> Table:
         """Return the table of stages, with the governing rope and the dynamic factors of the cranes."""
@@ -167,6 +183,9 @@ def _up(signals: SignalColumns, line: RopeLine) -> Column:
 
 LUGS = (*columns("lug", "u [m] .2", "v [m] .2", "w [m] .2"), *FORCE, *columns(*(f"along {x} [kN] .1" for x in "uvw")))
 SLINGS = columns("sling", "lug", "angle to vertical at its peak [deg] .1", "at most [deg] .1")
+BASES_OF = columns("check", "item", "at [h:min:s]", "resultant [kN] .1", "along [m] .3", "across [m] .3",
+                   "base length [m] .2", "base width [m] .2", "track breadth [m] .2", "pad area [m2] .2",
+                   "wheels at a corner .0", "mat area [m2] .2", "mat mass [t] .2")  # fmt: skip
 PATH = columns("stage", "from [h:min:s]", "lowest point [m] .2", "least tilt [deg] .1", "largest tilt [deg] .1")
 TILT = "Tilt: angle of the block's w axis to the vertical; x, y, z: centre of gravity at the end of the stage."
 

@@ -72,6 +72,7 @@ Quantity: TypeAlias = Literal[
 STANDING: tuple[Quantity, ...] = ("ground pressure", "wheel load", "uplift")  # of the footing of a machine
 IN_WIND: Quantity = "off-lead in wind"  # at rest, of the wind of the factor sheet
 TOUCHING: tuple[Quantity, ...] = ("lift-off speed", "landing speed")
+SIMULATED, ORDERED = "as simulated", "as ordered"  # where the value of a use comes from
 
 
 class RestLoad(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):

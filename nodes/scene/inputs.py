@@ -218,7 +218,7 @@ def _input(scene: LoadedScene, source: SourceText, name: str) -> tuple[Input, Qu
         path = (*path, key)
     found = quantity(kind)
     if at is None:
-        raise SceneError(f"input {name}: the scene gives it no value; write a nominal one")
+        raise SceneError(f"input {name}: the scene gives this input no value; write a nominal value")
     if found is None or isinstance(at, bool) or not isinstance(at, int | float):
         raise SceneError(f"input {name}: this is not a quantity; name a quantity, such as block.mass")
     dimension = found.dimension

@@ -88,5 +88,5 @@ def _zones(path: Path) -> list[tuple[str, np.ndarray]]:
     except ValueError as error:
         raise SceneError(f"{path}: {error}") from None
     if not tables or any(x.ndim != 2 or x.shape != tables[0].shape for x in tables):
-        raise SceneError(f"{path}: its zones are missing or differ in size; write it again by NEMOH")
+        raise SceneError(f"{path}: its zones are missing or differ in size; write the file again with NEMOH")
     return [(zone.splitlines()[0], table) for zone, table in zip(found, tables, strict=True)]

@@ -1,33 +1,37 @@
-"""Fit of a passive state-space model of radiation forces to added mass and damping by frequency.
+"""Fit of a passive and reciprocal state-space model of radiation forces to added mass and damping by frequency.
 
-K(iw) = B(w) + iw (A(w) - A_inf) (Ogilvie, 5th Symposium on Naval Hydrodynamics, 1964) is fitted by G^T (iw - F)^-1 G
-with F = J - R R^T, where J is skew-symmetric. The unconstrained least-squares fit over J, R and G always gives a
-passive model (the port-Hamiltonian form; van der Schaft, L2-Gain and Passivity, 2017). Modes that damping couples are
-fitted together, with as many states as the error requires.
+K(iw) = B(w) + iw (A(w) - A_inf) (Ogilvie, 5th Symposium on Naval Hydrodynamics, 1964) is symmetric, and its real part
+is positive. Such functions are G^T (iw - F)^-1 G with F = [[-D, W], [-W^T, -E]], G = [H; 0] and diagonal D, E >= 0
+(Anderson and Vongpanitlerd, Network Analysis and Synthesis, 1973, chapter 10). The unconstrained least-squares fit over
+the roots of D and E, W and H is therefore always passive and reciprocal. Modes that damping couples are fitted
+together, with as many states as the error requires.
 
-The fit starts from a sum, with non-negative coefficients, of terms d d^T iw / (W^2 - w^2 + 2 i z W w) over a grid of
-frequencies W, damping ratios z and directions d (Lawson and Hanson's NNLS), projected onto the states that respond most
-at wave frequencies.
+The fit starts from K(s) = 2/pi int B(u) s / (s^2 + u^2) du, of which each frequency is a damped oscillator, projected
+onto the states that respond most at wave frequencies.
 """
 
+from collections.abc import Callable
 from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import block_diag, schur
-from scipy.optimize import least_squares, nnls
+from scipy.interpolate import PchipInterpolator
+from scipy.linalg import block_diag, cho_factor, cho_solve
 
 from .hydrodynamics import FitError
 
-COUPLED = 1e-3  # of sqrt(B_ii B_jj): smaller couplings are rounding of the panels
-BEYOND = 2.0  # times the first and last frequency: the grid of terms
-FREQUENCIES, ANGLES = 24, 24  # of terms
-DAMPINGS = (0.2, 0.35, 0.6, 1.0, 2.0)
-SEEN = 200  # frequencies whose answers the projection keeps
+COUPLED = 5e-3  # of sqrt(B_ii B_jj): smaller couplings are left out as rounding of the panels
+BEYOND = 2.0  # times the first and last frequency: where the start is projected
+TAIL, LEFT = 1.6, 0.3  # times the last frequency: where damping ends in the start; and its share halfway
+OSCILLATORS, SMALL = 160, 1e-4  # of the start up to the last frequency; share of the largest that is left out
+SEEN = 60  # frequencies whose answers the projection keeps
+NOISE = 1e-12  # of the largest damping: smaller ones of a mode are rounding
 GOOD = 0.02  # error at which no more states are tried
-STATES = range(4, 13, 2)  # of coupled modes
 TRIES = 100  # of a fit
+FIRST, DONE = 1e-4, 1e-5  # damping of the first step, of the largest slope; relative gain at which a fit ends
 LEAST = 1e-6  # [1/s] of the damping of a start, so that its root has a slope
+
+Function = Callable[[np.ndarray], np.ndarray]
 
 
 class StateSpace(NamedTuple):
@@ -47,6 +51,21 @@ class StateSpace(NamedTuple):
         return found
 
 
+class Network(NamedTuple):
+    """Reciprocal model: the diagonals D (n,) and E (n,), W (n, n) and H (n, m)."""
+
+    D: np.ndarray
+    W: np.ndarray
+    E: np.ndarray
+    H: np.ndarray
+
+    @property
+    def space(self) -> StateSpace:
+        """The same as a state-space model."""
+        F = np.block([[-np.diag(self.D), self.W], [-self.W.T, -np.diag(self.E)]])
+        return StateSpace(F, np.concatenate([self.H, np.zeros_like(self.H)]))
+
+
 class CoupledModes:
     """Added mass A and damping B (n, m, m) of coupled modes at the frequencies w (n,), and the added mass A_inf (m, m)
     at infinite frequency.
@@ -62,11 +81,12 @@ class CoupledModes:
         self._upper = np.triu_indices(self.m)
         self._ratio = np.sqrt(np.outer(largest[0], largest[0])) / np.outer(self.size, self.size)
         K = B[every] + 1j * w[:, None, None] * (A[every] - A_inf[np.ix_(modes, modes)])
-        self.wanted = self.rows(K / np.outer(self.size, self.size))
+        self.K = K / np.outer(self.size, self.size)
+        self.wanted = self.rows(self.K)
 
     def rows(self, K: np.ndarray) -> np.ndarray:
-        """Return the damping and added mass in K (..., n, m, m) as one vector, each divided by the largest value of its
-        mode."""
+        """Return the damping and added mass in K (..., n, m, m), which is symmetric, as one vector, each divided by the
+        largest value of its mode."""
         parts = K.real, K.imag / self.w[:, None, None] / self._ratio
         flat = [x[..., self._upper[0], self._upper[1]].reshape(*K.shape[:-3], -1) for x in parts]
         return np.concatenate(flat, axis=-1)
@@ -74,100 +94,128 @@ class CoupledModes:
     def fitted(self) -> StateSpace:
         """Return the model with the fewest states whose error is below GOOD; if there is none, the model with the
         smallest error."""
-        terms, found = self._terms(), list[tuple[float, StateSpace]]()
-        for n in (n for n in STATES if n >= 2 * self.m):
-            space = self._polished(self._projected(terms, n))
+        start, found = self._oscillators(), list[tuple[float, StateSpace]]()
+        for n in range(max(2, self.m + self.m // 3), max(6, 3 * self.m) + 1, max(1, 2 * self.m // 3)):
+            space = self._polished(self._projected(*start, n)).space
             error = float(np.abs(self.rows(space.memory(self.w)) - self.wanted).max())
             found.append((error, space))
             if error < GOOD:
                 break
         return min(found, key=lambda x: x[0])[1]
 
-    def _terms(self) -> StateSpace:
-        """Return the sum of terms that fits the data best."""
-        w, axes = self.w, np.eye(self.m)
-        turns = np.pi * np.arange(1, ANGLES) / ANGLES
-        pairs = [(axes[i], axes[j]) for i, j in combinations(range(self.m), 2)]
-        ways = [*axes, *(np.cos(t) * a + np.sin(t) * b for a, b in pairs for t in turns)]
-        ends = w[0] / BEYOND, BEYOND * w[-1]
-        grid = [(W, z, d) for W in np.geomspace(*ends, FREQUENCIES) for z in DAMPINGS for d in ways]
-        made = [
-            self.rows((1j * w / (W * W - w * w + 2j * z * W * w))[:, None, None] * np.outer(d, d)) for W, z, d in grid
-        ]
-        shares = nnls(np.array(made).T, self.wanted, maxiter=100 * len(made))[0]
-        kept = [(W, z, np.sqrt(share) * d) for (W, z, d), share in zip(grid, shares, strict=True) if share > 0.0]
-        G = np.zeros((2 * len(kept), self.m))
-        G[::2] = [d for _, _, d in kept]
-        return StateSpace(block_diag(*([[-2.0 * z * W, -W], [W, 0.0]] for W, z, _ in kept)), G)
+    def _oscillators(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the frequencies W (k,), the dampings 2 z W (k,) and the inputs H (k, m) of the start."""
+        last, damping = self.w[-1], self.K.real
+        places = np.array([0.0, *self.w, 0.5 * (1.0 + TAIL) * last, TAIL * last])
+        values = np.concatenate([0.0 * damping[:1], damping, LEFT * damping[-1:], 0.0 * damping[:1]])
+        edges = np.linspace(0.0, TAIL * last, int(TAIL * OSCILLATORS))
+        W, width = 0.5 * (edges[1:] + edges[:-1]), edges[1]
+        given = PchipInterpolator(places, values)(W)
+        sizes, V = np.linalg.eigh(2.0 / np.pi * width * given)
+        kept = sizes > SMALL * sizes.max()
+        H = V.swapaxes(1, 2)[kept] * np.sqrt(sizes[kept])[:, None]
+        return np.repeat(W, kept.sum(axis=1)), np.full(len(H), 2.0 * width), H
 
-    def _projected(self, space: StateSpace, n: int) -> StateSpace:
-        """Return the model projected onto the n states that respond most at wave frequencies; it stays passive."""
-        seen = space.answers(np.geomspace(self.w[0] / BEYOND, BEYOND * self.w[-1], SEEN))
-        snapshots = np.concatenate([*seen], axis=1)
-        V = np.linalg.svd(np.concatenate([snapshots.real, snapshots.imag], axis=1), full_matrices=False)[0][:, :n]
-        return StateSpace(V.T @ space.F @ V, V.T @ space.G)
+    def _projected(self, W: np.ndarray, damping: np.ndarray, H: np.ndarray, n: int) -> Network:
+        """Return the start with W^T = diag(W), projected onto the n states of either half that respond most at wave
+        frequencies; it stays passive and reciprocal."""
+        s = 1j * np.geomspace(self.w[0] / BEYOND, BEYOND * self.w[-1], SEEN)
+        of = H[:, None] / (s * s + np.outer(damping, s) + (W * W)[:, None])[..., None]
+        halves = of * s[:, None], of * W[:, None, None]
+        seen = (x.reshape(len(W), -1) for x in halves)
+        U, V = (np.linalg.svd(np.hstack([x.real, x.imag]), full_matrices=False)[0][:, :n] for x in seen)
+        D, P = np.linalg.eigh((U.T * damping) @ U)
+        return Network(D, -P.T @ (U.T * W) @ V, np.zeros(n), P.T @ U.T @ H)
 
-    def _polished(self, start: StateSpace) -> StateSpace:
-        """Return the least-squares fit of J, R and G that starts from a given model."""
-        n, m = start.G.shape
-        above = np.triu_indices(n, 1)
-        skew, lost = 0.5 * (start.F - start.F.T), np.linalg.eigh(-0.5 * (start.F + start.F.T))
-        root = lost[1] * np.sqrt(np.maximum(lost[0], LEAST))
-        cuts = len(above[0]), len(above[0]) + n * n
+    def _polished(self, start: Network) -> Network:
+        """Return the least-squares fit of the roots of D and E, W and H that starts from a given model."""
+        n, m = start.H.shape
+        cuts = np.cumsum([n, n * n, n])
 
-        def unpacked(x: np.ndarray) -> tuple[StateSpace, np.ndarray]:
-            J, R = np.zeros((n, n)), x[cuts[0] : cuts[1]].reshape(n, n)
-            J[above] = x[: cuts[0]]
-            return StateSpace(J - J.T - R @ R.T, x[cuts[1] :].reshape(n, m)), R
+        def unpacked(x: np.ndarray) -> Network:
+            d, W, e, H = np.split(x, cuts)
+            return Network(d * d, W.reshape(n, n), e * e, H.reshape(n, m))
 
         def error(x: np.ndarray) -> np.ndarray:
-            return np.asarray(self.rows(unpacked(x)[0].memory(self.w)) - self.wanted)
+            return np.asarray(self.rows(unpacked(x).space.memory(self.w)) - self.wanted)
 
         def slope(x: np.ndarray) -> np.ndarray:
-            """Return the derivative of the error with respect to the parameters x, from dK = dG^T X + Y^T dG + Y^T dF X
-            with X = (iw - F)^-1 G and Y = (iw - F)^-T G."""
-            space, R = unpacked(x)
-            X, Y = space.answers(self.w), StateSpace(space.F.T, space.G).answers(self.w)
-            by_F = np.einsum("wia,wjb->ijwab", Y, X)
-            by_R = -np.einsum("ikwab,kj->ijwab", by_F + by_F.swapaxes(0, 1), R)
-            by_G = np.zeros((n, m, len(self.w), m, m), complex)
+            """Return the derivatives of the error with respect to the parameters x, a row for each, from dK = dG^T X +
+            Y^T dG + Y^T dF X with X = (iw - F)^-1 G = [a; b] and, by reciprocity, Y = (iw - F)^-T G = [a; -b]."""
+            a, b = np.split(unpacked(x).space.answers(self.w), 2, axis=1)
+            by_d, by_e = (
+                2.0 * root[:, None, None, None] * np.einsum("wia,wib->iwab", y, y)
+                for root, y in ((-x[:n], a), (x[cuts[1] : cuts[2]], b))
+            )
+            by_W = np.einsum("wia,wjb->ijwab", a, b).reshape(-1, len(self.w), m, m)
+            by_H = np.zeros((n, m, len(self.w), m, m), complex)
             for mode in range(m):
-                by_G[:, mode, :, mode, :] += X.swapaxes(0, 1)
-                by_G[:, mode, :, :, mode] += Y.swapaxes(0, 1)
-            by_J = (by_F - by_F.swapaxes(0, 1))[above]
-            parts = (by_J, by_R.reshape(-1, *by_R.shape[2:]), by_G.reshape(-1, *by_G.shape[2:]))
-            return np.asarray(np.concatenate([self.rows(part) for part in parts]).T)
+                by_H[:, mode, :, mode] = a.swapaxes(0, 1)
+            parts = (
+                by_d,
+                by_W + by_W.swapaxes(-1, -2),
+                by_e,
+                (by_H + by_H.swapaxes(-1, -2)).reshape(-1, *by_W.shape[1:]),
+            )
+            return np.concatenate([self.rows(part) for part in parts])
 
-        begin = np.concatenate([skew[above], root.ravel(), start.G.ravel()])
-        try:
-            return unpacked(least_squares(error, begin, slope, max_nfev=TRIES).x)[0]
-        except np.linalg.LinAlgError:  # of its singular values
-            return start
+        d, e = (np.sqrt(np.maximum(x, LEAST)) for x in (start.D, start.E))
+        return unpacked(_least(error, slope, np.concatenate([d, start.W.ravel(), e, start.H.ravel()])))
+
+
+def _least(error: Function, slope: Function, x: np.ndarray) -> np.ndarray:
+    """Return the x that minimises the sum of squared errors, by Levenberg's method with normal equations: SciPy's
+    singular values of so many columns take minutes. The damping of steps is Nielsen's (IMM-REP-1999-05)."""
+    missed, J, grow = error(x), slope(x), 2.0
+    damping = FIRST * float((J * J).sum(axis=1).max())
+    for _ in range(TRIES):
+        step = cho_solve(cho_factor(J @ J.T + damping * np.eye(len(x))), -J @ missed)
+        new = error(x + step)
+        before, after = missed @ missed, new @ new
+        if after < before:
+            gain = (before - after) / float(step @ (damping * step - J @ missed))
+            x, missed, J = x + step, new, slope(x + step)
+            damping, grow = damping * max(1.0 / 3.0, 1.0 - (2.0 * gain - 1.0) ** 3), 2.0
+            if before - after < DONE * before:
+                break
+        else:
+            damping, grow = damping * grow, 2.0 * grow
+    return x
 
 
 def fitted(w: np.ndarray, A: np.ndarray, B: np.ndarray, A_inf: np.ndarray) -> tuple[StateSpace, FitError]:
-    """Fit a state-space model of the radiation force to added mass A and damping B (n, 6, 6) at the frequencies w (n,)
-    [rad/s]; return the model and its error."""
-    F, G, worst = list[np.ndarray](), list[np.ndarray](), np.zeros(2)
+    """Fit a state-space model of the radiation force to added mass A and damping B (n, m, m) at the frequencies w (n,)
+    [rad/s]; return the model and its error, which includes couplings that are left out."""
+    F, G, m = list[np.ndarray](), list[np.ndarray](), len(A_inf)
     for modes in _groups(np.abs(B).max(axis=0)):
         of = CoupledModes(w, A, B, A_inf, modes)
         space = of.fitted()
-        T, Z = schur(space.F, output="real")  # as few numbers as a rotation of the states allows
-        rows = np.zeros((len(T), 6))
-        rows[:, modes] = Z.T @ space.G * of.size
-        F.append(T)
+        rows = np.zeros((len(space.F), m))
+        rows[:, modes] = space.G * of.size
+        F.append(space.F)
         G.append(rows)
-        missed = np.abs(of.rows(space.memory(w)) - of.wanted).reshape(2, -1)
-        worst = np.maximum(worst, missed.max(axis=1))
-    return StateSpace(block_diag(*F), np.concatenate(G)), FitError(float(worst[1]), float(worst[0]))
+    whole = StateSpace(block_diag(*F), np.concatenate(G))
+    K = whole.memory(w)
+    damping, added = (
+        np.abs((x - y) / np.outer(*2 * [_sizes(np.abs(y).max(axis=0))])).max()
+        for x, y in ((K.real, B), (K.imag / w[:, None, None] + A_inf, A))
+    )
+    return whole, FitError(float(added), float(damping))
 
 
 def _groups(largest: np.ndarray) -> list[list[int]]:
-    """Return the groups of modes that are coupled by damping, given the largest damping (6, 6); each group is
+    """Return the groups of modes that are coupled by damping, given the largest damping (m, m); each group is
     sorted."""
-    size = np.sqrt(np.maximum(largest.diagonal(), 1e-12 * largest.max()))
-    group = [*range(6)]
-    for i, j in combinations(range(6), 2):
+    m = len(largest)
+    size = _sizes(largest)
+    group = [*range(m)]
+    for i, j in combinations(range(m), 2):
         if max(largest[i, j], largest[j, i]) > COUPLED * size[i] * size[j]:
             group = [group[i] if g == group[j] else g for g in group]
-    return [[i for i in range(6) if group[i] == g] for g in sorted(set(group))]
+    return [[i for i in range(m) if group[i] == g] for g in sorted(set(group))]
+
+
+def _sizes(largest: np.ndarray) -> np.ndarray:
+    """Return the root of the largest value of each mode (m,), given those of all pairs (m, m); of rounding errors, that
+    of the least which is none."""
+    return np.asarray(np.sqrt(np.maximum(largest.diagonal(), NOISE * largest.max())))

@@ -8,7 +8,7 @@ from typing import Any
 
 from heavylift.kernel.algebra.elementary import atan2
 from heavylift.kernel.analysis.equilibrium import RESTLESS
-from heavylift.kernel.description.findings import NOT_CHECKED, Check, State, finding
+from heavylift.kernel.description.findings import NOT_CHECKED, Check, State, clock, finding
 from heavylift.nodes.models.commander.actuator_registry import turn_of
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.plan import plan
@@ -148,7 +148,7 @@ def _unfollowed(built: plan.Plan, path: Followed) -> list[Check]:
         return []
     action, t = (path.states[-1].action, path.states[-1].t) if path.states else (0, 0.0)
     why = _out_of_plumb(built, path) or path.why
-    sentence = f"the lift is not checked at rest from here on: {why}; `heavylift run` checks it"
+    sentence = f"the lift is not checked at rest from {clock(t, 1)} on: {why}; `heavylift run` checks it"
     return [_finding(built, action, "amber", "unfollowed", "scene", sentence, t, why=NOT_CHECKED)]
 
 

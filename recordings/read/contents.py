@@ -179,7 +179,7 @@ def _written(value: Any, schema: Mapping[str, Any], defs: Mapping[str, Any]) -> 
         schema = next((x for x in schema["anyOf"] if _fits(value, x, defs)), schema)
         return _written(value, schema, defs) if "anyOf" not in schema else value
     if value is None and schema.get("type") == "number":
-        raise Unknown("it contains NaN or infinity, which JSON cannot represent")
+        raise Unknown("a message contains NaN or infinity, which JSON cannot represent")
     if isinstance(value, str) and schema.get("contentEncoding") == "base64":
         return b64decode(value)
     if isinstance(value, dict):

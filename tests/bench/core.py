@@ -1,4 +1,4 @@
-"""What one decision of the coordinator costs by itself: DONE taken, commits, floor, next GRANTs; no node, no transport.
+"""Time of one decision of the coordinator alone: DONE received, commits, floor, next GRANTs; no node, no transport.
 
     python tests/bench/core.py [--json] [--short]
 

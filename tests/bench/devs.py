@@ -1,4 +1,4 @@
-"""How fast the DEVS engine is: DEVStone, sparse generators, building, tracing; beside other engines where installed.
+"""Speed of the DEVS engine: DEVStone, sparse generators, building, tracing; beside other engines if installed.
 
     pip install '.[bench]' && PYTHONPATH=pypdevs/src python tests/bench/devs.py [--json] [--short]
 

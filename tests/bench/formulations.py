@@ -1,4 +1,4 @@
-"""What the paper's formulations cost: one forward dynamics of a chain of n hinged links, the same text in machine code.
+"""Time of one forward dynamics of a chain of n hinged links in each of the paper's formulations, in machine code.
 
     python tests/bench/formulations.py [--json] [--short] [--long]
 

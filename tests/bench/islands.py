@@ -1,4 +1,4 @@
-"""What it gains to solve islands apart.
+"""Time saved by solving islands separately.
 
     python tests/bench/islands.py [--json] [--short]
 

@@ -1,4 +1,4 @@
-"""What the kernel costs, beside MuJoCo and Pinocchio in one process on one core.
+"""Times of the kernel beside MuJoCo and Pinocchio in one process on one core.
 
     python tests/bench/kernel.py [--json] [--short]
 

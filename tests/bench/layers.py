@@ -1,4 +1,4 @@
-"""Where the time of one grant cycle goes: the same round trip between two processes, layer by layer, beside a raw one.
+"""Time of one grant cycle by layers: the same round trip between two processes, beside a raw one.
 
     taskset -c 1 python tests/bench/layers.py [--json] [--short]
 

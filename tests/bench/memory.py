@@ -1,4 +1,4 @@
-"""What does not grow: memory of long runs without events, bytes of GRANTs, memory of a run without an end.
+"""Memory that must not grow: long runs without events, bytes of GRANTs, runs without an end.
 
     python tests/bench/memory.py [--json] [--short]
 

@@ -1,4 +1,4 @@
-"""Which solver: steps, evaluations and time of every method at equal error, SciPy's in the same run.
+"""Steps, evaluations and time of every integration method at equal error, beside SciPy's.
 
     python tests/bench/methods.py [--json] [--short] [--seconds 10]
 

@@ -1,5 +1,4 @@
-"""How a page plays in a browser without a graphics card: pictures a second, what one costs, and the bytes of an hour;
-how soon page and report of long recordings are made and open.
+"""Playback of a page in a browser without a graphics card: frame rate, time of a frame, bytes, opening times.
 
     python tests/bench/page.py [--json] [--short]
 

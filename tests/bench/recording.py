@@ -1,4 +1,4 @@
-"""What a recording costs: share of a run's wall time, CPU and bytes per sample, and what a kill takes away.
+"""Cost of a recording: share of a run's wall time, CPU time and bytes per sample, and data lost by a kill.
 
     python tests/bench/recording.py [--json] [--short]
 

@@ -1,4 +1,4 @@
-"""How fast variants of the bundled lift run, and what the engine around them costs.
+"""Speed of variants of the bundled lift, and the overhead of the study engine.
 
     python tests/bench/sweep.py [--json] [--short]
 

@@ -1,4 +1,4 @@
-"""What conservative time costs: one grant, a full round, the ring workload, many nodes, one process; beside peers.
+"""Cost of conservative synchronisation: one grant, a full round, the ring workload, many nodes; beside peers.
 
     pip install '.[bench]' && python tests/bench/sync.py [--json] [--short] [--repeats 5] [--only grant]
 

@@ -1,4 +1,4 @@
-"""What a user waits for, from the key that is pressed to the answer, on this machine.
+"""Waiting times of a user of the commands, from key press to answer, on this machine.
 
     python tests/bench/wait.py [--json] [--short]
 

@@ -1,4 +1,4 @@
-"""What a planner waits for beside the workbench: from a save of any editor to the messages that its page draws.
+"""Waiting times of a planner beside the workbench, from a save in any editor to the messages drawn by its page.
 
     python tests/bench/workbench.py [--json] [--short]
 

@@ -1,4 +1,4 @@
-"""What a lift costs among thirty, build time and seconds of a run, against a yard of one; and how 256 processes start.
+"""Cost of one lift among thirty, build time and seconds of a run against a single lift; start time of 256 processes.
 
     python tests/bench/yard.py [--json] [--short]
 

@@ -1,4 +1,4 @@
-"""The whole chain for one scene text: a file, `load`, a run of all nodes, a recording, its reader.
+"""Helpers that write a scene text to a file, load and run it with all nodes, and read its recording.
 
 Nothing here reaches into a room: what a test sees is what stands in the recording.
 """

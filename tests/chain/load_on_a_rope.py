@@ -1,4 +1,4 @@
-"""A load of 450 t below one winch: the scene that the hoisting stories share, and its law in SciPy.
+"""A load of 450 t below one winch: the scene shared by the hoisting tests, and its equation in SciPy.
 
 The rope leaves above the pad on which the load stands (or nearly does).  The pad is so stiff that it settles by 5 nm
 under the whole weight: at 0.05 m/s that is wound in 1e-7 s.  The accuracy keeps steps to 1e-11 m, far below the 5 nm.

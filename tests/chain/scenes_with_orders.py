@@ -1,4 +1,4 @@
-"""Bundled scenes with other actions, and what is reported of orders that cannot be meant."""
+"""Bundled scenes with other actions, and the errors of invalid orders."""
 
 from __future__ import annotations
 

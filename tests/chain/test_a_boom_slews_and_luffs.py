@@ -1,4 +1,4 @@
-"""Cranes that are no goliaths, made of parts by their type files: a boom that slews and luffs, a bridge in a hall."""
+"""Cranes made of parts by their type files: a boom that slews and luffs, a bridge crane in a hall."""
 
 from __future__ import annotations
 

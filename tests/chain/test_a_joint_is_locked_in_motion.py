@@ -1,4 +1,4 @@
-"""A scene that locks and unlocks a turning joint by its action list: what the recording says of speeds and energy."""
+"""A scene locks and unlocks a turning joint by its action list: recorded speeds and energies."""
 
 from pathlib import Path
 

@@ -1,5 +1,4 @@
-"""Near lift-off the friction of a pad falls faster than its tangential spring relaxes; sticking and slipping must not
-follow each other without end, whatever the accuracy."""
+"""Near lift-off a pad's friction falls faster than its spring relaxes: slip and stick do not alternate."""
 
 import pytest
 from heavylift.coordinator.run import run

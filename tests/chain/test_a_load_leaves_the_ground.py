@@ -1,4 +1,4 @@
-"""A load leaves the ground when the winch has stretched the rope to its weight, and dances by a known factor."""
+"""A load leaves the ground when the rope tension equals its weight, and bounces by a known factor."""
 
 import pytest
 from chain import CLOSED_FORMS, channel, happenings, near, play, the_only

@@ -47,7 +47,7 @@ def test_a_load_in_steady_wind_hangs_at_its_equilibrium_angle(tmp_path: Path, la
     assert place == pytest.approx(0.3 * np.cos(2.0 * t), abs=1e-5)
 
 
-def test_a_run_in_gusts_is_the_same_in_one_process_and_in_several(tmp_path: Path, law: str) -> None:
+def test_a_run_in_gusts_has_the_same_recording_in_one_process_and_in_several(tmp_path: Path, law: str) -> None:
     scene = SCENE.format(end=4, start=0, gusts="[[1 s, 0], [1 s, 15 m/s], [2 s, 15 m/s], [3 s, 10 m/s]]", law=law)
     one, many = (play(tmp_path, scene, in_process=here) for here in (True, False))
 

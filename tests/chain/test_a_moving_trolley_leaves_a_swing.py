@@ -1,4 +1,4 @@
-"""A trolley moves along its trapezoid, whatever hangs on it; what swings afterwards is what the equations say."""
+"""A trolley follows its speed profile under any load; the residual swing is that of the equations."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""A rope that cannot stretch, from a scene file to the recording: it slackens, snaps taut, and its winch is stopped."""
+"""A rigid rope from a scene file to the recording: it slackens, snaps taut, and its winch is stopped."""
 
 from math import sqrt
 from pathlib import Path

@@ -101,7 +101,7 @@ def test_the_energy_balance_closes_over_impact_rope_snatch_and_joint_lock(story:
 
 
 @pytest.mark.large
-def test_results_do_not_depend_on_the_times_at_which_grants_divide_the_run(story: Simulation) -> None:
+def test_results_do_not_depend_on_the_times_at_which_time_grants_divide_the_run(story: Simulation) -> None:
     cuts = tuple(int(t) for t in np.random.default_rng(3).integers(0, 60 * MS, 40))
     again = told(tuple(sorted(cuts)))
     assert again.log == story.log
@@ -110,7 +110,7 @@ def test_results_do_not_depend_on_the_times_at_which_grants_divide_the_run(story
 
 
 @pytest.mark.large
-def test_python_floats_give_the_same_results_as_native_code() -> None:
+def test_interpreted_python_gives_the_same_results_as_machine_code() -> None:
     """Through the impacts of the crate and the snatch of the sling, at a coarse tolerance: floats are slow."""
     native, oracle = (Simulation(system(), tolerance=1e-4, sample_ns=MS, native=n) for n in (True, False))
     for s in (native, oracle):

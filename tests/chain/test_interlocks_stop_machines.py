@@ -1,4 +1,4 @@
-"""Interlocks stop a machine by itself where its chart ends, leave free what eases it, and can be bypassed on record."""
+"""An interlock stops a machine at the end of its load chart, allows unloading moves, and a bypass is recorded."""
 
 from __future__ import annotations
 

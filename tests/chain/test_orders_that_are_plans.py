@@ -1,4 +1,4 @@
-"""Orders that stand for several: moves together, moves to above lugs, a block that is levelled."""
+"""Orders that stand for several moves: moves together, moves to above lugs, levelling of a block."""
 
 from __future__ import annotations
 

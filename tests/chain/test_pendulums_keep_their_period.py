@@ -1,4 +1,4 @@
-"""A load on a rigid link swings with the exact period of the books, twenty times over; a free trolley shortens it."""
+"""A load on a rigid link keeps the exact pendulum period for twenty swings; a free trolley shortens the period."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Every move of a crane ends on the nanosecond that its trapezoid says: t = d/v + v/a, or 2 sqrt(d/a)."""
+"""Every crane move ends at the nanosecond of its trapezoidal profile: t = d/v + v/a, or 2 sqrt(d/a)."""
 
 import pytest
 from chain import CLOSED_FORMS, play
@@ -72,7 +72,7 @@ def test_all_stage_times_agree_with_closed_forms_and_the_run_ends_with_the_last_
     assert (last.type, last.t_ns) == ("Finished", seconds(2 * 602.5))
 
 
-def test_rope_lengths_at_the_end_of_a_run_equal_the_ordered_ones(recording: Recording) -> None:
+def test_rope_lengths_at_the_end_of_a_run_equal_the_ordered_lengths(recording: Recording) -> None:
     length, rate = recording.signal("rope/length"), recording.signal("rope/length_rate")
     at = [length.names.index(name) for name in ("crane.H1", "crane.H2", "crane.H3")]
     assert length.values[-1, at] == pytest.approx([60.0, 40.2, 60.0], abs=PLACE)

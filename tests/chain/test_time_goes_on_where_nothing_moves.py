@@ -1,4 +1,4 @@
-"""A scene that has come to rest is recorded to its end, and a swing without drives has an energy balance of its own."""
+"""A scene at rest is recorded to its end time, and a swing without drives has its own energy balance."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Two unlike cranes carry a block through gusts, one 5 % slower than the other: how far their hooks part."""
+"""Two cranes, one 5 % slower, carry a block through gusts: the distance of their hooks."""
 
 import numpy as np
 import pytest

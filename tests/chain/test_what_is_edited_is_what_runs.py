@@ -1,4 +1,4 @@
-"""Who edits the action list, or a joint, a body or a law of the scene, gets another run; nothing else decides it."""
+"""Editing the action list, a joint, a body or a law of a scene changes the run as computed."""
 
 import re
 from math import pi, sqrt
@@ -136,7 +136,7 @@ def half_period(recording: Recording) -> float:
         ),
     ],
 )
-def test_changing_the_data_of_one_element_changes_the_pendulum_period_as_computed(
+def test_changed_data_of_one_element_change_the_pendulum_period_as_computed(
     tmp_path: Path, atomic: str, change: dict[str, str], period: float
 ) -> None:
     text = PENDULUM

@@ -1,4 +1,4 @@
-"""Digests of the bundled scenes, each run in this process; without arguments they become the ones that tests expect.
+"""Computes the digests of the bundled scenes in this process; without arguments it stores them as expected ones.
 
 python tests/determinism/digests.py                              writes tests/data/digests.json
 python tests/determinism/digests.py lift --processor haswell     prints those of some scenes, as JSON

@@ -1,4 +1,4 @@
-"""Runs one model or scene under many disturbances, each of which must leave its digest as it is.
+"""Runs one model or scene under many execution conditions, none of which may change its digest.
 
 A `Case` is one combination; `digests` runs cases, those of one hash seed in one interpreter after the other.  Node
 processes get random delays of their messages through `sitecustomize`; in one process the nodes that have something to

@@ -1,4 +1,4 @@
-"""The same scene in another text: keys in any order, comments, anchors, other units, another style, several files."""
+"""Equivalent texts of a scene: keys in any order, comments, anchors, other units, another style, several files."""
 
 from __future__ import annotations
 

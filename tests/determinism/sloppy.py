@@ -1,4 +1,4 @@
-"""Models that break the rule that a state follows from inputs alone, each by what one disturbance changes."""
+"""Models that depend on an execution condition, one for each condition."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What reaches a plan, a choice or a message is computed by IEEE additions, products, divisions and roots alone.
+"""Values in plans, choices and messages are computed by IEEE additions, products, divisions and roots only.
 
 The functions of libm, BLAS and LAPACK give other last bits on other processors and systems; so do sums whose order a
 library chooses.  The sources are searched for them.  `kernel.elementary` and `kernel.dense` stand in for all of them.

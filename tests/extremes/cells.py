@@ -1,4 +1,4 @@
-"""One cell of the table of extremes: what an integrator makes of a scene, beside what is independent of the kernel."""
+"""One cell of the table of extremes: the result of an integrator for a scene against an independent one."""
 
 import sys
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Equations written here and nowhere else, solved by SciPy or in closed form: what extremes are measured against."""
+"""Equations of extreme cases, independent of the kernel, solved by SciPy or in closed form."""
 
 from math import atan2, cos, hypot, pi, sin, sqrt
 

@@ -1,4 +1,4 @@
-"""Extremes of what happens at once, is undetermined, or is no number."""
+"""Extreme cases of simultaneous events, indeterminate forces and invalid numbers."""
 
 from dataclasses import replace
 from functools import cache

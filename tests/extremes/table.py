@@ -1,4 +1,4 @@
-"""The table of extremes: every one with every integrator is a right result, a result with a word, or a refusal.
+"""The table of extremes: each case with each integrator gives a right result, a warning, or a refusal.
 
     python tests/extremes/table.py [--peers] [--page]        prints all cells, or the rows of STABILITY.md
 

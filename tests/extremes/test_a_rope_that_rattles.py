@@ -1,4 +1,4 @@
-"""A rope that goes slack and taut faster than events can resolve goes on without them, damped, and says so."""
+"""A rope that alternates between slack and taut faster than events can resolve continues with damping and a note."""
 
 from dataclasses import replace
 from math import sqrt

@@ -1,4 +1,4 @@
-"""The guards of a run: each one speaks where it must, in one sentence with time, law and amount, and nowhere else."""
+"""Guards of a run: each reports its fault in one sentence with time, law and amount, and no false alarms."""
 
 import re
 from dataclasses import replace
@@ -18,18 +18,18 @@ TOO_LONG = r"too long for method 'rk4', since 'load' on 'rope' swings at 1\.32 H
 # ---- largest frequency, at every change of topology ---------------------------------------------------------
 
 
-def test_a_fixed_step_is_checked_before_the_run():
+def test_the_stability_of_a_fixed_step_is_checked_before_the_run():
     with pytest.raises(KernelError, match=r"step 0\.5 s at 0\.000 s is " + TOO_LONG):
         started(hung(LENGTH + 0.1), **STEP)
 
 
-def test_a_fixed_step_is_checked_when_a_rope_becomes_taut():
+def test_the_stability_of_a_fixed_step_is_checked_when_a_rope_becomes_taut():
     s = started(hung(LENGTH - 0.1), **STEP)
     with pytest.raises(KernelError, match=r"step 0\.5 s at 0\.143 s is " + TOO_LONG):
         hand_over(s, SECOND)
 
 
-def test_a_fixed_step_is_checked_when_a_rope_is_hooked():
+def test_the_stability_of_a_fixed_step_is_checked_when_a_rope_is_hooked():
     s = started(hung(LENGTH, hooked=False), **STEP)
     hand_over(s, SECOND)
     s.hook("rope", L0=-float(s.state[0]))
@@ -38,7 +38,7 @@ def test_a_fixed_step_is_checked_when_a_rope_is_hooked():
         hand_over(s, 2 * SECOND)
 
 
-def test_a_fixed_step_is_checked_when_another_rope_is_unhooked():
+def test_the_stability_of_a_fixed_step_is_checked_when_another_rope_is_unhooked():
     """The upper rope lets the load into the second one, which is shorter than its way down."""
     scene = hung(LENGTH + 0.05)
     soft = replace(scene.ropes[0], name="soft", EA=0.002 * EA, L0=LENGTH - 1.0, damping=0.0)
@@ -49,7 +49,7 @@ def test_a_fixed_step_is_checked_when_another_rope_is_unhooked():
         hand_over(s, SECOND)
 
 
-def test_a_fixed_step_is_checked_when_a_contact_closes():
+def test_the_stability_of_a_fixed_step_is_checked_when_a_contact_closes():
     stop = Stop("ground", "load-guide", -1.0, 100.0, EA / LENGTH, 0.0)
     s = started(replace(slider(), stops=(stop,)), **STEP)
     with pytest.raises(KernelError, match=r"since 'load' on 'ground' swings at 1\.32 Hz"):
@@ -57,7 +57,7 @@ def test_a_fixed_step_is_checked_when_a_contact_closes():
 
 
 @pytest.mark.parametrize("first", [True, False])
-def test_a_fixed_step_is_checked_when_a_joint_is_locked_or_freed(first):
+def test_the_stability_of_a_fixed_step_is_checked_when_a_joint_is_locked_or_freed(first):
     """A light body on a stiff spring: locked it has no mode; freed it has, and the step is too long."""
     light = Joint("light-guide", "prismatic", "load", "light", axis=X)
     scene = slider(axis=X)
@@ -76,7 +76,7 @@ def test_a_fixed_step_is_checked_when_a_joint_is_locked_or_freed(first):
         s.settle()
 
 
-def test_a_fixed_step_is_checked_when_a_winch_has_shortened_the_rope():
+def test_the_stability_of_a_fixed_step_is_checked_when_a_winch_has_shortened_the_rope():
     """No event tells of it: 60 m of rope become 33 m, and nearly twice as stiff against the step."""
     s = started(hung(LENGTH * (1 + MASS * G / EA), winch=True), method="rk4", step=0.1, sample_ns=SECOND // 10)
     s.references.set_profile("rope", 0, -1.0, 0.1, None)
@@ -103,7 +103,7 @@ def test_a_fixed_step_too_long_for_an_excited_mode_is_refused(method, step):
     with pytest.raises(KernelError) as e:
         started(hung(LENGTH + 0.1), method=method, step=step)
     assert re.fullmatch(
-        rf"step {step} s at 0\.000 s: method '{method}' does not follow 100 % of the energy of what moves, 'load' on "
+        rf"step {step} s at 0\.000 s: method '{method}' does not follow 100 % of the energy of the motion, 'load' on "
         r"'rope' swings at 1\.3\d Hz; choose at most 0\.\d+ s, or give no step",
         str(e.value),
     )

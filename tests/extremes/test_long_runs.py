@@ -1,4 +1,4 @@
-"""Long runs, late events and places far away: what drift and rounding leave, with the bound that is promised."""
+"""Long runs, late events and distant places: drift and rounding stay below stated bounds."""
 
 from dataclasses import replace
 from math import pi, radians, sqrt

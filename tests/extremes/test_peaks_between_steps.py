@@ -1,4 +1,4 @@
-"""The highest tension of a run is found where it is, between the ends of steps, as exactly as those are."""
+"""Peak tensions between the ends of integration steps are found with the accuracy of the steps."""
 
 from dataclasses import replace
 from math import cos, pi, sin, sqrt
@@ -141,7 +141,7 @@ def test_the_search_for_peaks_costs_at_most_a_tenth_of_the_evaluations(method, p
     assert s["searched"] * inner <= part * steps
 
 
-def test_the_peak_search_gives_the_same_peaks_in_native_code_on_python_floats_and_after_a_snapshot():
+def test_the_peak_search_gives_the_same_peaks_in_machine_code_in_interpreted_python_and_after_a_snapshot():
     """A simulation that goes on in the middle of hills finds the same ones."""
     whole, oracle, twin = (
         started(hung(LENGTH), method="dop853", tolerance=1e-6, sample_ns=SECOND, native=n) for n in (True, False, True)
@@ -181,7 +181,7 @@ def test_the_error_of_a_peak_tension_in_a_snatch_is_within_the_tolerance(method,
 
 
 @pytest.mark.parametrize(("method", "order"), [("rk4", 4), ("semi-implicit-euler", 1)])
-def test_with_fixed_steps_the_error_of_a_peak_is_that_of_the_integration(method, order):
+def test_the_error_of_a_peak_tension_at_fixed_steps_is_that_of_the_integration(method, order):
     errors = []
     for step in (8e-3, 4e-3, 2e-3):
         s = started(hung(LENGTH - 0.05), method=method, step=step, sample_ns=SECOND // 7)

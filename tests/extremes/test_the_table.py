@@ -1,4 +1,4 @@
-"""Every extreme with every integrator: a right result, a result with a word, or a refusal that names the reason."""
+"""Every extreme case with every integrator gives a right result, a warning, or a refusal with its reason."""
 
 import pytest
 from cells import LEAN, cell

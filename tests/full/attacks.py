@@ -1,4 +1,4 @@
-"""What strangers do to one's own processes, on this machine: texts for terminals, cells, workbooks, viewers, workers.
+"""Attacks by local users: texts for terminals, cells, workbooks, viewers, workers.
 
 An attack yields, for each of its tries, what was tried and whether it ended as SECURITY.md promises.
 """

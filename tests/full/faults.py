@@ -1,4 +1,4 @@
-"""All that may go wrong around a run, as one table: python tests/full/faults.py [--short] [--json] [--seed N] [-j N]
+"""Injects faults into runs, as one table: python tests/full/faults.py [--short] [--json] [--seed N] [-j N]
 
 Every process of a run in every way at every moment, disks, recordings, frames and sockets, processes of other hosts and
 the line to them, environments: of runs of a lift, in processes and in one, of a DEVS network with each model in a

@@ -1,4 +1,4 @@
-"""Spoils all that heavylift reads of others, and looks for tracebacks, crashes, hangs and memory without bounds.
+"""Corrupts all data that heavylift reads from others, and detects tracebacks, crashes, hangs and unbounded memory.
 
     python tests/full/fuzz.py --minutes 20 --seed 1            every kind for 20 minutes of CPU
     python tests/full/fuzz.py --kind resume --minutes 1        one of them

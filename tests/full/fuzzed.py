@@ -1,4 +1,4 @@
-"""What is fuzzed: for each kind a corpus, how a case is drawn from it, and what heavylift does with such a thing."""
+"""Kinds of fuzzed data: for each a corpus, a way to draw cases, and the command that reads them."""
 
 from __future__ import annotations
 

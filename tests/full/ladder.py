@@ -1,4 +1,4 @@
-"""Is what is answered kept?  Random lifts of every kind, by all crane types, each asked to 10, 3, 1 and 0.3 %.
+"""Checks the accuracy of results: random lifts of every kind and crane type, at 10, 3, 1 and 0.3 %.
 
     python tests/full/ladder.py [--json] [--short] [--lifts 400] [--seed 1] [--minutes 60] [--into FILE.jsonl]
 

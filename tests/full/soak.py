@@ -1,4 +1,4 @@
-"""Runs without end in one process, and many at once: nothing grows, and every digest is that of the first run.
+"""A thousand runs in one process, and twenty at once: nothing grows, and every digest is that of the first run.
 
     python tests/full/soak.py [--short | --runs=N] [--json]
 

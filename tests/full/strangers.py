@@ -1,4 +1,4 @@
-"""Attacks every promise of SECURITY.md, and tells of each kind how many tries ended as promised.
+"""Attacks every promise of SECURITY.md, and counts for each kind the attempts that ended as promised.
 
     python tests/full/strangers.py               all of it
     python tests/full/strangers.py --short       some tries of each kind, within 15 s

@@ -1,4 +1,4 @@
-"""The reference node in Rust, built here, plays a station of a ring: the digest is that of a run without it."""
+"""The reference node in Rust, built here, is one station of a ring: the digest is that of a run in Python only."""
 
 from __future__ import annotations
 

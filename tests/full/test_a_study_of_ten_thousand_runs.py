@@ -1,4 +1,4 @@
-"""Ten thousand variants on two workers: none is lost, none runs twice, and no worker grows."""
+"""Ten thousand variants on two workers: each runs exactly once, and no worker grows in memory."""
 
 from __future__ import annotations
 

@@ -29,5 +29,5 @@ def test_a_lift_has_one_digest_under_all_execution_conditions() -> None:
     alike(full("scene lift end=25s", 2))
 
 
-def test_turnover_has_one_digest_under_all_pairs_of_execution_conditions() -> None:
+def test_the_scene_turnover_has_one_digest_under_all_pairs_of_execution_conditions() -> None:
     alike(pairwise("scene turnover end=100s"))

@@ -1,4 +1,4 @@
-"""Every block of HOWTO.md, in its order, says what the page shows."""
+"""Every block of HOWTO.md, in its order, prints the output shown on the page."""
 
 import sys
 from pathlib import Path

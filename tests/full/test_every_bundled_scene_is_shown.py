@@ -1,4 +1,4 @@
-"""Each scene that comes with heavylift has its page, its figures and, where something is lifted, its report."""
+"""Each bundled scene has its page, its figures and, if it lifts a load, its report."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Every command that pages and help print works as it is printed; quick ones and exceptions: tests/pages."""
+"""Every command printed on pages and in help works; quick ones and exceptions: tests/pages."""
 
 import sys
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The path at rest of a lift in gusts: two poses may lead to each other as a block slides on its supports.
+"""The static path of a lift in gusts, where a block slides on its supports between two poses.
 
 Of seeds 1 to 13 two are still without a whole path: 3 is refused for it, 5 is followed in part.
 """

@@ -1,4 +1,4 @@
-"""Hundreds of random mechanisms of everything at once: a finite run whose energy closes, or one sentence."""
+"""Hundreds of random mechanisms give a finite run with a closed energy balance, or one error sentence."""
 
 import sys
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""With less memory than a run needs it ends in one sentence that says so, or goes on; nothing of it is left."""
+"""A run without enough memory ends in one sentence, or completes; no process of it remains."""
 
 from __future__ import annotations
 

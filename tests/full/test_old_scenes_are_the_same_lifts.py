@@ -1,4 +1,4 @@
-"""Random lifts by goliaths and lifting beams: systems of this version, of former ones, and in plain parts are equal.
+"""Random lifts by goliaths and lifting beams give equal systems in this version, in former ones, and in plain parts.
 
 The former versions are read from the repository's own history; without it, as in an sdist, they are skipped.
 """

@@ -1,4 +1,4 @@
-"""Random commands to a scene with every law: energy closes, bits do not depend on grants, errors are sentences."""
+"""Random commands to a scene with every law: energy balance, bits for any time grants, and error sentences."""
 
 import sys
 from pathlib import Path

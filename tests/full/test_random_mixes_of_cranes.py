@@ -1,4 +1,4 @@
-"""Cranes of any types lift one block or several together: loads by statics, checks of each, and names mean nothing."""
+"""Cranes of any types lift one block or several together: static loads, checks of each, independence of names."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rerun mcap check`, the checker of another house, finds nothing wrong in the recording of a whole run."""
+"""`rerun mcap check`, an independent checker, finds no fault in the recording of a whole run."""
 
 from __future__ import annotations
 

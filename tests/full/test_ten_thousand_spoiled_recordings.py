@@ -1,4 +1,4 @@
-"""Ten thousand spoiled recordings: every reading command ends in a result or in one sentence, each file in seconds."""
+"""Ten thousand corrupted recordings: every reading command gives a result or one sentence, within seconds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The finest level, which judges answers, beside code of its own: maximal coordinates in NumPy, SciPy's Radau."""
+"""The finest model level agrees with independent code: maximal coordinates in NumPy, SciPy's Radau."""
 
 import sys
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Thousands of spoiled descriptions: one sentence, or a run whose numbers are finite."""
+"""Thousands of corrupted descriptions: one error sentence, or a run with finite numbers."""
 
 import sys
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The whole product on `turnover`: ten repeats, start orders, hash seeds, one process and twelve, cut grants."""
+"""Digests of `turnover`: ten repeats, start orders, hash seeds, one process and twelve, split time grants."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def truth(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 @pytest.mark.parametrize("repeat", range(10))
-def test_ten_repeats_of_turnover_in_random_order_have_one_digest(truth: str, tmp_path: Path, repeat: int) -> None:
+def test_ten_repeated_runs_of_turnover_in_random_order_have_one_digest(truth: str, tmp_path: Path, repeat: int) -> None:
     order = Random(repeat).sample(NODES, len(NODES))
     run = runner.run(load("turnover"), tmp_path / "turnover.mcap", in_process=repeat % 2 == 1, order=order)
     assert run.digest == truth
@@ -36,7 +36,7 @@ def test_ten_repeats_of_turnover_in_random_order_have_one_digest(truth: str, tmp
 
 @pytest.mark.parametrize("where", [[], ["--in-process"]])
 @pytest.mark.parametrize("seed", ["0", "1", "4711"])
-def test_the_digest_of_turnover_does_not_depend_on_the_hash_seed(
+def test_the_digest_of_turnover_does_not_depend_on_the_hash_seed_of_python(
     truth: str, tmp_path: Path, seed: str, where: list[str]
 ) -> None:
     environment = {**os.environ, "PYTHONHASHSEED": seed}
@@ -46,7 +46,7 @@ def test_the_digest_of_turnover_does_not_depend_on_the_hash_seed(
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_the_digest_of_turnover_does_not_depend_on_random_grant_limits(
+def test_the_digest_of_turnover_does_not_depend_on_random_limits_of_time_grants(
     truth: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, seed: int
 ) -> None:
     monkeypatch.setattr(conversation, "OpenCoordinator", CutShort)

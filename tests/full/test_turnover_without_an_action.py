@@ -1,4 +1,4 @@
-"""Each action of `turnover` matters: without it the scene is refused, the run ends with a sentence, or ends elsewhere.
+"""Without any one action of `turnover` the scene is refused, or the run ends with an error or another result.
 
 Elsewhere or at another time: the block's last pose, or the end of the list.
 """

@@ -1,4 +1,4 @@
-"""Two goliaths turn their blocks over side by side: each by a Master of its own, as it does alone."""
+"""Two goliaths turn their blocks side by side: each block moves as it does alone."""
 
 from __future__ import annotations
 

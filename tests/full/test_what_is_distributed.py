@@ -1,4 +1,4 @@
-"""What processes, fewer samples and a lookahead of models cost and buy: every row of the table is a run."""
+"""Costs and gains of processes, fewer samples and larger lookahead: every row of the table is a run."""
 
 from heavylift.coordinator.trace import distributed
 from heavylift.nodes.scene import load

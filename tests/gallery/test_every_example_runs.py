@@ -1,4 +1,4 @@
-"""Every example scene runs, shows what its first comment says, and stands on the page with a picture.
+"""Every example scene runs, shows the effect in its first comment, and is on the gallery page with a picture.
 
 `turnover`, `lift`, `arm` and `pendulum` are run elsewhere (tests/turnover, chain, kernel, hosts).
 """

@@ -1,4 +1,4 @@
-"""Commands that cannot be given to a simulation, each with the sentence that says so."""
+"""Impossible commands to a simulation, each with its error message."""
 
 from dataclasses import replace
 from math import inf, nan

@@ -1,4 +1,4 @@
-"""Descriptions of systems that cannot be, each with the sentence that says so."""
+"""Impossible descriptions of systems, each with its error message."""
 
 from dataclasses import replace
 from math import inf, nan

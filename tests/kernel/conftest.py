@@ -1,4 +1,4 @@
-"""The folders below follow those of the kernel; scenes beside this file, and those of a test, serve all of them."""
+"""Makes the scene modules of this folder and of all test folders below it importable."""
 
 import sys
 from pathlib import Path

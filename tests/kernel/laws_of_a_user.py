@@ -1,4 +1,4 @@
-"""Laws as a user writes them, good ones and bad ones."""
+"""Valid and invalid force laws as a user writes them."""
 
 import math
 import random

@@ -1,4 +1,4 @@
-"""SciPy's integrators on the same compiled equations, registered with the kernel's own methods to compare these with.
+"""SciPy's integrators on the same compiled equations, registered beside the kernel's methods for comparison.
 
 One adapter for all: SciPy takes the steps in Python, its dense output is copied as values at 13 nodes (exact for its
 polynomials, whose degree is at most 12), and all else (guards, samples, commits) is the native code of

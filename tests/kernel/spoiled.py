@@ -1,4 +1,4 @@
-"""Descriptions spoiled at random: numbers, names, choices and whole items replaced by ones that make trouble."""
+"""Randomly corrupted descriptions: numbers, names, choices and whole items replaced by invalid ones."""
 
 from dataclasses import fields, is_dataclass, replace
 from math import inf, nan

@@ -1,4 +1,4 @@
-"""Follows a page as a reader would: types its commands in order, in one folder, and looks for what it shows.
+"""Follows a page as a reader would: runs its commands in order in one folder and compares the output.
 
 ```sh      each line is a command (a block with a here-document is one); `# exit code 1` behind it is what it ends with
 ```python  runs with what the blocks before have defined

@@ -1,4 +1,4 @@
-"""The commands of heavylift that pages and help print, where each of them is run, and what it finds in its folder."""
+"""Commands of heavylift printed on pages and in help: the test that runs each, and the files in its folder."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Draws what readers grade: `python tests/pages/sample.py --seed 1` prints 60 docstrings, 40 messages, 40 test names.
+"""Draws lines for readers: `python tests/pages/sample.py --seed 1` prints 60 docstrings, 40 messages, 40 test names.
 
 A reader who knows lifting, DEVS and multibody dynamics, but not this code, marks each line that is not understood
 at the first reading; 95 % have to be.

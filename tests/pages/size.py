@@ -1,4 +1,4 @@
-"""Counts what the project has to be kept small in: `python tests/pages/size.py` prints it and fails above the limits.
+"""Counts sizes of the project: `python tests/pages/size.py` prints the counts and fails above their limits.
 
 Words of pages are counted as `wc -w` does; the reference, which the site generates, is not among them.
 """

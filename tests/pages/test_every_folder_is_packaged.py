@@ -1,4 +1,4 @@
-"""The folders of the rooms: each is a package that is installed, small enough to be seen at once."""
+"""Each folder of a room is an installed package with at most sixteen files."""
 
 from __future__ import annotations
 

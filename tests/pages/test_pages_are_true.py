@@ -1,4 +1,4 @@
-"""Commands of pages exist, links lead somewhere, and the reference describes the public interface."""
+"""Commands on pages exist, links lead to files, and the reference describes the public interface."""
 
 from __future__ import annotations
 

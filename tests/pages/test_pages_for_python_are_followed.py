@@ -1,4 +1,4 @@
-"""What the pages about Python and about studies show is what happens."""
+"""The code on the pages about Python and studies runs and gives the results shown."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What pages and help print can be typed: quick commands are run here, others in tests/full, exceptions are listed."""
+"""Commands printed on pages and in help work: quick ones run here, others in tests/full, exceptions are listed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Code, messages and pages use the terms of CONTRIBUTING.md: two lists of what is not used, with replacements.
+"""Code, messages and pages use the terms of CONTRIBUTING.md: two lists of unwanted terms with replacements.
 
 Ordinary English is free; keys of scenes, commands, JSON keys, CSV headers and recorded names stay as they are.
 """

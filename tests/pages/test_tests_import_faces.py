@@ -1,4 +1,4 @@
-"""Tests take names from packages, not from the modules inside them, so that a module can be moved without a test."""
+"""Tests import names from packages instead of their modules, so that modules can move without changing tests."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every command of TUTORIAL.md, in its order, shows what the page shows."""
+"""Every command of TUTORIAL.md, in its order, prints the output shown on the page."""
 
 from pathlib import Path
 

@@ -89,7 +89,7 @@ def test_block_portal_trolleys_and_ropes_are_visible_and_move_in_the_page(browse
 
 
 @pytest.mark.large
-def test_the_page_has_light_dark_and_print_colours(browser: Chromium, lift: Path) -> None:
+def test_the_page_of_a_recording_has_colours_for_light_dark_and_print(browser: Chromium, lift: Path) -> None:
     values = {}
     for theme in ("light", "dark"):
         browser.open(f"{lift.as_uri()}#t=40&theme={theme}")
@@ -237,7 +237,7 @@ def test_a_picture_saved_from_the_page_has_a_caption(browser: Chromium, lift: Pa
     assert state.shape[1] / state.shape[0] == pytest.approx(host[0] / (host[1] + 26), rel=0.01)
 
 
-def test_the_page_cuts_nothing_off_on_a_phone(browser: Chromium, lift: Path) -> None:
+def test_the_page_of_a_recording_fits_the_screen_of_a_phone(browser: Chromium, lift: Path) -> None:
     browser("Emulation.setDeviceMetricsOverride", width=390, height=844, deviceScaleFactor=1, mobile=True)
     browser.open(f"{lift.as_uri()}#t=40")
     assert browser.run("document.documentElement.scrollWidth") == 390

@@ -221,7 +221,7 @@ def test_protocol_messages_are_logged_at_the_time_reached_and_published_at_their
     assert (raw.log_time, raw.publish_time) == (3 * SECOND, SECOND)
 
 
-def test_unwritable_output_places_are_refused_at_the_start(tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_written_is_refused_before_a_run_is_recorded(tmp_path: Path) -> None:
     cases = {
         tmp_path: f"{tmp_path}: this is a folder; give the name of a file in it, such as {tmp_path}/run.mcap",
         tmp_path / "no" / "run.mcap": f"{tmp_path}/no/run.mcap: the folder {tmp_path}/no does not exist; "

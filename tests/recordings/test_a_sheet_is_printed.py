@@ -66,7 +66,7 @@ class Cells(HTMLParser):
 
 @settings(max_examples=60, deadline=None)
 @given(tables())
-def test_a_sheet_has_the_same_cells_in_every_format(table: Table) -> None:
+def test_a_sheet_of_results_has_the_same_cells_in_every_output_format(table: Table) -> None:
     from openpyxl import load_workbook
 
     sheet = Sheet("title", "lead", "red", (table, Notes("notes", ("a <b>note",)), Chart("chart", "<svg></svg>")))

@@ -22,7 +22,7 @@ def words(path: Path) -> str:
     return " ".join(re.findall(r"<!-- (.*?) -->", path.read_text()))
 
 
-def test_curves_are_drawn_in_a_panel_per_unit_with_limits_and_stages(recorded: Path, tmp_path: Path) -> None:
+def test_plotted_curves_have_one_panel_per_unit_with_limits_and_stages(recorded: Path, tmp_path: Path) -> None:
     out = curves(recorded, ["rope/tension/*", "pose/block/?"], tmp_path / "x.svg")
     text = words(out)
     assert {"[kN]", "[m]", "rated 900 kN", "take up", "hoist", "Time [s]"} <= set(
@@ -52,7 +52,7 @@ def test_the_page_of_curves_needs_no_other_file(recorded: Path, tmp_path: Path) 
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no chromium here: the page is not opened")
-def test_a_browser_draws_a_chart_per_panel(recorded: Path, tmp_path: Path) -> None:
+def test_a_browser_draws_one_chart_for_each_panel_of_the_page_of_curves(recorded: Path, tmp_path: Path) -> None:
     out = curves(recorded, ["rope/*"], tmp_path / "x.html")
     command = [str(CHROMIUM), "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path}/profile",
                "--virtual-time-budget=3000", "--dump-dom", out.as_uri()]  # fmt: skip

@@ -93,7 +93,9 @@ def test_nothing_in_drawings_leaves_the_sheet_and_texts_do_not_overlap(
             assert apart, f"{drawing.title}: '{a}' lies over '{b}'"
 
 
-def test_numbers_of_dimensions_are_drawn_above_all_lines_on_white(made: list[tuple[DrawnInstant, Drawing]]) -> None:
+def test_the_numbers_of_dimension_lines_are_drawn_above_all_lines_on_a_white_background(
+    made: list[tuple[DrawnInstant, Drawing]],
+) -> None:
     """Lines of one dimension may cross the number of another, which is still legible."""
     for _, drawing in made:
         for view, group in zip(

@@ -12,7 +12,7 @@ from heavylift.recordings.format import Rounding
 POSE = ["x", "y", "z", "qx", "qy", "qz", "qw"]
 
 
-def test_rounding_of_recorded_values_follows_the_unit() -> None:
+def test_recorded_values_are_rounded_to_a_step_that_depends_on_their_unit() -> None:
     columns = {"m": 2.0**-38, "m/s": 2.0**-32, "N": 2.0**-14, "J": 2.0**-14, "s": 2.0**-20}
     rounded = Rounding([SampleChannel(f"x/{unit}", ["a"], unit, 0, 1) for unit in columns])
     x = np.random.default_rng(1).normal(scale=1e6, size=(200, len(columns)))

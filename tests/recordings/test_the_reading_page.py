@@ -117,7 +117,7 @@ def test_names_in_a_recording_cannot_become_markup(begin: Callable[[], Recorder]
 
 
 @pytest.mark.skipif(importlib.util.find_spec("pandas") is None, reason="pandas is not installed (extra pandas)")
-def test_a_signal_converts_to_a_data_frame(recorded: Path) -> None:
+def test_a_recorded_signal_converts_to_a_data_frame(recorded: Path) -> None:
     frame = Recording(recorded).signal("pose/hook").to_pandas()
     assert frame.index.name == "time [s]"
     assert [*frame.columns] == ["x [m]", "y [m]", "z [m]", "qx [1]", "qy [1]", "qz [1]", "qw [1]"]

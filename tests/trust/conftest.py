@@ -1,4 +1,4 @@
-"""What the tests about trust share."""
+"""Fixtures shared by the tests about trust."""
 
 from pathlib import Path
 

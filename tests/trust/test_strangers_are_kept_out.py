@@ -1,4 +1,4 @@
-"""What strangers write steers no terminal, runs in no spreadsheet, unpacks to no millions, and is no code here."""
+"""Data from others control no terminal, run in no spreadsheet, do not expand without bound, and are not run as code."""
 
 import json
 import sys

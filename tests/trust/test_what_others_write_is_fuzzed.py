@@ -1,4 +1,4 @@
-"""Some random cases of each kind that `tests/full/fuzz.py` draws without end: a result or a sentence, nothing else."""
+"""Some random cases of each kind in `tests/full/fuzz.py`: each gives a result or an error sentence."""
 
 import os
 import signal

@@ -1,4 +1,4 @@
-"""A folder is trusted by what it really is: without links, for what lies in it, as long as nobody else can write."""
+"""Trust in a folder covers its resolved path and the files in it as long as nobody else can write them."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def test_heavylift_code_is_trusted_wherever_it_is_installed(where: str) -> None:
     assert trust.refusal(where) == ""
 
 
-def test_trusting_a_folder_does_not_trust_packages_installed_below_it(own: Path, monkeypatch) -> None:
+def test_trust_in_a_folder_does_not_include_packages_installed_below_it(own: Path, monkeypatch) -> None:
     library = own / "venv" / "site-packages"
     library.mkdir(parents=True)
     (library / "theirs.py").write_text("")

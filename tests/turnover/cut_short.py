@@ -1,4 +1,4 @@
-"""A coordinator that grants less than it could, at random."""
+"""A coordinator that grants random shorter times than it could."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Mechanics of a recorded run, computed anew from the scene's numbers, poses, velocities and unstretched lengths.
+"""Mechanics of a recorded run, recomputed from the scene's numbers, poses, velocities and unstretched lengths.
 
 Written from the text of the model (ropes are tension-only springs with a damper between points of bodies), not from
 the kernel: plain NumPy, world axes, nothing of heavylift.  Arrays are (n, 3) over the n samples, SI units.

@@ -1,4 +1,4 @@
-"""The command `heavylift` as users run it, in which one node is killed as the first stage begins, and each successor.
+"""The command `heavylift` with one node killed as the first stage begins, and each of its successors.
 
 python killer.py NODE ARGUMENTS...    prints the ids of all node processes, then what the command prints
 """

@@ -1,4 +1,4 @@
-"""Each of the ten models receives and sends in the lift; what the lift has no cause for, a smaller lift provokes."""
+"""Each of the ten models of the lift receives and sends events; smaller lifts cause the events missing in it."""
 
 from __future__ import annotations
 

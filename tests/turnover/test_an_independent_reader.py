@@ -1,4 +1,4 @@
-"""Whoever reads the recording with stock tools finds Newton's laws in it.
+"""A recording read with stock tools satisfies Newton's laws.
 
 `stock_reader` and `independent_mechanics` use mcap, protobuf, json and NumPy and nothing of heavylift: tensions come
 out of poses, velocities and unstretched lengths, forces out of tensions, accelerations out of both forces and places.

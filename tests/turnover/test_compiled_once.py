@@ -1,4 +1,4 @@
-"""An hour of lift in twelve processes: the equations become machine code once, those at rest once, too."""
+"""A lift of one hour in twelve processes compiles its equations once, and its static equations once."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""No process and no action of the lift can be left out: the run ends with a sentence, or it is another one."""
+"""Without any one process or action the lift ends with an error sentence or another result."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A run is a function of its scene: processes, start order, hash seeds, repeats and random grants change no byte.
+"""A run depends on its scene only: processes, start order, hash seeds, repeats and time grants change no byte.
 
 The digest is SHA-256 over all events and sample rows.  `lift` stands for all combinations; `turnover` is run once
 more, in one process.
@@ -30,7 +30,7 @@ def truth(tmp_path_factory: pytest.TempPathFactory) -> str:
     return runner.run(load("lift"), tmp_path_factory.mktemp("truth") / "lift.mcap", in_process=True).digest
 
 
-def test_turnover_in_one_process_has_the_digest_of_turnover_in_twelve(lift: Lift, tmp_path: Path) -> None:
+def test_the_scene_turnover_has_one_digest_in_one_process_and_in_twelve(lift: Lift, tmp_path: Path) -> None:
     alone = runner.run(load("turnover"), tmp_path / "turnover.mcap", in_process=True)
     assert alone.digest == lift.result.digest
     assert alone.peaks == lift.result.peaks
@@ -42,14 +42,14 @@ def test_a_recording_of_turnover_has_the_digest_of_the_run(lift: Lift, reading: 
 
 
 @pytest.mark.large
-def test_ten_repeats_of_turnover_have_one_digest(truth: str, tmp_path: Path) -> None:
+def test_ten_repeated_runs_of_turnover_have_one_digest(truth: str, tmp_path: Path) -> None:
     digests = [runner.run(load("lift"), tmp_path / f"{i}.mcap", in_process=True).digest for i in range(10)]
     assert set(digests) == {truth}
 
 
 @pytest.mark.parametrize("seed", [None, 1, 2])
 @pytest.mark.large(beyond=1)
-def test_the_digest_does_not_depend_on_the_order_in_which_processes_start(
+def test_the_digest_of_turnover_does_not_depend_on_the_start_order_of_processes(
     truth: str, tmp_path: Path, seed: int | None
 ) -> None:
     order = NODES if seed is None else Random(seed).sample(NODES, len(NODES))
@@ -57,14 +57,18 @@ def test_the_digest_does_not_depend_on_the_order_in_which_processes_start(
 
 
 @pytest.mark.parametrize("seed", [3, 4])
-def test_the_digest_does_not_depend_on_the_order_of_nodes_in_one_process(truth: str, tmp_path: Path, seed: int) -> None:
+def test_the_digest_of_turnover_does_not_depend_on_the_order_of_nodes_in_one_process(
+    truth: str, tmp_path: Path, seed: int
+) -> None:
     order = Random(seed).sample(NODES, len(NODES))
     assert runner.run(load("lift"), tmp_path / "lift.mcap", in_process=True, order=order).digest == truth
 
 
 @pytest.mark.parametrize(("seed", "where"), [("0", []), ("1", []), ("4711", ["--in-process"])])
 @pytest.mark.large
-def test_the_digest_does_not_depend_on_hash_seeds(truth: str, tmp_path: Path, seed: str, where: list[str]) -> None:
+def test_the_digest_of_a_turnover_run_does_not_depend_on_hash_seeds(
+    truth: str, tmp_path: Path, seed: str, where: list[str]
+) -> None:
     environment = {**os.environ, "PYTHONHASHSEED": seed}
     subprocess.run(
         [*SEEDED, "run", "lift", *where], cwd=tmp_path, env=environment, check=True, capture_output=True, timeout=60
@@ -73,14 +77,14 @@ def test_the_digest_does_not_depend_on_hash_seeds(truth: str, tmp_path: Path, se
     assert digest.strip('"') == truth
 
 
-def test_another_scene_has_another_digest(truth: str, tmp_path: Path) -> None:
+def test_another_scene_has_another_digest_than_turnover(truth: str, tmp_path: Path) -> None:
     other = runner.run(load("lift", ["rig.slack=51 mm"]), tmp_path / "lift.mcap", in_process=True)
     assert other.digest != truth
 
 
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.large(beyond=2)
-def test_random_grant_limits_change_no_byte_of_turnover(
+def test_random_limits_of_time_grants_change_no_byte_of_turnover(
     truth: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, seed: int
 ) -> None:
     monkeypatch.setattr(conversation, "OpenCoordinator", CutShort)
@@ -90,7 +94,7 @@ def test_random_grant_limits_change_no_byte_of_turnover(
     assert run.digest == truth
 
 
-def test_random_grant_limits_change_no_byte_of_the_loaded_lift_of_turnover(
+def test_random_limits_of_time_grants_change_no_byte_of_the_loaded_lift_of_turnover(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The first 100 s with two cranes and twelve slings: the slings chatter as they come taut."""

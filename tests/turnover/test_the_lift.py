@@ -1,4 +1,4 @@
-"""The founding lift as it happened: take up, load, hoist, travel, turn, re-rig, turn on, set down.
+"""The stages of the scene `turnover`: take up, load, hoist, travel, turn, re-rig, turn on, set down.
 
 Every stage waits for a state of the load or for the end of a move, never for a time on the clock.
 """

@@ -1,4 +1,4 @@
-"""The lift against the table that was worked out before the simulator: lengths, places, shares at every stage.
+"""The lift agrees with its quasi-static planning table: lengths, positions and load shares at every stage.
 
 How it is compared.  The table's rope lengths are geometric, for ropes that do not stretch: the run's UNSTRETCHED
 lengths are held against it, for a winch knows what it has wound off; the block hangs lower by the stretch.  During a
@@ -99,7 +99,7 @@ def test_stages_of_turnover_end_at_the_tabulated_states(
     assert _trolleys(reading, "lower")[k] - 75.0 == pytest.approx(y_B, abs=0.02 if waiting else PLACE)
 
 
-def test_the_cranes_have_travelled_120_m_and_hang_the_block_at_30_m_less_the_stretch(
+def test_after_the_travel_of_120_m_the_block_hangs_30_m_high_less_the_rope_stretch(
     reading: Reading, stages: dict[str, Stage]
 ) -> None:
     k = stages["settle"].samples[-1]

@@ -1,4 +1,4 @@
-"""What the stories of the founding lift share: the run and its stages."""
+"""Helpers of the turnover tests: the run and its stages."""
 
 from __future__ import annotations
 

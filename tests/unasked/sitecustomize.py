@@ -1,4 +1,4 @@
-"""On the path of programs that tests start: a scene that leaves open how it is run is asked nothing there.
+"""Suppresses the question how to run a scene in programs that tests start with this folder on their path.
 
 What most tests look at has nothing to do with the choice, which would only cost time; `tests/conftest.py` says whose.
 """

@@ -1,4 +1,4 @@
-"""What the page of comparisons is made of: a row is one figure of a source beside ours, a case computes its rows.
+"""Data structure of the comparison page: a row is one figure of a source beside ours, a case computes its rows.
 
     @case(TABLE, "source", "tests/kernel/test_x.py")
     def name() -> Iterator[Row]: ...

@@ -1,4 +1,4 @@
-"""Closed forms of impacts, friction, springs, stops and brakes, and of what goes wrong in a lift."""
+"""Closed forms of impacts, friction, springs, stops and brakes, and of failures in a lift."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Published measurements: what was read, from where, with which reading error, beside what heavylift makes of it.
+"""Published measurements: values, source and reading error, beside heavylift's results.
 
 Every figure was read from the source named beside it; nothing here is fitted to the swing that is compared.
 """

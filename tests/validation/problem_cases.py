@@ -1,4 +1,4 @@
-"""Problems of published test sets, by the method that a scene takes by itself; references with 16 digits and more."""
+"""Problems of published test sets with the default method; references have at least 16 digits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the page says besides its rows: tables and their introductions, other codes, sources that were looked for."""
+"""Texts of the comparison page besides its rows: tables, introductions, other codes, sources searched for."""
 
 from __future__ import annotations
 

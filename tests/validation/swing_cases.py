@@ -1,4 +1,4 @@
-"""Closed forms of swinging loads: periods, modes, and what a moved trolley leaves behind."""
+"""Closed forms of swinging loads: periods, modes, and the residual swing after a trolley move."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who has the report alone can redo its sums: uses, weights, reactions, components and dynamic factors, to 0.5 %."""
+"""The sums of a report are recomputed from the report alone: utilisations, weights, reactions and factors, to 0.5 %."""
 
 from __future__ import annotations
 

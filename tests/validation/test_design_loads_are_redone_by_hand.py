@@ -1,5 +1,4 @@
-"""Somebody who has only a report redoes its sums: loads at rest by statics, design loads factor by factor, working load
-limits from the terms that stand in it; all to 0.5 %."""
+"""Design loads and working load limits of a report are recomputed from the report alone, to 0.5 %."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Lifts by cranes that are no goliaths: SciPy's DOP853 on the same equations finds the same peaks and times.
+"""Lifts by other crane types: SciPy's DOP853 on the same equations finds the same peaks and times.
 
 Each of twenty random lifts, at least two by each other type of the library, once by the kernel's own method of its
 ladder, once by SciPy at a tolerance of 1e-10 (`tests/kernel/scipy_peers.py`): all peaks, all stages, the last places.

@@ -1,4 +1,4 @@
-"""VALIDATION.md says what comes out now, counts its rows right and leaves no miss without a word."""
+"""VALIDATION.md shows the computed results, counts its rows and explains each miss."""
 
 from __future__ import annotations
 

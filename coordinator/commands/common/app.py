@@ -74,7 +74,7 @@ class Command(Spared, TyperCommand):
         self.example = f"{mark}{example}".strip()
 
     def format_epilog(self, ctx: Any, formatter: Any) -> None:
-        """Print the example unwrapped."""
+        """Print the example of a command in its help, without wrapping the lines."""
         if self.example:
             with formatter.section("Example"):
                 formatter.write(f"  {self.example}\n")

@@ -160,7 +160,7 @@ class SteppableRun:
 
     @property
     def end(self) -> int:
-        """The end of the scene [ns]."""
+        """The time at which the scene ends [ns]."""
         return self._core.end.t
 
     def _check_end(self, to_ns: int) -> None:

@@ -168,7 +168,7 @@ def _modes_of(name: str, flexible: Flexible) -> FlexibleModes:
         if not x > NODE * stiffness.max():
             raise _loose(name, k + 1)
     if flexible.start and len(flexible.start) != len(mass):
-        raise KernelError(f"body '{name}': {len(flexible.start)} start coordinates for {len(mass)} modes")
+        raise KernelError(f"body '{name}': {len(flexible.start)} start coordinates are given for {len(mass)} modes")
     damping = 2.0 * flexible.damping * np.sqrt(mass * stiffness)
     return FlexibleModes(name, flexible, nodes, M, shapes, *(rounded_each(x) for x in (mass, stiffness, damping)))
 

@@ -15,7 +15,15 @@ from msgspec.structs import replace
 
 from .environment.footings import standing_limits, wind_limits
 from .rigging.hook_ratings import WAYS, hook_limits
-from .rigging.ratings import bridle_limit, lug_limits, rigging_limits, shackle_limit, sling_limits, tandem_limits
+from .rigging.ratings import (
+    bridle_limit,
+    certificate_limits,
+    lug_limits,
+    rigging_limits,
+    shackle_limit,
+    sling_limits,
+    tandem_limits,
+)
 from .scene_builder import LOWER, UPPER, SceneBuilder
 
 SLACK = 0.9  # dynamic force upward over the weight, at which slings become slack
@@ -32,6 +40,7 @@ def rated_limits(builder: SceneBuilder) -> tuple[RatedLimit, ...]:
         *tandem_limits(builder),
         *_rig(builder),
         *lug_limits(builder),
+        *certificate_limits(builder),
         *_supports(builder, lifting),
         *_fenders(builder),
         *_vessels(builder),

@@ -1,4 +1,4 @@
-"""What the scripts of tests/bench share; from here on the tests' scenes of the kernel can be imported, too."""
+"""Modules shared by the scripts of tests/bench; puts the tests' kernel scenes on the import path."""
 
 import sys
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Functions called in a loop of machine code, so that no call from Python is in what is measured."""
+"""Functions called in a loop of machine code, so that timings contain no Python call."""
 
 import ctypes
 import re

@@ -1,4 +1,4 @@
-"""The two-crane reference scene in MuJoCo and in Pinocchio, and what one evaluation costs there.
+"""The two-crane reference scene in MuJoCo and Pinocchio, and the time of one evaluation there.
 
 MuJoCo: `mj_forward` in a loop of machine code.  Pinocchio: `aba` without ropes, on one thread, by its own batch
 call over many states (`abaInParallel`), so that no Python is inside either.  Its constrained dynamics have no batch

@@ -1,4 +1,4 @@
-"""Processes that a bench starts and looks at: forked measurements, families, what a kill takes away."""
+"""Processes started and observed by a bench: forked measurements, process families, data lost by a kill."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""M/M/c with feedback: jobs that are served come back with a probability.  The same numbers for the same seed."""
+"""M/M/c with feedback: served jobs return with a probability; one seed gives the same numbers in every engine."""
 
 from random import Random
 

@@ -1,4 +1,4 @@
-"""A run in one process, then its kernel alone, driven by the grants and commands that it got then.
+"""A run in one process, then its kernel alone with the recorded grants and commands.
 
 The same commands at the same times also drive a pruned scene: the loaders' hinges locked, upper and lower part one body
 (nothing orders a hinge, and it decides neither the loads of the ropes nor the way of the block).

@@ -1,4 +1,4 @@
-"""The two-crane reference scene of 24 degrees of freedom with redundant pins, and many of it side by side."""
+"""The two-crane reference scene of 24 degrees of freedom with redundant pins, and many copies side by side."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What all scripts of tests/bench share: two options, and one row for each figure.
+"""Output of all scripts of tests/bench: two options, and one row for each figure.
 
     python tests/bench/NAME.py [--json] [--short]
 

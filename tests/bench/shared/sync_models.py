@@ -1,4 +1,4 @@
-"""The models that tests/bench/sync.py distributes: clocks in turn, a full round, the ring workload, a queue."""
+"""Models distributed by tests/bench/sync.py: clocks in turn, a full round, the ring workload, a queue."""
 
 from __future__ import annotations
 

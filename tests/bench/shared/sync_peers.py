@@ -1,4 +1,4 @@
-"""What conservative time is measured beside: rounds over a unix socket, and rounds of HELICS federates."""
+"""Peers of conservative synchronisation: rounds over a unix socket, and rounds of HELICS federates."""
 
 from __future__ import annotations
 

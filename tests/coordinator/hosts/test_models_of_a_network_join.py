@@ -42,7 +42,7 @@ def test_models_run_on_the_hosts_where_they_are_placed(tmp_path: Path, keys: Pat
     assert json.loads(out)["digest"] == truth
 
 
-def test_an_impossible_placement_is_refused_before_any_process_starts(tmp_path: Path) -> None:
+def test_an_impossible_placement_of_models_on_hosts_is_refused_before_any_process_starts(tmp_path: Path) -> None:
     (tmp_path / "rings.py").write_text(RING)
     for words, message in {
         "--place s9=yard": "--place 's9=yard': there is no node 's9'; the nodes are s0, s1, s2, s3",

@@ -108,7 +108,7 @@ def test_estimating_one_input_leaves_all_others_unchanged() -> None:
         ("cranes.west.at", "there is no 'west'; known: crane"),
         ("name", "is not a quantity"),
         ("block.mass.x", "'mass' is a quantity and has no 'x'"),
-        ("rig.sling.WLL", "the scene gives it no value"),
+        ("rig.sling.WLL", "the scene gives this input no value"),
     ],
 )
 def test_unknown_inputs_to_estimate_are_refused(name: str, what: str) -> None:

@@ -224,7 +224,7 @@ def test_an_invalid_limit_of_microsteps_is_refused(limit: Any) -> None:
         ),
     ],
 )
-def test_an_end_time_that_is_not_a_number_is_refused(until: Any, told: str) -> None:
+def test_run_models_refuses_an_end_time_that_is_not_a_number(until: Any, told: str) -> None:
     with pytest.raises(ModelError) as caught:
         run_models(f"{BEYOND}:chain(3)", until=until, in_process=True)
     assert str(caught.value) == told

@@ -162,7 +162,9 @@ MUTANTS = [
 
 
 @pytest.mark.parametrize("mutant", MUTANTS)
-def test_deliberate_faults_in_shared_nodes_are_detected(mutant: Callable[[Patch], None], monkeypatch: Patch) -> None:
+def test_comparison_with_the_flat_run_detects_deliberate_faults_in_nodes_of_several_models(
+    mutant: Callable[[Patch], None], monkeypatch: Patch
+) -> None:
     mutant(monkeypatch)
     found = (seed for seed in MANY if told(seed))
     assert [next(found, None) is not None for _ in range(2)] == [True] * 2

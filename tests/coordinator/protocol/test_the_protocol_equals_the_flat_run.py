@@ -83,13 +83,15 @@ def told(seed: int) -> bool:
 
 @pytest.mark.parametrize("name", MUTANTS)
 @pytest.mark.large(beyond=8)
-def test_deliberate_faults_in_the_protocol_are_detected(name: str, impatient: pytest.MonkeyPatch) -> None:
+def test_comparison_with_the_flat_run_detects_deliberate_faults_in_the_protocol(
+    name: str, impatient: pytest.MonkeyPatch
+) -> None:
     MUTANTS[name](impatient)
     found = (seed for seed in MANY if told(seed))
     assert [next(found, None) is not None for _ in range(ENOUGH)] == [True] * ENOUGH
 
 
-def test_a_deliberate_delay_of_outputs_by_one_microstep_is_detected() -> None:
+def test_comparison_with_the_flat_run_detects_outputs_delayed_by_one_microstep() -> None:
     assert sum(wave(seed) != truth(seed) for seed in FEW) > 10
 
 

@@ -36,7 +36,7 @@ def framed() -> dict[str, str]:
     return {name: writer.frame(m.encode(message)).hex() for name, message in SAID.items()}
 
 
-def test_every_message_type_has_a_stored_frame() -> None:
+def test_every_message_type_of_the_protocol_has_a_stored_example_frame() -> None:
     assert list(FRAMES) == [str(version) for version in range(1, WIRE + 1)]
     tags = {msgspec.inspect.type_info(kind).tag for kind in m.AnyMessage.__args__}  # type: ignore[attr-defined]
     assert tags == SAID.keys() == FRAMES[str(WIRE)].keys()

@@ -95,7 +95,7 @@ def test_the_exit_code_of_a_verification_reports_its_success(
     assert "deviates after 17 equal events, at (0 s, 1) on /crane/input: recorded" in capsys.readouterr().out
 
 
-def test_verify_and_live_refuse_the_options_that_control_a_player(
+def test_replay_with_verify_or_live_refuses_the_options_that_control_a_player(
     lift: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     says = f"heavylift: {lift}: {{}} runs models as fast as possible and replays nothing; leave out {{}}\n"

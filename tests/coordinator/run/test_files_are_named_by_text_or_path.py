@@ -66,7 +66,9 @@ def test_scenes_and_recordings_can_be_named_by_text_or_path(kind: type, tmp_path
 
 @pytest.mark.parametrize("name", READERS)
 @pytest.mark.parametrize("no_file", NO_FILES, ids=repr)
-def test_arguments_that_name_no_file_are_refused(name: str, no_file: object, tmp_path: Path, monkeypatch) -> None:
+def test_an_argument_that_is_not_a_file_name_is_refused(
+    name: str, no_file: object, tmp_path: Path, monkeypatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     with pytest.raises(RecordingError) as e:
         READERS[name](no_file)

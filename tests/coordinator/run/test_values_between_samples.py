@@ -19,7 +19,7 @@ FALLING = System((BODY,), (SLIDE,), locks=(Lock("l", "j"),))
 RANDOM = np.random.default_rng(7)
 
 
-def test_values_between_two_samples_of_a_free_fall_are_exact() -> None:
+def test_dense_output_between_two_samples_of_a_free_fall_is_exact() -> None:
     result = simulate(FALLING, until=3.0, every=3.0)
     assert len(result.t) == 2
     t = RANDOM.uniform(0.0, 3.0, 40)
@@ -30,7 +30,7 @@ def test_values_between_two_samples_of_a_free_fall_are_exact() -> None:
 
 
 @pytest.mark.parametrize("method", ["dopri5", "radau5"])
-def test_values_between_samples_of_an_oscillation_are_exact(method: str) -> None:
+def test_dense_output_between_samples_of_an_oscillation_is_exact(method: str) -> None:
     w = 7.0
     spring = JointSpring("s", "j", k=2.0 * w * w)
     level = Joint("j", "prismatic", "world", "b", axis=(1, 0, 0), q0=(1.0,))
@@ -41,7 +41,7 @@ def test_values_between_samples_of_an_oscillation_are_exact(method: str) -> None
     assert abs(straight - np.cos(w * t)).max() > 1.0, "samples alone would do"
 
 
-def test_at_the_instant_of_an_event_there_are_values_before_and_after_it() -> None:
+def test_dense_output_at_the_instant_of_an_event_has_values_before_and_after_it() -> None:
     result = simulate(FALLING, until=2.0, every=0.5, orders=[(1.0, lambda s: s.set_lock("l", True))])
     assert result.t.tolist().count(1.0) == 2
     for t, before, after in ((1.0, -G, 0.0), (0.75, -0.75 * G, -0.75 * G), (1.25, 0.0, 0.0)):

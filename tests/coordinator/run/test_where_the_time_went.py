@@ -7,7 +7,7 @@ from heavylift.coordinator.record import Budget, ClockedWork, clocked
 from typer.testing import CliRunner
 
 
-def test_the_shares_of_wall_clock_time_sum_to_the_whole():
+def test_the_reported_shares_of_wall_clock_time_sum_to_the_duration_of_the_run():
     """Four instants with the recording until then: 2 s of start, 5 s of rounds and kernel, 1 s of exit."""
     budget = Budget.of((10.0, 0.0), (12.5, 0.5), (18.0, 1.0), (19.25, 1.25), 3.0)
     assert budget == Budget(start=2.0, kernel=3.0, rounds=2.0, recording=1.25, exit=1.0)

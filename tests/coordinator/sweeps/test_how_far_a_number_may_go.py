@@ -52,7 +52,7 @@ def told(lift, monkeypatch: pytest.MonkeyPatch):
 
 
 @pytest.mark.parametrize("limit", [300.5, 333.3, 512.0, 899.0])
-def test_the_limit_of_an_input_lies_between_green_and_red(told, limit: float) -> None:
+def test_the_limit_of_an_input_lies_between_its_last_green_and_its_first_red_value(told, limit: float) -> None:
     found = told(lambda x: x <= limit)
     assert not found.wrong
     assert found.green <= limit < found.red

@@ -29,13 +29,13 @@ def found(told: list[str]):
     return planned(bare("lift", NEAR), 300.0, told.append)
 
 
-def test_the_planned_timing_is_quicker_and_green(found) -> None:
+def test_the_planned_timing_of_a_lift_is_shorter_and_not_red(found) -> None:
     assert not found.wrong
     assert not found.run_after.verdict.red
     assert found.gain == pytest.approx(87.0, abs=0.5)  # of 137 s
 
 
-def test_the_planner_halves_a_change_whose_run_is_red(found, told: list[str]) -> None:
+def test_the_timing_planner_halves_a_change_that_turns_the_verdict_red(found, told: list[str]) -> None:
     runs = [line for line in told if line.startswith("run ")]
     assert len(runs) == 5
     assert all("worst: hook load of crane.H3 was 172." in run for run in runs[1:3])
@@ -65,7 +65,7 @@ def test_the_planned_scene_runs_as_predicted(found) -> None:
     assert run.digest == found.run_after.digest
 
 
-def test_scenes_that_cannot_be_planned_are_reported(tmp_path: Path) -> None:
+def test_scenes_whose_timing_cannot_be_planned_are_reported(tmp_path: Path) -> None:
     assert "red at the start, RED: " in planned(load("lift", ["end=50 s"]), 60.0).wrong
     assert planned(load("lift"), 1e-9).wrong.startswith("the scene as it is written cannot be run: cut after")
     slow = load("lift", ["actions[0].all hooks=hoist 3 m/min until all slings taut", "actions=[]", "end=60 s"])
@@ -75,7 +75,7 @@ def test_scenes_that_cannot_be_planned_are_reported(tmp_path: Path) -> None:
         planned(load(tmp_path / "mine.yaml"), 60.0)
 
 
-def test_the_planner_proposes_higher_speeds_swing_free_ramps_and_overlapping_moves() -> None:
+def test_the_timing_planner_proposes_higher_speeds_swing_free_ramps_and_overlapping_moves() -> None:
     """Hooks of one action keep their ratio."""
     scene = load("turnover")
     found = [(scene.plan.actions[s.action].stage, len(s.paths), s.most, s.why) for s in speeds(scene)]
@@ -88,7 +88,7 @@ def test_the_planner_proposes_higher_speeds_swing_free_ramps_and_overlapping_mov
 
 
 @pytest.mark.parametrize("crane", sorted(x for x in library() if x.startswith("goliath")))
-def test_the_planner_keeps_creep_speed_at_lift_off_and_set_down(crane: str) -> None:
+def test_the_timing_planner_keeps_creep_speed_at_lift_off_and_set_down(crane: str) -> None:
     """Whether an order waits for that or goes a way; what is written faster stays so."""
     up = ["hoist 0.05 m/min until all slings taut", "hoist 0.05 m/min by 0.2 m", "hoist 0.05 m/min by 0.3 m"]
     orders = [*up, "lower 0.05 m/min by 0.6 m", "lower 0.05 m/min by 0.2 m"]
@@ -105,7 +105,7 @@ def test_the_planner_keeps_creep_speed_at_lift_off_and_set_down(crane: str) -> N
 
 
 @pytest.mark.large
-def test_the_planned_turnover_is_a_tenth_shorter() -> None:
+def test_the_planned_timing_of_the_turnover_is_a_tenth_shorter() -> None:
     scene = load("turnover")
     found = planned(scene, 3600.0)
     assert not found.wrong

@@ -41,7 +41,9 @@ def test_the_base_rows_of_a_sobol_design_are_independent_draws_and_the_other_row
 
 
 @pytest.mark.parametrize(("beyond", "count"), [(0, 40), (3, 40), (40, 40), (1, 1000)])
-def test_the_interval_of_a_fraction_is_that_of_clopper_and_pearson(beyond: int, count: int) -> None:
+def test_the_confidence_interval_of_a_fraction_of_variants_is_that_of_clopper_and_pearson(
+    beyond: int, count: int
+) -> None:
     found = _chance("use/hook", np.array([1.5] * beyond + [0.5] * (count - beyond)))
     known = binomtest(beyond, count).proportion_ci(0.95, "exact")
     assert (found.limit, found.beyond, found.part) == ("hook", beyond, beyond / count)

@@ -63,7 +63,7 @@ def test_models_of_one_process_share_a_lane_of_the_trace(tmp_path: Path) -> None
     assert "pair.slow.out" in [port["port"] for port in found["lookahead"]]
 
 
-def test_a_traced_chain_of_waiting_ends_at_the_working_node() -> None:
+def test_a_chain_of_waiting_nodes_in_the_trace_ends_at_the_node_that_works() -> None:
     timeline = Timeline.__new__(Timeline)
     timeline.lanes = {name: Lane(name, name) for name in "abc"}
     timeline.lanes["a"].held = [HeldTime(0, 100, "b")]

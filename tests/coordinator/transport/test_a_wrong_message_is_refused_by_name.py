@@ -81,7 +81,7 @@ def test_a_message_of_an_earlier_process_incarnation_is_refused() -> None:
     )
 
 
-def test_a_lost_message_is_reported() -> None:
+def test_a_lost_wire_message_is_reported_by_the_gap_in_the_numbers() -> None:
     w = writer()
     w.frame(b"lost")
     assert refusal(w.frame(b"")) == (
@@ -89,7 +89,7 @@ def test_a_lost_message_is_reported() -> None:
     )
 
 
-def test_a_repeated_message_is_reported() -> None:
+def test_a_repeated_wire_message_is_reported() -> None:
     frame, r = writer().frame(b""), reader()
     r.open(frame)
     with pytest.raises(ProtocolError, match=r"message 0 arrived out of sequence \(it had arrived before\)"):

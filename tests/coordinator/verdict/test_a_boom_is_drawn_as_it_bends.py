@@ -90,7 +90,7 @@ def test_the_drawn_parts_of_a_bent_boom_contain_its_axis(run: Played, plan: Plan
     assert not any("crane.boom" in message for message in shapes.shapeless)
 
 
-def test_drawing_and_clearance_use_the_same_bent_shape(plan: Plan) -> None:
+def test_the_drawing_and_the_clearance_check_of_a_boom_use_the_same_bent_shape(plan: Plan) -> None:
     drawn = [(box.body, box.size) for box in boxes(plan) if box.body.startswith("crane.boom")]
     assert [body for body, _ in drawn] == ["crane.boom", *(f"crane.boom~{i}" for i in range(2, 7))]
     assert {size for _, size in drawn} == {(LENGTH / 6.0, DEEP, DEEP)}

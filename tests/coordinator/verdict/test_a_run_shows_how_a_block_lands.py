@@ -5,11 +5,13 @@ from __future__ import annotations
 from math import sqrt
 from random import Random
 
+import numpy as np
 import pytest
 from heavylift.coordinator.ladder import Played, play
 from heavylift.kernel.description import Check
-from heavylift.nodes.limits import checks_of
+from heavylift.nodes.limits import SignalColumns, checks_of, uses_of
 from lift_of_a_type import Lift
+from msgspec.structs import replace
 
 G = 9.80665
 TIPS = 1.5  # times the speed of a level rod that lands on one end first: that of its other end then
@@ -66,6 +68,21 @@ def test_a_simulated_landing_speed_beyond_its_limit_is_red_whatever_speed_was_or
     checks = list(lifted(lift, 0.95, "0.8 m/min").verdict.checks)
     assert (row(checks, "landing speed").state, row(checks, "lift-off speed").state) == ("red", "red")
     assert "as simulated" in row(checks, "landing speed").sentence
+
+
+@pytest.mark.large(beyond=3)
+def test_an_order_beyond_the_limit_is_red_whatever_the_error_of_the_run(lift: Lift) -> None:
+    run = lifted(lift, 0.95, "0.8 m/min")
+    for quantity in ("lift-off speed", "landing speed"):
+        use = next(x for x in run.uses if x.limit.quantity == quantity)
+        error = {f"use of {use.limit.subject} {quantity}": 0.9}
+        for factor, state in ((1.0, "red"), (1.3, "undecided")):  # of the limit, which then allows what was ordered
+            limit = replace(use.limit, value=(use.limit.value or 0.0) * factor)
+            peaks = {f"{limit.subject} {quantity}": (0.95 / 60.0, 1.0)}
+            signals = SignalColumns(np.arange(2.0), {}, peaks=peaks, dynamic=True)
+            plan = replace(run.plan, limits=(limit,))
+            (check,) = (x for x in checks_of(plan, uses_of(plan, [signals]), (), error, ()) if x.quantity == quantity)
+            assert check.state == state
 
 
 def test_a_block_that_comes_down_on_its_supports_in_a_turn_is_red_after_a_run(lift: Lift) -> None:

@@ -93,6 +93,6 @@ def test_an_overlap_of_random_boxes_is_red_exactly_if_it_is_deeper_than_allowed(
     assert 0 < reds < 40, "of both kinds"
 
 
-def test_box_contacts_without_overlap_are_not_red() -> None:
+def test_stating_an_allowed_overlap_for_box_contacts_is_refused() -> None:
     with pytest.raises(SceneError, match=r"scene\.yaml:7:.*remove 'overlap'"):
         parse(TEXT.replace("lower corners", "boxes, overlap: 0.1 m"), passing=True)

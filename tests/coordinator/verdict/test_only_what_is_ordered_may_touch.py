@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from random import Random
 
@@ -95,7 +96,7 @@ def test_check_exits_with_1_if_bodies_touch_without_an_order_that_allows_it(tmp_
         message = CliRunner().invoke(app, ["check", str(tmp_path / f"{name}.yaml")])
         assert message.exit_code == code, message.output
         assert ("red: the block touched wall" in message.output) == bool(code)
-        assert "not checked: the lift is not checked at rest from here on: 'block-wall' touches at" in message.output
+        assert re.search(r"not checked at rest from [\d:.]+ on: 'block-wall' touches at", message.output)
 
 
 @pytest.mark.parametrize(
@@ -107,12 +108,12 @@ def test_check_exits_with_1_if_bodies_touch_without_an_order_that_allows_it(tmp_
         ("may tuch: [[block, ground]]\n", "did you mean 'may touch'"),
     ],
 )
-def test_unknown_objects_cannot_be_allowed_to_touch(text: str, told: str) -> None:
+def test_allowing_an_unknown_object_to_touch_is_refused(text: str, told: str) -> None:
     with pytest.raises(SceneError, match=told):
         scene("jib-60", shelf("jib-60", 0.8) + text)
 
 
-def test_a_stage_may_allow_contacts_of_existing_objects_only() -> None:
+def test_a_stage_that_allows_contact_with_an_object_that_does_not_exist_is_refused() -> None:
     for says, message in (
         ("may touch: [[block, shlef]]", "did you mean 'shelf'"),
         ("may tuch: [[block, shelf]]", "'may touch'"),

@@ -59,7 +59,7 @@ def test_scenes_of_all_kinds_are_drawn_in_the_preview(name: str) -> None:
     assert found[-1][0] == "checks"
 
 
-def test_the_preview_shows_faults_with_their_lines_and_raises_none() -> None:
+def test_the_preview_of_a_faulty_scene_shows_the_faults_with_their_lines_and_raises_no_error() -> None:
     ((kind, data),) = steps("lift", ("mass: 300 t", "mass: 300 bananas"), ("crane H2", "crane H7"))
     assert kind == "faults"
     lines = bundled()["lift"].read_text().splitlines()

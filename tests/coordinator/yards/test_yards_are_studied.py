@@ -85,6 +85,6 @@ def test_an_optimised_schedule_is_written_and_its_robustness_simulated(study):
 
 
 @pytest.mark.parametrize("text", ["resources.crew", "a=3..1 by 1", "=3"])
-def test_an_invalid_axis_of_a_yard_study_is_refused(text):
+def test_a_yard_study_with_an_invalid_axis_is_refused(text):
     with pytest.raises(SceneError, match="--vary"):
         axis_of(text)

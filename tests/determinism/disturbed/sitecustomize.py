@@ -1,4 +1,4 @@
-"""Python imports this before anything else: in the processes of a disturbed run, messages are sent late at random."""
+"""Delays messages at random in the processes of a disturbed run; imported by Python at start-up."""
 
 import os
 

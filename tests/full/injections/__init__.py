@@ -1,4 +1,4 @@
-"""What may go wrong around a run, and what is then promised: the kinds that faults.py injects.
+"""Kinds of faults that faults.py injects around a run, and the promised outcome of each.
 
 trial, workloads, leftovers   one injection in a folder of its own; the runs that are disturbed; what they leave behind
 inside                        within the processes of a run: the moments of a case, the blow

@@ -1,4 +1,4 @@
-"""What carries messages on one host: frames that are spoiled, late or lost, and the socket at which processes meet."""
+"""Faults of message transport on one host: corrupted, late or lost frames, and a removed socket."""
 
 from __future__ import annotations
 

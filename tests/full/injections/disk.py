@@ -1,4 +1,4 @@
-"""Disks: no space, no rights, folders that vanish, a spoiled cache; at fractions of what a run writes."""
+"""Faults of disks: no space, no rights, vanished folders, a corrupted cache, after parts of the bytes of a run."""
 
 from __future__ import annotations
 

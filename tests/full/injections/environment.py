@@ -1,4 +1,4 @@
-"""Environments: variables, folders, limits, names and clocks that a run meets elsewhere."""
+"""Faults of the environment of a run: variables, folders, limits, names and clocks."""
 
 from __future__ import annotations
 

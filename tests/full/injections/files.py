@@ -1,4 +1,4 @@
-"""Recordings: what happens to one while it is written, and how far one leads that ends anywhere, as power fails."""
+"""Faults of recordings: changed while written, or cut at any byte as by a power failure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Processes of other hosts: the line to them is cut, silent or slow, they are struck; another one joins for them."""
+"""Faults of processes on other hosts: cut, silent or slow connections, kills, and replacements."""
 
 from __future__ import annotations
 

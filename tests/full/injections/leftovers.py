@@ -1,4 +1,4 @@
-"""Processes and private directories of a case that are still there, as the system shows them."""
+"""Finds processes and private directories of a case that still exist after it."""
 
 from __future__ import annotations
 

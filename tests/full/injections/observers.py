@@ -1,4 +1,4 @@
-"""Who watches a run, and what may become of a watcher: the run does not notice, and the watcher ends as it should."""
+"""Faults of observers: the run is not affected, and the observer ends as promised."""
 
 from __future__ import annotations
 

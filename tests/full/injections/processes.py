@@ -1,4 +1,4 @@
-"""Every process of a run, struck in every way at every moment; the moment within a phase is drawn.
+"""Every process of a run is killed or stopped at every phase, at a random moment within the phase.
 
 Model, kernel and keeper are replaced, and the run has its digest; a coordinator that is gone leaves a recording that
 can be resumed, and one that is asked to stop says so as well.

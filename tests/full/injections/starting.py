@@ -1,4 +1,4 @@
-"""How a command is started under other conditions: on a file system of its own, with less of something."""
+"""Starts a command under other conditions: on a file system of its own, or with fewer resources."""
 
 from __future__ import annotations
 

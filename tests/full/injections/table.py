@@ -1,4 +1,4 @@
-"""One row of each kind: how often it was tried, at which moments, and how often it ended as promised."""
+"""One row for each kind of fault: number of trials, their moments, and trials that ended as promised."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One injection: a run in a folder of its own, what is done to it, and whether that ends as promised.
+"""One trial: a run in its own folder, one injected fault, and whether the run ends as promised.
 
 A kind names what goes wrong, says in one line what is promised, and has a function that does it to a trial and raises
 `NotAsPromised` otherwise.  What holds for all kinds is asked here: the run ends, in no traceback and no internal error,

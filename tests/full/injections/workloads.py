@@ -1,4 +1,4 @@
-"""The runs that are disturbed, and what the same runs give when nobody disturbs them."""
+"""The runs into which faults are injected, and their results without faults."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a scene rests while its drives move: events, friction, folds and stability at their closed forms."""
+"""Equilibria of a scene while its drives move: events, friction, folds and stability against closed forms."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -47,7 +47,7 @@ def lifted(slack):
 
 
 @pytest.mark.parametrize("slack", [0.01, 0.3, 7.0])
-def test_a_rope_becomes_taut_and_lifts_its_load_when_the_closed_form_says(slack):
+def test_a_rope_tightens_and_lifts_its_load_at_the_time_of_the_closed_form(slack):
     path, speed = following(lifted(slack), ("rope", "pad")), 0.05
     moved(path, "rope", -speed, -slack - 2.0)
     (taut,) = path.run(1000 * SECOND)
@@ -226,7 +226,7 @@ def crossed():
     return System((body,), (Joint("free", "free", "world", "block"),), ropes=ropes, supports=(pad,), gravity=G)
 
 
-def test_the_tangent_stiffness_in_machine_code_agrees_with_python_floats_and_finite_differences():
+def test_the_tangent_stiffness_agrees_in_machine_code_and_interpreted_python_and_with_differences():
     native, floats = (Poses(s) for s in (Simulation(crossed()), Simulation(crossed(), native=False)))
     for poses in (native, floats):
         poses.simulation.start()

@@ -1,4 +1,4 @@
-"""Linear models: closed forms, differences of the compiled equations, and what small inputs do to the whole scene."""
+"""Linear models against closed forms, finite differences of the compiled equations, and responses to small inputs."""
 
 from dataclasses import replace
 from math import sqrt
@@ -62,7 +62,7 @@ def test_a_trolley_with_a_pendulum_load_has_the_linear_model_of_the_textbook():
     ]  # fmt: skip
 
 
-def test_in_a_linear_model_the_input_of_a_prescribed_trolley_is_its_acceleration():
+def test_the_linear_model_of_a_prescribed_trolley_has_its_acceleration_as_input():
     l, outputs = 5.0, ["joint/position/rail.*", "pose/trolley/x", "joint/position/hook.angle"]
     found = linear_model(started(crane("prescribed", l=l)), ["travel"], outputs)
     assert [(x.name, x.unit) for x in found.states[2:]] == [("reference/travel", "m"), ("reference/travel rate", "m/s")]
@@ -74,7 +74,7 @@ def test_in_a_linear_model_the_input_of_a_prescribed_trolley_is_its_acceleration
 
 
 @pytest.mark.parametrize("kind", ["servo", "speed"])
-def test_in_a_linear_model_the_input_of_servos_and_speed_drives_is_their_speed(kind):
+def test_the_linear_model_of_servos_and_speed_drives_has_their_speed_as_input(kind):
     m, load, l, kp, kv = 3.0, 2.0, 5.0, 4.0, 7.0
     found = linear_model(started(crane(kind, m, load, l)), ["travel"], ["joint/position/rail.travel"])
     assert [(x.name, x.unit) for x in found.inputs] == [("travel", "m/s")]
@@ -137,7 +137,7 @@ def test_linear_models_of_moving_systems_agree_with_finite_differences_of_the_eq
 
 
 @pytest.mark.parametrize("links", [2, 3])
-def test_the_linear_model_of_a_closed_linkage_has_the_states_of_one_link(links):
+def test_the_linear_model_of_a_closed_linkage_has_the_two_states_of_one_link(links):
     found = linear_model(_at_rest(swing(links)), [], ["joint/position/*", "pose/platform/x"])
     n = links * LINK
     want = sqrt((M + n / 2.0) * G / ((M + n / 3.0) * LENGTH))
@@ -161,7 +161,7 @@ def hung_rigidly(l: float = 5.0) -> System:
     return System(bodies, joints, drives=(Drive("travel", "rail", "prescribed"),), rigid_ropes=(rope,), gravity=G)
 
 
-def test_a_rigid_rope_removes_a_state_and_its_winch_is_an_input():
+def test_a_rigid_rope_removes_a_state_from_the_linear_model_and_its_winch_is_an_input():
     found = linear_model(_at_rest(hung_rigidly()), ["travel", "hoist"], ["pose/load/[xyz]"])
     assert len(found.states) == 2 * 5 + 4
     assert [x.unit for x in found.inputs] == ["m/s2", "m/s2"]
@@ -216,7 +216,7 @@ def test_small_inputs_move_a_scene_as_its_linear_model_predicts(scene):
         assert found == pytest.approx(want, abs=2e-3 * np.abs(want).max() + 1e-12), name
 
 
-def test_a_system_that_cannot_be_linearised_is_refused_in_one_sentence():
+def test_linearising_a_system_without_a_linear_model_is_refused_in_one_sentence():
     simulation = started(crane())
     with pytest.raises(KernelError, match=r"there is no input 'hoist'; known: travel$"):
         linear_model(simulation, ["hoist"], ["joint/position/*"])

@@ -1,4 +1,4 @@
-"""Statics, reactions and modes of mechanisms with loops: a platform on two parallel links, and a redundant one."""
+"""Statics, reactions and modes of mechanisms with loops: a platform on two or three parallel links."""
 
 from math import pi, sqrt
 
@@ -44,7 +44,7 @@ def test_printed_equations_include_the_joint_that_closes_a_loop():
 
 
 @pytest.mark.parametrize("links", [2, 3])
-def test_a_parallel_linkage_has_one_mode_and_hangs_straight(links):
+def test_a_platform_on_parallel_links_hangs_straight_and_has_one_mode(links):
     simulation = started(swing(links))
     found = equilibrium(simulation)
     assert found.q == pytest.approx(np.zeros(len(found.q)), abs=1e-8)
@@ -68,7 +68,7 @@ def test_each_link_of_a_hanging_platform_carries_half_the_platform_and_its_own_w
         assert carried[f"low{n}"].moment == pytest.approx([0.0, 0.0, 0.0], abs=1e-3)
 
 
-def test_upper_joints_of_a_swinging_platform_carry_its_weight_and_its_inertia_force():
+def test_upper_joints_of_a_swinging_platform_carry_its_weight_and_inertia_force():
     simulation = started(swing(), native=False)
     carried = reactions(simulation)
     sum_of_tops = carried["top0"].force + carried["top1"].force

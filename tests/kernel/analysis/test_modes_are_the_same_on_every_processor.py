@@ -1,4 +1,4 @@
-"""Modes of flexible bodies and what follows from them: those of LAPACK, but with the same bits on every processor."""
+"""Modes of flexible bodies agree with LAPACK and have the same bits on every processor."""
 
 import hashlib
 import os

@@ -1,4 +1,4 @@
-"""Where a scene comes to rest, and which of its ropes and pads then carry: shares of the closed forms."""
+"""Equilibria with slack ropes and pads: load shares against closed forms."""
 
 import json
 from dataclasses import replace

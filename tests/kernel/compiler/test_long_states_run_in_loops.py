@@ -1,4 +1,4 @@
-"""Arithmetic on long states runs in loops: the bits are those of unrolled code, with every method."""
+"""Arithmetic on long states runs in loops with the bits of unrolled code, with every method."""
 
 from dataclasses import replace
 from typing import get_args

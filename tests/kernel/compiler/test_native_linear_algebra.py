@@ -1,4 +1,4 @@
-"""Loops of native code solve dense systems like LAPACK, with the same pivots as their text on floats."""
+"""Loops of native code solve dense systems like LAPACK, with the pivots of the same algorithm in Python."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What is kept is used only if nobody else could have written it; otherwise everything is computed anew."""
+"""Cached files are used only if no other user can have written them; otherwise they are computed anew."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""The cache has a bound: what was used last stays, what others have put there stays, and whoever reads or writes
-meanwhile hears nothing of it."""
+"""The cache has a size limit: recent entries and files of others stay, and concurrent users get no error."""
 
 from __future__ import annotations
 

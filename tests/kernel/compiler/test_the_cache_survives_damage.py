@@ -1,4 +1,4 @@
-"""Object files: reused by equal structures only, and never trusted."""
+"""Cached object files are reused only for equal structures and checked before use."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Strict IEEE arithmetic: optimisation levels, instruction sets and equal calls side by side change no bit."""
+"""Strict IEEE arithmetic: optimisation levels, instruction sets and batched calls change no bit."""
 
 import hashlib
 import json

@@ -1,4 +1,4 @@
-"""The pivoting solver against all sets, and the sets of friction against their own conditions."""
+"""The pivoting solver against an exhaustive search of active sets; friction solutions against Coulomb's conditions."""
 
 from itertools import product
 
@@ -46,7 +46,7 @@ def test_the_active_set_found_by_pivoting_is_that_of_an_exhaustive_search():
 
 
 @pytest.mark.parametrize("n", [1, 5, 6, 9])
-def test_machine_code_and_python_floats_make_the_same_pivots_with_the_same_bits(n):
+def test_machine_code_and_interpreted_python_make_the_same_pivots_with_the_same_bits(n):
     """Filled up with rows that have no part in it."""
     rng = np.random.default_rng(7)
     for _ in range(20):

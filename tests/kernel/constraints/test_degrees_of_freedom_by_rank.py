@@ -1,4 +1,4 @@
-"""How many ways a mechanism can move: published linkages for which counting fails, random ones, singular poses."""
+"""Degrees of freedom of mechanisms: published linkages for which counting fails, random ones, singular poses."""
 
 from dataclasses import replace
 from math import atan, cos, pi, sin, tan
@@ -233,7 +233,7 @@ def test_doubling_a_joint_removes_no_degree_of_freedom(kind):
     assert twice.conditions == twice.conditions - twice.rank, "every row of the second one is redundant"
 
 
-def test_driven_and_locked_coordinates_are_no_degrees_of_freedom():
+def test_driven_and_locked_coordinates_do_not_count_as_degrees_of_freedom():
     joints = tuple(Joint(f"j{i}", "revolute", "b0" if i else WORLD, f"b{i}", axis=Y) for i in range(3))
     system = System(
         tuple(link(f"b{i}") for i in range(3)), joints, drives=(Drive("d", "j0", "prescribed"),),
@@ -244,7 +244,7 @@ def test_driven_and_locked_coordinates_are_no_degrees_of_freedom():
     assert m.lines == ["degrees of freedom: 3 of joints, less 1 prescribed by drives, less 1 locked"]
 
 
-def test_a_driven_loop_follows_its_drive_without_degrees_of_freedom():
+def test_a_loop_with_one_driven_joint_has_no_degree_of_freedom_and_follows_its_drive():
     m = found(replace(four_bar(), drives=(Drive("d", "a", "prescribed"),)))
     assert (m.dof, m.driven, m.rank) == (0, 1, 2)
 

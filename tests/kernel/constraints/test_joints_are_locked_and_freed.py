@@ -1,4 +1,4 @@
-"""Joints locked and freed in mid-run: inelastic impulses, the motion of a stiffer tree, and motion as before again."""
+"""Joints locked and freed during a run: inelastic impulses and the motion before, during and after the lock."""
 
 from dataclasses import replace
 
@@ -212,7 +212,7 @@ def test_a_joint_locked_at_the_start_does_not_move_until_its_lock_is_released():
 
 
 @pytest.mark.parametrize("grants", [(), (0.13, 0.5000001, 1.1, 1.2, 1.9)])
-def test_locking_a_joint_gives_the_same_bits_for_any_time_grants_and_on_python_floats(grants):
+def test_locking_a_joint_gives_the_same_bits_for_any_time_grants_and_in_interpreted_python(grants):
     def run(grants, native):
         s = started(double_pendulum(gravity=G), tolerance=1e-5, native=native)
         for lock, until in ((True, 1.0), (False, 2.0)):

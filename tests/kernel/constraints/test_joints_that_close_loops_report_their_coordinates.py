@@ -1,4 +1,4 @@
-"""Coordinates and speeds of joints that close loops are those of joints of the tree; beside SciPy's rotations."""
+"""Coordinates and speeds of loop closing joints equal those of tree joints, against SciPy's rotations."""
 
 from dataclasses import replace
 from random import Random

@@ -1,4 +1,4 @@
-"""Joints locked in motion where loops, dampers and rigid ropes are: what it takes is booked, the rest goes on."""
+"""Joints locked in motion beside loops, dampers and rigid ropes: the lost energy is accounted for."""
 
 import numpy as np
 import pytest

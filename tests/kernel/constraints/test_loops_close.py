@@ -187,7 +187,7 @@ def test_equal_redundant_joints_share_their_load_equally():
     assert np.isfinite(moment).all()
 
 
-def test_machine_code_and_python_floats_agree_on_closed_loops():
+def test_machine_code_and_interpreted_python_agree_on_closed_loops():
     system = held("revolute")
     native, floats = (started(system, native=x) for x in (True, False))
     for s in (native, floats):

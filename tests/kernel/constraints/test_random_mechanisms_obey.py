@@ -1,4 +1,4 @@
-"""Whatever mechanism is described: it runs, its energy closes, its statics balance, and its formulations agree.
+"""Random mechanisms run: their energy balance closes, their statics balance, and all formulations agree.
 
 Joint types, branchings, ropes and inertias over twelve decades are drawn at random, always the same ones.
 """

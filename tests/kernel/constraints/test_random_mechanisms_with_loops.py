@@ -1,4 +1,4 @@
-"""Whatever joints, loops, ropes and inertias are drawn: a finite run whose energy closes, or one sentence."""
+"""Random joints, loops, ropes and inertias give a finite run with a closed energy balance, or one error sentence."""
 
 import numpy as np
 import pytest
@@ -60,7 +60,7 @@ def test_a_rigid_rope_between_points_that_cannot_move_is_no_constraint():
 
 
 @pytest.mark.large
-def test_a_rope_stops_a_heavy_body_while_a_light_one_closes_its_loop():
+def test_a_rope_catches_a_heavy_body_while_a_light_body_closes_a_loop():
     """8e11 kg on the rope, 1e4 kg in the loop: the impulse of each is found in its own size."""
     s = started(mechanism(105, 12.0), tolerance=1e-9, sample_ns=SECOND // 100)
     hand_over(s, SECOND // 25)

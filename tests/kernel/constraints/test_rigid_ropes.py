@@ -60,7 +60,7 @@ def test_a_load_thrown_up_leaves_its_rigid_rope_slack_and_returns_at_the_exact_t
     assert imbalance(s) < CLOSES
 
 
-def test_a_pendulum_too_slow_for_the_full_circle_goes_slack_where_its_tension_ends():
+def test_a_rope_pendulum_too_slow_for_a_full_circle_goes_slack_where_its_tension_becomes_zero():
     """Started at the bottom with v0^2 = 3.5 g L, T = 0 at height angle a above the horizontal, sin a = 1/2."""
     L = 10.0
     s = started(on_rope(point(z=-L, vx=sqrt(3.5 * G * L)), L), **FINE)
@@ -126,7 +126,7 @@ def test_a_rigid_rope_that_would_have_to_push_goes_slack():
     assert [carried.sum(), carried @ x, carried @ y] == pytest.approx([W, 9.0 * W, 0.0], rel=1e-6, abs=1e-3 * W)
 
 
-def test_machine_code_and_python_floats_agree_on_rigid_ropes():
+def test_machine_code_and_interpreted_python_agree_on_rigid_ropes():
     system = on_rope(point(z=-18.0, vx=2.0), 20.0)
     native, floats = (started(system, native=x) for x in (True, False))
     for s in (native, floats):

@@ -1,4 +1,4 @@
-"""A system is the same whoever declares its elements first: they stand in the order of their names."""
+"""Systems are equal for any order in which their elements are declared."""
 
 from dataclasses import fields, replace
 from random import Random

@@ -1,4 +1,4 @@
-"""Whatever a user did wrong ends in one sentence that names it; nothing hangs, nothing is silently accepted."""
+"""Each user error ends in one sentence that names its cause."""
 
 from dataclasses import replace
 from math import inf, nan

@@ -1,5 +1,4 @@
-"""Every name by which an item of a system means another one is looked up; a wrong one is reported with the right
-one."""
+"""References between items of a system are checked; unknown names are reported with similar ones."""
 
 from __future__ import annotations
 

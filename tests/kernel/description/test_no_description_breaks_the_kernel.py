@@ -1,4 +1,4 @@
-"""Whatever stands in a description: one sentence, or a run whose numbers are finite.  Thousands: tests/full."""
+"""A corrupted scene ends in one sentence or in a run with finite numbers; tests/full runs thousands of cases."""
 
 from random import Random
 

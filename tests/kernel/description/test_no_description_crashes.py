@@ -1,4 +1,4 @@
-"""Whatever a description says, it runs or is refused in one sentence: random mechanisms, spoilt."""
+"""Corrupted descriptions of random mechanisms run or are refused in one sentence."""
 
 from dataclasses import fields, is_dataclass, replace
 from math import inf, nan

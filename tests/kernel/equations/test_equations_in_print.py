@@ -1,4 +1,4 @@
-"""`heavylift equations`: complete, in the paper's notation, and true: the printed text itself is evaluated."""
+"""`heavylift equations` prints all equations in the paper's notation; the tests evaluate the printed text."""
 
 import math
 import re

@@ -137,7 +137,7 @@ def test_a_slider_joint_needs_a_beam():
         Program(System((Body("trolley", 1.0),), (joint,)))
 
 
-def test_machine_code_of_a_slider_agrees_with_python_floats():
+def test_machine_code_and_interpreted_python_agree_on_a_slider():
     simulation = Simulation(crane(TROLLEY, drive=False, gravity=G), cache=False)
     random = np.random.default_rng(1)
     y = np.concatenate([random.normal(size=simulation.program.nv) * 0.1, random.normal(size=simulation.program.nv)])

@@ -1,4 +1,4 @@
-"""Random trees under one force of every kind: the accounts close, and machine code does what the text does."""
+"""Random trees with one force of every kind agree in machine code and independent code; the energy balance closes."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Friction among rests: where a slip ends, the spring takes over the force that slipping had."""
+"""When slip ends, the tangential spring of a contact continues with the friction force of the slip."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""A joint of several coordinates takes springs, stops, brakes, drives and watches on each of them by name."""
+"""Springs, stops, brakes, drives and thresholds act on each coordinate of a joint by its name."""
 
 import numpy as np
 import pytest
@@ -35,7 +35,7 @@ def run(system, seconds=2, **options):
     return s
 
 
-def test_each_coordinate_of_a_cylindrical_joint_has_its_own_laws():
+def test_each_coordinate_of_a_cylindrical_joint_has_its_own_force_laws():
     """Sliding decays under viscous damping while turning meets dry friction: v exp(-d t/m); stops after w I/M."""
     system = one(
         "cylindrical",

@@ -46,7 +46,9 @@ def test_end_forces_of_random_mooring_lines_satisfy_the_catenary_equations(lifte
 
 
 @pytest.mark.parametrize("lifted", [True, False])
-def test_machine_code_of_the_catenary_agrees_with_python_floats_and_has_exact_derivatives(lifted: bool) -> None:
+def test_catenary_equations_agree_in_machine_code_and_interpreted_python_and_have_exact_derivatives(
+    lifted: bool,
+) -> None:
     law = hanging if lifted else lying
     code = Function("solved", lambda p: {"y": [*law(*p)[:2]]}, {"p": 3})
     native = Library(f"catenary {lifted}", lambda: module(code), cache=False)

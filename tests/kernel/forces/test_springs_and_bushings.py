@@ -92,7 +92,7 @@ def test_a_spring_pulls_and_pushes_with_its_natural_period():
     assert imbalance(s) < CLOSES
 
 
-def test_a_spring_of_rest_length_zero_swings_through_its_other_end():
+def test_a_load_on_a_spring_of_zero_rest_length_swings_through_the_other_end_of_the_spring():
     spring = Spring("s", Point("world"), Point("load"), 0.0, 8.0)
     s = started(replace(slider(mass=2.0, q0=0.5), gravity=0.0, forces=(spring,)), **FINE)
     s.interrupt(round(pi * 1e9 / 2))

@@ -1,4 +1,4 @@
-"""One-sided laws against closed forms: shares, bounces, sticking and slipping."""
+"""Supports, end stops and brakes against closed forms: load shares, bounces, sticking and slipping."""
 
 from dataclasses import replace
 from math import atan2, ceil, cos, hypot, log2, pi, radians, sin, sqrt

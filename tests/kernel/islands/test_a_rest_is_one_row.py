@@ -1,4 +1,4 @@
-"""A rest of any length costs one row of memory: its samples are made when it is over, some at a time.
+"""A period of rest needs memory for one sample row; its other rows are written later.
 
 Two or three loads lie on their pads, until one or another is hoisted a little, or a rope ties two of them.
 """

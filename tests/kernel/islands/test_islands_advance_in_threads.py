@@ -1,4 +1,4 @@
-"""Islands in threads: the same bits as one after another, and exceptions and interruptions in order."""
+"""Islands in threads give the bits of islands in sequence; errors and interruptions are raised in order."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A rope between two islands makes them one, and what rests without it is cut off again."""
+"""A rope hooked between two islands merges them; unhooking it separates the resting part again."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ HOOKED: list[Stage] = [
 ]
 
 
-def test_a_hooked_rope_joins_two_islands_and_an_unhooked_one_lets_a_resting_part_separate() -> None:
+def test_hooking_a_rope_joins_two_islands_and_unhooking_it_separates_a_resting_part() -> None:
     s, whole = islands(TIED, cut_at_once=True), played(one(TIED), HOOKED)
     s.start()
     assert len(s.parts) == 2
@@ -34,7 +34,7 @@ def test_a_hooked_rope_joins_two_islands_and_an_unhooked_one_lets_a_resting_part
         assert np.abs(last[at[group]] - expected[at[group]]).max() < APART * np.abs(expected[at[group]]).max(), group
 
 
-def test_an_unhooked_rope_keeps_its_second_end_until_it_is_hooked_again() -> None:
+def test_an_unhooked_rope_keeps_its_second_end_until_the_rope_is_hooked_again() -> None:
     """Off the origin of a body of another island: its span is shown, and from there it pulls later."""
     line = Line(Point("load-a", (0.0, 0.1, 0.3)), Point("load-b", (0.2, 0.0, -0.4)))
     scene = replace(TWO, ropes=(*TWO.ropes, Rope("tug", (line,), 1e6, 10.2, 1e4, hooked=False)))
@@ -56,7 +56,7 @@ def test_a_snapshot_keeps_the_present_division_into_islands(t: float) -> None:
     assert [(at, row.tobytes()) for at, row in second.rows] == [(at, row.tobytes()) for at, row in first.rows]
 
 
-def test_the_failure_of_one_island_is_raised_after_an_earlier_event_of_another() -> None:
+def test_the_failure_of_one_island_is_raised_after_earlier_events_of_another_island() -> None:
     """The rope of one is used up at 2.6 s; at 2.0 s the other is 1 m higher, and who hears that may stop the winch."""
     s = Islands(TWO, TOLERANCE, 2 * SECOND, frozenset({"height-a"}))
     s.start()

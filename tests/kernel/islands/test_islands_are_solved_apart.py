@@ -1,4 +1,4 @@
-"""Islands that nothing ties together: each takes the steps that it would take alone, and one at rest takes none."""
+"""Uncoupled islands take the steps that each takes alone; an island at rest takes none."""
 
 from __future__ import annotations
 

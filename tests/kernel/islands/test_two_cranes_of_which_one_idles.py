@@ -1,4 +1,4 @@
-"""The smallest lift beside a crane that does nothing, with two empty loaders: it costs nothing and changes nothing."""
+"""A lift beside an idle crane with two empty lifting beams: the idle crane costs almost nothing and changes nothing."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def test_a_run_with_an_idle_crane_is_the_same_in_one_process_and_in_ten(tmp_path
     assert together.energy_error < 1e-6
 
 
-def test_a_crane_without_a_load_is_drawn_with_its_upper_and_lower_parts() -> None:
+def test_an_idle_crane_without_a_load_is_drawn_with_its_main_body_and_both_trolleys() -> None:
     plan = parse(unstated(bundled()["lift"].read_text()).replace(CRANE, f"{CRANE}\n{IDLE}")).plan
     drawn = boxes(plan)
     assert {"idle.main", "idle.upper", "idle.lower"} <= {box.body for box in drawn}

@@ -1,4 +1,4 @@
-"""The balance of energy says the same of many readings at once as of one after the other."""
+"""The energy balance of a block of samples equals that of its single samples."""
 
 import numpy as np
 import pytest

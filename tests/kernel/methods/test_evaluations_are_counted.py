@@ -1,4 +1,4 @@
-"""What a run costs: evaluations of the right-hand side, those of Jacobians included, as many as were really made."""
+"""The reported number of evaluations of the right-hand side, Jacobians included, equals the number of calls."""
 
 import pytest
 from scipy_peers import PEERS

@@ -1,4 +1,4 @@
-"""Every method of the kernel, compiled and on floats, takes the same steps: loops of native code included."""
+"""Every method takes the same steps in machine code and in interpreted Python."""
 
 from typing import get_args
 
@@ -13,7 +13,7 @@ FIXED = {"semi-implicit-euler": 0.01, "rk4": 0.01}
 
 @pytest.mark.parametrize("method", get_args(MethodName))
 @pytest.mark.large(beyond=4)
-def test_every_method_on_python_floats_simulates_a_load_caught_by_its_rope(method):
+def test_every_integration_method_in_interpreted_python_simulates_a_load_caught_by_its_rope(method):
     native, floats = (
         started(hung(59.9), method=method, tolerance=1e-6, step=FIXED.get(method), native=n) for n in (True, False)
     )

@@ -1,4 +1,4 @@
-"""Fixed steps: frequency errors and limits of stability as theory says, and refusals in place of wrong answers."""
+"""Fixed steps: frequency errors and stability limits against theory; unstable steps are refused."""
 
 import json
 from math import acos, pi

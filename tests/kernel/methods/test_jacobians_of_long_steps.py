@@ -1,4 +1,4 @@
-"""The native loop that makes them: one-sided differences of the accelerations, for every kind of joint."""
+"""Jacobians by one-sided differences in a native loop, for every kind of joint."""
 
 from dataclasses import replace
 
@@ -54,6 +54,6 @@ def test_jacobians_of_implicit_methods_agree_with_central_differences(seed):
         assert np.abs(part - true).max() < CLOSE * np.abs(true).max()
 
 
-def test_jacobians_in_machine_code_and_on_python_floats_agree_except_for_rounding():
+def test_jacobians_in_machine_code_and_interpreted_python_agree_except_for_rounding():
     native, floats = by_native_loop(moving(1)), by_native_loop(moving(1, native=False))
     assert np.abs(native - floats).max() < ROUNDED * np.abs(native).max()

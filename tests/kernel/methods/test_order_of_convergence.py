@@ -52,19 +52,19 @@ def pendulum(spin=6.0, **drive):
     return System(bodies, joints, gravity=G, **drive)
 
 
-def test_every_method_has_its_convergence_test():
+def test_every_integration_method_has_a_convergence_test():
     assert set(STORIES) == set(get_args(MethodName))
 
 
 @pytest.mark.parametrize("method", STORIES)
-def test_methods_converge_for_a_double_pendulum_on_a_free_trolley(method):
+def test_integration_methods_have_their_order_for_a_double_pendulum_on_a_free_trolley(method):
     order, (spin, steps), _, _ = STORIES[method]
     found = orders(pendulum(spin), 1.6, method, steps)
     assert found == pytest.approx(order, abs=CLOSE)
 
 
 @pytest.mark.parametrize("method", STORIES)
-def test_methods_converge_for_a_pendulum_below_a_trolley_moved_by_a_profile(method):
+def test_integration_methods_have_their_order_for_a_pendulum_below_a_trolley_moved_by_a_profile(method):
     """Accelerations jump at 0, 0.56, 0.96 and 1.52 s; a step that ends there must not see the next piece."""
 
     def move(s):
@@ -77,7 +77,7 @@ def test_methods_converge_for_a_pendulum_below_a_trolley_moved_by_a_profile(meth
 
 
 @pytest.mark.parametrize("method", STORIES)
-def test_methods_converge_for_a_load_caught_by_its_rope(method):
+def test_integration_methods_have_their_order_for_a_load_caught_by_its_rope(method):
     """The step before the catch is cut at the located event and the next one starts there."""
     order, _, _, (EA, steps) = STORIES[method]
     scene = replace(hung(59.9), ropes=(replace(hung(59.9).ropes[0], EA=EA),))
@@ -86,7 +86,7 @@ def test_methods_converge_for_a_load_caught_by_its_rope(method):
 
 
 @pytest.mark.parametrize("method", ["rk4", "radau5"])
-def test_methods_converge_for_a_load_thrown_up_and_caught_again(method):
+def test_integration_methods_have_their_order_for_a_load_thrown_up_and_caught_again(method):
     """A taut rope slackens: laws are smooth behind the event, so that the step that is cut there keeps its order."""
     order, _, _, (EA, steps) = STORIES[method]
     scene = replace(hung(59.9), ropes=(replace(hung(59.9).ropes[0], EA=4.0 * EA),))

@@ -1,4 +1,4 @@
-"""Its systems have the velocities alone, its steps no limit but their error; accounts of work decide neither."""
+"""The linear systems of Radau contain velocities only, and only the error of the state limits its steps."""
 
 from random import Random
 

@@ -1,4 +1,4 @@
-"""SciPy on the same equations: its integrators find what the own methods of the kernel find."""
+"""SciPy's integrators on the same equations find the results of the kernel's own methods."""
 
 from typing import get_args
 

@@ -1,4 +1,4 @@
-"""SciPy's integrators, as peers of the tests, see thin things."""
+"""Steps of SciPy's integrators are bounded so that fast bodies do not miss thin ones."""
 
 import pytest
 from contact_scenes import STILL, ball, brick

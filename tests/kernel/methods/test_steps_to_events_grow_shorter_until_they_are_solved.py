@@ -1,5 +1,4 @@
-"""A load falls into slack ropes: where an implicit method has no solution up to the moment that one comes taut, it goes
-there in shorter steps, and the run goes on."""
+"""An implicit method without solution up to the instant at which a rope tightens takes shorter steps and continues."""
 
 from itertools import count
 from random import Random

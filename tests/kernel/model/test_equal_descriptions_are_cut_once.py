@@ -1,4 +1,4 @@
-"""A description that equals the last one to the bit shares its program; whatever differs is its own."""
+"""Descriptions equal to the last bit share one compiled program; others have their own."""
 
 from __future__ import annotations
 

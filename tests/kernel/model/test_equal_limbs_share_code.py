@@ -1,4 +1,4 @@
-"""Branches of a tree that are alike are one function with several numbers; they move as in the tree taken whole."""
+"""Equal branches of a tree share one compiled function and move as in the whole tree."""
 
 import numpy as np
 import pytest

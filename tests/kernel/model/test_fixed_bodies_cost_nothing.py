@@ -1,4 +1,4 @@
-"""A body that a fixed joint holds is part of the body that carries it: same motion, no work."""
+"""A body on a fixed joint is merged with its parent body: same motion, no extra operations."""
 
 from dataclasses import replace
 
@@ -37,7 +37,7 @@ def operations(system: System) -> int:
     return sum(n.op != "in" for n in shared.accelerate.nodes)
 
 
-def test_two_bodies_on_a_fixed_joint_move_as_one():
+def test_two_bodies_on_a_fixed_joint_move_as_one_body():
     held, one = (started(s) for s in (System((ARM, TOOL), (PIN, GRIP)), System((welded(),), (PIN,))))
     for s in (held, one):
         s.run(2_000_000_000)

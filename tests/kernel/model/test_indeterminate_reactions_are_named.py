@@ -1,4 +1,4 @@
-"""Hinges in line, welds, ropes side by side: what statics does not determine is named, the rest keeps its number."""
+"""Hinges in line, welds and parallel ropes: indeterminate reactions are named, determinate ones keep their values."""
 
 from dataclasses import replace
 from math import pi

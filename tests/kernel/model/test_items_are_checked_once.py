@@ -1,4 +1,4 @@
-"""An item of a description that was checked before is known to the bit; what is wrong is found in any company."""
+"""Items of a description that were checked before are not checked again; faults in new items are found."""
 
 from __future__ import annotations
 

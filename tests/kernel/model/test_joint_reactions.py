@@ -1,4 +1,4 @@
-"""Every joint tells all six components that it carries: C19b and structures whose statics are in every textbook."""
+"""Each joint reports all six reaction components: the four-link arm (C19b) and textbook structures."""
 
 import json
 from dataclasses import replace

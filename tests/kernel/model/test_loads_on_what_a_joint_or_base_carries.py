@@ -1,4 +1,4 @@
-"""Signals of the loads on a joint and on a base: gravity's torque and the mass matrix of MuJoCo, sums of weights."""
+"""Signals of loads on joints and bases against MuJoCo's gravity torques and mass matrix and against sums of weights."""
 
 from __future__ import annotations
 

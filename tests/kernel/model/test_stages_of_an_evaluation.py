@@ -1,4 +1,4 @@
-"""Every stage of an evaluation reads and writes the fields that the list of stages says, and no others."""
+"""Each stage of an evaluation reads and writes exactly the fields declared for it."""
 
 from __future__ import annotations
 

@@ -139,7 +139,7 @@ def test_a_shaft_between_two_turning_bodies_counts_the_rotation_of_both_joints()
 
 
 @pytest.mark.parametrize("turns", [0.3, 0.8, 1.4])
-def test_statics_winds_a_spring_beyond_half_a_turn(turns):
+def test_static_equilibrium_is_found_with_a_spring_wound_beyond_half_a_turn(turns):
     moment = K * 2.0 * pi * turns
     push = Load("push", Point("wheel"), moment=(0.0, 0.0, moment))
     s = started(wheel(forces=(spring("torsion"), push)))

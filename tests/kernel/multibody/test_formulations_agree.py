@@ -1,4 +1,4 @@
-"""The paper's embedding, augmented and recursive formulations give the same motion, down to the forces of drives."""
+"""The paper's embedding, augmented and recursive formulations give the same motion and the same drive forces."""
 
 from dataclasses import replace
 

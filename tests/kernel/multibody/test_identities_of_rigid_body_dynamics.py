@@ -1,4 +1,4 @@
-"""What the textbook promises of every tree: FD(ID(x)) = x, H symmetric and positive, H' = C + C^T, power balance.
+"""Identities of dynamics for every tree: FD(ID(x)) = x, H symmetric and positive, H' = C + C^T, power balance.
 
 Inertias span twelve decades.  What rounding then leaves is reported by the size of the forces: the residual of an
 equation is compared with the sum of what stands in it, not with its small right hand side.
@@ -67,7 +67,7 @@ def test_forward_dynamics_balances_forces_over_twelve_decades_of_inertia(seed, n
 
 @EVERY
 @TREES
-def test_the_inertia_matrix_is_positive_definite_and_equals_the_independent_one(seed, n):
+def test_the_inertia_matrix_is_positive_definite_and_equals_an_independently_computed_matrix(seed, n):
     system = random_system(seed, n, 3.0)
     graph = build_graph(system)
     q, _ = random_state(graph, seed)

@@ -1,4 +1,4 @@
-"""Bodies within reach only against the direction of a joint: the joint is turned round, and nothing else changes."""
+"""Joints whose direction points towards the world are reversed without any other change."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Rotations become the quaternions that SciPy makes of them, also half turns and what has come away from a rotation."""
+"""Rotation matrices become SciPy's quaternions, also for half turns and inexact rotations."""
 
 from __future__ import annotations
 

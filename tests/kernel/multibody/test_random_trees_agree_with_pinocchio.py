@@ -25,7 +25,7 @@ def evaluated(program, q, v):
 
 @WHATEVER
 @given(st.integers(0, 2**31), st.integers(1, 12))
-def test_accelerations_on_python_floats_agree_with_pinocchio(seed, n):
+def test_accelerations_in_interpreted_python_agree_with_pinocchio(seed, n):
     program = Program(random_system(seed, n, DECADES))
     model = pinocchio_model(program.graph)
     q, v = random_state(program.graph, seed)

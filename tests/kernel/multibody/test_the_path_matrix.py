@@ -1,4 +1,4 @@
-"""The path matrix comes from the graph alone, and the balance of every body comes from the path matrix (C19a)."""
+"""The path matrix follows from the graph of joints, and the balance of each body from the path matrix (C19a)."""
 
 import json
 from pathlib import Path

@@ -1,5 +1,4 @@
-"""A condition that one step passes twice begins its stage: beside roots of polynomials by NumPy, and in swings, beside
-what their own dense output shows, with any method."""
+"""A condition crossed twice within one step begins its stage: against NumPy's roots and recorded swings."""
 
 import json
 from random import Random

@@ -118,13 +118,13 @@ def test_the_reference_trajectory_contains_winding_two_slack_intervals_and_an_un
 
 
 @pytest.mark.large
-def test_events_agree_with_those_of_an_implicit_integrator(runs):
+def test_events_of_the_reference_trajectory_agree_with_those_of_an_implicit_integrator(runs):
     (log, _), s = runs
     for (t_ns, _), (t, name, what) in zip(s.log, log, strict=True):
         assert t_ns * 1e-9 == pytest.approx(t, abs=EVENT_TIMES), (name, what)
 
 
-def test_final_poses_agree_with_those_of_an_implicit_integrator(runs):
+def test_final_poses_of_the_reference_trajectory_agree_with_those_of_an_implicit_integrator(runs):
     (_, y), s = runs
     x1, v1, x2, v2 = y.reshape(4, 3)
     state = s.state

@@ -1,4 +1,4 @@
-"""A simulation that goes on from the bytes of another one takes the same steps, to the last bit."""
+"""A simulation continued from the bytes of a snapshot takes the same steps to the last bit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The start of a linkage: what was asked is kept, small corrections are reported, another branch is refused."""
+"""Assembly of a linkage at the start: given values are kept, small corrections reported, other branches refused."""
 
 from dataclasses import replace
 from math import acos, cos, degrees, sin
@@ -79,7 +79,7 @@ def test_a_start_pose_with_rounded_digits_gives_no_note():
 
 
 @pytest.mark.parametrize("off", [0.01, -0.05, 0.1])
-def test_a_small_correction_of_the_start_pose_is_reported_with_joint_and_both_values(off):
+def test_a_small_correction_of_the_start_pose_is_reported_with_the_joint_and_both_values(off):
     q, _, (message,) = begun(parallelogram((0.9,), (-0.9 + off,), (0.9,)))
     assert gap(q) < CLOSED
     begins = "the start pose was changed so that the loops of joint 'x' close: joint 'a' from 51.5662 degrees"
@@ -164,7 +164,7 @@ def test_a_start_pose_that_cannot_close_is_refused():
 # ---- speeds ------------------------------------------------------------------------------------------------------
 
 
-def test_a_given_start_speed_is_kept_and_the_others_follow():
+def test_the_given_start_speed_of_one_loop_joint_is_kept_and_the_other_speeds_follow():
     """Level coupler: both cranks turn alike, the coupler turns back."""
     _, v, message = begun(parallelogram((0.9,), (-0.9,), (0.9,), ((4.0,), (), ())))
     assert v == pytest.approx([4.0, -4.0, 4.0], rel=1e-9)

@@ -1,4 +1,4 @@
-"""A simulation that is called out of turn says what to call; whatever it accepts has its effect at its instant."""
+"""A simulation called out of order reports the call that is due; accepted calls act at their time."""
 
 from __future__ import annotations
 
@@ -204,11 +204,11 @@ def test_a_speed_profile_cannot_begin_in_the_past_or_before_a_running_move() -> 
     hand_over(s, SECOND)
     with pytest.raises(KernelError) as e:
         s.set_profile("travel", SECOND // 2, 1.0, 1.0, 1.0)
-    assert str(e.value) == "'travel' at 0.5 s: the simulation stands at 1 s; start the profile there or later"
+    assert str(e.value) == "'travel' at 0.5 s: the simulation has reached 1 s; start the profile there or later"
     with pytest.raises(KernelError) as e:
         s.set_profile("travel", 2 * SECOND, 1.0, 1.0, 1.0)
     assert str(e.value) == (
-        "'travel' at 2 s: the simulation stands at 1 s; it moves until then; start the profile there"
+        "'travel' at 2 s: the simulation has reached 1 s; it moves until then; start the profile there"
     )
 
 

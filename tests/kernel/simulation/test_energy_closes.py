@@ -1,4 +1,4 @@
-"""Work, heat and stored energy: each account is integrated from its own power, and together they close."""
+"""Energy accounts of work, heat and stored energy are integrated from their powers and sum to zero."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""A run that cannot go on names what is to blame: contradictory drives, masses too far apart, never its own method."""
+"""A run that cannot continue names the cause: contradictory drives, or masses too far apart."""
 
 from __future__ import annotations
 

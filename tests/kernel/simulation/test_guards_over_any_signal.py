@@ -1,5 +1,4 @@
-"""Guards over off-lead, swing, radius, gap, load, moment by a chart, and wind fire where closed forms say; samples of
-the same signals are the same numbers."""
+"""Thresholds on off-lead, swing, radius, gap, load, moment and wind fire at closed-form times."""
 
 from dataclasses import replace
 from math import atan2, cos, hypot, pi, sin, sqrt
@@ -169,7 +168,7 @@ def test_the_utilisation_of_several_ropes_is_their_largest_utilisation():
         assert scalar(signal, [], signal.numbers, pulls) == pytest.approx((pulls / rated).max(), rel=1e-14)
 
 
-def test_a_load_moving_along_its_chart_fires_where_the_capacity_falls_below_it():
+def test_a_load_chart_threshold_fires_where_the_capacity_falls_below_the_load():
     """5 t that go along y at 1 m/s, where the chart falls by a tonne a metre from 9 t at 2 m: at 6 m it is used."""
     scene = jib(5e3)
     joints = tuple(

@@ -1,4 +1,4 @@
-"""What no outer force acts on keeps its linear and angular momentum, however its parts move."""
+"""Bodies without external forces conserve linear and angular momentum."""
 
 import numpy as np
 import pytest
@@ -28,7 +28,7 @@ def satellite() -> System:
     return System(bodies, joints, gravity=0.0)
 
 
-def test_a_floating_mechanism_conserves_both_momenta():
+def test_a_floating_mechanism_conserves_linear_and_angular_momentum():
     simulation = started(satellite(), tolerance=1e-11)
     before = momentum(simulation)
     hand_over(simulation, 10 * SECOND)

@@ -1,4 +1,4 @@
-"""The same text, compiled and on floats, goes the same way: a story with every law, in steps of given nanoseconds.
+"""Machine code and interpreted Python take the same steps through a run with every law.
 
 A command at t ends a forced step there.  After an event some steps are chosen by an error estimate that is nearly all
 round-off: they end some picoseconds apart, which shows in the peaks and in their times, and nowhere else.
@@ -50,13 +50,13 @@ def pair() -> tuple[Simulation, Simulation, list[float]]:
     return native, oracle, apart
 
 
-def test_machine_code_and_python_floats_agree_after_every_step(pair):
+def test_machine_code_and_interpreted_python_agree_after_every_step(pair):
     native, oracle, apart = pair
     assert native.epoch == oracle.epoch == STEPS * 1_000_000 + 1
     assert max(apart) < SAME, apart
 
 
-def test_the_run_that_compares_machine_code_with_python_floats_has_events_of_every_law(pair):
+def test_the_run_that_compares_machine_code_with_interpreted_python_has_events_of_every_law(pair):
     native, _, _ = pair
     row, names = native.row(), [(e.name, e.what) for _, e in native.log]
     assert [name for name, what in names if what == "closed"] == ["pad-1-1", "pad-11", "pad1-1", "pad11"]
@@ -65,14 +65,14 @@ def test_the_run_that_compares_machine_code_with_python_floats_has_events_of_eve
     assert np.abs(row.q).min() > 0.0
 
 
-def test_machine_code_and_python_floats_find_events_at_the_same_nanoseconds(pair):
+def test_machine_code_and_interpreted_python_find_events_at_the_same_nanoseconds(pair):
     native, oracle, _ = pair
     assert [(t, e.name, e.what) for t, e in native.log] == [(t, e.name, e.what) for t, e in oracle.log]
     values = [np.array([e.value for _, e in s.log]) for s in (native, oracle)]
     assert far(*values) < SAME
 
 
-def test_machine_code_and_python_floats_agree_in_every_sample_row(pair):
+def test_machine_code_and_interpreted_python_agree_in_every_sample_row(pair):
     native, oracle, _ = pair
     assert [t for t, _ in native.rows] == [t for t, _ in oracle.rows]
     got, want = (published(s.method, np.array([row for _, row in s.rows])) for s in (native, oracle))

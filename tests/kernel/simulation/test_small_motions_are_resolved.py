@@ -1,4 +1,4 @@
-"""However small a motion is, its tolerance is as small: closed forms from a nanometre to a hundred metres.
+"""Tolerances scale with the size of motion: closed forms from a nanometre to a hundred metres.
 
 Once anything has moved at 1 cm/s the tolerance is that of a metre; below, it is that part of it.  A scene whose whole
 motion is below a nanometre or so rests as before, and so does a stiff one that only its rounding moves.
@@ -88,7 +88,7 @@ def test_a_tiny_bounce_of_a_load_on_its_rope_is_resolved():
     assert np.abs(T[:, 0] - expected).max() < FOLLOWED * EA / LENGTH * 1e-6
 
 
-def test_tiny_motions_are_the_same_on_python_floats_and_in_machine_code():
+def test_tiny_motions_are_the_same_in_machine_code_and_interpreted_python():
     for amplitude in (1e-8, 1e-3):
         native, oracle = (after(oscillator(amplitude), 2.0, native=x) for x in (True, False))
         assert native.native.evaluations == oracle.native.evaluations

@@ -1,4 +1,4 @@
-"""Steps follow from commands and state events alone: where a grant ends leaves no trace in any bit."""
+"""Steps depend on commands and state events only: the ends of time grants change no bit."""
 
 from dataclasses import replace
 

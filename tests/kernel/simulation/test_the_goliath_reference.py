@@ -28,7 +28,7 @@ def test_tensions_of_the_first_ten_seconds_agree_with_the_stored_goliath_referen
 
 @pytest.mark.parametrize("opt", [0, 3])
 @pytest.mark.large(beyond=1)
-def test_the_goliath_reference_agrees_on_python_floats_and_in_machine_code_at_every_optimisation_level(opt):
+def test_the_goliath_reference_agrees_in_interpreted_python_and_in_machine_code_at_every_optimisation_level(opt):
     native, oracle = (Simulation(scene(), native=n, opt=opt, cache=False) for n in (True, False))
     random = np.random.default_rng(1)
     for _ in range(5):

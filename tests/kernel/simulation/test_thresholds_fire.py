@@ -1,4 +1,4 @@
-"""Watched scalars: each quantity fires once when it is crossed; what is already true fires at the same nanosecond."""
+"""Thresholds: each fires once when it is crossed, and at once if it is already exceeded."""
 
 from dataclasses import replace
 from math import pi, sqrt
@@ -141,7 +141,7 @@ def test_two_threshold_crossings_in_one_nanosecond_fire_together_in_fixed_order(
     assert s.preview() == s.fire()
 
 
-def test_a_drive_that_stops_exactly_at_a_threshold_fires_it():
+def test_a_drive_that_stops_exactly_at_a_threshold_fires_the_threshold():
     """A trolley that is driven to 2 m and watched at 2 m less a rounding error."""
     scene = replace(
         slider(axis=X),

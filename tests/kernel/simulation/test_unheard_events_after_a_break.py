@@ -1,4 +1,4 @@
-"""A profile changes its acceleration at 1/3 s, which is no whole nanosecond; 10 ms later a law switches.
+"""A speed profile changes its acceleration at 1/3 s, no whole nanosecond; a law switches 10 ms later.
 
 Whether anybody hears of that event, and however the grants were cut: commands stand at exactly their nanosecond, and
 later events have the same tags.  A load and a weight fall freely beside the trolley, so all instants are known.
@@ -71,7 +71,7 @@ def stand(law: str, heard: tuple[str, ...], t_ns: int, granted: int) -> Simulati
 
 
 @pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("heard", HEARD, ids=["unheard", "heard"])
+@pytest.mark.parametrize("heard", HEARD, ids=["not subscribed", "subscribed"])
 @pytest.mark.parametrize("t_ns", [BREAK - 1, BREAK, BREAK + 1, EVENT - 1, EVENT, EVENT + 1, EVENT + 5_000_000])
 def test_a_command_takes_effect_at_the_time_it_is_given(law, heard, t_ns):
     s = stand(law, heard, t_ns, t_ns)
@@ -142,7 +142,7 @@ def cut(seed: int) -> list[Tag]:
 
 
 @pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("heard", HEARD, ids=["unheard", "heard"])
+@pytest.mark.parametrize("heard", HEARD, ids=["not subscribed", "subscribed"])
 @pytest.mark.parametrize("event_s", [LATER, AT_ONCE], ids=["10 ms later", "at once"])
 @pytest.mark.parametrize("second", [BREAK, SECOND // 2], ids=["command at the break", "command later"])
 @pytest.mark.large(beyond=4)

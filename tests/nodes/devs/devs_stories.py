@@ -1,4 +1,4 @@
-"""Small models that many stories share: generator, relay, sink; and the log as plain tuples."""
+"""Small models shared by DEVS tests: generator, relay, sink; and the log as plain tuples."""
 
 from collections.abc import Sequence
 from typing import Any

@@ -1,4 +1,4 @@
-"""One model run three ways: nested by the abstract simulator, flattened, and cut into nodes at the root's children."""
+"""Runs one model nested by the abstract simulator, flattened, and distributed over nodes at the root's children."""
 
 import sys
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Between transitions a differential equation, at them a located event: beside closed forms, to the nanosecond."""
+"""Hybrid atomics integrate a differential equation between located events: closed forms, to the nanosecond."""
 
 from itertools import pairwise
 from math import ceil, cos, exp, log, nan, pi, sin
@@ -73,7 +73,7 @@ class Cooling(Observed):
         return Passed((), self.present)
 
 
-def test_a_state_event_is_located_to_the_nanosecond_and_an_input_that_changes_the_state_moves_it() -> None:
+def test_a_state_event_is_located_to_the_nanosecond_and_moves_when_an_input_changes_the_state() -> None:
     alone = [(tag, m) for tag, _, m in drive(Cooling("c"), until=seconds(30))]
     assert [tag for tag, _ in alone] == [Tag(ceil(log(8) * SECOND))]
     pushed = drive(Cooling("c"), [(seconds(1), "ask", Ask(40.0))], seconds(30))

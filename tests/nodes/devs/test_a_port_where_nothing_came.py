@@ -1,4 +1,4 @@
-"""A bag has a list for each in port of its model, an empty one where nothing came, and nothing else."""
+"""A bag has one list for each in port of its model, which is empty if no message came."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`sampled` of a hybrid model: its state at fixed times, by closed form, without any change of its events."""
+"""`sampled` records the state of a hybrid model at fixed times without changing its events."""
 
 from math import exp
 

@@ -119,7 +119,9 @@ def test_an_fmu_continues_from_a_snapshot_or_reports_that_snapshots_are_not_supp
 
 @pytest.mark.large(beyond=1)
 @pytest.mark.parametrize("late", [0, ms(3)])
-def test_the_digest_of_an_fmu_is_the_same_in_one_process_in_two_and_after_a_kill(unit, monkeypatch, late: int) -> None:
+def test_the_digest_of_a_run_with_an_fmu_is_the_same_in_one_process_in_two_and_after_a_kill(
+    unit, monkeypatch, late: int
+) -> None:
     monkeypatch.syspath_prepend(HERE)
     monkeypatch.setattr(failover, "KEEP_s", 0.0)
     monkeypatch.setattr(failover, "KEEP_GRANTS", 4)

@@ -1,4 +1,4 @@
-"""In one session, code that a reference names runs as it stands in its files, and what has not changed stays."""
+"""Within one session, edited code runs in its present text, and unchanged modules stay loaded."""
 
 from __future__ import annotations
 

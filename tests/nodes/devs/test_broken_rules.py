@@ -1,4 +1,4 @@
-"""Broken promises of lookahead, and errors that bring their own sentence; `test_every_illegality` has the others."""
+"""Violated lookahead, and errors with their own sentence; other faults: `test_every_illegality_is_named`."""
 
 from collections.abc import Callable
 from typing import Any

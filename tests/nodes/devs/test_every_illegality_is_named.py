@@ -1,4 +1,4 @@
-"""Each thing that a model must not do, and the one sentence it ends with: path, (t, microstep), what is wrong.
+"""Each illegal action of a model and its error sentence: path, (t, microstep), fault.
 
 The model m holds for 1 s, hears 7 at 2 s and again at 3 s, when it is due as well. None of these runs hangs.
 """

@@ -1,4 +1,4 @@
-"""No receiver can change what another one sees: messages are immutable, and copied between nodes."""
+"""No receiver can change the message of another: messages are immutable, and copied between nodes."""
 
 from enum import Enum
 from typing import Any, Literal, NamedTuple

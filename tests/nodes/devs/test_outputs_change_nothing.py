@@ -1,4 +1,4 @@
-"""An output that changes the state of its model ends the run where it is seen: at the first one, or at a later look."""
+"""An output function that changes its model's state ends the run, at the first or at a later check."""
 
 from collections import deque
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""What a message class says of itself without a look at its bytes is what its bytes say, whatever is in its fields."""
+"""Checks of message fields by type, without encoding, agree with checks of the encoded bytes for any values."""
 
 from enum import Enum, Flag, IntEnum
 from random import Random

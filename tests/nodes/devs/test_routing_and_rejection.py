@@ -1,4 +1,4 @@
-"""Couplings in, through and out of coupled models; every wrong one is refused when it is made."""
+"""Couplings in, through and out of coupled models; invalid ones are refused when they are made."""
 
 import re
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""A run can be cut anywhere: by time, by a condition, by a snapshot; nothing of it shows in what happens."""
+"""A run stopped by time, by a condition or by a snapshot continues with the log of an uninterrupted run."""
 
 import random
 

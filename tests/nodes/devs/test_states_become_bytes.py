@@ -1,4 +1,4 @@
-"""Whatever a model may keep in its state comes back from bytes as it was, and what cannot is refused."""
+"""Model states are restored from bytes unchanged; states that cannot be saved are refused."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tallies and means over time, by hand and beside Python's own; streams of random numbers that stay apart."""
+"""Tallies and time averages against hand calculation and Python's statistics; independent streams of random numbers."""
 
 from math import isnan
 from statistics import fmean, stdev

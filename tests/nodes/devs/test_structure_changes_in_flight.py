@@ -1,4 +1,4 @@
-"""Atomics and couplings come and go at an instant: after all its transitions, and never half."""
+"""Atomics and couplings are added and removed at an instant, after all its transitions."""
 
 import re
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""The models to copy from do what their first lines say."""
+"""The example models behave as their first lines state."""
 
 from devs_stories import kinds
 from heavylift.nodes import drive

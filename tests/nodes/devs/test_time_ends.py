@@ -1,4 +1,4 @@
-"""Time ends at 2**63 ns: who waits for longer is reported, who waits for ever is passive."""
+"""Time ends at 2**63 ns: longer waits are reported, and infinite waits make a model passive."""
 
 from random import Random
 

@@ -1,4 +1,4 @@
-"""A spring, a unit in a file, and who pushes it."""
+"""A spring as a co-simulation unit in a network with a source of pushes."""
 
 from heavylift.nodes import Fmu, Signals
 from heavylift.nodes.devs import Atomic, Coupled, In, Out, ms

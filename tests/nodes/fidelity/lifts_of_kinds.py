@@ -1,4 +1,4 @@
-"""Random lifts of every kind: one seed, one scene, and the kinds that it is of.
+"""Random lifts with labels of their kinds: one scene for each seed.
 
 A scene of `random_lifts` whose action list is changed by one kind of `LISTS`, or by none, and in two lifts of five its
 machines by one of `MACHINES`.  So each kind has at least a twentieth of the lifts.

@@ -1,4 +1,4 @@
-"""Random lifts by other cranes and rigging: one seed, one scene, and the kinds that it is of.
+"""Random lifts by other crane types and rigging, with labels of their kinds: one scene for each seed.
 
 Half of the lifts are by goliaths of other types than `lifts_of_kinds` has, two of which may be unlike, with an action
 list and machines as there; of these, one in six stands in the wind, one in six lifts a flexible block.  The other half

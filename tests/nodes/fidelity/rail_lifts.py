@@ -1,4 +1,4 @@
-"""What the independent reference reads of a lift: cranes on rails, what hangs on their hooks, the block."""
+"""Data of a lift for the independent reference: cranes on rails, rigging on their hooks, the block."""
 
 from __future__ import annotations
 

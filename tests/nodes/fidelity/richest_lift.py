@@ -1,4 +1,4 @@
-"""A lift on the richest candidate in code of its own: maximal coordinates, NumPy, SciPy's Radau; nothing of the kernel.
+"""A lift at the finest model level in independent code: maximal coordinates, NumPy, SciPy's Radau.
 
 Every loader is two rigid bodies with Lagrange multipliers at their hinge, every hook rope a chain of lumps (x, y, z and
 yaw), the girder its first mode with what it carries, trolleys and gantries masses on servos, supports springs that only

@@ -1,4 +1,4 @@
-"""A guard says when what a level fixes would not move anyway; runs with and without it are then the same."""
+"""A coarser model level is called exact if the motion it fixes does not occur; runs on both levels are then equal."""
 
 from __future__ import annotations
 

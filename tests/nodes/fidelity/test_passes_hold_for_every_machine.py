@@ -1,4 +1,4 @@
-"""Levels are passes over the description of any machine: pure, idempotent, at rest at the start, true to masses."""
+"""Model levels transform any machine: pure, idempotent, in equilibrium at the start, with equal masses."""
 
 from __future__ import annotations
 
@@ -192,7 +192,7 @@ def test_a_rope_model_with_more_lumps_is_closer_to_the_continuous_rope(name: str
         assert two[rope] == pytest.approx(peak, rel=LANDING)
 
 
-def test_a_new_crane_type_with_an_elastic_boom_is_one_file(tmp_path: Path) -> None:
+def test_a_new_crane_type_with_an_elastic_boom_needs_one_type_file_only(tmp_path: Path) -> None:
     """It starts bent and at rest, its hook where it is on a rigid boom."""
     plan = boom(tmp_path)
     assert "elastic parts rigid" in left_out(plan)

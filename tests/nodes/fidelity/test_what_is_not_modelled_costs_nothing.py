@@ -1,4 +1,4 @@
-"""What a candidate leaves out leaves no trace in the code: operations of one evaluation, counted."""
+"""Effects omitted by a model level add no operations to an evaluation."""
 
 from dataclasses import fields, replace
 

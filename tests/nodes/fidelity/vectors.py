@@ -1,4 +1,4 @@
-"""Products of vectors and quaternions in batches, for equations that owe nothing to the kernel.
+"""Batched products of vectors and quaternions, independent of the kernel.
 
 Arrays are small, so what counts is the number of calls, not of operations.
 """

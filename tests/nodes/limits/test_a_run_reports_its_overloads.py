@@ -1,4 +1,4 @@
-"""A run says at its end what was beyond a limit, in red and in a planner's words; so does its report."""
+"""The summary and the report of a run list exceeded limits in red."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""A limit by another standard is one row of the table: plan, check, run and report know it."""
+"""A limit by another standard is added as one row of the table and used by plan, check, run and report."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Off-lead in the plane of a boom and side lead across it, of every bundled type with a boom, wherever it slews."""
+"""Off-lead in the plane of a boom and side lead across it, for every bundled boom crane at any slewing angle."""
 
 from __future__ import annotations
 

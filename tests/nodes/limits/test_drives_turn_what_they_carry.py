@@ -1,4 +1,4 @@
-"""Moments of slewing and luffing: those of weights and rope pulls about the axis of the joint, and what a ramp adds."""
+"""Slewing and luffing moments: weights and rope pulls about the joint axis, plus acceleration."""
 
 from __future__ import annotations
 

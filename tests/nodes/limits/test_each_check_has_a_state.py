@@ -1,4 +1,4 @@
-"""Red, undecided, amber, green: what a check is called follows from its value, its limit and the error of the value."""
+"""The state of a check (red, undecided, amber, green) follows from its value, its limit and the error of the value."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def test_a_value_of_unknown_error_is_never_green(seed: int) -> None:
     assert state(use, {}) == ("red" if use.limit.excess(use.value or 0.0) > 0.0 else UNKNOWN)
 
 
-@pytest.mark.parametrize("elements", [(), ("a",)], ids=["of nothing", "of a part"])
+@pytest.mark.parametrize("elements", [(), ("a",)], ids=["without elements", "with an element"])
 @pytest.mark.parametrize("quantity", get_args(Quantity))
 def test_a_check_of_a_quantity_without_a_limit_is_reported_as_not_checked(
     quantity: Quantity, elements: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""No row of the table of limits is there for show: each quantity is read, and red once its limit is narrow enough."""
+"""Each quantity in the table of limits is checked, and red if its limit is narrow enough."""
 
 from dataclasses import replace
 from typing import get_args

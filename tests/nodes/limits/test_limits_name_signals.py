@@ -1,4 +1,4 @@
-"""A limit names a signal of the one table, whose formula conditions trace: on columns it gives the same bits."""
+"""Limits and conditions share one table of signals, whose formulas give the same bits on columns and at instants."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""One table says what must not be exceeded, who says so, and what is not known; path and run are checked by it."""
+"""One table states each limit with its source, or that it is unknown; path and run are checked by this table."""
 
 import json
 import random

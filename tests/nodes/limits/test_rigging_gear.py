@@ -1,4 +1,4 @@
-"""Slings and shackles are rated by their standards with all terms; items of gear stand in files and are listed."""
+"""Slings and shackles are rated by their standards; rigging gear is read from files and listed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Ropes that lead off the vertical, bridles that spread, what they pull on drives: each has its own limit, or none."""
+"""Limits of off-lead angles, of bridle angles and of the side pull on drives."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sheaves take their share: the most loaded part of a rope, with its own weight, is what must not break."""
+"""Sheave losses make the lead part of a hoist rope the most loaded one; its tension includes the rope's weight."""
 
 import json
 import random

@@ -1,4 +1,4 @@
-"""The wind's speed at any time is that of its strongest history, at a jump that of the larger side."""
+"""The wind speed at any time is that of the strongest history, at a jump the larger value."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""MuJoCo's states and accelerations as heavylift has them."""
+"""Conversion between MuJoCo's states and accelerations and heavylift's."""
 
 import re
 from dataclasses import replace

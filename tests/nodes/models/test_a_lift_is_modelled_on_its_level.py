@@ -1,4 +1,4 @@
-"""One lift on every candidate of the ladder: rigid to massive ropes, stiff and bending girder, space and plane."""
+"""One lift on every model level: rigid to massive ropes, stiff and bending girder, spatial and planar."""
 
 from dataclasses import replace
 from math import pi, sin, sqrt

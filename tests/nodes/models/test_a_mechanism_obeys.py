@@ -1,4 +1,4 @@
-"""A researcher's mechanism under the commander: drives, winches, brakes, supports and ropes of its own."""
+"""A mechanism of a scene executes orders: drives, winches, brakes, supports and ropes."""
 
 from heavylift.kernel.description import Body, Brake, Drive, Joint, Line, Point, Rope, Support, System, Threshold
 from heavylift.nodes.models.parts import Finished, Limit, Reached, SetBrake, SetProfile, StateEvent, Touched, Watch

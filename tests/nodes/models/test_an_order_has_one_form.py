@@ -1,5 +1,4 @@
-"""An order has one form: a command of the plan, which one message carries; what actors ask of the kernel is applied by
-one method."""
+"""Each command of a plan is carried by one message type, and each kernel input calls one method."""
 
 from __future__ import annotations
 

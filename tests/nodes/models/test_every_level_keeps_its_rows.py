@@ -1,4 +1,4 @@
-"""Sample rows of lifts on every level of fidelity, byte for byte: a change of how machines are built changes none."""
+"""Sample rows of lifts on every model level equal stored digests."""
 
 from __future__ import annotations
 

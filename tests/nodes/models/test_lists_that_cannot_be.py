@@ -1,4 +1,4 @@
-"""Lists that contradict themselves or wait for ever: each ends in one sentence with its line."""
+"""Contradictory or endless action lists end in one sentence with the line of the action."""
 
 import pytest
 from heavylift.kernel import ModelError

@@ -1,4 +1,4 @@
-"""Models in MJCF and URDF become systems whose accelerations are MuJoCo's, and what has no equal is listed."""
+"""Models in MJCF and URDF become systems with MuJoCo's accelerations; features without equivalent are listed."""
 
 from dataclasses import replace
 from math import pi
@@ -120,7 +120,7 @@ CART = f"""<mujoco>{G}<option timestep="1e-6" integrator="Euler"/>{OFF}<worldbod
 </body></body></body></worldbody><actuator><motor name="push" joint="rail" gear="2"/></actuator></mujoco>"""
 
 
-def test_linear_models_of_imported_systems_agree_with_mujoco_differences(tmp_path):
+def test_linear_models_of_imported_systems_agree_with_finite_differences_by_mujoco(tmp_path):
     file = tmp_path / "cart.xml"
     file.write_text(CART)
     model = mujoco.MjModel.from_xml_path(str(file))

@@ -103,7 +103,7 @@ def test_a_new_move_takes_over_from_one_that_is_ramping_down() -> None:
     assert out[2] == (25.0 + 5 + 10 + 5.625 / 0.5, "report", Done("x", 2, about(x + 10.0)))
 
 
-def test_two_moves_of_one_actuator_at_once_are_refused_with_the_number_of_the_second() -> None:
+def test_two_moves_of_one_actuator_at_once_are_refused_with_the_number_of_the_second_order() -> None:
     context = drive()
     with pytest.raises(ModelError, match=r"drive at \(1 s, 0\): order 1 of action 3: x is already moving; wait for"):
         context.put(1.0, "order", run(1.0, by=4.0), run(1.0, by=-4.0, id=2)).said()

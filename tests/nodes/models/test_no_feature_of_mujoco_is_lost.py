@@ -1,4 +1,4 @@
-"""Each number of a MuJoCo model that changes its accelerations changes those of the import, or is listed."""
+"""Each number that changes a MuJoCo model's accelerations changes those of the import, or is listed."""
 
 from copy import copy
 

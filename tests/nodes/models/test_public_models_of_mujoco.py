@@ -1,4 +1,4 @@
-"""Public models in MJCF: what an import does not list is as in MuJoCo, and ropes are as long as its tendons.
+"""Public MJCF models: accelerations and tendon lengths agree with MuJoCo except for listed features.
 
 Models come with gymnasium-robotics; those of dm-control and myo-sim (`pip install --no-deps dm-control myo-sim`, whose
 bounds on MuJoCo would hold here, too) are compared if they are installed.

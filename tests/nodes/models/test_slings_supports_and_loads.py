@@ -1,4 +1,4 @@
-"""Loader and block alone: hooking, the hinge lock, taut and slack, overload, lift-off and landing."""
+"""Models of lifting beam and block: hooking, hinge lock, taut and slack slings, overload, lift-off and landing."""
 
 from math import degrees
 

@@ -1,4 +1,4 @@
-"""The commander carries out its list: each action reaches its actor once, in order, on its condition."""
+"""The commander executes its action list: each order is sent once, in order, on its condition."""
 
 from math import pi
 from typing import Literal

@@ -1,4 +1,4 @@
-"""Trolleys and winches follow the turn by the lugs that they carry: the table of the scene `turnover`."""
+"""During a turn trolleys and winches follow the lugs on their slings: the table of the scene `turnover`."""
 
 from math import radians
 

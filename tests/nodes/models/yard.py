@@ -1,4 +1,4 @@
-"""The yard of the tests: the turnover plan by its binding geometry, and a double of the kernel.
+"""The turnover plan of these tests, and a stand-in for the kernel.
 
 The double takes kernel inputs down in a log and says the state events of a script, to the nodes that
 subscribe.

@@ -1,4 +1,4 @@
-"""Parts alone: order of service, pulling, joining, distributions, checkpoints, and what is refused."""
+"""Parts of queueing networks: order of service, pulling, joining, distributions, checkpoints, refusals."""
 
 from collections.abc import Callable
 from random import Random

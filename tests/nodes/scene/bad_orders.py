@@ -1,4 +1,4 @@
-"""Orders that nobody can carry out.
+"""Orders that cannot be executed, each with its error message.
 
 name: (scene, [(old, new), ...], where the caret points, sentence after "error: ")
 """

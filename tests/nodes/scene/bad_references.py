@@ -1,4 +1,4 @@
-"""References to what is not there, and bodies, joints and drives that do not fit together.
+"""Unknown references, and bodies, joints and drives that do not fit, each with its error message.
 
 name: (scene, [(old, new), ...], where the caret points, sentence after "error: ")
 """

@@ -1,4 +1,4 @@
-"""Words of a scene file that say nothing: keys, units, numbers out of range, names that are taken.
+"""Invalid keys, units, numbers and names of a scene file, each with its error message.
 
 name: (scene, [(old, new), ...], where the caret points, sentence after "error: ")
 """

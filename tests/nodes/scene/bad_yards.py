@@ -1,4 +1,4 @@
-"""Yards that cannot stand or lift: what overlaps, does not reach, or carries more than it may.
+"""Overlapping, unreachable or overloaded lifts, each with its error message.
 
 name: (scene, [(old, new), ...], where the caret points, sentence after "error: ")
 """

@@ -1,5 +1,4 @@
-"""A flexible block in a lift: as a beam it bends as Euler and Bernoulli say, and its slings feel it; with modes of a
-table it moves by them; a stiff one is a rigid one."""
+"""A flexible block: deflection by beam theory, load shares of slings, modes from tables, rigid limit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A block's weight, centre of mass and lugs stand in tables beside the scene, as yards keep them."""
+"""Weight, centre of mass and lugs of a block are read from tables beside the scene."""
 
 import re
 from pathlib import Path

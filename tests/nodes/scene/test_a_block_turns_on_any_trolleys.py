@@ -1,4 +1,4 @@
-"""A turn on a crane of parts: its trolleys and winches follow, and the centre of mass stays where it is."""
+"""A turn on a crane made of parts: trolleys and winches follow, and the centre of mass stays in place."""
 
 from __future__ import annotations
 

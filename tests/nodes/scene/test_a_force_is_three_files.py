@@ -1,4 +1,4 @@
-"""The recipe for a force in a copy of the product: description, law, row of the table; scenes have its keys by that."""
+"""The recipe for a new force: a description, a law and a row of the force table give scenes its keys."""
 
 import ast
 import os

@@ -1,4 +1,4 @@
-"""What hangs on a hook of a crane on rails is a type file: the bundled one under other names, and ones of a user's."""
+"""Lifting frames are type files: the bundled one under other names, and ones of a user."""
 
 from __future__ import annotations
 

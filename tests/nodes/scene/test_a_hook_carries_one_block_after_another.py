@@ -1,4 +1,4 @@
-"""A hook lifts blocks at random, one of them again: each time it and its slings carry that block and no other."""
+"""A hook lifts several blocks in random order: hook and slings carry the hooked block only."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The list of a scene of several lifts begins those that are `start: ordered`, by conditions over the others."""
+"""The action list of a scene of several lifts begins those with `start: ordered` on conditions of others."""
 
 from __future__ import annotations
 

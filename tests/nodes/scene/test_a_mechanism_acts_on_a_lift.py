@@ -1,4 +1,4 @@
-"""Bodies and joints of a lift can be named by a mechanism: wind, guides, ropes and frames act on what hangs."""
+"""A mechanism may refer to bodies and joints of a lift: wind, guides, ropes and frames act on them."""
 
 from math import hypot
 

@@ -1,4 +1,4 @@
-"""A joint whose child another joint carries already, or is the world, closes a loop: nothing else is written."""
+"""A joint to a body that already has a joint, or to the world, closes a loop."""
 
 import pytest
 from heavylift.kernel import SceneError
@@ -37,7 +37,7 @@ TURNED = FOUR_BAR.replace("{type: revolute, child: crank, axis", "{type: revolut
 TURNED = TURNED.replace("{type: revolute, child: rocker,", "{type: revolute, parent: rocker, child: world,")
 
 
-def test_joints_can_be_written_towards_the_world() -> None:
+def test_a_joint_may_be_written_with_the_world_as_its_child() -> None:
     """Then the axes point the other way, and what turned forwards turns backwards."""
     text = TURNED.replace("at: [1 m, 0, 0], axis", "at child: [1 m, 0, 0], axis")
     (mechanism,) = parse(text.replace("speed: 1 rad/s", "speed: -1 rad/s")).plan.machines

@@ -1,4 +1,4 @@
-"""A researcher's mechanism takes orders by the names of its drives, winches and brakes, and can be waited for."""
+"""A mechanism takes orders by the names of its drives, winches and brakes, and conditions may refer to it."""
 
 import math
 

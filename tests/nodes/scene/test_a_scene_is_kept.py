@@ -1,4 +1,4 @@
-"""What was made of a lift's text is kept: a second start neither reads nor checks it, and notices every change."""
+"""The plan and the checks of a scene are cached: an unchanged scene is read from the cache, a changed one anew."""
 
 from __future__ import annotations
 

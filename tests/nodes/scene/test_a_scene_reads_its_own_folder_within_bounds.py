@@ -1,4 +1,4 @@
-"""Nothing outside of a scene's folder is read or quoted, and nothing is read without end."""
+"""No file outside a scene's folder is read or quoted, and each read has a size limit."""
 
 from __future__ import annotations
 

@@ -31,18 +31,18 @@ def carried(scene: LoadedScene, stage: str) -> np.ndarray:
     return np.array([state.tensions[f"deck.sling-{i}"] for i in range(1, 8)])
 
 
-def test_seven_slings_of_a_spreader_share_its_load_as_springs(scene: LoadedScene) -> None:
+def test_seven_slings_share_the_load_of_a_spreader_as_springs(scene: LoadedScene) -> None:
     assert carried(scene, "up") == pytest.approx(shares(LUGS), rel=2e-3)
 
 
-def test_six_slings_carry_the_load_of_a_broken_seventh(scene: LoadedScene) -> None:
+def test_six_slings_carry_the_load_of_a_seventh_that_breaks(scene: LoadedScene) -> None:
     left, after = np.delete(LUGS, PARTED, 0), carried(scene, "a sling parts")
     assert after[PARTED] == 0.0
     assert np.delete(after, PARTED) == pytest.approx(shares(left), rel=4e-3)
     assert after.sum() == pytest.approx(W, rel=1e-3)
 
 
-def test_peaks_after_a_sling_break_are_those_of_a_linear_model(scene: LoadedScene, tmp_path: Path) -> None:
+def test_peak_tensions_after_a_sling_break_agree_with_a_linear_model(scene: LoadedScene, tmp_path: Path) -> None:
     """Two hook blocks, spreader and deck that heave, roll and pitch on their springs, let go by one sling of them."""
     run(scene, tmp_path / "run.mcap", in_process=True)
     recording = Recording(tmp_path / "run.mcap")

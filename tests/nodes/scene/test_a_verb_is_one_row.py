@@ -1,4 +1,4 @@
-"""A verb that moves a drive is one row of the table: grammar, targets, hints, conditions and the run know it."""
+"""A verb that moves a drive is one row of the table used by grammar, targets, hints, conditions and run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A verb with a meaning of its own is one module and one row: `nudge 5 deg` swings a drive there and says when."""
+"""A verb with its own behaviour is one module and one row: `nudge 5 deg` moves a drive and reports when it is done."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every bad scene is refused with its exact sentence, and the caret stands where the user has to change something.
+"""Each invalid scene is refused with its exact sentence and a caret at the place to change.
 
 Each case edits a bundled scene in one place; `points_at` is the text at the line and column of the message.
 """

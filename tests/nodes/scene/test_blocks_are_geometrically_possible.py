@@ -1,4 +1,4 @@
-"""Steel that cannot be where the scene puts it: refused with its line, or red in check and run."""
+"""Slings, lugs and blocks at impossible places are refused with their line, or red in check and run."""
 
 from __future__ import annotations
 

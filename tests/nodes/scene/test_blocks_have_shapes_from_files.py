@@ -1,4 +1,4 @@
-"""`shape:` of a block: what a closed mesh weighs, where its middle is, how it is drawn, and which files are refused."""
+"""`shape:` of a block: mass and centre of mass of a closed mesh, its drawing, and refused files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`floor:` and `obstacles:`: blocks stop where they are met, and which contacts a scene has."""
+"""`floor:` and `obstacles:`: blocks stop at contact, and each scene has the contacts of its bodies."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Joints that other programs have as one are two here, a body without mass between: each moves as MuJoCo's does."""
+"""Two joints with a massless body between them move like MuJoCo's combined joint."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The equations of the founding lift are complete: every body, every rope, every pad, each under its own name."""
+"""The printed equations of the scene `turnover` include every body, rope and pad under its own name."""
 
 from heavylift.kernel.equations import equations
 from heavylift.nodes.models import system

@@ -1,4 +1,4 @@
-"""Paths of settings are those that errors print, also of parts that a machine type makes, whose names have dots."""
+"""Settings take the paths that errors print, also for parts of a machine type, whose names have dots."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Beams, sliders and matrices in a scene file: what they mean, and where it is told what they cannot be."""
+"""Beams, sliders and matrices in a scene file become flexible bodies; faults are reported at their place."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The `forces:` of a mechanism: every kind with its units, and each mistake told where it stands."""
+"""The `forces:` of a mechanism: every kind with its units, and each fault reported at its place."""
 
 from math import radians
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The keys of elements are the fields that the kernel describes: each under its name, in its unit, with its sign."""
+"""Keys of elements in a scene set the kernel's fields with their names, units and signs."""
 
 from random import Random
 from typing import Any, get_args, get_type_hints

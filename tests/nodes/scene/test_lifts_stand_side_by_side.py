@@ -1,4 +1,4 @@
-"""`lifts:` puts scenes beside each other: each moves as it does alone, at its place, by its own action list."""
+"""`lifts:` combines scenes: each lift moves as it does alone, at its place, by its own action list."""
 
 from __future__ import annotations
 

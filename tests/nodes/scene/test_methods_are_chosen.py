@@ -1,4 +1,4 @@
-"""`method:` and `step:` of a scene: what is written is what runs, and what cannot be is reported where it stands."""
+"""`method:` and `step:` of a scene are used as written; invalid ones are reported at their place."""
 
 from pathlib import Path
 

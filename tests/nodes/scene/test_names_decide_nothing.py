@@ -1,4 +1,4 @@
-"""The turn-over with all its machines, bodies, joints, drives, ropes and lugs under other names is the same lift."""
+"""The scene `turnover` gives the same lift with all machines, bodies, joints, drives, ropes and lugs renamed."""
 
 import re
 from dataclasses import replace

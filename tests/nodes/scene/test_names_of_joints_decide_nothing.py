@@ -1,4 +1,4 @@
-"""Joints of random closed loops get other names: the scene is accepted or refused as before, and moves as before."""
+"""Random closed loops with renamed joints are accepted or refused as before and move as before."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""The turn-over with its machines and frames in plain parts, under other names, is the same lift."""
+"""The scene `turnover` written with plain parts under other names gives the same lift."""
 
 from __future__ import annotations
 

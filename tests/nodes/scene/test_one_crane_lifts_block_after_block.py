@@ -1,4 +1,4 @@
-"""Several blocks in one scene: slings go from one to the next, and each block is lifted and lands by its name."""
+"""Several blocks in one scene: slings move from block to block, and each block is lifted and landed by its name."""
 
 from __future__ import annotations
 

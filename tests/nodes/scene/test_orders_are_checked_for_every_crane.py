@@ -1,4 +1,4 @@
-"""What would go wrong is refused before a run on every crane: moves past an end, slings through a block."""
+"""Impossible orders are refused before a run on every crane: moves past an end, slings through a block."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An order to a joint that the fidelity holds is found before anything runs, with the key that holds it."""
+"""An order to a joint locked by the model level is refused before the run with the key that locks it."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""An entry that is `like` another has all of it that it does not write itself."""
+"""An entry with the key `like` copies all keys of another entry that it does not state itself."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The phrase language: what each phrase means, and where a phrase that means nothing goes wrong."""
+"""Phrases of orders and conditions: their values, and the place of the fault in invalid ones."""
 
 import math
 from fractions import Fraction

@@ -1,4 +1,4 @@
-"""A quantity that would vanish or overflow in products is refused where it is written, in every unit."""
+"""Quantities that would vanish or overflow in products are refused at their place, in every unit."""
 
 from __future__ import annotations
 

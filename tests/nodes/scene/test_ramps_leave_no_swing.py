@@ -1,4 +1,4 @@
-"""`ramp one swing` and `ramp 0.1 m/s2 in two pulses`: chosen by the period of what swings, they leave it at rest."""
+"""`ramp one swing` and `ramp 0.1 m/s2 in two pulses` follow the swing period and leave no residual swing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Slings, spreaders, equalisers between hooks and lugs: what each carries, what its rating says, what cannot hang."""
+"""Slings, spreaders and equalisers between hooks and lugs: loads, ratings, and rigging that cannot hang."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rigid: true` in a rope of a scene: what it becomes, and what a rope that cannot stretch cannot have."""
+"""`rigid: true` in a rope of a scene makes a rigid rope; keys of elasticity are refused there."""
 
 import re
 

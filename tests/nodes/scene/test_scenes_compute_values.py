@@ -1,4 +1,4 @@
-"""Values of a scene that begin with `=` are arithmetic over its parameters, in any file and setting, with units."""
+"""Values of a scene that begin with `=` are arithmetic over its parameters, with units, in files and settings."""
 
 import pytest
 from heavylift.kernel import SceneError

@@ -1,4 +1,4 @@
-"""`load` takes settings as text, several texts, a dict, or keywords, and they mean the same."""
+"""`load` takes settings as text, several texts, a dict, or keywords with the same meaning."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every quantity of the table is a signal of what has it: in conditions, and in the models that listen."""
+"""Every quantity in the table of signals can be used in conditions and by user models."""
 
 import pytest
 from heavylift.kernel import SceneError

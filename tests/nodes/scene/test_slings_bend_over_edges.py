@@ -1,4 +1,4 @@
-"""Edges of a scene: slings and ropes bend over them, and what is wrong with an edge is reported where it stands."""
+"""Slings and ropes bend over the edges of a scene; faults of edges are reported at their place."""
 
 from math import acos, atan2, cos, hypot, sin, sqrt
 from pathlib import Path

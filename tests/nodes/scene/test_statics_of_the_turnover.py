@@ -1,4 +1,4 @@
-"""The table that the lift was planned with, found by the kernel's statics: shares and stability at every angle.
+"""The kernel's statics reproduce the planning table of `turnover`: load shares and stability at every angle.
 
 Ropes and trolleys take the lengths and places of the plan for an angle (requirements, section 6), the block starts near
 it, and where it comes to rest is the kernel's answer.  Elasticity shifts the angle by up to half a degree, so shares

@@ -1,4 +1,4 @@
-"""Mistakes of YAML are reported in a person's words, at the line where they are made, in every bundled scene."""
+"""YAML mistakes are reported in plain words at their line, in every bundled scene."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""An uncertainty that a scene states of its inputs reaches every limit: at rest by its worst corner, in a run by that
-part; held against scenes that write the corners' values themselves."""
+"""Uncertain inputs change every limit check: the worst corner is used at rest and in a run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Quantities carry their units: every unit reads into SI, and what is missing or of another kind is said."""
+"""Quantities carry units: every unit converts to SI, and missing or unsuitable units are reported."""
 
 import math
 from decimal import Context, Decimal

@@ -1,4 +1,4 @@
-"""Vessels of a scene: where the wave meets them, what they may carry, and how they answer it."""
+"""Vessels of a scene: phase of the wave at their place, permitted load, and responses."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ vessels:
 
 
 @pytest.mark.parametrize("heading", [0.0, 35.0, -90.0])
-def test_the_tip_of_a_crane_on_a_vessel_moves_by_its_responses(heading: float) -> None:
+def test_the_tip_of_a_crane_on_a_vessel_moves_by_the_responses_of_the_vessel(heading: float) -> None:
     """Place and velocity of the boom's tip against R(t) A cos(w t + phase - k x), k = w^2 / g, at some times."""
     given = GIVEN.replace("    responses:", f"    heading: {heading} deg\n    responses:")
     plan = parse(given + CRANE + BLOCK % "180 t" + "actions: [{wait: 1 s}]\n").plan
@@ -156,7 +156,7 @@ def matrices() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     return M + A, B, K, size * np.exp(1j * angle)
 
 
-def test_a_free_vessel_responds_to_waves_as_its_linear_equations(matrices: tuple[np.ndarray, ...]) -> None:
+def test_a_free_vessel_responds_to_waves_as_its_linear_equations_predict(matrices: tuple[np.ndarray, ...]) -> None:
     """Amplitude and phase of all motions in the steady state: (K - w^2 (M + A) + i w B) x = F a, solved by NumPy."""
     M, B, K, F = matrices
     want = np.linalg.solve(K - W * W * M + 1j * W * B, 0.01 * F)

@@ -100,7 +100,7 @@ def test_a_floating_crane_swings_as_the_coupled_pendulum_and_barge(seed: int) ->
         assert abs(root - s) < CLOSE * abs(s)
 
 
-def test_a_small_load_on_a_short_rope_swings_as_a_pendulum_on_a_fixed_point() -> None:
+def test_a_small_load_on_a_short_rope_below_a_floating_crane_swings_as_from_a_fixed_point() -> None:
     crane = FloatingCrane(1)
     crane.L, crane.load = 4.0, 1e3
     crane.barge, crane.com = crane.whole - crane.load, np.array([0.0, 0.0, crane.com[2]])

@@ -5,33 +5,22 @@ import pytest
 from heavylift.nodes.scenes import vessels_folder
 from heavylift.nodes.sea import StateSpace, fitted, read_hydrodynamics
 
-
-def known() -> StateSpace:
-    """A passive memory of heave, and of surge with pitch."""
-    F = np.array(
-        [
-            [-0.5, 0.9, 0, 0, 0],
-            [-0.9, -0.1, 0, 0, 0],
-            [0, 0, -0.4, 0.8, 0.1],
-            [0, 0, -0.8, -0.3, 0.5],
-            [0, 0, -0.1, -0.5, -0.9],
-        ]
-    )
-    G = np.zeros((5, 6))
-    G[:2, 2] = 900.0, 100.0
-    G[2:, 0], G[2:, 4] = (300.0, -40.0, 20.0), (4000.0, 900.0, -2500.0)
-    return StateSpace(F, G)
+ROUNDING = 1e-9  # relative: states are written with twelve digits
 
 
-def test_a_known_radiation_memory_function_is_fitted():
-    """Data of a passive memory with uncoupled modes at rest: damping and added mass to 2 %."""
-    w = np.arange(0.1, 3.0, 0.1)
-    K = known().memory(w)
-    rest = np.zeros((6, 6))
-    rest[1, 1], rest[3, 3], rest[5, 5] = 1.0, 1.0, 1.0
-    small = 1e5 * rest * (1j * w / (1.0 - w * w + 0.8j * w))[:, None, None]  # of the other modes
-    A_inf = np.diag([1e6, 2e6, 5e6, 1e8, 3e8, 2e8])
-    K = K + small
+def known(draws: np.random.Generator, m: int) -> StateSpace:
+    """A passive and reciprocal memory of m modes that are all coupled, of 2 m states."""
+    D, W, E = draws.uniform(0.2, 0.8, m), np.diag(draws.uniform(0.6, 1.6, m)), draws.uniform(0.0, 0.2, m)
+    F = np.block([[-np.diag(D), W], [-W.T, -np.diag(E)]])
+    return StateSpace(F, np.concatenate([draws.normal(size=(m, m)) * 10.0 ** draws.uniform(2, 5, m), 0.0 * W]))
+
+
+@pytest.mark.parametrize("m", [1, 3, pytest.param(12, marks=pytest.mark.large)])
+def test_a_known_radiation_memory_function_is_fitted_alike_in_both_directions(m: int) -> None:
+    """Every damping and added mass to 2 % of its modes' largest, the lower triangle included."""
+    draws, w = np.random.default_rng(m), np.arange(0.1, 3.0, 0.1)
+    K = known(draws, m).memory(w)
+    A_inf = np.diag(np.abs(K).max(axis=0).diagonal())
     A, B = K.imag / w[:, None, None] + A_inf, K.real
     space, error = fitted(w, A, B, A_inf)
     assert max(error.added_mass, error.damping) < 0.02
@@ -39,6 +28,7 @@ def test_a_known_radiation_memory_function_is_fitted():
     found = space.memory(w)
     sizes = np.sqrt(np.abs(B).max(axis=0).diagonal())
     assert np.abs((found.real - B) / np.outer(sizes, sizes)).max() < 0.02
+    assert np.abs((found - found.swapaxes(1, 2)) / np.outer(sizes, sizes)).max() < ROUNDING
 
 
 @pytest.mark.parametrize("path", sorted(vessels_folder().glob("*.json")), ids=lambda path: path.stem)
@@ -46,6 +36,8 @@ def test_bundled_hulls_have_passive_radiation_and_state_its_error(path):
     hull = read_hydrodynamics(path.read_bytes(), path.name)
     F = np.array(hull.radiation.F)
     assert np.linalg.eigvalsh(F + F.T).max() < 1e-9
+    K = StateSpace(F, np.array(hull.radiation.G)).memory(np.array(hull.loads.frequencies))
+    assert np.abs(K - K.swapaxes(1, 2)).max() < ROUNDING * np.abs(K).max(), "waves act alike in both directions"
     assert 0.0 < hull.radiation.error.added_mass < 0.05
     assert 0.0 < hull.radiation.error.damping < 0.05
     assert np.linalg.eigvalsh(np.array(hull.added_mass)).min() > 0.0

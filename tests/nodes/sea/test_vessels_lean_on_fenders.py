@@ -1,4 +1,4 @@
-"""Fenders between a vessel and a quay: equilibrium and rebound in closed form, and the check of their load."""
+"""Fenders between a vessel and a quay: equilibrium and rebound in closed form, and the check of the fender load."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Weather of a yard, and lifts that wait for it, are stopped by it and go on."""
+"""Weather of a yard: lifts wait for calm wind, are interrupted by strong wind, and continue."""
 
 import random
 import re

@@ -1,4 +1,4 @@
-"""Schedules for other programs and from them."""
+"""Export and import of schedules for other programs."""
 
 import csv
 import io

@@ -1,4 +1,4 @@
-"""Schedules by CP-SAT: optima that are published or found by trying all, and bounds that hold with calendars."""
+"""Schedules by CP-SAT: published optima, optima by exhaustive search, and bounds that hold with calendars."""
 
 import random
 from itertools import permutations

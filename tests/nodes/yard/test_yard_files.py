@@ -1,4 +1,4 @@
-"""Yard files: working time, what is read of them, what is wrong with them, and what a run of them answers."""
+"""Yard files: working time, fields, faults, and results of a yard run."""
 
 import random
 import re

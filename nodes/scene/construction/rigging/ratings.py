@@ -1,6 +1,7 @@
 """Limits of the loads on hooks: several machines together, slings, shackles, frames, lugs."""
 
 from collections.abc import Iterator
+from datetime import date
 
 from heavylift.nodes.limits.sharing import DETERMINATE
 from heavylift.nodes.limits.standards import (
@@ -22,6 +23,8 @@ from heavylift.nodes.scene.keys.parts.rigging import Equaliser, Frame, SlingKeys
 from heavylift.nodes.scene.text.source import Path, shown
 
 from .edges import lugs_of, slings_of, terms
+
+YEAR = 366  # [days] between examinations, at most (ASME B30.9, periodic inspection)
 
 
 def tandem_limits(builder: SceneBuilder) -> Iterator[RatedLimit]:
@@ -173,6 +176,28 @@ def _assembly(
             f"{len(given.to)} slings share a load as lengths and stiffness make them: write 'sling: {{legs: single}}'"
         )
         yield RatedLimit(quantity="sharing", unit="", note=f"{message} or 'factors: {{skew: 1.25}}'", **row)  # type: ignore[arg-type]
+
+
+def certificate_limits(builder: SceneBuilder) -> Iterator[RatedLimit]:
+    """Yield a row without a value for each item of gear whose certificate is missing, or expired at the date of the
+    project; none of a scene that states no date."""
+    today = _date(builder.scene.project.date) if builder.scene.project else None
+    for name, x in builder.scene.gear.items() if today else ():
+        given = _date(x.certificate)
+        note = "give 'certificate' with its date, such as 2026-11-29" if given is None else ""
+        if given and today and (today - given).days > YEAR:
+            note = f"{x.certificate}, more than a year before the project: examine it again, and give 'certificate'"
+        if note and x.at:
+            where = builder.source.where(("gear", name))
+            yield RatedLimit(subject=f"certificate of {name}", quantity="inputs", unit="", note=note, where=where)
+
+
+def _date(text: str) -> date | None:
+    """Return the date in a text; None if it is not an ISO date."""
+    try:
+        return date.fromisoformat(text.strip())
+    except ValueError:
+        return None
 
 
 def gear_of(builder: SceneBuilder) -> Iterator[plan.Gear]:

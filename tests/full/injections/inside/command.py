@@ -1,4 +1,4 @@
-"""The command `heavylift` with a blow in one of its processes: python command.py run lift"""
+"""The command `heavylift` with a planned fault in one of its processes: python command.py run lift"""
 
 import sys
 

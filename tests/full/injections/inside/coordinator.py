@@ -1,4 +1,4 @@
-"""The moments of a coordinator, and what it tells of successors."""
+"""Moments of a coordinator at which a fault can occur, and its messages about successors."""
 
 from __future__ import annotations
 

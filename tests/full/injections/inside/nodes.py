@@ -1,4 +1,4 @@
-"""The moments of a node and of the keeper: imported there, this waits for the one that is planned, and strikes.
+"""Moments of a node and of the keeper: this module, imported there, waits for the planned one and injects the fault.
 
 The keeper imports it before all else that it preloads, the nodes with the keeper.
 """

@@ -1,4 +1,4 @@
-"""The blow: what goes wrong in one process of a run, once; processes.py says to whom, how and when."""
+"""Injects one fault into one process of a run; processes.py chooses process, kind and moment."""
 
 from __future__ import annotations
 

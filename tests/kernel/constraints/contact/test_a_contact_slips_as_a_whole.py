@@ -1,4 +1,4 @@
-"""A body that touches at several places slips when no forces within all cones hold it: closed forms."""
+"""A body with several contact points slips when no forces within all friction cones hold it: closed forms."""
 
 from __future__ import annotations
 

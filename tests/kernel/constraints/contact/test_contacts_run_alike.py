@@ -1,4 +1,4 @@
-"""Contacts on floats and in machine code, and however the run is granted: the same events and the same states."""
+"""Contacts in machine code and in interpreted Python have the same events and states for any time grants."""
 
 from math import atan
 
@@ -15,7 +15,7 @@ SCENES = {
 
 
 @pytest.mark.parametrize("name", list(SCENES))
-def test_contacts_take_the_same_steps_in_machine_code_and_on_python_floats(name):
+def test_contacts_take_the_same_steps_in_machine_code_and_interpreted_python(name):
     scene, end = SCENES[name]
     native, oracle = (started(scene, tolerance=1e-6, native=n) for n in (True, False))
     for s in (native, oracle):

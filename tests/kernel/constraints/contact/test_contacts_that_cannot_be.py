@@ -1,4 +1,4 @@
-"""Contacts that cannot be are refused in one sentence, before the run or where no force fits."""
+"""Impossible contacts are refused in one sentence, before the run or where no contact force exists."""
 
 from math import tan
 

@@ -1,4 +1,4 @@
-"""Rigid ropes and contacts in one scene: what is hung swings against a wall, is set down and lifted again."""
+"""Rigid ropes and contacts in one scene: a hanging crate swings against a wall, is set down and lifted again."""
 
 from dataclasses import replace
 from math import cos, radians, sin, sqrt, tan

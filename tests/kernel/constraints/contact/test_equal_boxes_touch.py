@@ -1,4 +1,4 @@
-"""Boxes of equal width meet border on border: they touch like any others, and slide past each other flush."""
+"""Boxes of equal width whose borders coincide touch like other boxes and slide past each other."""
 
 from math import sqrt
 

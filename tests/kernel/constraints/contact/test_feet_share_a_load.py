@@ -1,4 +1,4 @@
-"""Feet share a load by its centre of mass, as statics and MuJoCo say."""
+"""Feet share a load by its centre of mass, as in statics and in MuJoCo."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The gap of two shapes is their depth where they overlap, by SciPy's convex hulls, and no more than they are apart."""
+"""The gap of overlapping shapes is their negative depth, against SciPy's convex hulls."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Witnesses of points, balls and boxes against the distance of convex sets; rates of contact rows against motion."""
+"""Contact points of balls and boxes against the distance of convex sets; rates of contact rows against motion."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""One rope over edges of several bodies that keep them parallel; others are refused."""
+"""One rope over edges of several bodies: edges that stay parallel work, others are refused."""
 
 from math import hypot, pi
 

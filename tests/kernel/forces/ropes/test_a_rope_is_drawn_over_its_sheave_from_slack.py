@@ -1,4 +1,4 @@
-"""A rope with friction comes taut while it runs over its sheave: it slips at once, by a handful of events."""
+"""A slack rope with friction tightens while it runs over its sheave: it slips at once, with few events."""
 
 from __future__ import annotations
 

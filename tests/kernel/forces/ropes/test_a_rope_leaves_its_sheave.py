@@ -1,4 +1,4 @@
-"""A rope leaves a sheave where its wrap falls to zero, is straight beside it, and finds it again."""
+"""A rope leaves its sheave where the wrap angle becomes zero, runs straight, and meets the sheave again."""
 
 from dataclasses import replace
 from math import acos, atan2, dist, exp, hypot, pi, sqrt
@@ -65,7 +65,7 @@ def shown(s):
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_the_length_of_a_rope_over_a_sheave_is_that_of_tangents_and_arc_or_the_straight_line(seed):
+def test_the_length_of_a_rope_over_a_sheave_is_that_of_its_tangents_and_arc_or_its_straight_line(seed):
     """Up until it is straight, and back down; both events are where the closed form says."""
     random = np.random.default_rng(seed)
     r, a, b = random.uniform(0.2, 0.8), (-random.uniform(3.0, 6.0), 0.0), (random.uniform(3.0, 6.0), -2.0)
@@ -190,7 +190,7 @@ def test_a_load_that_swings_off_and_onto_its_sheave_conserves_the_energy_balance
     assert np.array_equal(s.state, again.state)
 
 
-def test_machine_code_and_python_floats_agree_on_ropes_leaving_sheaves():
+def test_machine_code_and_interpreted_python_agree_on_ropes_leaving_sheaves():
     made = rope((Sheave(WORLD, Y, 0.5, 0.1),), (4.0, -1.0), 8.3)
     scene = driven(made, (-4.0, 1.8))
     native, oracle = (led(scene, [("z", 2.0, 0.6)], native=n, h_max=0.05) for n in (True, False))

@@ -1,4 +1,4 @@
-"""Reevings that cannot be are refused before the run, or when a part comes within its sheave."""
+"""Impossible reevings are refused before the run, or when a load runs into its sheave."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Ropes by geometry: accelerations of the two-crane scene are MuJoCo's, with winch, rest lengths and slack.
+"""Accelerations of the two-crane scene agree with MuJoCo for winches, any rest lengths and slack ropes.
 
 There a rope is a tendon with a pulling actuator of its own: force k (l - ctrl) + c l', never pushing.  A drum that
 turns is ctrl = L0 + c/k L0', a stiffness that changes with the length is written into the actuator.

@@ -1,4 +1,4 @@
-"""The mass of a rope borne by its ends: what a straight, evenly stretched rope does, without a body of its own."""
+"""The mass of a straight, evenly stretched rope is shared by its two ends, without a body of its own."""
 
 from dataclasses import replace
 from math import pi, sqrt

@@ -1,4 +1,4 @@
-"""Ropes over sheaves: C14, the capstan, MuJoCo's wrapping tendons, belts, and accounts that close."""
+"""Ropes over sheaves: tackles (C14), capstans, belts, MuJoCo's wrapping tendons, energy balances."""
 
 import json
 from dataclasses import replace
@@ -249,7 +249,7 @@ def test_a_drum_turns_with_the_rope_that_sticks_to_it():
     assert np.abs(q[:, 1] + R * q[:, 0]).max() < 0.01, "load down, drum round"
 
 
-def test_machine_code_and_python_floats_agree_on_ropes_over_sheaves():
+def test_machine_code_and_interpreted_python_agree_on_ropes_over_sheaves():
     native, oracle = (
         started(atwood(200.0, 120.0, 0.1, 1.0), native=n, tolerance=1e-8, h_max=0.01) for n in (True, False)
     )

@@ -1,4 +1,4 @@
-"""A rope over sheaves is unhooked, breaks, and is hooked again: what it held goes to the others."""
+"""A rope over sheaves is unhooked, breaks, and is hooked again: neighbouring ropes take over its load."""
 
 from dataclasses import replace
 from math import hypot, sqrt

@@ -1,4 +1,4 @@
-"""Modal beams bend and vibrate as beam theory says, alone and with what hangs on them."""
+"""Modal beams bend and vibrate by beam theory, alone and with attached loads and ropes."""
 
 from dataclasses import replace
 from math import pi, sqrt

@@ -97,7 +97,7 @@ def test_a_beam_deflection_is_noted_at_5_percent_of_its_length_and_refused_at_25
     assert "where the theory of small deflections means nothing" in ended
 
 
-def test_a_deflection_note_appears_once_and_at_the_same_time_however_grants_divide_the_run():
+def test_a_deflection_note_appears_once_and_at_one_time_however_time_grants_divide_the_run():
     system = scene(force=(0.0, 0.0, 1800.0))
     whole, cut = (started(system, tolerance=1e-8) for _ in range(2))
     hand_over(whole, 3 * SECOND)

@@ -1,4 +1,4 @@
-"""Every flexible body that cannot be is refused in one sentence that names it."""
+"""Impossible flexible bodies are refused in one sentence with their names."""
 
 from dataclasses import replace
 
@@ -44,7 +44,7 @@ BAD = [
     (replace(GOOD, beam=replace(BEAM, EI_y=0.0)), "2 modes are requested, but its model has only 0"),
     (replace(GOOD, modes=17), "17 modes are requested, but its model has only 16"),
     (replace(GOOD, loads=(11.0,)), "a load at 11 m lies beyond its ends at 0 and 10 m"),
-    (replace(GOOD, start=(0.1,)), "1 start coordinates for 2 modes"),
+    (replace(GOOD, start=(0.1,)), "1 start coordinates are given for 2 modes"),
     (Flexible(1, nodal=replace(NODAL, mass=DIAGONAL[:2])), "a mass matrix of 2 rows for 1 nodes"),
     (Flexible(1, nodal=replace(NODAL, stiffness=DIAGONAL[:2])), "its stiffness matrix is not one of 3 rows"),
     (

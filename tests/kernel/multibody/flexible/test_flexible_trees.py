@@ -105,7 +105,7 @@ def test_inverse_dynamics_of_a_flexible_tree_returns_the_applied_forces(seed):
 
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.large(beyond=1)
-def test_machine_code_and_python_floats_agree_on_flexible_trees(seed):
+def test_machine_code_and_interpreted_python_agree_on_flexible_trees(seed):
     simulation = Simulation(flexible_tree(seed, ("revolute", "prismatic", "spherical")), cache=False)
     program = simulation.program
     q, v = state_of(program, seed)
