@@ -269,7 +269,7 @@ def hull(
         Path, typer.Argument(help="netCDF of Capytaine, Nemoh.cal, NAME.1 of WAMIT, or a mesh, z up from the waterline")
     ],
     output: Annotated[Path | None, o.written_to("file of the hull; default NAME.json")] = None,
-    volume: Annotated[float, typer.Option(help="displaced [m3], for WAMIT", min=0.0)] = 0.0,
+    volume: Annotated[float, typer.Option(help="displaced [m3], for WAMIT without NAME.out", min=0.0)] = 0.0,
     height: Annotated[float, typer.Option(help="of the centre of mass over the waterline [m], for WAMIT")] = 0.0,
     length: Annotated[float, typer.Option(help="ULEN [m], for WAMIT", min=1e-6)] = 1.0,
     depth: Annotated[

@@ -32,7 +32,6 @@ class Look:
     model: Errors = field(default_factory=dict)
     pairs: tuple[tuple[ModelLevel, ModelLevel], ...] = ()
     why: str = ""
-    spread: bool = False  # the errors are differences to all that was run
     missing: dict[str, str] = field(default_factory=dict)
 
     @property
@@ -95,10 +94,9 @@ def errors_of_limits(look: Look, measuring: Measuring) -> Errors:
     own = measuring.limits(look.candidate)
     known = [tuple(measuring.limits(x, values=True) for x in pair) for pair in look.pairs]
     apart = {name: [abs(a[name].value - b[name].value) for a, b in known if name in a and name in b] for name in own}
-    # differences to what puts back one thing each add up; those to all that was run are a spread
-    whole = max if look.spread else sum
+    # differences to what puts back one thing each add up
     return {
-        name: (f.misread + WITNESSED * whole([0.0, *apart[name]])) / f.scale
+        name: (f.misread + WITNESSED * sum(apart[name])) / f.scale
         for name, f in own.items()
         if len(apart[name]) == len(known)
     }

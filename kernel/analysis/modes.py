@@ -82,13 +82,15 @@ def modes_at(poses: Poses, q: np.ndarray) -> Modes:
     s, vectors = np.linalg.eig(A)
     poses.accelerations(q)  # leaves the simulation at its own pose
     energy = KineticShares(simulation.program, simulation.P, q)
-    moved = np.zeros((len(s), simulation.program.nv), dtype=complex)
-    moved[:, poses.free] = (basis @ vectors[n : 2 * n]).T
+    away, moved = np.zeros((2, len(s), simulation.program.nv), dtype=complex)
+    away[:, poses.free], moved[:, poses.free] = (basis @ vectors[:n]).T, (basis @ vectors[n : 2 * n]).T
     water = (np.abs(vectors[2 * n :]) ** 2).sum(axis=0)
-    shares = [0.0 if abs(x) < FREE else e / energy.energy(v) for x, e, v in zip(s, water, moved, strict=True)]
-    counted = np.argsort([float(f"{x:.6e}") for x in shares], kind="stable")[: 2 * n]  # conjugates are alike
+    rates_of = np.maximum(np.abs(s), FREE) ** 2  # with which it moves, or would if something held it
+    shares = [e / (r * energy.energy(x)) if e else 0.0 for e, r, x in zip(water, rates_of, away, strict=True)]
+    ordered = np.argsort([float(f"{x:.6e}") for x in shares], kind="stable")  # conjugates are alike
+    counted = sorted(ordered[: 2 * n].tolist(), key=lambda k: abs(s[k]))
     found, decays = [], []
-    for k in sorted(counted.tolist(), key=lambda k: abs(s[k])):
+    for k in counted:
         if abs(s[k]) < FREE:
             continue
         if abs(s[k].imag) <= 1e-9 * abs(s[k]):
@@ -99,7 +101,7 @@ def modes_at(poses: Poses, q: np.ndarray) -> Modes:
             root = energy.energy(shape) ** 0.5
             momenta = {name: p / root for name, p in energy.momenta(shape).items()}
             found.append(NaturalMode(w / (2.0 * pi), -float(s[k].real / w), shape, *energy.shares(shape), momenta))
-    return Modes(tuple(found), tuple(sorted(decays)), (int(np.sum(np.abs(s) < FREE)) + 1) // 2)
+    return Modes(tuple(found), tuple(sorted(decays)), (sum(1 for k in counted if abs(s[k]) < FREE) + 1) // 2)
 
 
 def _damping(poses: Poses, q: np.ndarray, basis: np.ndarray) -> np.ndarray:

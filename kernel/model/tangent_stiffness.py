@@ -248,7 +248,7 @@ class KineticShares:
                 self._momenta.append((b.name, tree.v, np.array((J @ V)[3:], dtype=float)))
             for n, m, C in shared_inertia(numbered, K):
                 H = np.array(columns[n].T @ C @ columns[m], dtype=float)
-                self._parts.append((numbered.bodies[n].name, tree.v, H + H.T))
+                self._parts += [(numbered.bodies[k].name, tree.v, 0.5 * (H + H.T)) for k in (n, m)]
         self._velocities = coordinate_names(program.graph)[1]
 
     def energy(self, shape: np.ndarray) -> float:
@@ -265,7 +265,7 @@ class KineticShares:
         joints = np.zeros(len(shape))
         for name, at, H in self._parts:
             x = shape[at]
-            bodies[name] = float((x.conj() @ H @ x).real)
+            bodies[name] = bodies.get(name, 0.0) + float((x.conj() @ H @ x).real)
             joints[at] += np.diag(H) * np.abs(x) ** 2
         return _ranked(bodies), _ranked(dict(zip(self._velocities, map(float, joints), strict=True)))
 

@@ -26,7 +26,7 @@ from heavylift.kernel.description.findings import (
 from heavylift.kernel.description.forces import Radiation
 from heavylift.nodes.plan.limit import IN_WIND, ORDERED, ROUNDING, Use
 from heavylift.nodes.plan.plan import Plan
-from heavylift.nodes.plan.shapes import Shapes
+from heavylift.nodes.plan.shapes import HULL, Shapes
 from heavylift.recordings.format.spellings import BEAM_LOAD
 from heavylift.recordings.sheets.sheet import Cell, Marked, Table, words
 from msgspec.structs import replace
@@ -81,13 +81,21 @@ def checks_of(
     if (sea := sea_of(plan)) and not any(x.quantity == SEA_STATE for x in others):
         message = f"{sea}: one seed is no verdict; `heavylift run --replications 30` runs others"
         found.append(Check(quantity=SEA_STATE, subject="all", state="amber", why=NOT_CHECKED, sentence=message))
+    radiating = [f for m in plan.machines for f in m.system.forces if isinstance(f, Radiation)]
+    bodies = {x.body for f in radiating for x in (f.at, f.beside) if x}
     waters = {m.name: [f for f in m.system.forces if (x := getattr(f, "signal", None)) and (x.waves or x.wave)]
-              for m in plan.machines if any(isinstance(f, Radiation) for f in m.system.forces)}  # fmt: skip
+              for m in plan.machines if m.name in bodies}  # fmt: skip
     drift = f"{'slow' if sea else 'mean'} drift"
     open_ = [(drift, name, f"{drift} of {name}: not included; `heavylift hull --drift` adds its data")
              for name, loads in waters.items() if loads and not any(" drift" in x.name for x in loads)]  # fmt: skip
-    if len(waters) > 1:
-        message = f"waves between {' and '.join(waters)}: not included; each floats as if alone, keep them far apart"
+    afloat = [m.name for m in plan.machines if any(x.part == HULL for x in m.shapes)
+              and any(j.kind == "free" and j.child == m.name for j in m.system.joints)]  # fmt: skip
+    if len(afloat) - sum(1 for f in radiating if f.beside) > 1:
+        # by Capytaine, a barge of 60 x 20 m changes sway loads of one of 36 x 14 m by 40 % at twenty beams
+        message = (
+            f"waves between {' and '.join(afloat)}: not included, each floats as if alone; they matter even twenty "
+        )
+        message += "beams apart: compute two hulls together and write 'floating: {beside: NAME}'"
         open_.append(("interaction", "all", message))
     found += [Check(quantity=x, subject=of, state="amber", why=NOT_CHECKED, sentence=y) for x, of, y in open_]
     return sorted(found, key=lambda check: STATES.index(check.state))

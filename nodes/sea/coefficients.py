@@ -20,6 +20,7 @@ from .hydrodynamics import (
     Hydrodynamics,
     MeanDrift,
     RadiationStates,
+    SecondHull,
     WaveLoads,
     check,
     one_sided,
@@ -29,6 +30,9 @@ from .nemoh_data import nemoh, nemoh_files
 from .radiation_fit import fitted
 
 DIGITS, EXACT = 7, 12  # of data, and of states, which must stay passive
+RESOLVED = (
+    0.25  # of the largest damping, by which it may leave the line between two frequencies: loads are interpolated
+)
 NOTHING = 1e-9  # of the largest number of a matrix: rounding
 FINEST, STEP = 3.0, 0.1  # [rad/s] of the frequencies that are computed
 PANELS, GRAVITY = 4.0, 9.81  # [m/s2]: panels along the shortest wave
@@ -53,18 +57,19 @@ def hull_of(
         read, files = capytaine(path), [path]
     elif path.suffix == ".cal":
         read, files = nemoh(path), nemoh_files(path)
-    elif volume > 0.0:
-        read = wamit(path, volume, height, length, depth or inf)
-        files = [path.with_suffix(end) for end in (".1", ".3", ".hst")]
     else:
-        raise SceneError(f"{path}: files of WAMIT do not contain the displaced volume; give it with --volume")
-    numbers = (read.w, read.A, read.B, read.A_inf, read.headings, read.X, read.K)
+        read = wamit(path, volume, height, length, depth or inf)
+        files = [file for end in (".1", ".3", ".hst", ".out") if (file := path.with_suffix(end)).exists()]
+    numbers = (read.w, read.A, read.B, read.A_inf, read.headings, read.X, *(x.K for x in read.hulls))
     if len(read.w) < 2 or not all(np.isfinite(x).all() for x in numbers):
         raise SceneError(f"{path}: it needs two or more frequencies, without gaps in radiation, loads and hydrostatics")
     given = drift and drift_of(drift, read.density * read.gravity, length)
     files += [drift] if drift else []
     digest = sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
-    found = _hull(read, path.stem, f"{path.name}, SHA-256 {digest}")
+    if len(read.hulls) > 1 and (coarse := _unresolved(read)):
+        raise SceneError(f"{path}: the waves between the hulls have a resonance near {coarse:.3g} rad/s that its "
+                         "frequencies do not resolve; compute more of them there, or damp it by a lid")  # fmt: skip
+    found = _whole(read, path.stem, f"{path.name}, SHA-256 {digest}")
     if given:
         headings, values = _around(*given[1:])
         table = tuple(_rows(x) for x in _short(values))
@@ -114,26 +119,52 @@ def _finest(mesh: Any) -> float:
     return min(FINEST, float(np.sqrt(2.0 * np.pi * GRAVITY / (PANELS * np.linalg.norm(edges, axis=2).max()))))
 
 
-def _hull(read: Coefficients, name: str, source: str) -> Hydrodynamics:
+def _whole(read: Coefficients, name: str, source: str) -> Hydrodynamics:
     A, B, A_inf = map(_symmetric, (read.A, read.B, read.A_inf))
     space, error = fitted(read.w, A, B, A_inf)
-    headings, X = _around(read.headings, read.X)
-    rho, g, K, volume = read.density, read.gravity, read.K, read.volume
-    heights = [float(_short(K[i, i] / (rho * volume * g) + read.height)) for i in (3, 4)]
+    missed = FitError(*(float(_short(x, 3)) for x in (error.added_mass, error.damping)))
+    F = _rows(_short(space.F, EXACT))
+    states = [RadiationStates(() if i else F, _rows(_short(space.G[:, 6 * i : 6 * i + 6], EXACT)), missed)
+              for i in range(len(read.hulls))]  # fmt: skip
+    first, *others = (_hull(read, i, name, source, x, A_inf) for i, x in enumerate(states))
+    if not others:
+        return first
+    (x, y), (a, b) = (hull.at for hull in read.hulls)
+    second = SecondHull(others[0], (a - x, b - y, 0.0), _rows(_short(A_inf[6:, :6])))
+    return msgspec.structs.replace(first, beside=second)
+
+
+def _hull(
+    read: Coefficients, i: int, name: str, source: str, states: RadiationStates, A_inf: np.ndarray
+) -> Hydrodynamics:
+    """Return the data of hull i; two hulls are not symmetric."""
+    own, still = slice(6 * i, 6 * i + 6), read.hulls[i]
+    headings, X = _around(read.headings, read.X[..., own])
+    rho, g, K, volume = read.density, read.gravity, still.K, still.volume
+    heights = [float(_short(K[j, j] / (rho * volume * g) + still.height)) for j in (3, 4)]
     return Hydrodynamics(
         version=VERSION, name=name, source=source, density=rho,
         volume=float(_short(volume)), waterplane=float(_short(K[2, 2] / (rho * g))),
         metacentres=(heights[0], heights[1]),
         moments=_rows(_short(np.array([K[4, 4], -K[2, 4], K[2, 3], -K[3, 4]]) / (rho * g))[1:]),
-        buoyancy=None if read.buoyancy is None else _rows(_short(read.buoyancy)),
-        added_mass=_rows(_short(A_inf)),
+        buoyancy=None if still.buoyancy is None else _rows(_short(still.buoyancy)),
+        added_mass=_rows(_short(A_inf[own, own])),
         depth=read.depth if isfinite(read.depth) else None,
-        radiation=RadiationStates(_rows(_short(space.F, EXACT)), _rows(_short(space.G, EXACT)),
-                                  FitError(*(float(_short(x, 3)) for x in (error.added_mass, error.damping)))),
+        radiation=states,
         loads=WaveLoads(tuple(_short(read.w).tolist()), tuple(headings.tolist()),
                         *(tuple(_rows(x) for x in _short(part)) for part in (X.real, X.imag))),
-        symmetric=len(headings) == len(read.headings),
+        symmetric=len(headings) == len(read.headings) and len(read.hulls) == 1,
     )  # fmt: skip
+
+
+def _unresolved(read: Coefficients) -> float:
+    """Return the frequency [rad/s] at which some damping differs most from the straight line between its neighbours, if
+    that is more than RESOLVED of its largest value; otherwise 0."""
+    B = np.abs(read.B.diagonal(axis1=1, axis2=2))
+    w, B = read.w, B / np.maximum(B.max(axis=0), NOTHING)
+    share = ((w[1:-1] - w[:-2]) / (w[2:] - w[:-2]))[:, None]
+    off = np.abs(B[1:-1] - (1.0 - share) * B[:-2] - share * B[2:]).max(axis=1)
+    return float(w[1 + np.argmax(off)]) if off.max(initial=0.0) > RESOLVED else 0.0
 
 
 def _symmetric(x: np.ndarray) -> np.ndarray:

@@ -10,12 +10,16 @@ Capytaine (Ancellin, Dias, Journal of Open Source Software 4 (2019) 1341): netCD
 conjugates of its loads are those used here; rotations are about `rotation_center`.
 """
 
+import re
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import inf
+from math import inf, isfinite
 from pathlib import Path
 
 import numpy as np
 from heavylift.kernel.errors import SceneError, error_text, extra
+
+from .spectra import wave_number
 
 NEEDED = (
     "omega",
@@ -32,11 +36,22 @@ DENSITY, GRAVITY = 1025.0, 9.81  # [kg/m3], [m/s2] where a file does not give th
 
 
 @dataclass(frozen=True)
+class Still:
+    """A hull at rest: hydrostatic stiffness K (6, 6), displaced volume [m3], height of the centre of mass to which K
+    belongs [m], centre of buoyancy [m], if it is known, and the place x, y [m] of its axes."""
+
+    K: np.ndarray
+    volume: float
+    height: float
+    buoyancy: np.ndarray | None = None
+    at: tuple[float, float] = (0.0, 0.0)
+
+
+@dataclass(frozen=True)
 class Coefficients:
-    """Coefficients by frequency w (n,) [rad/s], in ascending order: added mass A and damping B (n, 6, 6), added mass at
-    infinite frequency (6, 6), loads X (headings, n, 6) by heading [rad] for exp(+iwt), hydrostatic stiffness K (6, 6),
-    displaced volume [m3], height of the centre of mass to which K belongs [m], density [kg/m3], gravity [m/s2], depth
-    of the water [m] and the centre of buoyancy [m], if it is known."""
+    """Coefficients by frequency w (n,) [rad/s], in ascending order: added mass A and damping B (n, m, m), added mass at
+    infinite frequency (m, m), loads X (headings, n, m) by heading [rad] for exp(+iwt), of a hull at rest or of two of
+    them, with six modes each; density [kg/m3], gravity [m/s2] and depth of the water [m]."""
 
     w: np.ndarray
     A: np.ndarray
@@ -44,40 +59,47 @@ class Coefficients:
     A_inf: np.ndarray
     headings: np.ndarray
     X: np.ndarray
-    K: np.ndarray
-    volume: float
-    height: float
+    hulls: tuple[Still, ...]
     density: float = DENSITY
     gravity: float = GRAVITY
     depth: float = inf
-    buoyancy: np.ndarray | None = None
 
-    def about(self, z: float) -> "Coefficients":
-        """Return the coefficients transformed to rotations and moments about the origin, if the present ones are about
-        a point at the height z [m]."""
-        T = np.eye(6)  # velocities there, of those at the origin
-        T[0, 4], T[1, 3] = z, -z
+    def about(self, *points: Sequence[float]) -> "Coefficients":
+        """Return the coefficients of hulls whose rotations and moments are about these points, with phases of loads at
+        the origin of the file, transformed to the points of the waterline above or below them, with phases there."""
+        T, X = np.eye(6 * len(points)), self.X.copy()  # velocities there, of those on the waterline
+        k = np.array([wave_number(w, self.gravity, self.depth if isfinite(self.depth) else None) for w in self.w])
+        for i, (x, y, z) in enumerate(points):
+            T[6 * i, 6 * i + 4], T[6 * i + 1, 6 * i + 3] = z, -z
+            away = np.cos(self.headings) * x + np.sin(self.headings) * y
+            X[..., 6 * i : 6 * i + 6] *= np.exp(1j * away[:, None] * k)[..., None]
         A, B, A_inf = (T.T @ x @ T for x in (self.A, self.B, self.A_inf))
-        return replace(self, A=A, B=B, A_inf=A_inf, X=self.X @ T)
+        return replace(self, A=A, B=B, A_inf=A_inf, X=X @ T)
 
 
 def capytaine(path: Path) -> Coefficients:
-    """Return the coefficients in a netCDF file of Capytaine; raises SceneError for any other file."""
+    """Return the coefficients of a hull, or of two, in a netCDF file of Capytaine; raises SceneError if it is not
+    one."""
     data = _netcdf(path)
     if missing := [name for name in NEEDED if name not in data]:
         raise SceneError(f"{path}: it has no '{missing[0]}'; let Capytaine export radiation, diffraction, hydrostatics")
-    modes, point = _named(data, path), data.get("rotation_center", np.zeros(3)).ravel()
-    if point[:2].any():
-        raise SceneError(f"{path}: its rotations are about {point.tolist()}; compute them about a point of the z axis")
-    w, both = data["omega"], np.ix_(modes, modes)
+    modes = _named(data, path)
+    m, w, both = len(modes), data["omega"], np.ix_(modes, modes)
     try:
-        A, B = (data[key].reshape(len(w), 6, 6)[:, both[0], both[1]] for key in ("added_mass", "radiation_damping"))
-        X = data["excitation_force"].reshape(2, len(w), len(data["wave_direction"]), 6)[..., modes]
-        K = data["hydrostatic_stiffness"].reshape(6, 6)[both]
+        points, centres = (
+            data[key].reshape(-1, 3) if key in data else np.zeros((m // 6, 3))
+            for key in ("rotation_center", "center_of_mass")
+        )
+        A, B = (data[key].reshape(len(w), m, m)[:, both[0], both[1]] for key in ("added_mass", "radiation_damping"))
+        X = data["excitation_force"].reshape(2, len(w), len(data["wave_direction"]), m)[..., modes]
+        K, masses = data["hydrostatic_stiffness"].reshape(m, m)[both], data["disp_mass"].reshape(m // 6)
     except (ValueError, TypeError):
         raise SceneError(
-            f"{path}: its arrays must be those of a single body at rest in water of a single depth"
+            f"{path}: its arrays must be those of a single body, or of two, at rest in water of a single depth"
         ) from None
+    if m == 6 and points[0, :2].any():
+        turned = points[0].tolist()
+        raise SceneError(f"{path}: its rotations are about {turned}; compute them about a point of the z axis")
     solved = np.isfinite(A).all(axis=(1, 2))  # Capytaine writes NaN where it finds no solution
     finite = np.isfinite(w) & (w > 0.0) & solved & np.isfinite(X).all(axis=(0, 2, 3))
     infinite = np.isinf(w) & solved
@@ -87,12 +109,16 @@ def capytaine(path: Path) -> Coefficients:
     X = X[:, finite][:, order].swapaxes(1, 2)
     given = {"rho": DENSITY, "g": GRAVITY, "water_depth": inf}
     rho, g, depth = (float(data[key].ravel()[0]) if key in data else x for key, x in given.items())
-    z = float(data["center_of_mass"].ravel()[2]) if "center_of_mass" in data else 0.0
+    buoyancy = data["center_of_buoyancy"].reshape(-1, 3) if "center_of_buoyancy" in data else None
+    hulls = tuple(
+        Still(K[6 * i : 6 * i + 6, 6 * i : 6 * i + 6], float(masses[i]) / rho, float(centres[i, 2]),
+              None if buoyancy is None else buoyancy[i] - (*p[:2], 0.0), (float(p[0]), float(p[1])))
+        for i, p in enumerate(points)
+    )  # fmt: skip
     return Coefficients(
         w[finite][order], A[finite][order], B[finite][order], A[infinite][0], data["wave_direction"], X[0] - 1j * X[1],
-        K, float(data["disp_mass"].ravel()[0]) / rho, z, rho, g, depth,
-        data.get("center_of_buoyancy"),
-    ).about(float(point[2]))  # fmt: skip
+        hulls, rho, g, depth,
+    ).about(*points.tolist())  # fmt: skip
 
 
 def _netcdf(path: Path) -> dict[str, np.ndarray]:
@@ -123,22 +149,33 @@ def _named(data: dict[str, np.ndarray], path: Path) -> list[int]:
             rows = [b"".join(x) if isinstance(x, np.ndarray) else x for x in data[key]]
             found.append([x.decode().strip("\0 ") for x in rows])
     names = found[0] if found else list(MODES)
-    if any(sorted(x) != sorted(MODES) or x != names for x in found):
-        raise SceneError(f"{path}: one body with motions {', '.join(MODES)} is needed; it has {', '.join(names)}")
-    return [names.index(mode) for mode in MODES]
+    bodies = list(dict.fromkeys(name.rpartition("__")[0] for name in names))
+    needed = [f"{body}__{mode}" if body else mode for body in bodies for mode in MODES]
+    if len(bodies) > 2 or any(sorted(x) != sorted(needed) or x != names for x in found):
+        wanted = f"one body or two with motions {', '.join(MODES)} are needed"
+        raise SceneError(f"{path}: {wanted}; it has {', '.join(names)}")
+    return [names.index(mode) for mode in needed]
 
 
 def wamit(path: Path, volume: float, height: float, length: float, depth: float = inf) -> Coefficients:
-    """Return the coefficients in the files NAME.1, NAME.3 and NAME.hst of WAMIT.
+    """Return the coefficients of a hull, or of two, in the files NAME.1, NAME.3 and NAME.hst of WAMIT.
 
-    `volume`: displaced [m3]; `height`: of the centre of mass for which WAMIT computed NAME.hst [m]; `length`: ULEN [m].
-    Raises SceneError if a file is missing or has other columns.
+    Volume, centres and places of the hulls are those in NAME.out if it is there. Without it: `volume`: displaced [m3];
+    `height`: of the centre of mass for which WAMIT computed NAME.hst [m]. `length`: ULEN [m]. Raises SceneError if a
+    file is missing or has other columns.
     """
     radiation, loads, stiffness = (_table(path.with_suffix(end), n) for end, n in ((".1", 4), (".3", 7), (".hst", 3)))
-    i, j = _modes(radiation, path.with_suffix(".1"), 1, 2)
+    out = path.with_suffix(".out")
+    hulls, points = _described(out) if out.exists() else ([Still(np.zeros(0), volume, height)], [(0.0, 0.0, 0.0)])
+    m = 6 * len(hulls)
+    if not hulls[0].volume > 0.0:
+        raise SceneError(
+            f"{path}: files of WAMIT do not contain the displaced volume; give it with --volume, or add {out.name}"
+        )
+    i, j = _modes(radiation, path.with_suffix(".1"), m, 1, 2)
     row, w, periods = _by(radiation[:, 0])
-    added, damping = (np.full((len(periods), 6, 6), np.nan) for _ in range(2))
-    size = DENSITY * length ** (3.0 + (i > 2) + (j > 2))
+    added, damping = (np.full((len(periods), m, m), np.nan) for _ in range(2))
+    size = DENSITY * length ** (3.0 + (i % 6 > 2) + (j % 6 > 2))
     added[row, i, j], damping[row, i, j] = size * radiation[:, 3], size * radiation[:, 4] * w
     for x in (added, damping):
         x[:, np.isnan(x).all(axis=0)] = 0.0  # symmetry makes them vanish, and WAMIT leaves them out
@@ -150,22 +187,46 @@ def wamit(path: Path, volume: float, height: float, length: float, depth: float 
         )
     at, _, waves = _by(loads[:, 0])
     headings, of = np.unique(np.radians(loads[:, 1]), return_inverse=True)
-    (mode,) = _modes(loads, path.with_suffix(".3"), 2)
-    X = np.full((len(headings), len(waves), 6), np.nan + 0j)
-    X[of, at, mode] = DENSITY * GRAVITY * length ** (2.0 + (mode > 2)) * (loads[:, 5] + 1j * loads[:, 6])
+    (mode,) = _modes(loads, path.with_suffix(".3"), m, 2)
+    X = np.full((len(headings), len(waves), m), np.nan + 0j)
+    X[of, at, mode] = DENSITY * GRAVITY * length ** (2.0 + (mode % 6 > 2)) * (loads[:, 5] + 1j * loads[:, 6])
     if waves.tolist() != periods[periods > 0.0].tolist():
         raise SceneError(f"{path.with_suffix('.3')}: its periods differ from those of {path.stem}.1")
     if np.isnan(X).any():
-        raise SceneError(f"{path.with_suffix('.3')}: it needs all six modes at each heading and period")
-    i, j = _modes(stiffness, path.with_suffix(".hst"), 0, 1)
-    K = np.zeros((6, 6))
-    K[i, j] = DENSITY * GRAVITY * length ** (2.0 + (i > 2) + (j > 2)) * stiffness[:, 2]
+        count = "six" if m == 6 else "twelve"
+        raise SceneError(f"{path.with_suffix('.3')}: it needs all {count} modes at each heading and period")
+    i, j = _modes(stiffness, path.with_suffix(".hst"), m, 0, 1)
+    K = np.zeros((m, m))
+    K[i, j] = DENSITY * GRAVITY * length ** (2.0 + (i % 6 > 2) + (j % 6 > 2)) * stiffness[:, 2]
     w = 2.0 * np.pi / periods[periods > 0.0]
     up = np.argsort(w)
     some = np.flatnonzero(periods > 0.0)[up]
+    still = tuple(replace(x, K=K[6 * n : 6 * n + 6, 6 * n : 6 * n + 6]) for n, x in enumerate(hulls))
     return Coefficients(
-        w[up], added[some], damping[some], added[periods == 0.0][0], headings, X[:, up], K, volume, height, depth=depth
-    )
+        w[up], added[some], damping[some], added[periods == 0.0][0], headings, X[:, up], still, depth=depth
+    ).about(*points)
+
+
+def _described(path: Path) -> tuple[list[Still], list[tuple[float, float, float]]]:
+    """Return the hulls in a file NAME.out of WAMIT, still without stiffness, and the origins of their axes [m]."""
+    try:
+        text = path.read_text(encoding="utf-8", errors="replace")
+    except OSError as error:
+        raise SceneError(f"{path}: {error_text(error)}") from None
+    number, rows = r"\s+([-+.\dEe]+)", []
+    for title, n in (("Volumes .*?:", 3), ("Center of Buoyancy .*?:", 3), ("Center of Gravity .*?:", 3)):
+        rows.append([tuple(map(float, found)) for found in re.findall(title + n * number, text)])
+    places = [re.findall(rf"{axis}BODY\s*=" + number, text) for axis in "XYZ"]
+    origins = [(float(x), float(y), float(z)) for x, y, z in zip(*places, strict=False)]
+    turned = any(map(float, re.findall(r"PHIBODY\s*=" + number, text)))
+    counts = {len(origins), *map(len, rows)}
+    if counts not in ({1}, {2}) or turned:
+        raise SceneError(f"{path}: it needs volume, centres and places of one body, or of two with parallel axes")
+    hulls = [
+        Still(np.zeros(0), sorted(V)[1], g[2] + o[2], np.array([b[0], b[1], b[2] + o[2]]), (o[0], o[1]))
+        for V, b, g, o in zip(*rows, origins, strict=True)
+    ]
+    return hulls, origins
 
 
 def drift_of(path: Path, weight: float, length: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -177,7 +238,7 @@ def drift_of(path: Path, weight: float, length: float) -> tuple[np.ndarray, np.n
     """
     rows = _table(path, 7)
     rows = rows[(rows[:, 1] == rows[:, 2]) & np.isin(rows[:, 3], (1.0, 2.0, 6.0))]
-    (mode,) = _modes(rows, path, 3)
+    (mode,) = _modes(rows, path, 6, 3)
     w, at = np.unique(2.0 * np.pi / rows[:, 0], return_inverse=True)
     headings, of = np.unique(np.radians(rows[:, 1]), return_inverse=True)
     values = np.full((len(headings), len(w), 6), np.nan)
@@ -194,11 +255,11 @@ def _by(periods: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return at, np.divide(2.0 * np.pi, periods, out=np.zeros(len(periods)), where=periods > 0.0), known
 
 
-def _modes(table: np.ndarray, path: Path, *columns: int) -> list[np.ndarray]:
-    """Return columns of modes 1 to 6 as indices."""
+def _modes(table: np.ndarray, path: Path, m: int, *columns: int) -> list[np.ndarray]:
+    """Return columns of modes 1 to m as indices."""
     found = [table[:, k].astype(int) - 1 for k in columns]
-    if any((x < 0).any() or (x > 5).any() for x in found):
-        raise SceneError(f"{path}: it has modes beyond the six of one body; write a file for each body alone")
+    if any((x < 0).any() or (x >= m).any() for x in found):
+        raise SceneError(f"{path}: it has modes beyond the {m} of its hulls; two hulls need the file .out of WAMIT")
     return found
 
 

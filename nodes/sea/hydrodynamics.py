@@ -81,6 +81,7 @@ class Hydrodynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     moments: tuple[float, float, float] = (0.0, 0.0, 0.0)  # of the waterplane: of x, of y [m3], and of x y [m4]
     buoyancy: Vector | None = None  # its centre [m]; None: below the centre of mass
     drift: MeanDrift | None = None
+    beside: "SecondHull | None" = None
 
     def load(self, frequency: float, heading: float) -> list[complex]:
         """Return the wave loads X [N/m, N] at a frequency and heading; zero above the highest frequency in the file.
@@ -103,6 +104,16 @@ class Hydrodynamics(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         mirrored, corners = _corners(self.drift, frequency, heading)
         found = [sum(share * self.drift.values[m][n][j] for m, n, share in corners) for j in range(3)]
         return [found[0], -found[1], -found[2]] if mirrored else found
+
+
+class SecondHull(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A second hull near the first one, with the data of both in each other's waves: its own, of which G belongs to the
+    states of the first hull, its place x, y [m] and heading [rad] in the axes of the first hull, and the added mass at
+    infinite frequency that gives the momentum of the water about it for the motion of the first hull."""
+
+    hull: Hydrodynamics
+    at: tuple[float, float, float]
+    added_mass: Matrix6
 
 
 def one_sided(headings: Sequence[float]) -> bool:
@@ -156,6 +167,11 @@ def check(found: Hydrodynamics, file: str) -> None:
             )
     if found.depth is not None and not found.depth > 0.0:
         raise SceneError(f"{file}: the depth of the water must be positive, not {found.depth:g} m")
+    if found.beside:
+        check(found.beside.hull, file)
+    others = [found.beside.hull.radiation] if found.beside else []
+    if any(len(x.G) != len(found.radiation.F) for x in (found.radiation, *others) if found.radiation.F):
+        raise SceneError(f"{file}: G of the radiation states needs one row for each row of F")
     worst = max(found.radiation.error.added_mass, found.radiation.error.damping)
     if worst > WORST:
         raise SceneError(

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from heavylift.kernel.errors import SceneError, error_text
 
-from .data_files import Coefficients
+from .data_files import Coefficients, Still
 
 NUMBER = r"[-+]?\d*\.?\d+(?:[eEdD][-+]?\d+)?\.?"
 
@@ -66,10 +66,11 @@ def nemoh(case: Path) -> Coefficients:
     if K.shape != (6, 6) or A_inf.shape != (6, 6):
         raise SceneError(f"{stiffness if A_inf.shape == (6, 6) else infinite}: it is not a matrix for six motions")
     return Coefficients(
-        w, A, B, A_inf, headings[order], X, K, float(given["Displacement"]), float(given["ZG"]),
+        w, A, B, A_inf, headings[order], X,
+        (Still(K, float(given["Displacement"]), float(given["ZG"]),
+               np.array([float(given[x]) for x in ("XF", "YF", "ZF")]) if {"XF", "YF", "ZF"} <= {*given} else None),),
         rho, g, depth or np.inf,
-        np.array([float(given[x]) for x in ("XF", "YF", "ZF")]) if {"XF", "YF", "ZF"} <= {*given} else None,
-    ).about(point[2])  # fmt: skip
+    ).about(point)  # fmt: skip
 
 
 def _text(path: Path) -> str:

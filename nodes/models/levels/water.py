@@ -18,8 +18,9 @@ NONE: Matrix6 = ((0.0,) * 6,) * 6
 
 
 def radiating(machine: Mechanism) -> dict[str, tuple[Radiation, float]]:
-    """Return the radiation of each floating body on which waves act, with the mean frequency of the waves [rad/s]."""
-    forces = [f for f in machine.system.forces if isinstance(f, Radiation)]
+    """Return the radiation of each single floating body on which waves act, with the mean frequency of the waves
+    [rad/s]."""
+    forces = [f for f in machine.system.forces if isinstance(f, Radiation) and not f.beside]
     found = {f.at.body: (f, _mean(machine, f.at.body)) for f in forces}
     return {body: x for body, x in found.items() if x[1]}
 

@@ -114,6 +114,7 @@ class Floating(Base):
     hydrodynamics: str = (
         ""  # a file of the hull beside the scene, or a bundled one; it replaces the next keys and `loads`
     )
+    beside: str = ""  # in place of it: another vessel, whose file has this one as its second hull
     waterplane: Annotated[float, u.Quantity(u.AREA, "positive")] | None = None
     GM: u.Extent | None = None  # of roll, with all that stands on it at the start
     GML: u.Extent | None = None  # of pitch
@@ -127,9 +128,13 @@ class Floating(Base):
     @model_validator(mode="after")
     def _one(self) -> "Floating":
         missing = [key for key in ("waterplane", "GM", "GML") if getattr(self, key) is None]
-        if self.hydrodynamics and (len(missing) < 3 or self.added_mass or self.loads != LoadResponses()):
+        if self.hydrodynamics and self.beside:
+            raise ValueError("'beside' names the vessel whose file has the hydrodynamics: leave 'hydrodynamics' out")
+        if (self.hydrodynamics or self.beside) and (
+            len(missing) < 3 or self.added_mass or self.loads != LoadResponses()
+        ):
             raise ValueError("'hydrodynamics' gives waterplane, GM, GML, added mass and loads: leave them out")
-        if missing and not self.hydrodynamics:
+        if missing and not (self.hydrodynamics or self.beside):
             raise ValueError(f"a floating vessel needs '{missing[0]}', or a file with its 'hydrodynamics'")
         return self
 

@@ -185,7 +185,12 @@ def test_normal_modes_of_two_coupled_hulls_agree_with_their_dense_equations() ->
         Bushing(f"{n}.spring", Point("world", p), Point(n), _rows(k), _rows(0.0 * k)) for n, p in at.items()
     )
     system = replace(pair(CROSS), joints=(free("a", -3.0), free("b", 5.0)), forces=springs)
-    found = [m.frequency for m in modes(started(system)).oscillations]
+    oscillations = modes(started(system)).oscillations
+    found = [m.frequency for m in oscillations]
     M = whole(hulls(CROSS))
+    for mode in oscillations:
+        energy = (mode.shape.conj() * (M @ mode.shape)).real  # of which each body has its own momentum's
+        shares = energy.reshape(2, 6).sum(axis=1) / energy.sum()
+        assert [dict(mode.bodies)[name] for name in "ab"] == pytest.approx(shares, abs=1e-5)
     want = np.sqrt(np.linalg.eigvals(np.linalg.solve(M, np.kron(np.eye(2), k))).real) / (2.0 * np.pi)
     assert found == pytest.approx(sorted(want), rel=1e-5)

@@ -81,10 +81,27 @@ def test_heave_loads_in_long_waves_tend_to_the_waterplane_stiffness_and_surge_lo
     assert X[0].imag > 5.0 * abs(X[0].real)
 
 
+def test_volume_and_centres_of_a_hull_are_read_from_the_output_of_wamit(tmp_path: Path, found: Hydrodynamics) -> None:
+    """As WAMIT prints them: the same hull without options, and the centre of buoyancy for its trim."""
+    of = bundled()
+    path = written(tmp_path, of)
+    rows = [" XBODY =    0.0000 YBODY =    0.0000 ZBODY =    0.0000 PHIBODY =   0.0",
+            f" Volumes (VOLX,VOLY,VOLZ):    {of.volume + 3.0:.3f}      {of.volume:.3f}      {of.volume - 4.0:.3f}",
+            " Center of Buoyancy (Xb,Yb,Zb):     0.500000      0.000000     -2.000000",
+            f" Center of Gravity  (Xg,Yg,Zg):     0.000000      0.000000      {HEIGHT:.6f}"]  # fmt: skip
+    path.with_suffix(".out").write_text("\n".join(["  WAMIT  Version 7.0", *rows]))
+    other = hull_of(path, length=LENGTH)
+    assert other.buoyancy == (0.5, 0.0, -2.0)
+    assert (other.volume, other.metacentres) == (found.volume, found.metacentres)
+    path.with_suffix(".out").write_text("\n".join(rows[:2]))
+    with pytest.raises(SceneError, match=r"barge.out: it needs volume, centres and places"):
+        hull_of(path, length=LENGTH)
+
+
 MISSING = {
     "barge.3": ("", "its rows need at least 7 numbers"),
     "barge.1": ("6 1 1 0.2 0.1", "it has no infinite frequency, whose added mass is needed: period 0"),
-    "barge.hst": ("7 7 1", "it has modes beyond the six of one body"),
+    "barge.hst": ("7 7 1", "it has modes beyond the 6 of its hulls"),
 }
 
 

@@ -2,8 +2,9 @@
 
 from collections.abc import Sequence
 from itertools import accumulate
-from math import sqrt
+from math import pi, sqrt
 
+import msgspec
 from heavylift.kernel.algebra.dense import product
 from heavylift.kernel.algebra.elementary import atan2
 from heavylift.kernel.description.forces import InputSignal, Load, Radiation, Wave, WaveSum
@@ -11,6 +12,7 @@ from heavylift.kernel.description.mechanics import Point, Vector
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.scene.construction.scene_builder import SceneBuilder
 from heavylift.nodes.scene.keys.environment import Vessel, Waves
+from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.files import content, within
 from heavylift.nodes.scenes import vessels_folder
 from heavylift.nodes.sea.hydrodynamics import Hydrodynamics, loads_in_sea, read_hydrodynamics
@@ -21,10 +23,50 @@ SHALLOW = 0.02  # of the length of waves, by which the depth may change it on th
 DRIFTS = (0, 1, 5)  # modes
 LEVEL = 0.02  # [rad]: by which it may heel or trim
 OUTSIDE = 0.05  # of the energy of waves, at frequencies that the data of a hull do not have
+PLACE = 0.01  # of the distance, or [rad]: by which it may lie elsewhere than in its data
 AFLOAT = 0.02  # of the displacement, by which the weight may differ from that of the file
 
 
-def hydrodynamics_of(builder: SceneBuilder, name: str, file: str) -> Hydrodynamics | None:
+def hull_of_vessel(builder: SceneBuilder, name: str) -> Hydrodynamics | None:
+    """Return the hydrodynamic data of a vessel, which are read once; None if it has none, or after an error."""
+    vessel = builder.scene.vessels.get(name)
+    if name not in builder.hulls and vessel and (of := vessel.floating):
+        found = _hydrodynamics_of(builder, name, of.hydrodynamics) if of.hydrodynamics else None
+        builder.hulls[name] = _second(builder, name, of.beside) if of.beside else found
+        count = [x.floating.beside for x in builder.scene.vessels.values() if x.floating].count(name)
+        if found and found.beside and count != 1:
+            message = f"its data are of two hulls near each other, and {count} vessels are 'beside: {name}'"
+            remedy = f"write 'floating: {{beside: {name}}}' at the other vessel, or compute data of this hull alone"
+            builder.source.fault(("vessels", name, "floating", "hydrodynamics"), message, remedy)
+    return builder.hulls.get(name)
+
+
+def _second(builder: SceneBuilder, name: str, beside: str) -> Hydrodynamics | None:
+    """Return the data of a vessel that is the second hull in the file of another vessel; after an error, None."""
+    at, vessels = ("vessels", name, "floating", "beside"), builder.scene.vessels
+    if beside not in vessels or beside == name:
+        builder.source.fault(at, f"there is no other vessel '{beside}'", closest(beside, [*vessels]))
+        return None
+    first, given = vessels[beside], vessels[name]
+    alone = first.floating is None or first.floating.beside
+    hull = None if alone else hull_of_vessel(builder, beside)
+    if hull is None or hull.beside is None:
+        message = f"the data of {beside} are not those of two hulls"
+        builder.source.fault(at, message, "compute both together, or give this vessel its own 'hydrodynamics'")
+        return None
+    x, y, heading = hull.beside.at
+    where = first.place((x, y, 0.0))
+    away = max(abs(a - b) for a, b in zip(where, given.at, strict=True))
+    turned = given.heading - first.heading - heading
+    turned -= 2.0 * pi * round(turned / (2.0 * pi))
+    if away > PLACE * sqrt(x * x + y * y) or abs(turned) > PLACE:
+        angle = (first.heading + heading) * 180.0 / pi
+        message = f"its data are for the place [{', '.join(f'{p:.6g} m' for p in where)}] and heading {angle:.6g} deg"
+        builder.source.fault(("vessels", name, "at"), message, "place it there, or compute data for its own place")
+    return hull.beside.hull
+
+
+def _hydrodynamics_of(builder: SceneBuilder, name: str, file: str) -> Hydrodynamics | None:
     """Return the hydrodynamic data in a vessel's file; if the file cannot be read, add an error to the scene and return
     None."""
     source, at = builder.source, ("vessels", name, "floating", "hydrodynamics")
@@ -112,9 +154,19 @@ def restoring(hull: Hydrodynamics, gravity: float, weight: float, height: float)
     return [[water * hull.waterplane, y, -x], [y, across, -xy], [-x, -xy, along]]
 
 
-def radiation(name: str, hull: Hydrodynamics, vessel: Vessel) -> Radiation:
-    """Return the radiation force of a hull at the origin of its vessel."""
-    return Radiation(f"{name}.radiation", Point(name), hull.radiation.F, hull.radiation.G, vessel.attitude)
+def radiation(builder: SceneBuilder, name: str, hull: Hydrodynamics) -> list[Radiation]:
+    """Return the radiation force of a hull at the origin of its vessel, with that on its second hull; none of a vessel
+    that is such a second hull."""
+    vessels = builder.scene.vessels
+    floating = {key: x.floating for key, x in vessels.items() if x.floating}
+    if floating[name].beside:
+        return []
+    alone = Radiation(f"{name}.radiation", Point(name), hull.radiation.F, hull.radiation.G, vessels[name].attitude)
+    second = next((key for key, x in floating.items() if x.beside == name), "")
+    if not hull.beside or not second:
+        return [alone]
+    rows, R = hull.beside.hull.radiation.G, vessels[second].attitude
+    return [msgspec.structs.replace(alone, beside=Point(second), G_beside=rows, R_beside=R)]
 
 
 def wave_loads(builder: SceneBuilder, name: str, hull: Hydrodynamics, vessel: Vessel, waves: Waves) -> list[Load]:

@@ -12,7 +12,17 @@ import msgspec
 from heavylift.kernel.algebra.dense import product
 from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.kernel.description.forces import Bushing, InputSignal, Load, Matrix6, Radiation, Stream, Wave
-from heavylift.kernel.description.mechanics import IDENTITY, WORLD, Body, Drive, Joint, Point, System, Vector
+from heavylift.kernel.description.mechanics import (
+    IDENTITY,
+    WORLD,
+    Body,
+    Drive,
+    Joint,
+    Point,
+    SharedWater,
+    System,
+    Vector,
+)
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.checks import check_description
 from heavylift.nodes.plan import plan
@@ -23,10 +33,9 @@ from heavylift.nodes.scene.keys.parts import kinematics
 from heavylift.nodes.scene.keys.parts.rigging import Frame
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
-from heavylift.nodes.sea.hydrodynamics import Hydrodynamics
 from heavylift.nodes.sea.spectra import wave_number
 
-from .hulls import check_draught, hydrodynamics_of, radiation, restoring, wave_loads
+from .hulls import check_draught, hull_of_vessel, radiation, restoring, wave_loads
 
 MOST = 0.02  # of its displacement may be a load, where its motion is given
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
@@ -42,8 +51,11 @@ def vessel_machine(builder: SceneBuilder, name: str) -> plan.Mechanism:
     if given.floating is None:
         system = _carried(builder, name, given, body)
     else:
-        hull = _hull(builder, name, given.floating)
-        system = _free(given, hull.added_mass if hull else given.floating.added_mass, body)
+        hull = hull_of_vessel(builder, name)
+        added, beside = hull.added_mass if hull else given.floating.added_mass, given.floating.beside
+        pair = hull_of_vessel(builder, beside) if beside else None
+        shared = SharedWater(beside, pair.beside.added_mass) if pair and pair.beside else None
+        system = _free(given, added, replace(body, shared=shared))
     try:
         check_description(system)
     except KernelError as error:
@@ -74,12 +86,6 @@ def _carried(builder: SceneBuilder, name: str, given: Vessel, body: Body) -> Sys
         wave = _wave(waves, size, phase - _delay(builder, waves, given.at)) if waves else None
         drives.append(Drive(f"{name}.{mode}.drive", f"{name}.{mode}", "prescribed", wave=wave))
     return System(tuple(bodies), tuple(joints), drives=tuple(drives), gravity=builder.scene.gravity)
-
-
-def _hull(builder: SceneBuilder, name: str, floating: Floating) -> Hydrodynamics | None:
-    if floating.hydrodynamics and name not in builder.hulls:
-        builder.hulls[name] = hydrodynamics_of(builder, name, floating.hydrodynamics)
-    return builder.hulls.get(name)
 
 
 def _free(given: Vessel, added: Matrix6 | None, body: Body) -> System:
@@ -191,7 +197,7 @@ def _water(
     weight = scene.gravity * mass
     middle = [sum(mass * p[i] for mass, p in standing) * scene.gravity / weight - given.at[i] for i in range(3)]
     middle = product(list(zip(*given.attitude, strict=True)), middle)  # in the vessel
-    moor, hull = floating.mooring, _hull(builder, name, floating)
+    moor, hull = floating.mooring, hull_of_vessel(builder, name)
     if hull:
         check_draught(builder, name, hull, mass, middle)
         upright = restoring(hull, scene.gravity, weight, middle[2])
@@ -211,7 +217,7 @@ def _water(
     streams = _streams(builder, name, floating)
     if hull:
         loads = wave_loads(builder, name, hull, given, waves) if waves else []
-        return (up, water, radiation(name, hull, given), *loads, *streams)
+        return (up, water, *radiation(builder, name, hull), *loads, *streams)
     if waves and waves.seas:
         message = "loads of one regular wave are given, and the scene has irregular seas"
         builder.source.fault(("vessels", name, "floating"), message, "name a file with its 'hydrodynamics'")
