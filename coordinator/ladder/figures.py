@@ -86,11 +86,6 @@ class RunSeries:
         supports, speeds = ({name: x[::2] for name, x in each.items()} for each in (self.supports, self.speeds))
         return RunSeries(self.spans, self.peaks, self.t[::2], places, supports, speeds)
 
-    @property
-    def stages(self) -> list[tuple[str, float]]:
-        """Duration of each stage of the run [s]."""
-        return [(x.name, x.end - x.start) for x in self.spans if x.name != WHOLE]
-
 
 def _speeds(run: Played, rows: Floats) -> dict[str, Floats]:
     """Return the speeds (n,) of free bodies and of coordinates, by name."""

@@ -15,6 +15,9 @@ from .model_levels import Ladder, ModelLevel, undamped
 ORDERS = (1.0, 0.75, 0.5)  # powers of the tolerance that errors of steps fall with
 
 
+NO_FINER = "it is modelled as it is written, there is no finer level"
+
+
 @dataclass(frozen=True)
 class Look:
     """Measured errors of the figures of one candidate: in total, due to its steps, and due to its model level.
@@ -29,8 +32,12 @@ class Look:
     model: Errors = field(default_factory=dict)
     pairs: tuple[tuple[ModelLevel, ModelLevel], ...] = ()
     why: str = ""
-    spread: bool = False  # the errors are differences to all that was run
     missing: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def whole(self) -> bool:
+        """Whether all errors were measured: finite, and none missing unless there is no finer level."""
+        return max(self.error.values(), default=inf) < inf and {*self.missing.values()} <= {NO_FINER}
 
 
 def looks(runs: Sequence[ModelLevel], measuring: Measuring) -> list[Look]:
@@ -87,10 +94,9 @@ def errors_of_limits(look: Look, measuring: Measuring) -> Errors:
     own = measuring.limits(look.candidate)
     known = [tuple(measuring.limits(x, values=True) for x in pair) for pair in look.pairs]
     apart = {name: [abs(a[name].value - b[name].value) for a, b in known if name in a and name in b] for name in own}
-    # differences to what puts back one thing each add up; those to all that was run are a spread
-    whole = max if look.spread else sum
+    # differences to what puts back one thing each add up
     return {
-        name: (f.misread + WITNESSED * whole([0.0, *apart[name]])) / f.scale
+        name: (f.misread + WITNESSED * sum(apart[name])) / f.scale
         for name, f in own.items()
         if len(apart[name]) == len(known)
     }
@@ -147,7 +153,7 @@ def as_it_is(plan: Plan, accuracy: float, measuring: Measuring) -> Look:
     pairs = [(candidate, x) for x in tighter(candidate)]
     steps = found("numerical", lambda: times(WITNESSED, most(*(measuring.apart(*pair) for pair in pairs))))
     if ladder.poorer is None:
-        missing["model"] = "it is modelled as it is written, there is no finer level"
+        missing["model"] = NO_FINER
     model = found("model", lambda: error_of_level(ladder, candidate, measuring))
     pairs += witnesses(ladder, candidate, measuring)[:1] if "model" not in missing else []
     look = _look(candidate, steps, tuple(pairs), measuring)

@@ -48,7 +48,6 @@ class Measuring:
         self._slack: dict[Key, frozenset[str]] = {}
         self._read: dict[Key, dict[str, AskedFigure]] = {}
         self._judges: dict[Key, Judge] = {}
-        self._made: dict[Key, ModelLevel] = {}
         self._ahead: dict[Fidelity, Thread] = {}
 
     @property
@@ -61,7 +60,7 @@ class Measuring:
 
         The native code that runs meanwhile does not hold the interpreter's lock.
         """
-        if not any(key[0] == candidate.plan.fidelity for key in self._made):
+        if not any(key[0] == candidate.plan.fidelity for key in self.spent):
             self._ahead[candidate.plan.fidelity] = Thread(target=compiled, args=(candidate.plan,))
             self._ahead[candidate.plan.fidelity].start()
 
@@ -82,10 +81,7 @@ class Measuring:
                 raise
             self.spent[candidate.key] = Spent(run.start_s, run.cpu_s, run.prepared_s + run.wall_s)
             self._slack[candidate.key] = run.slack
-            self._read[candidate.key], self._made[candidate.key] = (
-                {f.name: f for f in figures(run, self.ask)},
-                candidate,
-            )
+            self._read[candidate.key] = {f.name: f for f in figures(run, self.ask)}
             if candidate.plan.limits:
                 self._judges[candidate.key] = run.judge
             self._samples = len(run.t)
@@ -97,11 +93,6 @@ class Measuring:
         If `values`, reading errors are omitted."""
         judge = self._judges.get(candidate.key)
         return {f.name: f for f in judged(judge, values=values)} if judge else {}
-
-    @property
-    def made(self) -> list[ModelLevel]:
-        """The candidates that were run at the present sample rate, in the order of their runs."""
-        return [self._made[key] for key in self._read]
 
     def slack(self, candidate: ModelLevel, hooks: bool = False) -> bool:
         """Return whether any rope (if `hooks`: any hook rope) goes slack in a candidate's run."""

@@ -17,13 +17,13 @@ from heavylift.nodes.plan.fidelity import Answer, Question
 from heavylift.nodes.scene import LoadedScene, load
 from heavylift.nodes.scene.text.units import DURATION
 
-from .choosing import answered, choose
+from .choosing import ACCURACIES, answered, choose
 from .in_memory import CUT
 from .measuring import Measuring, largest
 from .model_levels import Ladder, ModelLevel
 
 IMPORTED = time.perf_counter()
-ACCURACIES = (0.1, 0.03, 0.01, 0.003, 0.001, 0.0003)
+COARSE = (0.1, 0.03)  # accuracies that are tried before those of `decided`
 AROUND = 1.0  # [s] of a run besides its kernel: processes, recording, verdict
 SPARE = 0.93  # of the time, for what nobody foresees
 
@@ -81,7 +81,7 @@ def _best(scene: LoadedScene, allowed: float) -> tuple[Answer | None, float]:
     ladder, ask, takes, needed = Ladder(scene.plan, scene.facts.named), scene.facts.ask, 0.0, 2.0 * allowed
     found: Answer | None = None
     measuring = Measuring(ask, lambda: SPARE * allowed - AROUND - takes - elapsed() if found else inf)
-    for accuracy in ACCURACIES:
+    for accuracy in (*COARSE, *ACCURACIES):
         try:
             answer = choose(ladder, Question(ask, accuracy), measuring)
         except HeavyliftError as error:

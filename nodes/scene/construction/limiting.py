@@ -37,7 +37,7 @@ def rated_limits(builder: SceneBuilder) -> tuple[RatedLimit, ...]:
     machines = builder.machines
     rows = [row for machine in machines for row in (*hook_limits(builder, machine), *rigging_limits(builder, machine))]
     lifting = any(machine.hooks for machine in machines)
-    rows = [with_rigging(builder, row) if row.unit == "kg" else row for row in (*rows, *tandem_limits(builder))]
+    rows = [*with_rigging(builder, [*rows, *tandem_limits(builder)])]
     rows += [
         *_rig(builder),
         *lug_limits(builder),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from random import Random
 
@@ -59,12 +60,50 @@ def test_an_uncertain_mass_counts_in_design_loads(crane: str, tmp_path: Path) ->
         assert one[key] == pytest.approx(other[key], rel=CLOSE), key
 
 
+def test_contingencies_and_uncertain_inputs_count_together(crane: str, tmp_path: Path) -> None:
+    """At least as the heaviest block does that both allow, also where the unloaded crane is what presses hardest."""
+    text, random = begun(crane, tmp_path), Random(crane)
+    half, more = random.uniform(0.05, 0.2), random.uniform(1.1, 1.4)
+    sheet = "factors={{rigging: 0 t, weight: {}, cog factor: 1, dynamics: included, wind: 0 m/s}}"
+    one = worst(parse(text, "made.yaml", [sheet.format(more), f"block.mass={MASS:g} t +- {100 * half!r} %"]))
+    other = worst(parse(text, "made.yaml", [sheet.format(1), f"block.mass={MASS * (1 + half) * more!r} t"]))
+    for key in (key for key in other if key[0] in (*WHOLE, *STANDING, "uplift", "interlock")):
+        assert one[key] >= other[key] * (1 - CLOSE), key
+
+
 def test_a_stated_wind_is_held_against_the_limit_of_the_crane(crane: str, tmp_path: Path) -> None:
     text = begun(crane, tmp_path)
     for wind, state in ((1.0, "green"), (60.0, "red")):
         scene = parse(text, "made.yaml", [f"factors.wind={wind:g} m/s"])
         (row,) = (check for check in scene.checks if check.quantity == "wind")
         assert (row.value, row.state) == (wind, state if "known" not in row.allowed else "amber")
+
+
+def test_the_stronger_of_the_stated_and_the_modelled_wind_counts() -> None:
+    for stated, modelled in ((25.0, 3.0), (3.0, 25.0)):
+        sets = [f"factors.wind={stated} m/s", f"wind={{speed: {modelled} m/s, direction: [1, 0, 0]}}"]
+        (row,) = (check for check in load("jib", sets).checks if (check.quantity, check.subject) == ("wind", "jib"))
+        assert (row.value, row.state) == (25.0, "red")
+
+
+GEAR = "gear={G: {kind: sling, EA: 60 MN, breaking: 900 kN, diameter: 36 mm, termination: resin, mass: %g kg}}"
+
+
+def test_a_sling_that_is_hooked_to_other_lugs_later_counts_once() -> None:
+    sets = [GEAR % 100, "rigging.legs.sling={gear: G}", "factors={weight: 1, cog factor: 1, wind: 0 m/s}"]
+    scene = load("jib", sets)
+    other = {f"M{i}": [f"{x} m", f"{y} m", "1.5 m"] for i, (x, y) in enumerate([(1, 1), (-1, 1), (1, -1), (-1, -1)], 1)}
+    lugs = {name: [f"{x!r} m" for x in place] for c in scene.plan.machines for y in c.cargo for name, place in y.lugs.items()}
+    hooked = [*sets, f"block.lugs={json.dumps(lugs | other)}", "actions+={stage: again, legs: 'hook [M1, M2, M3, M4]'}"]
+    for settings in (sets, hooked):
+        (limit,) = (x for x in load("jib", settings).plan.limits if x.quantity == "hook load")
+        assert limit.rigging == 4 * 100.0
+
+
+def test_slings_below_a_frame_are_shared_by_its_hooks() -> None:
+    sets = [GEAR % 1000, "rigging.front.sling={gear: G}", "factors={weight: 1, cog factor: 1, wind: 0 m/s}"]
+    rows = {(x.quantity, x.subject): x.rigging for x in load("spreader", sets).plan.limits if x.rigging}
+    assert rows["crane load", "crane"] == sum(x for (quantity, _), x in rows.items() if quantity == "hook load") == 2000.0
 
 
 def test_slings_and_shackles_count_at_hooks_and_on_the_ground() -> None:

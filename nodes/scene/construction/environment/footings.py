@@ -117,7 +117,7 @@ def standing_limits(builder: SceneBuilder, machine: Mechanism) -> Iterator[Rated
 def wind_limits(builder: SceneBuilder, machines: Collection[Mechanism], winds: tuple[str, ...]) -> Iterator[RatedLimit]:
     """Yield the wind limits of machines with hooks and of the whole scene."""
     most, where = builder.scene.limits.wind, builder.source.where(("limits",))
-    stated = 0.0 if winds else builder.scene.factors.wind or 0.0
+    stated = builder.scene.factors.wind or 0.0
     if not winds and not stated:
         by = "the scene" if most is not None else ""
         note = "no wind is modelled"
