@@ -218,7 +218,7 @@ def _on_same_path(loaded: LoadedScene, built: plan.Plan) -> LoadedScene:
 
 def _bases(loaded: LoadedScene) -> LoadedScene:
     """Return the scene with only those limits that enter design loads."""
-    limits = tuple(x for x in loaded.plan.limits if x.quantity in BASES.values())
+    limits = tuple(x for x in loaded.plan.limits if x.quantity in (*BASES.values(), "tandem load"))
     return _on_same_path(loaded, msgspec.structs.replace(loaded.plan, limits=limits))
 
 

@@ -133,7 +133,7 @@ def _tripped(built: plan.Plan, path: Followed) -> list[Check]:
 
 
 def _cut(built: plan.Plan, path: Followed) -> list[Check]:
-    if not path.states or (not path.cut and (built.end is None or path.why)):
+    if not path.states or (not path.cut and (built.end is None or path.why or not built.actions)):
         return []
     last = path.states[-1]
     if not path.cut:  # lift-off takes longer in a run, where girders sag
