@@ -15,6 +15,9 @@ from .model_levels import Ladder, ModelLevel, undamped
 ORDERS = (1.0, 0.75, 0.5)  # powers of the tolerance that errors of steps fall with
 
 
+NO_FINER = "it is modelled as it is written, there is no finer level"
+
+
 @dataclass(frozen=True)
 class Look:
     """Measured errors of a run's figures at one model level: in total, due to its time steps, and due to the level.
@@ -30,6 +33,11 @@ class Look:
     pairs: tuple[tuple[ModelLevel, ModelLevel], ...] = ()
     why: str = ""
     missing: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def whole(self) -> bool:
+        """Whether all errors were measured: finite, and none missing unless there is no finer level."""
+        return max(self.error.values(), default=inf) < inf and {*self.missing.values()} <= {NO_FINER}
 
 
 def looks(runs: Sequence[ModelLevel], measuring: Measuring) -> list[Look]:
@@ -143,7 +151,7 @@ def as_it_is(plan: Plan, accuracy: float, measuring: Measuring) -> Look:
     pairs = [(candidate, x) for x in tighter(candidate)]
     steps = found("numerical", lambda: times(WITNESSED, most(*(measuring.apart(*pair) for pair in pairs))))
     if ladder.poorer is None:
-        missing["model"] = "it is modelled as it is written, there is no finer level"
+        missing["model"] = NO_FINER
     model = found("model", lambda: error_of_level(ladder, candidate, measuring))
     pairs += witnesses(ladder, candidate, measuring)[:1] if "model" not in missing else []
     look = _look(candidate, steps, tuple(pairs), measuring)

@@ -14,7 +14,7 @@ from heavylift.nodes.plan.shapes import Shapes
 from numpy.typing import NDArray
 
 from .history import History, RunHistory, blocks
-from .rigid_contacts import BOUNCE, FREE, RigidTouch, pressing
+from .rigid_contacts import BOUNCE, RigidTouch, pressing, velocity
 from .rotating import matrices
 
 Floats = NDArray[np.float64]
@@ -197,15 +197,15 @@ def _sinking(plan: Plan, part: History, touched: Touched, i: int) -> list[float]
     """Return how fast [m/s] the points of a block that touch supports, given with their forces [N], sink at sample i
     towards the ground or deck there; where velocities are unknown, by the dampers of the supports."""
     body, k = touched[0][0].point.body, _before(part, i)
-    joint = next((f"{j.name}." for m in plan.machines for j in m.system.joints if j.child == body), "")
-    names = [f"{joint}{column}" for column in FREE]
-    decks = {pad.on for pad, _ in touched if pad.on}
-    if not {*names} <= {*part.speeds} or (decks and (k == i or not decks <= {*part.poses})):
-        return [force / pad.d for pad, force in touched if pad.d > 0.0]
+    joint = next((j.name for m in plan.machines for j in m.system.joints if j.child == body), "")
+    decks, found = {pad.on for pad, _ in touched if pad.on}, list[float]()
     p, R = part.poses[body][i, :3], matrices(part.poses[body][i : i + 1, 3:])[0]
-    (v, w), found = np.array([part.speeds[name][i] for name in names]).reshape(2, 3), list[float]()
     for pad, _ in touched:
-        sinks, at = -float(R[2] @ (v + np.cross(w, pad.point.p))), p + R @ np.array(pad.point.p)
+        at = p + R @ np.array(pad.point.p)
+        v = velocity(part, body, joint, at, i)
+        if v is None or (decks and (k == i or not decks <= {*part.poses})):
+            return [force / pad.d for pad, force in touched if pad.d > 0.0]
+        sinks = -float(v[2])
         if pad.on:
             (now, then), (S, before) = part.poses[pad.on][[i, k], :3], matrices(part.poses[pad.on][[i, k], 3:])
             sinks += float(((S - before) @ (S.T @ (at - now)) + now - then)[2] / (part.t[i] - part.t[k]))
