@@ -20,7 +20,7 @@ NO_FINER = "it is modelled as it is written, there is no finer level"
 
 @dataclass(frozen=True)
 class Look:
-    """Measured errors of the figures of one candidate: in total, due to its steps, and due to its model level.
+    """Measured errors of a run's figures at one model level: in total, due to its time steps, and due to the level.
 
     `pairs`: the candidates that were compared; `why`: the reason if it could not run; `missing`: the reasons for errors
     that could not be measured.
@@ -41,8 +41,8 @@ class Look:
 
 
 def looks(runs: Sequence[ModelLevel], measuring: Measuring) -> list[Look]:
-    """Return the errors due to steps and sampling for candidates of one level, by comparison with the candidate that
-    has the tightest steps.
+    """Return the errors due to time steps and sampling at one model level, by comparison with the run with the tightest
+    steps.
 
     `runs`: the candidates, loosest steps first.
 
@@ -81,16 +81,14 @@ def _look(
 
 
 def with_level(look: Look, ladder: Ladder, measuring: Measuring) -> Look:
-    """Measure the error of a candidate's model level at the candidate's own steps, and return all errors of the
-    candidate with this error added."""
+    """Return the errors of a run's figures after adding the measured error due to its model level."""
     model = error_of_level(ladder, look.candidate, measuring)
     pairs = (*witnesses(ladder, look.candidate, measuring)[:1], *look.pairs)
     return replace(look, error=added(look.error, model), model=model, pairs=pairs)
 
 
 def errors_of_limits(look: Look, measuring: Measuring) -> Errors:
-    """Return the errors of the utilisations of limits, from the runs made so far; these errors do not influence the
-    choice of a candidate."""
+    """Return the errors of the utilisations of limits, estimated from the runs made so far."""
     own = measuring.limits(look.candidate)
     known = [tuple(measuring.limits(x, values=True) for x in pair) for pair in look.pairs]
     apart = {name: [abs(a[name].value - b[name].value) for a, b in known if name in a and name in b] for name in own}
@@ -103,7 +101,7 @@ def errors_of_limits(look: Look, measuring: Measuring) -> Errors:
 
 
 def witnesses(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> list[tuple[ModelLevel, ModelLevel]]:
-    """Return the pairs of candidates whose difference shows the error of a candidate's model level.
+    """Return the pairs of runs whose difference shows the error due to a model level.
 
     One is the candidate itself, the other its witness: the cheapest level that models every effect which the
     candidate's level omits. If hook ropes go slack or an element has no damping, all such levels are witnesses, since
@@ -117,24 +115,24 @@ def witnesses(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> li
 
 
 def error_of_level(ladder: Ladder, candidate: ModelLevel, measuring: Measuring) -> Errors:
-    """Return the error of a candidate's model level: its largest difference to the levels with which it is compared,
-    doubled unless it is the finest level, which is better than those."""
+    """Return the error due to a model level: its largest difference to the levels compared, doubled unless it is the
+    finest level."""
     # the finest level has no better one: its error is smaller than the difference to the coarser one
     factor = WITNESSED if ladder.witnesses(candidate.plan.fidelity) else 1.0
     return times(factor, most(*(measuring.apart(*pair) for pair in witnesses(ladder, candidate, measuring))))
 
 
 def tighter(candidate: ModelLevel) -> list[ModelLevel]:
-    """Return the candidate with tighter steps; if its ropes are rigid, also with still tighter ones, since the impacts
-    of rigid ropes can bifurcate."""
+    """Return the same model level with tighter time steps; for rigid ropes also with still tighter ones, since impacts
+    can bifurcate."""
     # impacts of rigid ropes can bifurcate: one tighter run may agree by chance
     once = candidate.tighter
     return [once, once.tighter] if system(candidate.plan).rigid_ropes else [once]
 
 
 def as_it_is(plan: Plan, accuracy: float, measuring: Measuring) -> Look:
-    """Measure the errors of a plan at its own model level and steps, by runs with tighter steps and runs at other
-    levels; raises HeavyliftError if the plan cannot run."""
+    """Measure the errors of a plan at its own model level and time steps; raises HeavyliftError if the plan cannot
+    run."""
     ladder, candidate = Ladder(plan), ModelLevel(plan)
     while not measuring.read_well(candidate, accuracy):
         pass

@@ -132,13 +132,12 @@ def first_sentence(text: str) -> str:
 
 
 def played(task: Task, variant: Variant) -> Row:
-    """Run a variant and return its row: status, sentence, numbers, worker; `recording` holds bytes to keep."""
+    """Run a variant of a scene and return its row of the study."""
     return judged(task, variant)[0]
 
 
 def judged(task: Task, variant: Variant) -> tuple[Row, Judged | None]:
-    """Run a variant and return its row; if the run reached its end, the row also has the verdict and the
-    utilisations."""
+    """Run a variant and return its row of the study, with the verdict and utilisations if the run reached its end."""
     began, cpu = time.perf_counter(), time.thread_time()
     row: Row = {"number": variant.number, "status": "done", "sentence": ""}
     scene, verdict, settings = None, None, (*task.settings, *variant.settings)

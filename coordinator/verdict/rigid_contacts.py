@@ -31,16 +31,15 @@ CORNERS = np.array([*product((-1.0, 1.0), repeat=3)])
 
 @dataclass(frozen=True)
 class RigidTouch:
-    """A block touched another thing at a time [s], or left it, at a sample of a part of the history: closing speed
-    [m/s], None as it left; cosine between upwards and the direction from the thing to the block."""
+    """The instant [s] at which a block touched a rigid thing or left it."""
 
     block: str
     other: str
     t: float
-    speed: float | None
-    up: float
+    speed: float | None  # closing speed [m/s]; None as it left
+    up: float  # cosine between upwards and the direction from the thing to the block
     part: History
-    i: int
+    i: int  # sample of the part
 
     @property
     def below(self) -> bool:
@@ -49,8 +48,8 @@ class RigidTouch:
 
 
 def touches_of(plan: Plan, past: RunHistory, reported: Reported) -> Iterator[RigidTouch]:
-    """Yield where blocks touched rigid things, except bounces, and left them; what lands on a block is not counted as a
-    landing of that block. `reported`: what the kernel reported of contacts."""
+    """Yield each instant at which a block touched a rigid thing or left it, except bounces and loads that land on the
+    block."""
     cargo = {cargo.body for machine in plan.machines for cargo in machine.cargo}
     known = {c.name: c for machine in plan.machines for c in machine.system.contacts}
     joints = {j.child: j.name for machine in plan.machines for j in machine.system.joints}
@@ -74,7 +73,7 @@ def touches_of(plan: Plan, past: RunHistory, reported: Reported) -> Iterator[Rig
 
 
 def pressing(plan: Plan, past: RunHistory) -> dict[str, tuple[float, float]]:
-    """Return the largest force [N] between blocks and each rigid thing that they press on, with the time [s]."""
+    """Return the largest force [N] with which blocks press on each rigid thing, with the time [s]."""
     cargo = {cargo.body for machine in plan.machines for cargo in machine.cargo}
     names: dict[str, list[str]] = {}
     for c in (c for machine in plan.machines for c in machine.system.contacts):
