@@ -23,6 +23,7 @@ geometry                     plausibility of a block's size, mass and lugs
 checks                       the state of each check, from its value, error and limit
 run_tables                   tables of a run besides limits: reactions, lugs, slings, stages, the block
 messages                     sentences about the utilisation of limits
+check_numbers                checks as a table of numbers for workbooks
 
 Node processes import only the table of limits; the evaluation, which needs NumPy, is imported on first use.
 """

@@ -32,6 +32,7 @@ from heavylift.recordings.format.spellings import BEAM_LOAD
 from heavylift.recordings.sheets.sheet import Cell, Marked, Table, words
 from msgspec.structs import replace
 
+from .check_numbers import numbers_of
 from .messages import NOISE, allowed, bound, name_of, percent, sentence, shown
 
 Errors = Mapping[str, float]  # relative: of "peak tension ROPE", "smallest clearance", "use of SUBJECT QUANTITY"
@@ -223,7 +224,8 @@ def table_of(checks: Sequence[Check], *notes: str, title: str = "Checks", every:
         alike = (check.state, check.why, check.quantity, check.allowed if check.why else "")
         key: tuple[object, ...] = (number,) if alone else alike
         groups.setdefault(key, []).append(check)
-    return words(title, HEAD, map(_row, groups.values()), *notes)
+    table = words(title, HEAD, map(_row, groups.values()), *notes)
+    return replace(table, numbers=numbers_of(title, checks))
 
 
 def _row(group: list[Check]) -> tuple[Cell, ...]:

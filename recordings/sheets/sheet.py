@@ -84,14 +84,15 @@ def columns(*headings: str) -> tuple[Column, ...]:
 
 
 class Table(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A table with notes, which is printed only if it has rows; `blank`: the table is a form to be filled in by
-    hand."""
+    """A table with notes, which is printed only if it has rows; `blank`: the table is a form to be filled in by hand;
+    `numbers`: what a workbook holds instead of a table of text."""
 
     title: str
     columns: tuple[Column, ...]
     rows: tuple[tuple[Cell, ...], ...] = ()
     notes: tuple[str, ...] = ()
     blank: bool = False
+    numbers: "Table | None" = None
 
 
 class Chart(msgspec.Struct, frozen=True):

@@ -45,7 +45,7 @@ def workbook_of(sheet: Sheet) -> bytes:
         leaf = book.create_sheet(_named(table.title, book.sheetnames))
         for row, line in enumerate((sheet.title, sheet.lead) if i == 0 else (), 1):
             _write(leaf.cell(row, 1), line)
-        _fill(leaf, table, 1 if i else 4)
+        _fill(leaf, table.numbers or table, 1 if i else 4)
     out = io.BytesIO()
     book.save(out)
     with ZipFile(out, "a") as archive:

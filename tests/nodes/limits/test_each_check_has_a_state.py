@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 from dataclasses import replace
+from math import pi
 from pathlib import Path
 from typing import Any, get_args
 
@@ -14,7 +15,7 @@ from heavylift.coordinator.commands.common import end_by
 from heavylift.kernel.description import NOT_CHECKED, STATES, UNKNOWN, Check
 from heavylift.nodes.limits import ABSENT, RatedLimit, SignalColumns, checks_of, likewise, line_of, table_of, uses_of
 from heavylift.nodes.plan import Quantity, Use
-from heavylift.nodes.scene import new_scene_with, parse
+from heavylift.nodes.scene import load, new_scene_with, parse
 from heavylift.nodes.scene.text import library
 from lifting import bare
 
@@ -173,3 +174,20 @@ def test_a_value_beyond_its_limit_by_more_than_the_tolerance_gives_a_red_check()
     known = {"use of crane rails": 1e-6}
     assert state(use, known) == "green"
     assert state(replace(use, value=10.06, use=limit.use(10.06)), known) == "red"
+
+
+def test_a_workbook_has_each_value_and_limit_as_a_number_in_the_column_of_its_unit() -> None:
+    scene = load("crawler")
+    numbers = table_of(scene.checks).numbers
+    assert numbers is not None
+    heads = [column.heading for column in numbers.columns]
+    assert len(heads) == len({*heads})
+    rows = [dict(zip(heads, row, strict=True)) for row in numbers.rows]
+    factors = {"kg": ("t", 1e3), "N": ("kN", 1e3), "m/s": ("m/min", 1 / 60), "rad": ("deg", pi / 180), "m": ("m", 1)}
+    for check, row in zip(scene.checks, rows, strict=True):
+        if check.unit not in factors or check.value is None:
+            continue
+        unit, size = factors[check.unit]
+        assert row[f"value [{unit}]"] == pytest.approx(check.value / size)
+        others = [x for head, x in row.items() if head.startswith("value") and head != f"value [{unit}]"]
+        assert others == [None] * len(others)
