@@ -35,8 +35,7 @@ Sizes = Callable[[LoadedScene], dict[Key, float]]
 
 @dataclass(frozen=True)
 class Ends:
-    """Both ends of the range of an uncertain input, as text, with the path of the input and a description of its
-    uncertainty."""
+    """Both ends of the range of an uncertain input, as text with units."""
 
     path: Path
     message: str
@@ -44,8 +43,8 @@ class Ends:
 
 
 def ends_of(scene: schema.Scene, stated: Mapping[Path, Stated]) -> list[Ends]:
-    """Return both ends of each uncertain input: for a normal distribution the ends of the 95 % interval, for a uniform
-    one its bounds."""
+    """Return both ends of each uncertain input: those of its 95 % interval or, for a uniform distribution, its
+    bounds."""
     found = []
     for path, each in stated.items():
         at = quantity_at(scene, path)
@@ -90,8 +89,8 @@ def _blocks(scene: schema.Scene) -> dict[Path, schema.Block]:
 
 
 def designed(nominal: LoadedScene, scene: schema.Scene, build: Callable[[Centres], LoadedScene]) -> list[RatedLimit]:
-    """Return the limits of the design loads, at the worst corner of the centre-of-mass box of each block; empty if the
-    scene gives neither a practice nor factors. `build` makes the scene with other centres of mass."""
+    """Return the limits of the design loads, at the worst corner of the centre-of-mass box of each block. It is empty
+    if the scene gives neither a practice nor factors. `build` makes the scene with other centres of mass."""
     if scene.practice is None and not scene.factors.model_fields_set:
         return []
     given, corners = scene.all_factors, Corners(nominal)
@@ -114,8 +113,8 @@ def _lost(nominal: LoadedScene, corners: "Corners") -> Iterator[RatedLimit]:
 
 
 class Corners:
-    """Search over the corners of the uncertain inputs for the highest utilisation of each limit (or another value of a
-    scene). `moved`: the inputs that influence each value."""
+    """Search over the corners of the uncertain inputs for the highest utilisation of each limit. Other values of a
+    scene can be searched too. `moved`: the inputs that influence each value."""
 
     def __init__(self, nominal: LoadedScene, sizes: Sizes | None = None) -> None:
         self._sizes = sizes or _uses
