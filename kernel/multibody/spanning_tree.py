@@ -105,6 +105,6 @@ def _check(j: Joint, acted: Mapping[str, str], carrier: Mapping[str, Joint]) -> 
         )
     if j.name in acted:
         raise KernelError(
-            f"joint '{j.name}': it closes a loop and therefore has no coordinate for '{acted[j.name]}'; "
-            "since every other joint of the loop has laws, too, remove all laws of one of these joints"
+            f"joint '{j.name}': '{acted[j.name]}' needs a coordinate, but this joint closes a loop and has none; "
+            "remove all laws from one joint of the loop, so that that joint closes the loop"
         )

@@ -147,7 +147,10 @@ def _built(
         return _on_same_path(moved, msgspec.structs.replace(moved.plan, limits=limits))
 
     ends = ends_of(scene, stated)
-    limits = [*(cornered(loaded, ends, other) if ends else loaded.plan.limits), *designed(loaded, scene, shifted)]
+    limits = [
+        *(cornered(loaded, ends, other) if ends else loaded.plan.limits),
+        *designed(loaded, _bases(loaded), scene, shifted),
+    ]
     return _on_same_path(loaded, msgspec.structs.replace(loaded.plan, limits=tuple(limits)))
 
 
@@ -210,6 +213,12 @@ def _on_same_path(loaded: LoadedScene, built: plan.Plan) -> LoadedScene:
     if "statics" in vars(loaded):
         vars(other).update(statics=loaded.statics)
     return other
+
+
+def _bases(loaded: LoadedScene) -> LoadedScene:
+    """Return the scene with only those limits that enter design loads."""
+    limits = tuple(x for x in loaded.plan.limits if x.quantity in BASES.values())
+    return _on_same_path(loaded, msgspec.structs.replace(loaded.plan, limits=limits))
 
 
 def _side_by_side(

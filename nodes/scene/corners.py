@@ -88,12 +88,16 @@ def _blocks(scene: schema.Scene) -> dict[Path, schema.Block]:
     return blocks | ({("block",): scene.block} if scene.block else {})
 
 
-def designed(nominal: LoadedScene, scene: schema.Scene, build: Callable[[Centres], LoadedScene]) -> list[RatedLimit]:
-    """Return the limits of the design loads, at the worst corner of the centre-of-mass box of each block. It is empty
-    if the scene gives neither a practice nor factors. `build` makes the scene with other centres of mass."""
+def designed(
+    nominal: LoadedScene, bases: LoadedScene, scene: schema.Scene, build: Callable[[Centres], LoadedScene]
+) -> list[RatedLimit]:
+    """Return the limits of the design loads, at the worst corner of the centre-of-mass box of each block.
+
+    It is empty if the scene gives neither a practice nor factors. `bases`: the scene with the limits from which these
+    are made; `build` makes it with other centres of mass."""
     if scene.practice is None and not scene.factors.model_fields_set:
         return []
-    given, corners = scene.all_factors, Corners(nominal)
+    given, corners = scene.all_factors, Corners(bases)
     box = given.cog or ()
     for signs in product(*((-1, 1) if half else (0,) for half in box)) if box else ():
         way = [sign * half for sign, half in zip(signs, box, strict=True)]
@@ -101,7 +105,7 @@ def designed(nominal: LoadedScene, scene: schema.Scene, build: Callable[[Centres
         texts: dict[Path, Data] = {(*path, "com"): [f"{x!r} m" for x in place] for path, place in centres.items()}
         corners.uses(texts, partial(build, centres))
     used = {key: corners.most[key] / use for key, use in corners.usual.items() if use}
-    rows = design_limits(nominal.plan, given, scene.practice or "none", nominal.uses, nominal.states, used)
+    rows = design_limits(nominal.plan, given, scene.practice or "none", bases.uses, nominal.states, used)
     return [*rows, *_lost(nominal, corners)]
 
 

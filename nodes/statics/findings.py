@@ -7,8 +7,7 @@ from math import degrees, inf, pi, radians, sqrt
 from typing import Any
 
 from heavylift.kernel.algebra.elementary import atan2
-from heavylift.kernel.analysis.equilibrium import RESTLESS
-from heavylift.kernel.description.findings import NOT_CHECKED, Check, State, clock, finding
+from heavylift.kernel.description.findings import NOT_CHECKED, RESTLESS, Check, State, clock, finding
 from heavylift.nodes.models.commander.actuator_registry import turn_of
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.plan import plan

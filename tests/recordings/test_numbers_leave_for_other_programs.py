@@ -47,7 +47,7 @@ def test_exporting_unknown_signals_or_to_an_unknown_format_is_reported(recorded:
     with pytest.raises(RecordingError) as error:
         export(recorded, tmp_path / "run.xlsx")
     assert str(error.value) == (
-        f"{tmp_path / 'run.xlsx'}: a table is written as .csv or .parquet; give it one of these endings"
+        f"{tmp_path / 'run.xlsx'}: the file name of a table must end in .csv or .parquet; choose such a name"
     )
     with pytest.raises(RecordingError) as error:
         export(recorded, tmp_path / "run.csv", ["rope/colour"])
