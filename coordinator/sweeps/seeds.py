@@ -27,7 +27,7 @@ from heavylift.nodes.sea.extremes import FEWEST, Extreme, extreme, part_of
 from heavylift.recordings.sheets.sheet import Cell, Sheet, Table, columns
 
 from .axes import Variant
-from .variant import Row, Task, judged
+from .variant import Row, Task, governing_uses, judged
 
 HEADS = columns("check", "of", "quantile", "at most, 95 %", "mean", "largest", "in seed .0", "found by")
 LISTED = 30  # limits in the table of quantiles
@@ -63,7 +63,7 @@ class SeedsVerdict:
         state = self.state
         row: Row = {"status": "red" if state == "red" else "done", "sentence": "", "state": state}
         row |= {"verdict": line_of(self.checks), "use": float("nan"), "limit": ""}
-        used = [(x.use, f"{x.limit.subject} {x.limit.quantity}", x.stage) for x in self.uses if x.use is not None]
+        used = [(x.use, name, x.stage) for name, x in governing_uses(self.uses).items() if x.use is not None]
         row |= {f"use/{name}": use for use, name, _ in used}
         if used:
             row["use"], row["limit"], row["limit stage"] = max(used)

@@ -211,7 +211,7 @@ def _verdict(found: Judged) -> Row:
 
 def governing_uses(uses: Sequence[Use]) -> dict[str, Use]:
     """Return the maximum utilisation of each checked limit, by the limit's name."""
-    return {f"{x.limit.subject} {x.limit.quantity}": x for x in uses if x.use is not None}
+    return {f"{x.limit.subject} {x.limit.quantity}": x.at_worst for x in uses if x.use is not None}
 
 
 def _off_lead(run: Played) -> float:

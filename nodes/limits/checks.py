@@ -14,6 +14,7 @@ from math import inf, isfinite
 
 from heavylift.kernel.description.findings import (
     ASSUMED,
+    IN_A_RUN,
     NOT_CHECKED,
     NOT_MODELLED,
     STATES,
@@ -40,7 +41,6 @@ HEAD = ("state", "check", "worst of", "worst", "at", "limit", "used", "basis")
 TOUCH = 0.01  # [m] what comes so near touches, as the sentences about clearances say
 SAME = 1e-6  # of the worst value: what comes so close to it came to it first, or is reported first
 SEA_STATE = "sea state"
-IN_A_RUN = "in a run"  # of what nothing is known at rest
 SCOPE = "scope"  # quantity of what is not modelled
 REMEDY = {
     UNKNOWN: ": the error of these values was not measured; `--accuracy 1%` measures it",
@@ -126,7 +126,8 @@ def _factored(plan: Plan) -> bool:
 
 def _of_limit(plan: Plan, use: Use, errors: Errors | None) -> Check:
     limit, met, use = use.limit, use, use.at_worst
-    exact = limit.quantity == IN_WIND or use.source.startswith(ORDERED)
+    stated = limit.quantity == "wind" and limit.rest is not None and limit.rest.value == use.value
+    exact = stated or limit.quantity == IN_WIND or use.source.startswith(ORDERED)
     error = 0.0 if errors is None or exact else error_of(use, errors)
     state, why, message = _state_of(use, error, plan.accepts_assumed, at_rest=errors is None)
     where = limit.where
@@ -150,7 +151,7 @@ def _state_of(use: Use, error: float | None, accepted: bool, *, at_rest: bool) -
     error estimate of the value in its unit; `accepted`: whether the scene accepts assumed limits."""
     limit = use.limit
     name = name_of(limit)
-    absent = limit.quantity in ABSENT and not limit.elements
+    absent = limit.quantity in ABSENT and not limit.elements and not limit.rest
     if absent or not limit.known:
         message = f"{name}: {limit.note or 'no limit is known'}"
         return ("none", "", message) if absent else ("amber", NOT_CHECKED, message)
