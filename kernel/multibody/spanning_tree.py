@@ -17,8 +17,10 @@ from heavylift.kernel.errors import KernelError
 
 
 def spanning_tree(system: System, joints: Mapping[str, Joint]) -> tuple[dict[str, Joint], tuple[Joint, ...]]:
-    """Return the joint that carries each body, and the joints that close loops, in the order of the list. Raises
-    KernelError for a joint that connects a body to itself, and for a loop in which no joint can be cut."""
+    """Return the joint that carries each body, and the joints that close loops, in the order of the list.
+
+    Raises KernelError for a joint that connects a body to itself, and for a loop in which no joint can be cut.
+    """
     waiting = list(joints.values())
     for j in waiting:
         if j.parent == j.child:
@@ -105,6 +107,6 @@ def _check(j: Joint, acted: Mapping[str, str], carrier: Mapping[str, Joint]) -> 
         )
     if j.name in acted:
         raise KernelError(
-            f"joint '{j.name}': it closes a loop and therefore has no coordinate for '{acted[j.name]}'; "
-            "since every other joint of the loop has laws, too, remove all laws of one of these joints"
+            f"joint '{j.name}' closes a loop and has no coordinate, which '{acted[j.name]}' needs; "
+            "every other joint of this loop has laws or signals, too: remove those of one joint"
         )

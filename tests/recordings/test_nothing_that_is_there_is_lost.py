@@ -147,7 +147,7 @@ def test_an_earlier_output_is_kept_and_the_new_one_gets_the_next_free_name(
 def test_a_recording_name_without_the_ending_mcap_is_refused(name: str, tmp_path: Path) -> None:
     with pytest.raises(OutputError) as error:
         recorded_at(tmp_path / name)
-    assert str(error.value) == f"{tmp_path / name}: a recording is written as .mcap; give it this ending"
+    assert str(error.value) == f"{tmp_path / name}: the file name of a recording must end in .mcap"
     assert not any(tmp_path.iterdir())
 
 

@@ -235,8 +235,8 @@ REFUSED = [
             (GUIDE, replace(GUIDE, name="b")),
             springs=(JointSpring("s", "guide"), JointSpring("s2", "b")),
         ),
-        "joint 'b': it closes a loop and therefore has no coordinate for 's2'; "
-        "since every other joint of the loop has laws, too, remove all laws of one of these joints",
+        "joint 'b' closes a loop and has no coordinate, which 's2' needs; "
+        "every other joint of this loop has laws or signals, too: remove those of one joint",
     ),
 ]
 
